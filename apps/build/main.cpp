@@ -1,0 +1,149 @@
+// vantage-build: a wide-area map and a configuration in, a bundle of region maps out.
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/command_line.hpp"
+#include "common/progress.hpp"
+#include "common/statistics.hpp"
+#include "common/table.hpp"
+#include "io/point_cloud_io.hpp"
+#include "io/trajectory_io.hpp"
+#include "vantage/build.hpp"
+
+namespace vantage {
+namespace {
+
+struct Options {
+  std::string config;
+  cli::CommonOptions common;
+};
+
+struct WideAreaMap {
+  PointCloud points;
+  std::uint64_t dropped = 0;
+  PointCloud trajectory;
+};
+
+Result<WideAreaMap> read_map(const MapSource& source) {
+  WideAreaMap map;
+  for (const auto& file : source.files) {
+    VANTAGE_TRY(auto cloud, io::read_point_cloud(file));
+    map.dropped += cloud.dropped;
+    if (map.points.empty()) {
+      map.points = std::move(cloud.points);
+    } else {
+      map.points.insert(map.points.end(), cloud.points.begin(), cloud.points.end());
+    }
+  }
+  if (map.points.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",
+                SourceLocation{source.files.front().string(), 0, 0});
+  }
+  if (source.trajectory) {
+    VANTAGE_TRY(const auto trajectory, io::read_trajectory(*source.trajectory));
+    for (const auto& moment : trajectory) map.trajectory.push_back(moment.pose.translation);
+  }
+  return map;
+}
+
+void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map) {
+  std::vector<double> points;
+  std::uint64_t bytes = 0;
+  for (const RegionSummary& region : index.regions) {
+    points.push_back(static_cast<double>(region.points));
+    bytes += region.bytes;
+  }
+  const cli::Statistics s = cli::statistics_of(points);
+  const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
+  const double reduction = 100.0 * (1.0 - s.mean / static_cast<double>(report.map_points));
+
+  cli::TextTable table({"", "regions", "points (mean)", "min", "max", "std", "reduction", "MB"});
+  table.add({"wide-area map", "1", cli::grouped(report.map_points), "", "", "", "", ""});
+  table.add({"region maps", cli::grouped(report.partition.size()), count(s.mean), count(s.min),
+             count(s.max), count(s.std), fmt::format("{:.1f} %", reduction),
+             fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6)});
+  std::cout << table.to_string();
+  std::cout << fmt::format(
+      "\n{} ground points, {} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} s\n",
+      cli::grouped(report.ground_points), cli::grouped(report.viewpoints), report.seconds_partition,
+      report.seconds_ground, report.seconds_visibility);
+  if (map.dropped > 0) {
+    std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
+                             cli::grouped(map.dropped));
+  }
+  if (report.regions_without_viewpoints > 0) {
+    std::cout << fmt::format("{} regions hold no ground, so no viewpoint: their maps are empty\n",
+                             cli::grouped(report.regions_without_viewpoints));
+  }
+}
+
+nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
+                               const WideAreaMap& map) {
+  nlohmann::ordered_json regions = nlohmann::ordered_json::array();
+  for (std::uint32_t r = 0; r < report.partition.size(); ++r) {
+    regions.push_back({{"label", report.partition[RegionId{r}].label},
+                       {"points", index.regions[r].points},
+                       {"viewpoints", index.regions[r].viewpoints},
+                       {"bytes", index.regions[r].bytes}});
+  }
+  return {{"map_points", report.map_points},
+          {"dropped_points", map.dropped},
+          {"ground_points", report.ground_points},
+          {"viewpoints", report.viewpoints},
+          {"regions_without_viewpoints", report.regions_without_viewpoints},
+          {"seconds",
+           {{"partition", report.seconds_partition},
+            {"ground", report.seconds_ground},
+            {"visibility", report.seconds_visibility}}},
+          {"regions", std::move(regions)}};
+}
+
+Result<void> run(const Options& options) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
+  const PluginLoader loader = options.common.loader();
+  VANTAGE_TRY(auto plugins, load_build_plugins(config, loader));
+
+  // The bundle keeps what made its content; where it lies and how it is used may change.
+  Config kept = config;
+  kept.store.reset();
+  kept.matcher.reset();
+  BuildParams params;
+  params.viewpoints = config.viewpoints.value_or(ViewpointParams{});
+  kept.viewpoints = params.viewpoints;
+  params.scope = config.visibility->scope;
+  if (config.visibility->max_range) params.max_range = *config.visibility->max_range;
+  VANTAGE_TRY(params.effective_config, effective_config(kept, loader));
+
+  VANTAGE_TRY(const auto map, read_map(source));
+  BuildReport report;
+  {
+    cli::Progress progress("building (viewpoints)", options.common.quiet);
+    VANTAGE_TRY(report, build_region_maps(map.points, map.trajectory, plugins, params,
+                                          [&](const BuildProgress& p) {
+                                            progress.update(p.viewpoints_done, p.viewpoints);
+                                          }));
+  }
+  VANTAGE_TRY(const MapIndex index, plugins.store->index());
+  if (options.common.json) {
+    std::cout << to_json(report, index, map).dump(2) << '\n';
+  } else {
+    print_report(report, index, map);
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Builds the observable map of every region of a wide-area map.", "vantage build");
+  vantage::Options options;
+  app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
+  options.common.add_to(app);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

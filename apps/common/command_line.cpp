@@ -1,0 +1,67 @@
+#include "common/command_line.hpp"
+
+#include <cstdlib>
+#include <iostream>
+#include <optional>
+#include <tbb/global_control.h>
+
+namespace vantage::cli {
+namespace {
+constexpr const char* kUsageContext = "reading the command line; see --help";
+}
+
+void CommonOptions::add_to(CLI::App& app) {
+  app.add_option("--set", overrides, "override a key of the configuration: table.key=value")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--plugin-dir", plugin_dirs,
+                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
+  app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")->capture_default_str();
+  app.add_flag("--quiet,-q", quiet, "no progress on stderr");
+  app.add_flag("--json", json, "results as JSON on stdout");
+}
+
+struct ThreadLimit::Control {
+  std::optional<tbb::global_control> limit;
+};
+
+ThreadLimit::ThreadLimit(std::size_t jobs) : control_(std::make_unique<Control>()) {
+  if (jobs > 0) control_->limit.emplace(tbb::global_control::max_allowed_parallelism, jobs);
+}
+ThreadLimit::~ThreadLimit() = default;
+
+tl::unexpected<Error> usage_error(std::string message) {
+  return fail(Error{.code = ErrorCode::invalid_input,
+                    .message = std::move(message),
+                    .where = {},
+                    .context = {kUsageContext}});
+}
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& run) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? EXIT_SUCCESS : kUsage;
+  }
+  try {
+    const Result<void> done = run();
+    if (done) {
+      std::cout.flush();
+      if (std::cout) return EXIT_SUCCESS;
+      std::cerr << "error: cannot write to standard output\n";
+      return kFailed;
+    }
+    std::cerr << done.error() << '\n';
+    const auto& context = done.error().context;
+    return !context.empty() && context.front() == kUsageContext ? kUsage : kFailed;
+  } catch (const std::bad_alloc&) {
+    std::cerr << "error: out of memory\n";
+  } catch (const std::exception& e) {
+    std::cerr << "error: " << e.what() << '\n';
+  }
+  return kFailed;
+}
+
+}  // namespace vantage::cli

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vantage/plugin_loader.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::cli {
+
+inline constexpr int kFailed = 1;
+inline constexpr int kUsage = 2;
+
+/// Options that every program with a configuration file has.
+struct CommonOptions {
+  std::vector<std::string> overrides;              ///< --set key.path=value
+  std::vector<std::filesystem::path> plugin_dirs;  ///< --plugin-dir
+  std::size_t jobs = 0;                            ///< --jobs; 0 = all cores
+  bool quiet = false;                              ///< --quiet: no progress
+  bool json = false;                               ///< --json: results for a program
+
+  void add_to(CLI::App& app);
+  [[nodiscard]] PluginLoader loader() const {
+    return PluginLoader::with_default_folders(plugin_dirs);
+  }
+};
+
+/// Limits TBB to `jobs` threads for as long as the object lives.
+class ThreadLimit {
+ public:
+  /// @param jobs  0 for all cores
+  explicit ThreadLimit(std::size_t jobs);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  struct Control;
+  std::unique_ptr<Control> control_;
+};
+
+/// The whole of a main(): parses, runs, prints an error as one line on stderr.
+/// @return 0; 1 if `run` failed or threw; 2 for wrong usage
+[[nodiscard]] int run_program(CLI::App& app, int argc, char** argv,
+                              const std::function<Result<void>()>& run);
+
+/// An error in how a program was called: exit code 2.
+[[nodiscard]] tl::unexpected<Error> usage_error(std::string message);
+
+}  // namespace vantage::cli

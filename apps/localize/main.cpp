@@ -1,0 +1,124 @@
+// vantage-localize: a bundle and recorded scans in, a trajectory out.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/command_line.hpp"
+#include "common/progress.hpp"
+#include "common/table.hpp"
+#include "localize/run.hpp"
+
+namespace vantage {
+namespace {
+
+struct Options {
+  std::string config, initial_pose;
+  std::filesystem::path scans, out, reference, odometry;
+  double rate_hz = 10.0;
+  cli::CommonOptions common;
+};
+
+/// "x,y,z,roll,pitch,yaw" in metres and radians.
+Result<Pose> parse_pose(const std::string& text) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  while (at <= end) {
+    double x = 0;
+    const auto [stop, error] = std::from_chars(at, end, x);
+    if (error != std::errc{} || !std::isfinite(x) || (stop != end && *stop != ',')) break;
+    numbers.push_back(x);
+    at = stop + 1;
+  }
+  if (at != end + 1 || numbers.size() != 6) {
+    return cli::usage_error("--initial-pose takes six numbers x,y,z,roll,pitch,yaw [m, rad], not '" +
+                            text + "'");
+  }
+  for (std::size_t i = 3; i < 6; ++i) {
+    if (std::abs(numbers[i]) > 2.0 * M_PI) {
+      return cli::usage_error(fmt::format("--initial-pose takes angles in radians; {} is more than a turn",
+                                          numbers[i]));
+    }
+  }
+  return pose_from_xyz_rpy({numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]});
+}
+
+void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out) {
+  std::cout << fmt::format("{} scans ({}): {} tracked, {} lost; {} region switches\n", s.scans,
+                           run.stamp_rule, s.tracked, s.lost, s.switches);
+  if (s.outside > 0) {
+    std::cout << fmt::format("{} scans began outside every region that has a map; the last map was kept\n",
+                             s.outside);
+  }
+  cli::TextTable table({"", "mean", "median", "p95", "max"});
+  const auto row = [&](const std::string& name, const cli::Statistics& x, int digits, double scale = 1.0) {
+    const auto number = [&](double v) { return fmt::format("{:.{}f}", scale * v, digits); };
+    table.add({name, number(x.mean), number(x.median), number(x.p95), number(x.max)});
+  };
+  if (s.error_m.count > 0) {
+    row("error [cm]", s.error_m, 2, 100.0);
+    row("error [deg]", s.error_deg, 3);
+  }
+  row("T_align [ms]", s.align_ms, 2);
+  row("T_load [ms]", s.load_ms, 2);
+  row("T_prepare [ms]", s.prepare_ms, 2);
+  row("N_point", s.map_points, 0);
+  row("iterations", s.iterations, 1);
+  row("fitness", s.fitness, 4);
+  row("NVTL", s.nvtl, 4);
+  row("coverage", s.coverage, 4);
+  row("LCP x 1e6", s.lcp, 4, 1e6);
+  std::cout << '\n' << table.to_string() << "\nwritten to " << out.string() << '\n';
+}
+
+Result<void> run(const Options& options) {
+  if (options.initial_pose.empty() && options.reference.empty()) {
+    return cli::usage_error("no first pose: give --initial-pose or --reference");
+  }
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(auto inputs, open_inputs(options.scans, options.rate_hz, options.reference, options.odometry));
+  if (!options.initial_pose.empty()) {
+    VANTAGE_TRY(inputs.initial_pose, parse_pose(options.initial_pose));
+  }
+  Run run;
+  {
+    cli::Progress progress("localizing (scans)", options.common.quiet);
+    VANTAGE_TRY(run, localize_scans(config, options.common.loader(), inputs,
+                                    [&](std::size_t done, std::size_t total) {
+                                      progress.update(done, total);
+                                    }));
+  }
+  VANTAGE_CHECK(write_run(run, options.out));
+  const RunSummary summary = summarize(run);
+  if (options.common.json) {
+    std::cout << to_json(run, summary).dump(2) << '\n';
+  } else {
+    print_summary(run, summary, options.out);
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Localizes recorded scans against a bundle of region maps.", "vantage localize");
+  vantage::Options options;
+  app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
+  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")->required();
+  app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")->required();
+  app.add_option("--initial-pose", options.initial_pose,
+                 "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]");
+  app.add_option("--reference", options.reference,
+                 "true trajectory (TUM or KITTI): errors are measured against it");
+  app.add_option("--odometry", options.odometry,
+                 "odometry (TUM or KITTI) to predict with, instead of constant velocity");
+  app.add_option("--rate", options.rate_hz, "scans a second, where files carry no stamps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  options.common.add_to(app);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

@@ -1,0 +1,234 @@
+#include "localize/run.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.hpp"
+
+namespace vantage {
+namespace {
+
+constexpr double kDegrees = 180.0 / M_PI;
+constexpr double kLostMetres = 2.0, kLostDegrees = 5.0;
+
+/// A column of a statistic over the scans for which `value` gives a number.
+template <class F>
+cli::Statistics over(const Run& run, const F& value) {
+  std::vector<double> sample;
+  for (const RunScan& scan : run.scans) {
+    if (const std::optional<double> x = value(scan)) sample.push_back(*x);
+  }
+  return cli::statistics_of(sample);
+}
+
+bool is_tracked(const RunScan& scan) { return scan.report.tracking == Tracking::tracked; }
+
+std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", *x) : ""; }
+
+}  // namespace
+
+Result<RunInputs> open_inputs(const std::filesystem::path& scans, double rate_hz,
+                              const std::filesystem::path& reference,
+                              const std::filesystem::path& odometry) {
+  VANTAGE_TRY(auto sequence, io::ScanSequence::open(scans, rate_hz));
+  RunInputs inputs{std::move(sequence), {}, {}, {}};
+  if (!reference.empty()) {
+    VANTAGE_TRY(inputs.reference, io::read_trajectory(reference, rate_hz));
+  }
+  if (!odometry.empty()) {
+    VANTAGE_TRY(inputs.odometry, io::read_trajectory(odometry, rate_hz));
+  }
+  return inputs;
+}
+
+Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
+                           const RunInputs& inputs,
+                           const std::function<void(std::size_t, std::size_t)>& progress) {
+  constexpr std::string_view kJob = "localization";
+  VANTAGE_TRY(const auto store_choice, config.need(config.store, "store", kJob));
+  VANTAGE_TRY(const auto matcher_choice, config.need(config.matcher, "matcher", kJob));
+  VANTAGE_TRY(auto store, loader.load<MapStore>(store_choice));
+  VANTAGE_TRY(auto matcher, loader.load<ScanMatcher>(matcher_choice));
+  VANTAGE_TRY(auto localizer,
+              Localizer::open(std::move(store), std::move(matcher), config.localizer));
+
+  std::optional<Pose> first = inputs.initial_pose;
+  if (!first && inputs.reference) {
+    first = io::pose_at(*inputs.reference, inputs.scans.stamp(0));
+    if (!first) {
+      return fail(ErrorCode::invalid_input,
+                  fmt::format("the reference has no pose at the first scan's stamp, {} s (it runs from {} "
+                              "to {} s); {}",
+                              inputs.scans.stamp(0), inputs.reference->front().stamp,
+                              inputs.reference->back().stamp, inputs.scans.stamp_rule()));
+    }
+  }
+  if (!first) {
+    return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
+  }
+  VANTAGE_CHECK(localizer.start(*first));
+
+  Run run{.config = config.file,
+          .stamp_rule = inputs.scans.stamp_rule(),
+          .index = localizer.index(),
+          .scans = {}};
+  if (progress) progress(0, inputs.scans.size());
+  for (std::size_t i = 0; i < inputs.scans.size(); ++i) {
+    VANTAGE_TRY(const io::StampedScan scan, inputs.scans.read(i));
+    std::optional<Pose> odometry;
+    if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
+    auto report = localizer.localize({scan.stamp, scan.points, odometry});
+    if (!report) {
+      return fail(std::move(report).error().during("localizing " + scan.file.string()));
+    }
+    RunScan entry{*std::move(report), scan.dropped, {}};
+    if (inputs.reference) {
+      if (const auto truth = io::pose_at(*inputs.reference, scan.stamp)) {
+        entry.error = PoseError{
+            (entry.report.T_map_scan.translation - truth->translation).norm(),
+            rotation_between(entry.report.T_map_scan, *truth) * kDegrees};
+      }
+    }
+    run.scans.push_back(std::move(entry));
+    if (progress) progress(i + 1, inputs.scans.size());
+  }
+  return run;
+}
+
+RunSummary summarize(const Run& run) {
+  using Number = std::optional<double>;
+  RunSummary s;
+  s.scans = run.scans.size();
+  for (const RunScan& scan : run.scans) {
+    s.tracked += is_tracked(scan) ? 1 : 0;
+    s.switches += scan.report.switched ? 1 : 0;
+    s.outside += scan.report.outside ? 1 : 0;
+    s.dropped_points += scan.report.dropped_points + scan.dropped_by_reader;
+    if (scan.error && (scan.error->metres > kLostMetres || scan.error->degrees > kLostDegrees)) {
+      ++s.far_off;
+    }
+  }
+  s.lost = s.scans - s.tracked;
+  if (s.switches > 0) --s.switches;  // the first map is loaded, not switched to
+
+  const auto error = [&](double PoseError::*member) {
+    return over(run, [=](const RunScan& scan) -> Number {
+      if (!scan.error || !is_tracked(scan)) return {};
+      return (*scan.error).*member;
+    });
+  };
+  s.error_m = error(&PoseError::metres);
+  s.error_deg = error(&PoseError::degrees);
+
+  s.align_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_align; });
+  const auto at_switches = [&](double ScanReport::*member) {
+    return over(run, [=](const RunScan& x) -> Number {
+      if (!x.report.switched) return {};
+      return 1e3 * x.report.*member;
+    });
+  };
+  s.load_ms = at_switches(&ScanReport::seconds_load);
+  s.prepare_ms = at_switches(&ScanReport::seconds_prepare);
+  s.map_points =
+      over(run, [](const RunScan& x) -> Number { return static_cast<double>(x.report.map_points); });
+
+  const auto tracked = [&](const auto& value) {
+    return over(run, [&](const RunScan& x) -> Number {
+      if (!is_tracked(x) || !x.report.alignment) return {};
+      return value(x.report);
+    });
+  };
+  s.iterations = tracked([](const ScanReport& r) { return static_cast<double>(r.alignment->iterations); });
+  s.fitness = tracked([](const ScanReport& r) { return r.alignment->score.fitness; });
+  s.nvtl = tracked([](const ScanReport& r) { return r.alignment->score.nvtl; });
+  s.coverage = tracked([](const ScanReport& r) { return r.alignment->score.coverage; });
+  s.lcp = tracked([](const ScanReport& r) { return r.lcp; });
+  return s;
+}
+
+nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
+  nlohmann::ordered_json json{
+      {"config", run.config},
+      {"stamps", run.stamp_rule},
+      {"map", {{"points", run.index.map_points}, {"regions", run.index.partition.size()}}},
+      {"scans",
+       {{"total", s.scans},
+        {"tracked", s.tracked},
+        {"lost", s.lost},
+        {"outside_every_region", s.outside},
+        {"switches", s.switches},
+        {"dropped_points", s.dropped_points}}},
+      {"T_align_ms", cli::to_json(s.align_ms)},
+      {"T_load_ms", cli::to_json(s.load_ms)},
+      {"T_prepare_ms", cli::to_json(s.prepare_ms)},
+      {"N_point", cli::to_json(s.map_points)},
+      {"iterations", cli::to_json(s.iterations)},
+      {"fitness", cli::to_json(s.fitness)},
+      {"NVTL", cli::to_json(s.nvtl)},
+      {"coverage", cli::to_json(s.coverage)},
+      {"LCP", cli::to_json(s.lcp)}};
+  if (s.error_m.count > 0) {
+    json["error_m"] = cli::to_json(s.error_m);
+    json["error_deg"] = cli::to_json(s.error_deg);
+    json["scans_beyond_2m_or_5deg"] = s.far_off;
+  }
+  return json;
+}
+
+io::Trajectory trajectory_of(const Run& run) {
+  io::Trajectory trajectory;
+  for (const RunScan& scan : run.scans) {
+    if (is_tracked(scan)) trajectory.push_back({scan.report.stamp, scan.report.T_map_scan});
+  }
+  return trajectory;
+}
+
+std::string to_csv(const Run& run) {
+  std::string csv =
+      "stamp,tracking,region,switched,outside,N_point,N_scan,N_dropped,T_align_ms,T_load_ms,"
+      "T_prepare_ms,iterations,termination,fitness,NVTL,coverage,LCP,x,y,z,qx,qy,qz,qw,error_m,"
+      "error_deg,reason\n";
+  for (const RunScan& scan : run.scans) {
+    const ScanReport& r = scan.report;
+    const auto& a = r.alignment;
+    const auto score = [&](double ScanScore::*member) {
+      return cell(a ? std::optional(a->score.*member) : std::nullopt);
+    };
+    const auto& t = r.T_map_scan.translation;
+    const auto& q = r.T_map_scan.rotation;
+    csv += fmt::format("{:.9f},{},{},{:d},{:d},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{},{},{},",
+                       r.stamp, to_string(r.tracking), run.index.partition[r.region].label,
+                       r.switched, r.outside, r.map_points, r.scan_points,
+                       r.dropped_points + scan.dropped_by_reader, 1e3 * r.seconds_align,
+                       1e3 * r.seconds_load, 1e3 * r.seconds_prepare,
+                       a ? std::to_string(a->iterations) : "", a ? to_string(a->termination) : "",
+                       score(&ScanScore::fitness), score(&ScanScore::nvtl),
+                       score(&ScanScore::coverage), cell(a ? std::optional(r.lcp) : std::nullopt));
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},\"{}\"\n", t.x(), t.y(), t.z(), q.x(), q.y(),
+                       q.z(), q.w(),
+                       cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
+                       cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), r.reason);
+  }
+  return csv;
+}
+
+Result<void> write_run(const Run& run, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return fail(ErrorCode::io_failure, "cannot create the output folder: " + error.message(),
+                SourceLocation{folder.string(), 0, 0});
+  }
+  // All three are written before the first appears under its name.
+  VANTAGE_TRY(auto csv, io::OutputFile::create(folder / "scans.csv"));
+  VANTAGE_CHECK(csv.write(to_csv(run)));
+  VANTAGE_TRY(auto json, io::OutputFile::create(folder / "summary.json"));
+  VANTAGE_CHECK(json.write(to_json(run, summarize(run)).dump(2) + "\n"));
+  VANTAGE_CHECK(io::write_tum(folder / "trajectory.tum", trajectory_of(run)));
+  VANTAGE_CHECK(csv.commit());
+  return json.commit();
+}
+
+}  // namespace vantage

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/statistics.hpp"
+#include "io/scan_sequence.hpp"
+#include "io/trajectory_io.hpp"
+#include "vantage/config.hpp"
+#include "vantage/localizer.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/plugin_loader.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// What a run is fed with.
+struct RunInputs {
+  io::ScanSequence scans;
+  std::optional<Pose> initial_pose;        ///< T_map_sensor of the first scan; else the reference's
+  std::optional<io::Trajectory> reference;  ///< T_map_sensor
+  std::optional<io::Trajectory> odometry;   ///< T_odom_sensor
+};
+
+/// How far an estimate is from the reference: without any alignment of the trajectories.
+struct PoseError {
+  double metres = 0.0, degrees = 0.0;
+};
+
+struct RunScan {
+  ScanReport report;
+  std::uint64_t dropped_by_reader = 0;  ///< non-finite points that the file held
+  std::optional<PoseError> error;       ///< none where the reference has no pose
+};
+
+/// One pass over recorded scans with one configuration.
+struct Run {
+  std::string config;  ///< its file
+  std::string stamp_rule;
+  MapIndex index;
+  std::vector<RunScan> scans;
+};
+
+/// The numbers of a run that people compare. Errors and scores are over tracked scans.
+struct RunSummary {
+  std::size_t scans = 0, tracked = 0, lost = 0, switches = 0, outside = 0;
+  std::size_t far_off = 0;  ///< scans more than 2 m or 5 degrees from the reference
+  std::uint64_t dropped_points = 0;
+  cli::Statistics error_m, error_deg;
+  cli::Statistics align_ms, load_ms, prepare_ms;  ///< load and prepare over switches
+  cli::Statistics map_points, iterations, fitness, nvtl, coverage, lcp;
+};
+
+/// Localizes every scan. Errors: a missing table, plugin or bundle, no first pose, a scan that cannot
+/// be read.
+[[nodiscard]] Result<Run> localize_scans(
+    const Config& config, const PluginLoader& loader, const RunInputs& inputs,
+    const std::function<void(std::size_t, std::size_t)>& progress = {});
+
+[[nodiscard]] RunSummary summarize(const Run& run);
+[[nodiscard]] nlohmann::ordered_json to_json(const Run& run, const RunSummary& summary);
+
+/// The tracked poses. Lost scans are left out: their pose is a mere prediction (see scans.csv).
+[[nodiscard]] io::Trajectory trajectory_of(const Run& run);
+
+/// One line a scan, with a header; times in ms, lengths in m, angles in degrees.
+[[nodiscard]] std::string to_csv(const Run& run);
+
+/// Writes trajectory.tum, scans.csv and summary.json into a folder, which is created if need be.
+[[nodiscard]] Result<void> write_run(const Run& run, const std::filesystem::path& folder);
+
+/// Opens scans, reference and odometry. An empty path is none.
+[[nodiscard]] Result<RunInputs> open_inputs(const std::filesystem::path& scans, double rate_hz,
+                                            const std::filesystem::path& reference,
+                                            const std::filesystem::path& odometry);
+
+}  // namespace vantage

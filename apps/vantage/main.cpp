@@ -1,0 +1,92 @@
+// `vantage JOB ...` runs `vantage-JOB ...`: the one beside this program, else one on the PATH.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "vantage/config_value.hpp"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kUsage = 2;
+constexpr std::string_view kPrefix = "vantage-";
+
+bool is_program(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error) && access(path.c_str(), X_OK) == 0;
+}
+
+std::vector<fs::path> folders() {
+  std::vector<fs::path> found;
+  std::error_code error;
+  const fs::path self = fs::read_symlink("/proc/self/exe", error);
+  if (!error) found.push_back(self.parent_path());
+  if (const char* path = std::getenv("PATH")) {
+    std::istringstream list{std::string(path)};
+    for (std::string folder; std::getline(list, folder, ':');) {
+      if (!folder.empty()) found.emplace_back(folder);
+    }
+  }
+  return found;
+}
+
+std::vector<std::string> jobs() {
+  std::vector<std::string> names;
+  for (const fs::path& folder : folders()) {
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+      const std::string name = it->path().filename().string();
+      if (name.starts_with(kPrefix) && is_program(it->path())) {
+        names.push_back(name.substr(kPrefix.size()));
+      }
+    }
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+void print_usage(std::ostream& out) {
+  out << "usage: vantage JOB [OPTIONS]\n\nLocalization in wide-area point cloud maps with small "
+         "observable region maps.\n\njobs:\n";
+  for (const std::string& job : jobs()) out << "  " << job << '\n';
+  out << "\n`vantage JOB --help` explains a job.\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    print_usage(std::cerr);
+    return kUsage;
+  }
+  const std::string job = argv[1];
+  if (job == "--help" || job == "-h" || job == "help") {
+    print_usage(std::cout);
+    return EXIT_SUCCESS;
+  }
+  if (job == "--version") {
+    std::cout << "vantage " << VANTAGE_VERSION << '\n';
+    return EXIT_SUCCESS;
+  }
+  for (const fs::path& folder : folders()) {
+    const std::string program = (folder / (std::string(kPrefix) + job)).string();
+    if (job.find('/') != std::string::npos || !is_program(program)) continue;
+    argv[1] = const_cast<char*>(program.c_str());
+    execv(program.c_str(), argv + 1);
+    std::cerr << "error: cannot run " << program << ": " << std::strerror(errno) << '\n';
+    return EXIT_FAILURE;
+  }
+  std::cerr << "error: no job '" << job << "'" << vantage::did_you_mean(job, jobs())
+            << " (`vantage --help` lists them)\n";
+  return kUsage;
+}

@@ -1,0 +1,24 @@
+# vantage_add_plugin(<kind> <name> SOURCES <file>... [LIBRARIES <target>...])
+#
+# Builds vantage_<kind>_<name>.so, which exports the manifest symbol `vantage_plugin` and nothing else.
+set(VANTAGE_PLUGIN_EXPORTS "${CMAKE_CURRENT_LIST_DIR}/plugin.map")
+
+function(vantage_add_plugin kind name)
+  cmake_parse_arguments(PARSE_ARGV 2 ARG "" "" "SOURCES;LIBRARIES")
+  set(target vantage_${kind}_${name})
+  add_library(${target} MODULE ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE vantage::core ${ARG_LIBRARIES})
+  if(TARGET vantage_warnings)
+    target_link_libraries(${target} PRIVATE vantage_warnings)
+  endif()
+  set_target_properties(${target} PROPERTIES
+    PREFIX "" OUTPUT_NAME ${target}
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+    LINK_DEPENDS "${VANTAGE_PLUGIN_EXPORTS}")
+  target_link_options(${target} PRIVATE
+    "LINKER:--version-script=${VANTAGE_PLUGIN_EXPORTS}" LINKER:--as-needed)
+  if(VANTAGE_PLUGIN_OUTPUT_DIRECTORY)
+    set_target_properties(${target} PROPERTIES
+      LIBRARY_OUTPUT_DIRECTORY "${VANTAGE_PLUGIN_OUTPUT_DIRECTORY}")
+  endif()
+endfunction()

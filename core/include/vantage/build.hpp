@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/config.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/plugin_loader.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+#include "vantage/viewpoints.hpp"
+
+namespace vantage {
+
+/// The plugins that a build runs.
+struct BuildPlugins {
+  PluginPtr<Partitioner> partitioner;
+  PluginPtr<GroundFilter> ground;
+  PluginPtr<VisibilityOperator> visibility;
+  PluginPtr<MapStore> store;
+};
+
+/// What core itself is told about a build.
+struct BuildParams {
+  ViewpointParams viewpoints;
+  VisibilityScope scope = VisibilityScope::map;
+  double max_range = std::numeric_limits<double>::infinity();  ///< [m]
+  std::string effective_config;                                ///< kept in the bundle
+};
+
+struct BuildProgress {
+  std::size_t regions_done = 0, regions = 0;
+  std::size_t viewpoints_done = 0, viewpoints = 0;
+};
+
+/// What a build made and what it cost (Table 1 comes from here).
+struct BuildReport {
+  Partition partition;
+  std::vector<RegionSummary> regions;  ///< by RegionId; `bytes` is left to the store's index
+  std::uint64_t map_points = 0;
+  std::uint64_t ground_points = 0;
+  std::uint64_t viewpoints = 0;
+  std::uint64_t regions_without_viewpoints = 0;  ///< no ground in them: their maps are empty
+  double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
+};
+
+/// Loads the four plugins a build needs. Errors: a missing table, plugin or wrong parameter.
+[[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
+                                                                  const PluginLoader& loader);
+
+/// Makes the observable map of every region and stores it (Sec. 2.1-2.3). Runs in parallel over
+/// regions and viewpoints, within the limits of the caller's TBB arena; the bundle does not depend
+/// on the number of threads.
+/// @param map         N points of P, map frame, z up [m]; finite
+/// @param trajectory  where the sensor was while mapping [m]; may be empty
+/// @param progress    called in region order from one thread at a time; may be empty
+/// Errors: `invalid_input` for an empty or non-finite map, or one without any ground; what the
+/// plugins report; `internal` for a plugin that breaks its contract. Nothing is stored on error.
+[[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(
+    PointsView map, PointsView trajectory, BuildPlugins& plugins, const BuildParams& params,
+    const std::function<void(const BuildProgress&)>& progress = {});
+
+}  // namespace vantage

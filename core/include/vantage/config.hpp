@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/localizer_params.hpp"
+#include "vantage/params.hpp"
+#include "vantage/plugin_loader.hpp"
+#include "vantage/result.hpp"
+#include "vantage/viewpoints.hpp"
+
+namespace vantage {
+
+/// @param name  what error messages call the text: a file's path
+/// Errors: `invalid_config` with the place of a syntax error, a duplicate key or a date.
+[[nodiscard]] VANTAGE_API Result<Table> parse_toml(std::string_view text, const std::string& name);
+
+/// Reads a TOML file and applies `key.path=value` overrides (a value that is no TOML counts as a
+/// string; relative paths in it are meant from the current directory).
+/// Errors: `not_found`, `io_failure`, `invalid_config`.
+[[nodiscard]] VANTAGE_API Result<Table> load_toml(const std::filesystem::path& file,
+                                                  const std::vector<std::string>& overrides = {});
+
+/// [map]: the wide-area map P.
+struct MapSource {
+  std::vector<std::filesystem::path> files;
+  std::optional<std::filesystem::path> trajectory;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("files", &MapSource::files, "", "point cloud files that together are the map"),
+        optional("trajectory", &MapSource::trajectory, "",
+                 "TUM file: where the sensor was while mapping, for partitioners that use it"),
+    };
+  }
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
+};
+
+/// Which points a viewpoint's visibility is decided among.
+enum class VisibilityScope : std::uint8_t {
+  map,     ///< all of P, as the text of Sec. 2.3 says
+  region,  ///< P_ij only, as Eq. 9 is printed
+};
+constexpr auto enum_names(VisibilityScope) {
+  return std::array{std::pair{std::string_view("map"), VisibilityScope::map},
+                    std::pair{std::string_view("region"), VisibilityScope::region}};
+}
+
+/// [visibility]: the operator and what core itself does with it.
+struct VisibilityConfig {
+  std::string plugin;
+  std::optional<std::filesystem::path> library;
+  VisibilityScope scope = VisibilityScope::map;
+  std::optional<double> max_range;
+  Table params;
+  SourceLocation where;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &VisibilityConfig::plugin, "", "name of the visibility operator"),
+        optional("library", &VisibilityConfig::library, "", "plugin file, instead of searching"),
+        optional("scope", &VisibilityConfig::scope, "",
+                 "decide visibility among all points of the map, or those of the region (Eq. 9)"),
+        optional("max_range", &VisibilityConfig::max_range, "m",
+                 "reach of the sensor; unlimited if left out", positive),
+        optional("params", &VisibilityConfig::params, "", "parameters of the plugin"),
+    };
+  }
+  [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
+};
+
+/// A whole configuration file. What a program needs of it, it asks for with `need`.
+struct Config {
+  std::int64_t schema_version = 1;
+  std::optional<MapSource> map;
+  std::optional<PluginChoice> partitioner, ground;
+  std::optional<ViewpointParams> viewpoints;
+  std::optional<VisibilityConfig> visibility;
+  std::optional<PluginChoice> store, matcher;
+  LocalizerParams localizer;
+  std::string file;  ///< where it was read
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("schema", &Config::schema_version, "", "version of this file's format, 1",
+                 between(1, 1)),
+        optional("map", &Config::map, "", "the wide-area map"),
+        optional("partitioner", &Config::partitioner, "", "how the map is cut into regions"),
+        optional("ground", &Config::ground, "", "how the ground is found"),
+        optional("viewpoints", &Config::viewpoints, "", "where virtual viewpoints stand"),
+        optional("visibility", &Config::visibility, "", "what is seen from a viewpoint"),
+        optional("store", &Config::store, "", "where the bundle of region maps is kept"),
+        optional("matcher", &Config::matcher, "", "how scans are matched"),
+        optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched"),
+    };
+  }
+
+  /// A table that this job cannot do without. Error: `invalid_config` that names table and job.
+  template <class T>
+  [[nodiscard]] Result<T> need(const std::optional<T>& section, std::string_view name,
+                               std::string_view job) const {
+    if (section) return *section;
+    return fail(ErrorCode::invalid_config,
+                "missing table [" + std::string(name) + "], which " + std::string(job) + " needs",
+                SourceLocation{file, 0, 0});
+  }
+};
+
+/// Errors: those of `load_toml`, and `invalid_config` for anything the schema does not allow.
+[[nodiscard]] VANTAGE_API Result<Config> load_config(const std::filesystem::path& file,
+                                                     const std::vector<std::string>& overrides = {});
+[[nodiscard]] VANTAGE_API Result<Config> parse_config(const Table& table);
+
+/// The configuration with all defaults filled in, the plugins' own included, as TOML.
+/// Errors: a plugin that cannot be loaded or refuses its params.
+[[nodiscard]] VANTAGE_API Result<std::string> effective_config(const Config& config,
+                                                               const PluginLoader& plugins);
+
+}  // namespace vantage

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/error.hpp"
+
+namespace vantage {
+
+struct Value;
+struct Entry;
+using Array = std::vector<Value>;
+
+/// A configuration table that remembers where it was written, so that a plugin can point at the
+/// line of a wrong parameter. Entries keep the order of the file.
+struct Table {
+  std::vector<Entry> entries;
+  SourceLocation where;
+
+  [[nodiscard]] VANTAGE_API const Value* find(std::string_view key) const noexcept;
+};
+
+struct Value {
+  std::variant<bool, std::int64_t, double, std::string, Array, Table> data;
+  SourceLocation where;
+};
+
+struct Entry {
+  std::string key;
+  Value value;
+  SourceLocation where;  ///< of the key
+};
+
+/// "a boolean", "an integer", "a number", "a string", "an array", "a table".
+[[nodiscard]] VANTAGE_API const char* type_name(const Value& value) noexcept;
+
+/// As TOML; `to_toml(Table)` writes nested tables as [sections] with `prefix` before their names.
+[[nodiscard]] VANTAGE_API std::string to_toml(const Value& value);
+[[nodiscard]] VANTAGE_API std::string to_toml(const Table& table, const std::string& prefix = {});
+
+/// "; did you mean 'x'?" for the candidate nearest to a misspelt word, or "" where none is near.
+[[nodiscard]] VANTAGE_API std::string did_you_mean(std::string_view word,
+                                                   const std::vector<std::string>& candidates);
+
+}  // namespace vantage

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/partition.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// V_ij: the observable points of one region (Eq. 10).
+struct RegionMap {
+  PointCloud points;            ///< map frame [m]
+  std::uint32_t viewpoints = 0;  ///< how many virtual viewpoints it was seen from
+};
+
+/// What the index of a bundle says of one region.
+struct RegionSummary {
+  std::uint64_t points = 0;
+  std::uint64_t viewpoints = 0;
+  std::uint64_t bytes = 0;  ///< size in storage
+};
+
+/// The table of contents of a bundle: everything but the points.
+struct MapIndex {
+  Partition partition;
+  std::vector<RegionSummary> regions;  ///< by RegionId; a store fills it from `put`
+  Bounds3 map_bounds;                  ///< of the wide-area map
+  std::uint64_t map_points = 0;        ///< N of the wide-area map
+  std::string config;                  ///< the effective configuration that built it (TOML)
+};
+
+/// Keeps region maps. A bundle is written with begin, put for every region, commit; it exists only
+/// after commit. Destroying a store between begin and commit leaves nothing behind.
+/// Thread safety: const methods from many threads at once; begin, put, commit from one.
+class VANTAGE_API MapStore {
+ public:
+  virtual ~MapStore();
+
+  /// Errors: `already_exists` if the bundle is there, `io_failure`.
+  [[nodiscard]] virtual Result<void> begin(const MapIndex& index) noexcept = 0;
+  /// Errors: `not_found` for a region outside the index, `already_exists` for one put twice,
+  /// `invalid_input` without begin or for a non-finite point, `io_failure`.
+  [[nodiscard]] virtual Result<void> put(RegionId region, const RegionMap& map) noexcept = 0;
+  /// Makes the bundle visible, all at once. Errors: `invalid_input` without begin or with a region
+  /// missing, `io_failure`.
+  [[nodiscard]] virtual Result<void> commit() noexcept = 0;
+
+  /// Errors: `not_found` without a bundle, `corrupt_data` for a damaged index.
+  [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
+  /// The points of one region, in the order they were put, to the precision that the store declares.
+  /// Errors: `not_found` for an unknown region or no bundle, `corrupt_data` for a damaged file.
+  [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;
+};
+
+}  // namespace vantage

@@ -1,0 +1,365 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/config_value.hpp"
+#include "vantage/result.hpp"
+
+/// Parameters that describe themselves: one schema tuple drives parsing, checking, defaults,
+/// `vantage plugins describe` and the written effective configuration.
+///
+///     struct Params {
+///       double cell_width{};  // L of Eq. 2
+///       static constexpr auto schema() {
+///         return std::tuple{required("cell_width", &Params::cell_width, "m", "grid width L (Eq. 2)", positive)};
+///       }
+///     };
+///
+/// An optional member (`std::optional<T>`) may be left out; any other member that is `optional`
+/// keeps the value of a default-constructed Params. An enum needs, in its own namespace,
+/// `constexpr auto enum_names(Kernel) { return std::array{std::pair{"flip"sv, Kernel::flip}, ...}; }`.
+/// A struct may add `Result<void> validate() const` for what one parameter alone cannot tell.
+namespace vantage {
+
+/// The values a number may take.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool min_open = false, max_open = false;
+
+  [[nodiscard]] constexpr bool contains(double x) const noexcept {
+    return (min_open ? x > min : x >= min) && (max_open ? x < max : x <= max);
+  }
+  /// "> 0", ">= 1", "in [0, 1)"; "" where everything is allowed.
+  [[nodiscard]] VANTAGE_API std::string to_string() const;
+};
+
+inline constexpr Range any_number{};
+inline constexpr Range positive{.min = 0.0, .min_open = true};
+inline constexpr Range non_negative{.min = 0.0};
+[[nodiscard]] constexpr Range at_least(double min) { return {.min = min}; }
+[[nodiscard]] constexpr Range between(double min, double max) { return {.min = min, .max = max}; }
+[[nodiscard]] constexpr Range strictly_between(double min, double max) {
+  return {.min = min, .max = max, .min_open = true, .max_open = true};
+}
+
+template <class Params, class Member>
+struct Field {
+  std::string_view key;
+  Member Params::*member;
+  std::string_view unit, doc;
+  Range range;
+  bool required;
+};
+
+template <class Params, class Member>
+[[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
+                                                       std::string_view unit, std::string_view doc,
+                                                       Range range = any_number) {
+  return {key, member, unit, doc, range, true};
+}
+template <class Params, class Member>
+[[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
+                                                       std::string_view unit, std::string_view doc,
+                                                       Range range = any_number) {
+  return {key, member, unit, doc, range, false};
+}
+
+/// One parameter as a person or a program reads it.
+struct ParameterDoc {
+  std::string key, type, unit, doc, range;
+  bool required = false;
+  std::string default_value;         ///< as TOML; "" where there is none
+  std::vector<std::string> choices;  ///< of an enum
+};
+
+/// No parameters.
+struct NoParams {
+  static constexpr auto schema() { return std::tuple{}; }
+};
+
+template <class T>
+concept HasSchema = requires { T::schema(); };
+
+template <HasSchema Params>
+[[nodiscard]] Result<Params> parse(const Table& table);
+template <HasSchema Params>
+[[nodiscard]] Table to_table(const Params& params);
+template <HasSchema Params>
+[[nodiscard]] std::vector<ParameterDoc> describe();
+
+namespace detail {
+
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> wrong_type(const Value&, std::string_view key,
+                                                           std::string_view expected);
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> out_of_range(const Value&, std::string_view key,
+                                                             const Range&, std::string_view unit);
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> wrong_choice(const Value&, std::string_view key,
+                                                             const std::vector<std::string>& choices);
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> missing_key(const Table&, std::string_view key,
+                                                            std::string_view doc);
+[[nodiscard]] VANTAGE_API Result<void> only_known_keys(const Table&,
+                                                       const std::vector<std::string>& known);
+/// A relative path is meant from the file it is written in; on the command line, from the cwd.
+[[nodiscard]] VANTAGE_API std::filesystem::path resolve_path(const std::string&,
+                                                             const SourceLocation&);
+
+template <class T>
+struct is_optional : std::false_type {};
+template <class T>
+struct is_optional<std::optional<T>> : std::true_type {};
+template <class T>
+struct is_vector : std::false_type {};
+template <class T>
+struct is_vector<std::vector<T>> : std::true_type {};
+template <class T>
+struct is_eigen_vector : std::false_type {};
+template <int N>
+struct is_eigen_vector<Eigen::Matrix<double, N, 1>> : std::true_type {};
+
+struct Context {
+  std::string_view key, unit;
+  Range range;
+};
+
+template <class T>
+[[nodiscard]] std::vector<std::string> choices_of() {
+  std::vector<std::string> names;
+  if constexpr (std::is_enum_v<T>) {
+    for (const auto& [name, value] : enum_names(T{})) names.emplace_back(name);
+  }
+  return names;
+}
+
+template <class T>
+[[nodiscard]] std::string type_of() {
+  if constexpr (is_optional<T>::value) {
+    return type_of<typename T::value_type>();
+  } else if constexpr (is_vector<T>::value) {
+    return "array of " + type_of<typename T::value_type>();
+  } else if constexpr (is_eigen_vector<T>::value) {
+    return "array of " + std::to_string(T::RowsAtCompileTime) + " numbers";
+  } else if constexpr (std::same_as<T, bool>) {
+    return "boolean";
+  } else if constexpr (std::is_enum_v<T>) {
+    return "choice";
+  } else if constexpr (std::integral<T>) {
+    return "integer";
+  } else if constexpr (std::floating_point<T>) {
+    return "number";
+  } else if constexpr (std::same_as<T, std::string>) {
+    return "string";
+  } else if constexpr (std::same_as<T, std::filesystem::path>) {
+    return "path";
+  } else {
+    return "table";
+  }
+}
+
+template <class T>
+[[nodiscard]] Result<T> read_value(const Value& value, const Context& context) {
+  if constexpr (is_optional<T>::value) {
+    VANTAGE_TRY(auto inner, read_value<typename T::value_type>(value, context));
+    return T{std::move(inner)};
+  } else if constexpr (is_vector<T>::value) {
+    const auto* array = std::get_if<Array>(&value.data);
+    if (array == nullptr) return wrong_type(value, context.key, type_of<T>());
+    T out;
+    for (const Value& element : *array) {
+      VANTAGE_TRY(auto x, read_value<typename T::value_type>(element, context));
+      out.push_back(std::move(x));
+    }
+    return out;
+  } else if constexpr (is_eigen_vector<T>::value) {
+    const auto* array = std::get_if<Array>(&value.data);
+    if (array == nullptr || array->size() != static_cast<std::size_t>(T::RowsAtCompileTime)) {
+      return wrong_type(value, context.key, type_of<T>());
+    }
+    T out;
+    for (std::size_t i = 0; i < array->size(); ++i) {
+      VANTAGE_TRY(const double x, read_value<double>((*array)[i], context));
+      out[static_cast<Eigen::Index>(i)] = x;
+    }
+    return out;
+  } else if constexpr (std::same_as<T, bool>) {
+    if (const auto* x = std::get_if<bool>(&value.data)) return *x;
+    return wrong_type(value, context.key, "a boolean");
+  } else if constexpr (std::is_enum_v<T>) {
+    const auto* text = std::get_if<std::string>(&value.data);
+    if (text == nullptr) return wrong_type(value, context.key, "a string");
+    for (const auto& [name, choice] : enum_names(T{})) {
+      if (name == *text) return choice;
+    }
+    return wrong_choice(value, context.key, choices_of<T>());
+  } else if constexpr (std::integral<T>) {
+    const auto* x = std::get_if<std::int64_t>(&value.data);
+    if (x == nullptr) return wrong_type(value, context.key, "an integer");
+    if (!std::in_range<T>(*x) || !context.range.contains(static_cast<double>(*x))) {
+      Range range = context.range;
+      range.min = std::max(range.min, static_cast<double>(std::numeric_limits<T>::min()));
+      range.max = std::min(range.max, static_cast<double>(std::numeric_limits<T>::max()));
+      return out_of_range(value, context.key, range, context.unit);
+    }
+    return static_cast<T>(*x);
+  } else if constexpr (std::floating_point<T>) {
+    T x{};
+    if (const auto* real = std::get_if<double>(&value.data)) {
+      x = static_cast<T>(*real);
+    } else if (const auto* whole = std::get_if<std::int64_t>(&value.data)) {
+      x = static_cast<T>(*whole);
+    } else {
+      return wrong_type(value, context.key, "a number");
+    }
+    if (!std::isfinite(x) || !context.range.contains(static_cast<double>(x))) {
+      return out_of_range(value, context.key, context.range, context.unit);
+    }
+    return x;
+  } else if constexpr (std::same_as<T, std::string> || std::same_as<T, std::filesystem::path>) {
+    const auto* text = std::get_if<std::string>(&value.data);
+    if (text == nullptr) return wrong_type(value, context.key, "a string");
+    if constexpr (std::same_as<T, std::string>) {
+      return *text;
+    } else {
+      return resolve_path(*text, value.where);
+    }
+  } else {
+    const auto* table = std::get_if<Table>(&value.data);
+    if (table == nullptr) return wrong_type(value, context.key, "a table");
+    if constexpr (std::same_as<T, Table>) {
+      return *table;
+    } else {
+      return parse<T>(*table);
+    }
+  }
+}
+
+/// Nothing for an empty optional.
+template <class T>
+[[nodiscard]] std::optional<Value> write_value(const T& x) {
+  if constexpr (is_optional<T>::value) {
+    return x ? write_value(*x) : std::nullopt;
+  } else if constexpr (is_vector<T>::value || is_eigen_vector<T>::value) {
+    Array array;
+    for (const auto& element : x) {
+      if (auto value = write_value(element)) array.push_back(*std::move(value));
+    }
+    return Value{std::move(array), {}};
+  } else if constexpr (std::same_as<T, bool>) {
+    return Value{x, {}};
+  } else if constexpr (std::is_enum_v<T>) {
+    for (const auto& [name, choice] : enum_names(T{})) {
+      if (choice == x) return Value{std::string(name), {}};
+    }
+    return std::nullopt;
+  } else if constexpr (std::integral<T>) {
+    return Value{static_cast<std::int64_t>(x), {}};
+  } else if constexpr (std::floating_point<T>) {
+    return Value{static_cast<double>(x), {}};
+  } else if constexpr (std::same_as<T, std::string>) {
+    return Value{x, {}};
+  } else if constexpr (std::same_as<T, std::filesystem::path>) {
+    return Value{x.string(), {}};
+  } else if constexpr (std::same_as<T, Table>) {
+    return Value{x, {}};
+  } else {
+    return Value{to_table(x), {}};
+  }
+}
+
+}  // namespace detail
+
+/// Reads a table by the schema of Params.
+/// Errors: `invalid_config` with the place of an unknown key (and what was probably meant), a missing
+/// key, a wrong type, a value out of range, a non-finite number.
+template <HasSchema Params>
+Result<Params> parse(const Table& table) {
+  Params params{};
+  Result<void> done{};
+  std::vector<std::string> known;
+  std::apply([&](const auto&... field) { (known.emplace_back(field.key), ...); }, Params::schema());
+  VANTAGE_CHECK(detail::only_known_keys(table, known));
+
+  const auto read = [&](const auto& field) -> bool {
+    using Member = std::remove_cvref_t<decltype(params.*field.member)>;
+    const Value* value = table.find(field.key);
+    if (value == nullptr) {
+      if (field.required) done = detail::missing_key(table, field.key, field.doc);
+      return done.has_value();
+    }
+    auto member = detail::read_value<Member>(*value, {field.key, field.unit, field.range});
+    if (!member) {
+      done = fail(std::move(member).error());
+      return false;
+    }
+    params.*field.member = *std::move(member);
+    return true;
+  };
+  std::apply([&](const auto&... field) { (void)(read(field) && ...); }, Params::schema());
+  VANTAGE_CHECK(done);
+
+  if constexpr (requires { params.validate(); }) {
+    if (Result<void> valid = params.validate(); !valid) {
+      Error error = std::move(valid).error();
+      if (!error.where) error.where = table.where;
+      return fail(std::move(error));
+    }
+  }
+  return params;
+}
+
+/// The effective values, defaults included.
+template <HasSchema Params>
+Table to_table(const Params& params) {
+  Table table;
+  const auto write = [&](const auto& field) {
+    if (auto value = detail::write_value(params.*field.member)) {
+      table.entries.push_back({std::string(field.key), *std::move(value), {}});
+    }
+  };
+  std::apply([&](const auto&... field) { (write(field), ...); }, Params::schema());
+  return table;
+}
+
+template <HasSchema Params>
+std::vector<ParameterDoc> describe() {
+  std::vector<ParameterDoc> docs;
+  const Params defaults{};
+  const auto add = [&](const auto& field) {
+    using Member = std::remove_cvref_t<decltype(defaults.*field.member)>;
+    ParameterDoc doc{.key = std::string(field.key),
+                     .type = detail::type_of<Member>(),
+                     .unit = std::string(field.unit),
+                     .doc = std::string(field.doc),
+                     .range = field.range.to_string(),
+                     .required = field.required,
+                     .default_value = {},
+                     .choices = {}};
+    if constexpr (detail::is_optional<Member>::value) {
+      doc.choices = detail::choices_of<typename Member::value_type>();
+    } else {
+      doc.choices = detail::choices_of<Member>();
+    }
+    if (!field.required) {
+      if (auto value = detail::write_value(defaults.*field.member)) doc.default_value = to_toml(*value);
+    }
+    docs.push_back(std::move(doc));
+  };
+  std::apply([&](const auto&... field) { (add(field), ...); }, Params::schema());
+  return docs;
+}
+
+}  // namespace vantage

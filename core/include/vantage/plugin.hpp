@@ -1,0 +1,129 @@
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "vantage/ground_filter.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/params.hpp"
+#include "vantage/partitioner.hpp"
+#include "vantage/result.hpp"
+#include "vantage/scan_matcher.hpp"
+#include "vantage/visibility.hpp"
+
+/// What a plugin author includes. A plugin is one shared library `vantage_<kind>_<name>.so` that
+/// exports one symbol, made by one line:
+///
+///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells of width L (Eqs. 2-3)");
+///
+/// where UniformGrid derives from the interface, names its `Params` (see params.hpp) and has
+/// `static Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.
+
+/// Counts up whenever an interface or a type that crosses the boundary changes.
+#ifndef VANTAGE_INTERFACE_VERSION
+#define VANTAGE_INTERFACE_VERSION 1
+#endif
+
+namespace vantage {
+
+/// What must agree before anything of a plugin may be called; read as plain integers.
+struct AbiTag {
+  std::uint32_t interface_version;
+  std::uint32_t gxx_abi_version;
+  std::uint32_t cxx11_abi;
+  std::uint32_t eigen_version;          ///< world * 10000 + major * 100 + minor
+  std::uint32_t eigen_max_align_bytes;  ///< changes with -mavx and the like
+  std::uint32_t libstdcxx_debug;
+
+  friend bool operator==(const AbiTag&, const AbiTag&) = default;
+};
+
+/// The tag of the code that includes this header, with the flags it is compiled with.
+[[nodiscard]] constexpr AbiTag abi_tag_here() noexcept {
+  return {
+      .interface_version = VANTAGE_INTERFACE_VERSION,
+      .gxx_abi_version = __GXX_ABI_VERSION,
+      .cxx11_abi = _GLIBCXX_USE_CXX11_ABI,
+      .eigen_version = EIGEN_WORLD_VERSION * 10000 + EIGEN_MAJOR_VERSION * 100 + EIGEN_MINOR_VERSION,
+      .eigen_max_align_bytes = EIGEN_MAX_ALIGN_BYTES,
+#ifdef _GLIBCXX_DEBUG
+      .libstdcxx_debug = 1,
+#else
+      .libstdcxx_debug = 0,
+#endif
+  };
+}
+
+/// How core makes an object of a plugin and learns its parameters. None of these throws.
+template <class Interface>
+struct Factory {
+  Result<std::unique_ptr<Interface>> (*create)(const Table& params) noexcept;
+  Result<Table> (*effective_params)(const Table& params) noexcept;  ///< defaults filled in
+  Result<std::vector<ParameterDoc>> (*describe)() noexcept;
+};
+
+/// The index of the variant is the kind; see `PluginKind`.
+using AnyFactory = std::variant<Factory<Partitioner>, Factory<GroundFilter>,
+                                Factory<VisibilityOperator>, Factory<MapStore>, Factory<ScanMatcher>>;
+
+inline constexpr std::uint64_t kPluginMagic = 0x56414e5441474531;  // "VANTAGE1"
+
+/// The one symbol a plugin exports, named `vantage_plugin`. The first three members never move.
+struct PluginManifest {
+  std::uint64_t magic = kPluginMagic;
+  std::uint64_t size = sizeof(PluginManifest);
+  AbiTag abi = abi_tag_here();
+  const char* name = nullptr;     ///< as in the file name
+  const char* summary = nullptr;  ///< one line
+  AnyFactory factory;
+};
+
+namespace detail {
+
+/// Turns an exception into an error: none may cross the plugin boundary.
+template <class F>
+auto guarded(F&& f) noexcept -> decltype(f()) {
+  try {
+    return std::forward<F>(f)();
+  } catch (const std::exception& e) {
+    return fail(ErrorCode::internal, e.what());
+  } catch (...) {
+    return fail(ErrorCode::internal, "an exception of unknown type");
+  }
+}
+
+template <class Interface, class Implementation>
+constexpr Factory<Interface> factory_of() noexcept {
+  using Params = typename Implementation::Params;
+  return {
+      .create = [](const Table& table) noexcept -> Result<std::unique_ptr<Interface>> {
+        return guarded([&]() -> Result<std::unique_ptr<Interface>> {
+          VANTAGE_TRY(const auto params, parse<Params>(table));
+          return Implementation::create(params);
+        });
+      },
+      .effective_params = [](const Table& table) noexcept -> Result<Table> {
+        return guarded([&]() -> Result<Table> {
+          VANTAGE_TRY(const auto params, parse<Params>(table));
+          return to_table(params);
+        });
+      },
+      .describe = []() noexcept -> Result<std::vector<ParameterDoc>> {
+        return guarded([]() -> Result<std::vector<ParameterDoc>> { return ::vantage::describe<Params>(); });
+      },
+  };
+}
+
+}  // namespace detail
+}  // namespace vantage
+
+#define VANTAGE_PLUGIN(Interface, Implementation, plugin_name, plugin_summary)                     \
+  extern "C" __attribute__((visibility("default"), used)) constinit const ::vantage::PluginManifest \
+      vantage_plugin{.name = plugin_name,                                                          \
+                     .summary = plugin_summary,                                                    \
+                     .factory = ::vantage::detail::factory_of<Interface, Implementation>()}

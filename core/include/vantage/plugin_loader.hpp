@@ -1,0 +1,134 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/params.hpp"
+#include "vantage/plugin.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// The index of AnyFactory.
+enum class PluginKind : std::uint8_t { partitioner, ground, visibility, store, matcher };
+inline constexpr std::size_t kPluginKinds = std::variant_size_v<AnyFactory>;
+/// "partitioner", "ground", "visibility", "store", "matcher".
+[[nodiscard]] VANTAGE_API const char* to_string(PluginKind) noexcept;
+
+/// Which plugin a configuration asks for.
+struct PluginChoice {
+  std::string plugin;                            ///< name, as in the file name
+  std::optional<std::filesystem::path> library;  ///< a file to load instead of searching
+  Table params;
+  SourceLocation where;  ///< of the name
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &PluginChoice::plugin, "", "name of the plugin"),
+        optional("library", &PluginChoice::library, "", "plugin file, instead of searching"),
+        optional("params", &PluginChoice::params, "", "parameters of the plugin"),
+    };
+  }
+};
+
+class SharedLibrary;  // an open plugin file; closed when the last owner goes
+
+/// Deletes an object of a plugin first, then lets its library go.
+template <class T>
+struct InLibrary {
+  std::shared_ptr<const SharedLibrary> library;  // none for objects of the program itself
+  void operator()(T* object) const noexcept { delete object; }
+};
+
+/// Owns an object whose code may live in a plugin, and keeps that plugin loaded.
+template <class T>
+using PluginPtr = std::unique_ptr<T, InLibrary<T>>;
+
+/// Ties what a plugin's object made (a scene, a match target) to the same library.
+template <class T, class U>
+[[nodiscard]] PluginPtr<U> in_library_of(const PluginPtr<T>& parent, std::unique_ptr<U> object) {
+  return PluginPtr<U>(object.release(), InLibrary<U>{parent.get_deleter().library});
+}
+
+/// A file that calls itself a plugin by its name; nothing has been opened.
+struct PluginFile {
+  PluginKind kind;
+  std::string name;
+  std::filesystem::path path;
+};
+
+/// What an opened plugin says of itself.
+struct PluginInfo {
+  PluginKind kind;
+  std::string name, summary;
+  std::filesystem::path path;
+  std::vector<ParameterDoc> parameters;
+};
+
+/// Finds and opens plugins. Holds nothing open itself.
+class VANTAGE_API PluginLoader {
+ public:
+  /// @param folders  searched in this order, never the current directory
+  explicit PluginLoader(std::vector<std::filesystem::path> folders);
+
+  /// `plugin_dirs`, then $VANTAGE_PLUGIN_PATH (':'-separated), then `vantage/` beside libvantage_core.
+  [[nodiscard]] static PluginLoader with_default_folders(
+      std::vector<std::filesystem::path> plugin_dirs);
+
+  [[nodiscard]] const std::vector<std::filesystem::path>& folders() const noexcept {
+    return folders_;
+  }
+
+  /// Every plugin file in the folders, by kind and name; a name found twice counts where it is found
+  /// first. Opens nothing. A folder that does not exist holds nothing.
+  [[nodiscard]] std::vector<PluginFile> list() const;
+
+  /// Makes the plugin's object with the choice's params.
+  /// Errors: `not_found` with what is there and what was probably meant; `incompatible_plugin` with
+  /// what differs; `invalid_config` from the params.
+  template <class Interface>
+  [[nodiscard]] Result<PluginPtr<Interface>> load(const PluginChoice& choice) const;
+
+  /// The choice's params with the plugin's defaults filled in. Errors: as `load`.
+  [[nodiscard]] Result<Table> effective_params(PluginKind kind, const PluginChoice& choice) const;
+
+  /// Opens a plugin and asks what it is. Errors: as `load`.
+  [[nodiscard]] Result<PluginInfo> inspect(const std::filesystem::path& file) const;
+
+ private:
+  struct Opened {
+    std::shared_ptr<const SharedLibrary> library;
+    const PluginManifest* manifest;
+  };
+  [[nodiscard]] Result<Opened> open(PluginKind kind, const PluginChoice& choice) const;
+
+  std::vector<std::filesystem::path> folders_;
+};
+
+namespace detail {
+/// The position of a factory's interface in AnyFactory.
+template <class Interface, std::size_t I = 0>
+[[nodiscard]] constexpr PluginKind kind_of() {
+  if constexpr (std::same_as<std::variant_alternative_t<I, AnyFactory>, Factory<Interface>>) {
+    return static_cast<PluginKind>(I);
+  } else {
+    return kind_of<Interface, I + 1>();
+  }
+}
+}  // namespace detail
+
+template <class Interface>
+Result<PluginPtr<Interface>> PluginLoader::load(const PluginChoice& choice) const {
+  VANTAGE_TRY(const Opened opened, open(detail::kind_of<Interface>(), choice));
+  auto object = std::get<Factory<Interface>>(opened.manifest->factory).create(choice.params);
+  if (!object) return fail(std::move(object).error());
+  return PluginPtr<Interface>(object->release(), InLibrary<Interface>{opened.library});
+}
+
+}  // namespace vantage

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "vantage/api.hpp"
+
+namespace vantage {
+
+using Point = Eigen::Vector3d;                 ///< [m]; 24 bytes, 8-aligned whatever -march says
+using PointCloud = std::vector<Point>;         ///< owned
+using PointsView = std::span<const Point>;     ///< borrowed for one call
+using IndexList = std::vector<std::uint32_t>;  ///< strictly ascending indices into a PointsView
+
+/// An axis-aligned box [m], both ends included. Default constructed it is empty (min > max).
+struct Bounds3 {
+  Point min = Point::Constant(std::numeric_limits<double>::infinity());
+  Point max = Point::Constant(-std::numeric_limits<double>::infinity());
+
+  [[nodiscard]] bool empty() const noexcept { return !(min.array() <= max.array()).all(); }
+  /// D of Eq. 6 [m]; 0 for an empty box.
+  [[nodiscard]] double diagonal() const noexcept { return empty() ? 0.0 : (max - min).norm(); }
+  void extend(const Point& p) noexcept {
+    min = min.cwiseMin(p);
+    max = max.cwiseMax(p);
+  }
+};
+
+/// The tightest box around all points; empty for no points. Points must be finite.
+[[nodiscard]] VANTAGE_API Bounds3 bounds_of(PointsView points) noexcept;
+
+/// Whether every coordinate of every point is finite.
+[[nodiscard]] VANTAGE_API bool all_finite(PointsView points) noexcept;
+
+/// The points that `indices` name, in that order. Precondition: every index < points.size().
+[[nodiscard]] VANTAGE_API PointCloud select(PointsView points, std::span<const std::uint32_t> indices);
+
+}  // namespace vantage

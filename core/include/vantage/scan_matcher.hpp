@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+
+#include "vantage/api.hpp"
+#include "vantage/metrics.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// Why an alignment ended.
+enum class Termination : std::uint8_t {
+  converged,       ///< the last step was below the matcher's tolerances
+  max_iterations,  ///< the iteration limit came first
+  no_progress,     ///< no step along the search direction improves the objective
+};
+[[nodiscard]] VANTAGE_API const char* to_string(Termination) noexcept;
+
+/// What matching one scan against one map gave.
+struct Alignment {
+  /// Order of the rows: translation x, y, z [m], then rotation vector x, y, z [rad], axes of the
+  /// map frame, rotation about the sensor. Not aligned: it crosses the plugin boundary.
+  using Hessian = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+
+  Pose T_map_scan;
+  Termination termination = Termination::max_iterations;
+  std::uint32_t iterations = 0;
+  ScanScore score;                    ///< of `T_map_scan`
+  Hessian hessian = Hessian::Zero();  ///< of the objective that was minimized, at `T_map_scan`
+};
+
+/// A map made ready for matching. Owns what it needs: the points it was prepared from can go.
+/// Thread safety: const methods may run on one object from many threads at once and give the same
+/// answer for any number of threads.
+class VANTAGE_API MatchTarget {
+ public:
+  virtual ~MatchTarget();
+
+  /// Finds the pose of a scan near a guess. T_align of Sec. 3.3 times this call and nothing else.
+  /// @param scan              N points, sensor frame [m]; finite
+  /// @param T_map_scan_guess  the predicted pose
+  /// Errors: `too_few_matches` for an empty scan or one that does not overlap the map at the guess;
+  /// `invalid_input` for non-finite points or pose.
+  [[nodiscard]] virtual Result<Alignment> align(PointsView scan,
+                                                const Pose& T_map_scan_guess) const noexcept = 0;
+
+  /// How well a scan fits the map at a given pose: S_fitness (Eq. 12) and its companions.
+  /// Errors: as `align`; a scan without overlap has fitness 0 and coverage 0, which is no error.
+  [[nodiscard]] virtual Result<ScanScore> score(PointsView scan,
+                                                const Pose& T_map_scan) const noexcept = 0;
+};
+
+/// Matches scans to maps (Sec. 2.4, 3.3).
+/// Thread safety: `prepare` may run on one object from many threads at once.
+class VANTAGE_API ScanMatcher {
+ public:
+  virtual ~ScanMatcher();
+
+  /// @param map  N points of a region map, map frame [m]
+  /// Errors: `invalid_input` for an empty map or a non-finite coordinate; `too_few_matches` for a
+  /// map too sparse to match anything against.
+  [[nodiscard]] virtual Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept = 0;
+};
+
+}  // namespace vantage

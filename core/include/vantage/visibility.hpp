@@ -1,0 +1,58 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "vantage/api.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// What a visibility operator must know beyond the points it tests.
+struct VisibilityLimits {
+  Bounds3 map_bounds;  ///< box around the whole wide-area map, also where only P_ij is tested (D of Eq. 6)
+  double max_range = std::numeric_limits<double>::infinity();  ///< reach of the sensor [m]
+};
+
+/// The points of one map, ready to be asked what can be seen from where.
+/// Borrows the map, which must outlive it.
+/// Thread safety: const methods may run on one object from many threads at once.
+class VANTAGE_API VisibilityScene {
+ public:
+  virtual ~VisibilityScene();
+
+  /// B_q of Eq. 9: what is seen from one viewpoint.
+  /// @param viewpoint  map frame [m]; `invalid_input` if not finite
+  /// @return           indices of the observable points, strictly ascending; only points at a
+  ///                   distance in (0, max_range] count, the others neither are seen nor occlude
+  [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
+
+  /// V_ij of Eq. 10: what is seen from at least one viewpoint. The default joins `visible` of all,
+  /// in parallel; an operator that can share work between viewpoints overrides it.
+  [[nodiscard]] virtual Result<IndexList> visible_from_any(
+      std::span<const Point> viewpoints) const noexcept;
+
+ protected:
+  /// @param map_size  number of points of the map that the scene was prepared for
+  explicit VisibilityScene(std::size_t map_size) noexcept : map_size_(map_size) {}
+
+ private:
+  std::size_t map_size_;
+};
+
+/// Decides which map points can be observed from a viewpoint (Sec. 2.3).
+/// Thread safety: `prepare` may run on one object from many threads at once.
+class VANTAGE_API VisibilityOperator {
+ public:
+  virtual ~VisibilityOperator();
+
+  /// Builds once what every viewpoint needs.
+  /// @param map  N points, map frame [m]; borrowed by the scene
+  /// Errors: `invalid_input` for an empty map or a non-finite coordinate.
+  [[nodiscard]] virtual Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept = 0;
+};
+
+}  // namespace vantage

@@ -1,0 +1,66 @@
+// Home of every interface's vtable and type_info: one of each, in core.
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <tbb/parallel_for.h>
+#include <vector>
+
+#include "vantage/ground_filter.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/partitioner.hpp"
+#include "vantage/scan_matcher.hpp"
+#include "vantage/visibility.hpp"
+
+namespace vantage {
+
+Partitioner::~Partitioner() = default;
+GroundFilter::~GroundFilter() = default;
+VisibilityOperator::~VisibilityOperator() = default;
+VisibilityScene::~VisibilityScene() = default;
+MapStore::~MapStore() = default;
+ScanMatcher::~ScanMatcher() = default;
+MatchTarget::~MatchTarget() = default;
+
+const char* to_string(Termination termination) noexcept {
+  switch (termination) {
+    case Termination::converged: return "converged";
+    case Termination::max_iterations: return "max_iterations";
+    case Termination::no_progress: return "no_progress";
+  }
+  return "unknown";
+}
+
+Result<IndexList> VisibilityScene::visible_from_any(
+    std::span<const Point> viewpoints) const noexcept {
+  // Every thread only ever writes the same 1, so the union does not depend on who comes first; of
+  // several errors the one of the first viewpoint is reported.
+  std::vector<std::atomic<std::uint8_t>> seen(map_size_);
+  std::mutex mutex;
+  std::optional<Error> error;
+  std::size_t error_at = viewpoints.size();
+
+  tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t i) {
+    const Result<IndexList> indices = visible(viewpoints[i]);
+    if (!indices) {
+      const std::scoped_lock lock(mutex);
+      if (i < error_at) {
+        error_at = i;
+        error = indices.error();
+      }
+      return;
+    }
+    for (const std::uint32_t k : *indices) seen[k].store(1, std::memory_order_relaxed);
+  });
+  if (error) return fail(*std::move(error));
+
+  IndexList all;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    if (seen[k].load(std::memory_order_relaxed) != 0) all.push_back(static_cast<std::uint32_t>(k));
+  }
+  return all;
+}
+
+}  // namespace vantage

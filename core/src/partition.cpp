@@ -1,0 +1,322 @@
+#include "vantage/partition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <sstream>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+namespace vantage {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr std::size_t kMaxLabelLength = 200;  // leaves room for an extension in a file name
+
+struct Box {
+  Vector2d min, max;  // both ends included
+
+  [[nodiscard]] bool contains(const Vector2d& p) const noexcept {
+    return min.x() <= p.x() && p.x() <= max.x() && min.y() <= p.y() && p.y() <= max.y();
+  }
+  void extend(const Vector2d& p) noexcept {
+    min = min.cwiseMin(p);
+    max = max.cwiseMax(p);
+  }
+};
+
+Box bounding_box(const HalfOpenBox& box) noexcept { return {box.min, box.max}; }
+
+Box bounding_box(const ConvexPolygon& polygon) noexcept {
+  Box box{polygon.corners.front(), polygon.corners.front()};
+  for (const Vector2d& corner : polygon.corners) box.extend(corner);
+  return box;
+}
+
+double cross(const Vector2d& a, const Vector2d& b) noexcept {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Whether p is on the line a -> b or left of it. The ends are taken in a fixed order, so that two
+/// polygons that share an edge, each in its own direction, round alike and leave no crack.
+bool left_of(const Vector2d& a, const Vector2d& b, const Vector2d& p) noexcept {
+  const bool forward = a.x() < b.x() || (a.x() == b.x() && a.y() <= b.y());
+  return forward ? cross(b - a, p - a) >= 0.0 : cross(a - b, p - b) <= 0.0;
+}
+
+bool inside(const HalfOpenBox& box, const Vector2d& p) noexcept {
+  return box.min.x() <= p.x() && p.x() < box.max.x() && box.min.y() <= p.y() && p.y() < box.max.y();
+}
+
+bool inside(const ConvexPolygon& polygon, const Vector2d& p) noexcept {
+  const std::vector<Vector2d>& corners = polygon.corners;
+  if (corners.size() < 3 || !bounding_box(polygon).contains(p)) return false;
+  for (std::size_t i = 0, before = corners.size() - 1; i < corners.size(); before = i++) {
+    if (!left_of(corners[before], corners[i], p)) return false;
+  }
+  return true;
+}
+
+double distance_to_border(const HalfOpenBox& box, const Vector2d& p) noexcept {
+  const Vector2d outside = (box.min - p).cwiseMax(p - box.max).cwiseMax(0.0);
+  return std::hypot(outside.x(), outside.y());
+}
+
+double distance_to_border(const ConvexPolygon& polygon, const Vector2d& p) noexcept {
+  const std::vector<Vector2d>& corners = polygon.corners;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0, before = corners.size() - 1; i < corners.size(); before = i++) {
+    const Vector2d edge = corners[i] - corners[before], to = p - corners[before];
+    const double along = std::clamp(edge.dot(to) / edge.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (to - along * edge).norm());
+  }
+  return nearest;
+}
+
+std::string text(const Vector2d& p) {
+  std::ostringstream out;
+  out << '(' << p.x() << ", " << p.y() << ')';
+  return out.str();
+}
+
+tl::unexpected<Error> refuse(std::size_t id, const Region& region, const std::string& reason) {
+  return fail(ErrorCode::invalid_input,
+              "region " + std::to_string(id) + " ('" + region.label + "'): " + reason);
+}
+
+bool file_safe(std::string_view label) noexcept {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '+' || c == '.';
+  };
+  return !label.empty() && label.size() <= kMaxLabelLength && label.front() != '.' &&
+         std::all_of(label.begin(), label.end(), allowed);
+}
+
+/// What is wrong with a footprint, or "".
+std::string defect(const HalfOpenBox& box) {
+  if (!box.min.allFinite() || !box.max.allFinite()) return "the box is not finite";
+  if (!(box.min.x() < box.max.x() && box.min.y() < box.max.y())) {
+    return "the box is empty: min " + text(box.min) + " is not below max " + text(box.max);
+  }
+  return "";
+}
+
+std::string defect(const ConvexPolygon& polygon) {
+  const std::vector<Vector2d>& corners = polygon.corners;
+  const std::size_t n = corners.size();
+  if (n < 3) return "a polygon needs at least 3 corners, not " + std::to_string(n);
+  double magnitude = 0.0;
+  for (const Vector2d& corner : corners) {
+    if (!corner.allFinite()) return "the polygon is not finite";
+    magnitude = std::max(magnitude, corner.cwiseAbs().maxCoeff());
+  }
+  // Corners that a program has put on a straight line lie beside it by the rounding of coordinates.
+  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * magnitude;
+  double turned = 0.0, area = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2d to = corners[(i + 1) % n] - corners[i];
+    const Vector2d onward = corners[(i + 2) % n] - corners[(i + 1) % n];
+    if (to.isZero(0.0)) return "two corners of the polygon coincide at " + text(corners[i]);
+    if (cross(to, onward) < -rounding * (to.norm() + onward.norm())) {
+      return "the polygon is not convex and counter-clockwise at corner " +
+             text(corners[(i + 1) % n]);
+    }
+    turned += std::atan2(cross(to, onward), to.dot(onward));
+    area += cross(corners[i] - corners[0], corners[(i + 1) % n] - corners[0]);
+  }
+  if (!(area > 0.0)) return "the polygon has no area";
+  if (!(std::abs(turned - 2.0 * std::numbers::pi) < 1e-3)) return "the polygon crosses itself";
+  return "";
+}
+
+/// The least power of two that is not below x; the largest one for what is beyond.
+double power_of_two_above(double x) noexcept {
+  int exponent = 0;
+  const double mantissa = std::frexp(std::min(x, std::numeric_limits<double>::max()), &exponent);
+  return std::ldexp(1.0, std::min(mantissa == 0.5 ? exponent - 1 : exponent, 1023));
+}
+
+}  // namespace
+
+bool contains(const Footprint& footprint, const Vector2d& xy) noexcept {
+  return std::visit([&](const auto& shape) { return inside(shape, xy); }, footprint);
+}
+
+double distance(const Footprint& footprint, const Vector2d& xy) noexcept {
+  if (!xy.allFinite()) return std::numeric_limits<double>::infinity();
+  if (contains(footprint, xy)) return 0.0;
+  // On the open border of a box the distance is positive too: it is 0 inside and nowhere else.
+  return std::visit(
+      [&](const auto& shape) {
+        return std::max(distance_to_border(shape, xy), std::numeric_limits<double>::min());
+      },
+      footprint);
+}
+
+/// One hashed grid a size class of footprints. Buckets are at least as wide as the boxes of their
+/// class, so a region is in at most four of them, whatever the extent of the map, and at most twice
+/// as wide, so disjoint regions crowd no bucket. The widths are powers of two: dividing by them is
+/// exact, and a place far from the origin falls in the right bucket.
+struct Partition::Grid {
+  struct Entry {
+    Box box;
+    std::uint32_t id;
+  };
+  struct Bucket {
+    std::int64_t x, y;
+    friend auto operator<=>(const Bucket&, const Bucket&) = default;
+  };
+  struct Hash {
+    std::size_t operator()(const Bucket& bucket) const noexcept {
+      std::uint64_t h = static_cast<std::uint64_t>(bucket.x) * 0x9e3779b97f4a7c15U;
+      h ^= static_cast<std::uint64_t>(bucket.y) + 0x632be59bd9b4e019U + (h << 6U) + (h >> 2U);
+      h = (h ^ (h >> 31U)) * 0xbf58476d1ce4e5b9U;
+      return h ^ (h >> 29U);
+    }
+  };
+  struct Level {
+    Vector2d width;
+    Box extent;
+    std::unordered_map<Bucket, std::pair<std::uint32_t, std::uint32_t>, Hash> buckets;
+  };
+
+  explicit Grid(const std::vector<Region>& regions);
+
+  [[nodiscard]] static Bucket bucket_of(const Vector2d& p, const Vector2d& width) noexcept {
+    return {static_cast<std::int64_t>(std::floor(p.x() / width.x())),
+            static_cast<std::int64_t>(std::floor(p.y() / width.y()))};
+  }
+  /// The regions of one level whose box may hold a place, by id.
+  [[nodiscard]] std::span<const Entry> candidates(const Level& level,
+                                                  const Vector2d& p) const noexcept {
+    if (!level.extent.contains(p)) return {};
+    const auto found = level.buckets.find(bucket_of(p, level.width));
+    if (found == level.buckets.end()) return {};
+    const auto [begin, end] = found->second;
+    return std::span(entries).subspan(begin, end - begin);
+  }
+
+  std::vector<Entry> entries;
+  std::vector<Level> levels;
+};
+
+Partition::Grid::Grid(const std::vector<Region>& regions) {
+  struct Placed {
+    Vector2d width;
+    Bucket bucket;
+    Entry entry;
+    [[nodiscard]] auto key() const noexcept {
+      return std::tuple(width.x(), width.y(), bucket, entry.id);
+    }
+  };
+  std::vector<Placed> placed;
+  placed.reserve(4 * regions.size());
+  for (std::uint32_t id = 0; id < regions.size(); ++id) {
+    const Box box =
+        std::visit([](const auto& shape) { return bounding_box(shape); }, regions[id].footprint);
+    const Vector2d width = (box.max - box.min).unaryExpr(&power_of_two_above);
+    const Bucket first = bucket_of(box.min, width), last = bucket_of(box.max, width);
+    for (std::int64_t y = first.y; y <= last.y; ++y) {
+      for (std::int64_t x = first.x; x <= last.x; ++x) {
+        placed.push_back({width, {x, y}, {box, id}});
+      }
+    }
+  }
+  std::sort(placed.begin(), placed.end(),
+            [](const Placed& a, const Placed& b) { return a.key() < b.key(); });
+
+  entries.reserve(placed.size());
+  for (const Placed& one : placed) {
+    if (levels.empty() || levels.back().width != one.width) {
+      levels.push_back({one.width, one.entry.box, {}});
+    }
+    Level& level = levels.back();
+    level.extent.extend(one.entry.box.min);
+    level.extent.extend(one.entry.box.max);
+    const auto here = static_cast<std::uint32_t>(entries.size());
+    level.buckets.try_emplace(one.bucket, here, here).first->second.second = here + 1;
+    entries.push_back(one.entry);
+  }
+}
+
+Result<Partition> Partition::from(std::vector<Region> regions) {
+  if (regions.empty()) return fail(ErrorCode::invalid_input, "a partition needs a region");
+  if (regions.size() > std::numeric_limits<std::uint32_t>::max() / 16) {
+    return fail(ErrorCode::invalid_input,
+                "a partition cannot hold " + std::to_string(regions.size()) + " regions");
+  }
+  std::unordered_set<std::string_view> labels;
+  for (std::size_t id = 0; id < regions.size(); ++id) {
+    const Region& region = regions[id];
+    if (!file_safe(region.label)) {
+      return refuse(id, region,
+                    "a label is 1 to " + std::to_string(kMaxLabelLength) +
+                        " letters, digits, '_', '-', '+' or '.', and does not begin with '.'");
+    }
+    if (!labels.insert(region.label).second) {
+      return refuse(id, region, "another region has the same label");
+    }
+    const std::string what =
+        std::visit([](const auto& shape) { return defect(shape); }, region.footprint);
+    if (!what.empty()) return refuse(id, region, what);
+    if (!(region.height.min < region.height.max)) {
+      return refuse(id, region, "the height interval is empty or not a number");
+    }
+  }
+
+  Partition partition;
+  partition.grid_ = std::make_shared<const Grid>(regions);
+  partition.regions_ = std::move(regions);
+  return partition;
+}
+
+template <class Accept>
+std::optional<RegionId> Partition::locate_if(const Vector2d& xy,
+                                             const Accept& accept) const noexcept {
+  if (regions_.empty() || !xy.allFinite()) return std::nullopt;
+  std::optional<RegionId> owner;
+  for (const Grid::Level& level : grid_->levels) {
+    for (const Grid::Entry& entry : grid_->candidates(level, xy)) {
+      if (owner && owner->value <= entry.id) break;
+      const Region& region = regions_[entry.id];
+      if (entry.box.contains(xy) && accept(region) && contains(region.footprint, xy)) {
+        owner = RegionId{entry.id};
+        break;
+      }
+    }
+  }
+  return owner;
+}
+
+std::optional<RegionId> Partition::locate(const Point& p) const noexcept {
+  if (!std::isfinite(p.z())) return std::nullopt;
+  return locate_if(p.head<2>(),
+                   [&](const Region& region) { return region.height.contains(p.z()); });
+}
+
+std::optional<RegionId> Partition::locate(const Vector2d& xy) const noexcept {
+  return locate_if(xy, [](const Region&) { return true; });
+}
+
+std::optional<RegionId> Partition::nearest(const Vector2d& xy) const noexcept {
+  if (regions_.empty() || !xy.allFinite()) return std::nullopt;
+  if (const auto owner = locate(xy)) return owner;
+  RegionId best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t id = 0; id < regions_.size(); ++id) {
+    const double d = distance(regions_[id].footprint, xy);
+    if (d < least) {
+      least = d;
+      best = RegionId{id};
+    }
+  }
+  return best;
+}
+
+}  // namespace vantage

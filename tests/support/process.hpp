@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace vantage::test {
+
+struct Finished {
+  int exit_code = -1;  ///< 128 + signal for a program that a signal ended
+  std::string out, err;
+};
+
+/// Runs one of the built programs (`vantage-build`, ...) to its end, without a shell.
+[[nodiscard]] Finished run(const std::string& program, const std::vector<std::string>& arguments);
+
+[[nodiscard]] std::string read_text(const std::filesystem::path& path);
+void write_text(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace vantage::test

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "vantage/ground_filter.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/partitioner.hpp"
+#include "vantage/plugin_loader.hpp"
+#include "vantage/scan_matcher.hpp"
+#include "vantage/visibility.hpp"
+
+/// Plugins so simple that a test can tell by hand what core must make of them.
+namespace vantage::test {
+
+template <class Fake, class Interface, class... Args>
+PluginPtr<Interface> in_process(Args&&... args) {
+  return PluginPtr<Interface>(new Fake(std::forward<Args>(args)...), {});
+}
+
+/// Strips of width 10 along x, from 0 to 10 * count.
+class Strips final : public Partitioner {
+ public:
+  explicit Strips(int count) : count_(count) {}
+  [[nodiscard]] Result<Partition> partition(PointsView, PointsView) const noexcept override {
+    std::vector<Region> regions;
+    for (int i = 0; i < count_; ++i) {
+      regions.push_back({"strip" + std::to_string(i),
+                         HalfOpenBox{{10.0 * i, -100.0}, {10.0 * (i + 1), 100.0}}, {}});
+    }
+    return Partition::from(std::move(regions));
+  }
+
+ private:
+  int count_;
+};
+
+/// Ground is what lies at z < 0.1; `shift` breaks the promise about indices.
+class FlatGround final : public GroundFilter {
+ public:
+  explicit FlatGround(std::uint32_t shift = 0) : shift_(shift) {}
+  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
+    IndexList indices;
+    for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+      if (cloud[i].z() < 0.1) indices.push_back(i + shift_);
+    }
+    return indices;
+  }
+
+ private:
+  std::uint32_t shift_;
+};
+
+/// Sees everything within max_range; refuses viewpoints beyond x = `limit`.
+class SeesNear final : public VisibilityOperator {
+ public:
+  explicit SeesNear(double limit = 1e9) : limit_(limit) {}
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept override {
+    class Scene final : public VisibilityScene {
+     public:
+      Scene(PointsView map, double range, double limit)
+          : VisibilityScene(map.size()), map_(map), range_(range), limit_(limit) {}
+      [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
+        if (viewpoint.x() > limit_) return fail(ErrorCode::invalid_input, "too far east");
+        IndexList indices;
+        for (std::uint32_t i = 0; i < map_.size(); ++i) {
+          if ((map_[i] - viewpoint).norm() <= range_) indices.push_back(i);
+        }
+        return indices;
+      }
+
+     private:
+      PointsView map_;
+      double range_, limit_;
+    };
+    return std::make_unique<Scene>(map, limits.max_range, limit_);
+  }
+
+ private:
+  double limit_;
+};
+
+/// What a MemoryStore keeps; the test holds on to it.
+struct Memory {
+  MapIndex index;
+  std::map<std::uint32_t, RegionMap> maps;
+  bool begun = false, committed = false;
+  int gets = 0;
+};
+
+class MemoryStore final : public MapStore {
+ public:
+  explicit MemoryStore(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
+  [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
+    memory_->index = index;
+    memory_->begun = true;
+    return {};
+  }
+  [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
+    memory_->maps[region.value] = map;
+    return {};
+  }
+  [[nodiscard]] Result<void> commit() noexcept override {
+    for (std::uint32_t r = 0; r < memory_->index.partition.size(); ++r) {
+      memory_->index.regions.push_back({memory_->maps[r].points.size(), memory_->maps[r].viewpoints, 0});
+    }
+    memory_->committed = true;
+    return {};
+  }
+  [[nodiscard]] Result<MapIndex> index() const noexcept override { return memory_->index; }
+  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
+    ++memory_->gets;
+    return memory_->maps.at(region.value);
+  }
+
+ private:
+  std::shared_ptr<Memory> memory_;
+};
+
+/// The truth that a TruthMatcher knows; the test moves it.
+struct Truth {
+  Pose T_map_scan;
+  double coverage = 1.0;
+  bool overlap = true;
+};
+
+/// Always finds the truth, unless the scan is empty or nothing overlaps.
+class TruthMatcher final : public ScanMatcher {
+ public:
+  explicit TruthMatcher(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView) const noexcept override {
+    class Target final : public MatchTarget {
+     public:
+      explicit Target(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
+      [[nodiscard]] Result<Alignment> align(PointsView scan, const Pose&) const noexcept override {
+        if (scan.empty() || !truth_->overlap) {
+          return fail(ErrorCode::too_few_matches, "nothing overlaps");
+        }
+        Alignment alignment;
+        alignment.T_map_scan = truth_->T_map_scan;
+        alignment.termination = Termination::converged;
+        alignment.score = {.fitness = 2.0, .nvtl = 3.0, .coverage = truth_->coverage};
+        return alignment;
+      }
+      [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
+        return ScanScore{};
+      }
+
+     private:
+      std::shared_ptr<Truth> truth_;
+    };
+    return std::make_unique<Target>(truth_);
+  }
+
+ private:
+  std::shared_ptr<Truth> truth_;
+};
+
+}  // namespace vantage::test

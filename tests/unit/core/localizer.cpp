@@ -1,0 +1,221 @@
+#include "vantage/localizer.hpp"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+
+#include "fakes.hpp"
+
+using namespace vantage;
+
+namespace {
+
+/// Three strips of 10 m along x; strip 1 has no map.
+struct World {
+  std::shared_ptr<test::Memory> memory = std::make_shared<test::Memory>();
+  std::shared_ptr<test::Truth> truth = std::make_shared<test::Truth>();
+  PointCloud scan{{5, 0, 0}, {6, 0, 0}, {0, 7, 1}};
+
+  explicit World(bool gap = false) {
+    test::MemoryStore store(memory);
+    const Partition partition = test::Strips(3).partition({}, {}).value();
+    REQUIRE(store.begin(MapIndex{partition, {}, {}, 100, ""}));
+    for (std::uint32_t r = 0; r < 3; ++r) {
+      RegionMap map;
+      if (!(gap && r == 1)) map.points.assign(10 * (r + 1), Point(1, 2, 3));
+      REQUIRE(store.put(RegionId{r}, map));
+    }
+    REQUIRE(store.commit());
+  }
+
+  [[nodiscard]] Localizer localizer(const LocalizerParams& params = {}) const {
+    auto opened = Localizer::open(test::in_process<test::MemoryStore, MapStore>(memory),
+                                  test::in_process<test::TruthMatcher, ScanMatcher>(truth), params);
+    REQUIRE_MESSAGE(opened, to_string(opened.error()));
+    return *std::move(opened);
+  }
+
+  /// Moves the truth to x and localizes a scan there.
+  ScanReport at(Localizer& localizer, double stamp, double x,
+                std::optional<Pose> odometry = {}) const {
+    truth->T_map_scan.translation = {x, 0, 0};
+    auto report = localizer.localize({stamp, scan, odometry});
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    return *std::move(report);
+  }
+};
+
+Pose at_x(double x) { return pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0}); }
+
+}  // namespace
+
+TEST_CASE("Eq. 11: the map changes for the scan after the border was crossed") {
+  const World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(8)));
+  CHECK(world.at(localizer, 0.0, 8).switched);  // the first map is loaded
+  CHECK_FALSE(world.at(localizer, 0.1, 9.9).switched);
+  const ScanReport crossing = world.at(localizer, 0.2, 10.0);  // exactly on the border: next cell
+  CHECK(crossing.region == RegionId{0});
+  const ScanReport after = world.at(localizer, 0.3, 10.1);
+  CHECK(after.switched);
+  CHECK(after.region == RegionId{1});
+  CHECK(after.map_points == 20);
+  CHECK(after.lcp == doctest::Approx(2.0 / 20));
+  CHECK_FALSE(world.at(localizer, 0.4, 10.2).switched);
+  CHECK(world.memory->gets == 2);
+}
+
+TEST_CASE("switch_margin keeps a map until the border is that far behind") {
+  const World world;
+  LocalizerParams params;
+  params.switch_margin = 1.0;
+  Localizer localizer = world.localizer(params);
+  REQUIRE(localizer.start(at_x(9)));
+  const double path[] = {9.0, 10.5, 9.5, 10.9, 11.2, 10.5, 9.5, 8.8, 8.7};
+  const std::uint32_t region[] = {0, 0, 0, 0, 0, 1, 1, 1, 0};
+  for (std::size_t i = 0; i < std::size(path); ++i) {
+    CHECK(world.at(localizer, 0.1 * static_cast<double>(i), path[i]).region.value == region[i]);
+  }
+}
+
+TEST_CASE("constant velocity predicts straight drives, turns and uneven stamps") {
+  const World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  CHECK(world.at(localizer, 0.0, 1.0).T_map_scan_predicted.translation.x() == 1.0);
+  CHECK(world.at(localizer, 0.1, 1.5).T_map_scan_predicted.translation.x() == 1.0);
+  CHECK(world.at(localizer, 0.2, 2.0).T_map_scan_predicted.translation.x() == doctest::Approx(2.0));
+  CHECK(world.at(localizer, 0.4, 3.0).T_map_scan_predicted.translation.x() == doctest::Approx(3.0));
+
+  // A quarter turn a second at one metre a second: the step repeats in the sensor's frame.
+  const Pose step = pose_from_xyz_rpy({1, 0, 0}, {0, 0, M_PI / 2});
+  Localizer turning = world.localizer();
+  Pose pose;
+  REQUIRE(turning.start(pose));
+  for (int i = 0; i < 6; ++i) {
+    world.truth->T_map_scan = pose;
+    const auto report = turning.localize({1.0 * i, world.scan, {}});
+    REQUIRE(report);
+    if (i >= 2) {
+      CHECK((report->T_map_scan_predicted.translation - pose.translation).norm() < 1e-9);
+      CHECK(rotation_between(report->T_map_scan_predicted, pose) < 1e-9);
+    }
+    pose = pose * step;
+  }
+}
+
+TEST_CASE("odometry predicts where it has a pose, velocity where it has none") {
+  const World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  const auto odometry = [](double x) { return pose_from_xyz_rpy({50 + x, 3, 0}, {0, 0, 0}); };
+  world.at(localizer, 0.0, 1.0, odometry(0));
+  CHECK(world.at(localizer, 0.1, 1.4, odometry(0.4)).T_map_scan_predicted.translation.x() ==
+        doctest::Approx(1.4));
+  CHECK(world.at(localizer, 0.2, 2.0, odometry(1.0)).T_map_scan_predicted.translation.x() ==
+        doctest::Approx(2.0));
+  CHECK(world.at(localizer, 0.3, 2.6).T_map_scan_predicted.translation.x() == doctest::Approx(2.6));
+}
+
+TEST_CASE("a scan without overlap or coverage is lost, keeps its prediction, and the run goes on") {
+  const World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  world.at(localizer, 0.0, 1.0);
+  world.at(localizer, 0.1, 1.5);
+  world.truth->overlap = false;
+  const ScanReport blind = world.at(localizer, 0.2, 99.0);
+  CHECK(blind.tracking == Tracking::lost);
+  CHECK(blind.reason == "nothing overlaps");
+  CHECK_FALSE(blind.alignment.has_value());
+  CHECK(blind.T_map_scan.translation.x() == doctest::Approx(2.0));
+
+  world.truth->overlap = true;
+  world.truth->coverage = 0.01;
+  const ScanReport thin = world.at(localizer, 0.3, 99.0);
+  CHECK(thin.tracking == Tracking::lost);
+  CHECK(thin.reason.starts_with("coverage"));
+  CHECK(thin.T_map_scan.translation.x() == doctest::Approx(2.5));
+
+  world.truth->coverage = 1.0;
+  const ScanReport found = world.at(localizer, 0.4, 3.0);
+  CHECK(found.tracking == Tracking::tracked);
+  CHECK(found.T_map_scan_predicted.translation.x() == doctest::Approx(3.0));
+}
+
+TEST_CASE("an empty scan and one of NaNs are lost, and the NaNs are counted") {
+  World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  world.scan.clear();
+  CHECK(world.at(localizer, 0.0, 1.0).tracking == Tracking::lost);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  world.scan.assign(5, Point(nan, 0, 0));
+  const ScanReport report = world.at(localizer, 0.1, 1.0);
+  CHECK(report.tracking == Tracking::lost);
+  CHECK(report.dropped_points == 5);
+  CHECK(report.scan_points == 0);
+}
+
+TEST_CASE("outside every region, or in one without a map, the last map is kept and that is said") {
+  const World world(true);
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(9)));
+  world.at(localizer, 0.0, 12.0);
+  const ScanReport in_gap = world.at(localizer, 0.1, 15.0);
+  CHECK(in_gap.outside);
+  CHECK(in_gap.region == RegionId{0});
+  CHECK_FALSE(in_gap.switched);
+  world.at(localizer, 0.2, 21.0);
+  CHECK(world.at(localizer, 0.3, 35.0).region == RegionId{2});
+  const ScanReport beyond = world.at(localizer, 0.4, 36.0);
+  CHECK(beyond.outside);
+  CHECK(beyond.region == RegionId{2});
+
+  Localizer far = world.localizer();
+  REQUIRE(far.start(at_x(-50)));
+  const ScanReport first = world.at(far, 0.0, -50.0);
+  CHECK(first.outside);
+  CHECK(first.region == RegionId{0});
+}
+
+TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose that is none") {
+  const World world;
+  Localizer localizer = world.localizer();
+  CHECK(localizer.localize({0.0, world.scan, {}}).error().message ==
+        "localization has no first pose: call start");
+  Pose bad;
+  bad.translation.x() = std::numeric_limits<double>::infinity();
+  CHECK(localizer.start(bad).error().code == ErrorCode::invalid_input);
+  REQUIRE(localizer.start(at_x(1)));
+  world.at(localizer, 1.0, 1.0);
+  CHECK(localizer.localize({1.0, world.scan, {}}).error().code == ErrorCode::invalid_input);
+  CHECK(localizer.localize({std::nan(""), world.scan, {}}).error().code == ErrorCode::invalid_input);
+}
+
+TEST_CASE("a bundle whose regions are all empty is refused") {
+  const auto memory = std::make_shared<test::Memory>();
+  memory->index.partition = test::Strips(2).partition({}, {}).value();
+  memory->index.regions.resize(2);
+  const auto opened = Localizer::open(
+      test::in_process<test::MemoryStore, MapStore>(memory),
+      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {});
+  CHECK(opened.error().message == "no region of the bundle holds any point");
+}
+
+TEST_CASE("scan preparation: range limits, thinning, NaN counted") {
+  LocalizerParams params;
+  params.scan_voxel_size = 1.0;
+  params.scan_min_range = 1.0;
+  params.scan_max_range = 10.0;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const PointCloud raw{{0.1, 0, 0}, {5.2, 0.2, 0}, {5.4, 0.4, 0}, {20, 0, 0}, {nan, 1, 1}};
+  const auto prepared = prepare_scan(raw, params);
+  REQUIRE(prepared);
+  CHECK(prepared->dropped == 1);
+  REQUIRE(prepared->points.size() == 1);
+  CHECK((prepared->points[0] - Point(5.3, 0.3, 0)).norm() < 1e-12);
+  params.scan_voxel_size = 0.0;
+  CHECK(prepare_scan(raw, params)->points.size() == 2);
+}

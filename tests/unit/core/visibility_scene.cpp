@@ -1,0 +1,48 @@
+#include <doctest/doctest.h>
+#include <tbb/global_control.h>
+
+#include "vantage/visibility.hpp"
+
+using namespace vantage;
+
+namespace {
+
+/// Sees the indices that its viewpoint's x, rounded, divides; fails below zero.
+class Divisible final : public VisibilityScene {
+ public:
+  explicit Divisible(std::size_t size) : VisibilityScene(size), size_(size) {}
+  [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
+    const auto n = static_cast<long>(viewpoint.x());
+    if (n <= 0) return fail(ErrorCode::invalid_input, "at " + std::to_string(n));
+    IndexList indices;
+    for (std::size_t i = 0; i < size_; i += static_cast<std::size_t>(n)) {
+      indices.push_back(static_cast<std::uint32_t>(i));
+    }
+    return indices;
+  }
+
+ private:
+  std::size_t size_;
+};
+
+}  // namespace
+
+TEST_CASE("Eq. 10: visible_from_any is the ascending union, for any number of threads") {
+  const Divisible scene(1000);
+  const PointCloud viewpoints{{7, 0, 0}, {11, 0, 0}, {13, 0, 0}};
+  IndexList expected;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    if (i % 7 == 0 || i % 11 == 0 || i % 13 == 0) expected.push_back(i);
+  }
+  for (const std::size_t threads : {1U, 2U, 4U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    CHECK(scene.visible_from_any(viewpoints).value() == expected);
+  }
+  CHECK(scene.visible_from_any({}).value().empty());
+}
+
+TEST_CASE("of several failing viewpoints the first is reported") {
+  const Divisible scene(10);
+  const PointCloud viewpoints{{7, 0, 0}, {-3, 0, 0}, {-1, 0, 0}, {-2, 0, 0}};
+  for (int i = 0; i < 20; ++i) CHECK(scene.visible_from_any(viewpoints).error().message == "at -3");
+}
