@@ -103,7 +103,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
 
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
-  VANTAGE_TRY(Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   const PluginLoader loader = options.common.loader();
   VANTAGE_TRY(auto plugins, load_build_plugins(config, loader));
@@ -112,11 +112,8 @@ Result<void> run(const Options& options) {
   Config kept = config;
   kept.store.reset();
   kept.matcher.reset();
-  BuildParams params;
-  params.viewpoints = config.viewpoints.value_or(ViewpointParams{});
+  BuildParams params = BuildParams::from(config);
   kept.viewpoints = params.viewpoints;
-  params.scope = config.visibility->scope;
-  if (config.visibility->max_range) params.max_range = *config.visibility->max_range;
   VANTAGE_TRY(params.effective_config, effective_config(kept, loader));
 
   VANTAGE_TRY(const auto map, read_map(source));

@@ -60,6 +60,16 @@ Result<RegionMap> observable_map(PointsView map, const RegionWork& work,
 
 }  // namespace
 
+BuildParams BuildParams::from(const Config& config) {
+  BuildParams params;
+  params.viewpoints = config.viewpoints.value_or(ViewpointParams{});
+  if (config.visibility) {
+    params.scope = config.visibility->scope;
+    params.max_range = config.visibility->max_range.value_or(params.max_range);
+  }
+  return params;
+}
+
 Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader& loader) {
   constexpr std::string_view kJob = "building region maps";
   VANTAGE_TRY(const auto partitioner, config.need(config.partitioner, "partitioner", kJob));

@@ -1,10 +1,12 @@
 #include "vantage/plugin_loader.hpp"
 
 #include <dlfcn.h>
+#include <link.h>
 
 #include <algorithm>
 #include <boost/dll/shared_library.hpp>
 #include <cstdlib>
+#include <fstream>
 #include <map>
 #include <sstream>
 
@@ -50,6 +52,33 @@ tl::unexpected<Error> refuse(const std::filesystem::path& file, const std::strin
   return fail(ErrorCode::incompatible_plugin, file.string() + ": " + reason);
 }
 
+/// The dynamic linker maps what the headers promise and dies of SIGBUS where the file is shorter, so
+/// the promise is checked before it sees the file. "" for a file it can take.
+std::string elf_defect(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return "cannot be read";
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  ElfW(Ehdr) header{};
+  const std::string_view magic(ELFMAG, SELFMAG);
+  in.read(reinterpret_cast<char*>(&header), sizeof header);
+  if (error || std::string_view(reinterpret_cast<const char*>(header.e_ident), SELFMAG) != magic) {
+    return "is no shared library (it does not begin as an ELF file)";
+  }
+  const std::string cut = "is cut short: its ELF headers promise more than its " +
+                          std::to_string(size) + " bytes";
+  if (!in || header.e_phentsize != sizeof(ElfW(Phdr))) return cut;
+  std::vector<ElfW(Phdr)> segments(header.e_phnum);
+  in.seekg(static_cast<std::streamoff>(header.e_phoff));
+  in.read(reinterpret_cast<char*>(segments.data()),
+          static_cast<std::streamsize>(segments.size() * sizeof(ElfW(Phdr))));
+  if (!in) return cut;
+  for (const auto& segment : segments) {
+    if (segment.p_filesz > size || segment.p_offset > size - segment.p_filesz) return cut;
+  }
+  return "";
+}
+
 /// Names the first member of the tags that differs; "" for none.
 std::string abi_difference(const AbiTag& plugin, const AbiTag& core) {
   const auto differs = [](const char* what, std::uint32_t theirs, std::uint32_t ours) {
@@ -90,6 +119,7 @@ Result<Checked> open_checked(const std::filesystem::path& file) {
   if (error || !std::filesystem::exists(absolute)) {
     return fail(ErrorCode::not_found, "no plugin file at " + file.string());
   }
+  if (const std::string defect = elf_defect(absolute); !defect.empty()) return refuse(file, defect);
   std::shared_ptr<const SharedLibrary> library;
   const PluginManifest* manifest = nullptr;
   try {

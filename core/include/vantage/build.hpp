@@ -31,6 +31,9 @@ struct BuildParams {
   VisibilityScope scope = VisibilityScope::map;
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
   std::string effective_config;                                ///< kept in the bundle
+
+  /// What a configuration says, without the effective configuration.
+  [[nodiscard]] VANTAGE_API static BuildParams from(const Config& config);
 };
 
 struct BuildProgress {

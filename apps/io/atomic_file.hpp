@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "vantage/result.hpp"
+
+namespace vantage::io {
+
+/// A file that appears under its name only when it is complete: it is written to a temporary file
+/// in the same folder, which commit() flushes to the disk and renames. Without a commit nothing is
+/// left behind and a file of that name stays as it was.
+class OutputFile {
+ public:
+  /// Errors: `not_found` if the folder does not exist; `io_failure` if it cannot be written to or
+  /// `path` names something other than a regular file.
+  [[nodiscard]] static Result<OutputFile> create(const std::filesystem::path& path);
+
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&& other) noexcept;
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile();
+
+  /// Appends, through a buffer. Errors: `io_failure`; `invalid_input` after commit().
+  [[nodiscard]] Result<void> write(std::string_view content);
+
+  /// Puts the file in place; call once, at the end.
+  /// Errors: `io_failure`, also for an earlier failed write; then nothing is left behind.
+  [[nodiscard]] Result<void> commit();
+
+ private:
+  OutputFile() = default;
+  [[nodiscard]] Result<void> flush();
+  [[nodiscard]] tl::unexpected<Error> abandon(std::string message);
+  void discard() noexcept;
+
+  std::filesystem::path path_, temporary_;
+  int descriptor_ = -1;  // open exactly as long as the temporary file is ours to remove
+  std::string buffer_;
+  std::optional<Error> failure_;
+};
+
+/// The whole content in one call. Errors: those of OutputFile.
+[[nodiscard]] Result<void> write_text_atomically(const std::filesystem::path& path,
+                                                 std::string_view content);
+
+}  // namespace vantage::io

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "io/point_cloud_io.hpp"
+
+namespace vantage::io {
+
+/// Whether the content starts like a PCD or PLY file.
+[[nodiscard]] bool looks_like_pcd(std::string_view content) noexcept;
+[[nodiscard]] bool looks_like_ply(std::string_view content) noexcept;
+
+/// The readers behind read_point_cloud: the content of a file, and its name for errors.
+[[nodiscard]] Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file);
+[[nodiscard]] Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file);
+[[nodiscard]] Result<LoadedCloud> parse_kitti_bin(std::string_view content,
+                                                  const std::string& file);
+
+}  // namespace vantage::io

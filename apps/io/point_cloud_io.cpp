@@ -1,0 +1,59 @@
+#include "io/point_cloud_io.hpp"
+
+#include <fmt/format.h>
+
+#include <new>
+#include <stdexcept>
+
+#include "io/file_content.hpp"
+#include "io/file_suffix.hpp"
+#include "io/formats.hpp"
+#include "io/point_fields.hpp"
+
+namespace vantage::io {
+
+Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string& file) {
+  constexpr std::size_t kPointSize = 4 * sizeof(float);  // x y z intensity
+  if (content.size() % kPointSize != 0) {
+    return fail(
+        ErrorCode::corrupt_data,
+        fmt::format("the file ends at byte {}, inside point {}; expected points of {} bytes "
+                    "(KITTI: float32 x y z intensity)",
+                    content.size(), content.size() / kPointSize, kPointSize),
+        SourceLocation{file, 0, 0});
+  }
+  CoordinateColumns columns;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    columns[axis] = {content.data() + axis * sizeof(float), kPointSize,
+                     read_coordinate<float, ByteOrder::little>};
+  }
+  return load_columns(columns, content.size() / kPointSize);
+}
+
+Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  constexpr std::string_view kExpected = "a point cloud (PCD, PLY or KITTI .bin)";
+  VANTAGE_TRY(const auto content, read_file(path, kExpected));
+  const std::string_view bytes = content.view();
+  const std::string suffix = lower_case_suffix(path);
+  try {
+    if (looks_like_pcd(bytes)) return parse_pcd(bytes, file);
+    if (looks_like_ply(bytes)) return parse_ply(bytes, file);
+    // The suffix decides only for content that says nothing, or names the reader that can say best
+    // what is wrong with it.
+    if (suffix == ".bin") return parse_kitti_bin(bytes, file);
+    if (suffix == ".pcd") return parse_pcd(bytes, file);
+    if (suffix == ".ply") return parse_ply(bytes, file);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::io_failure, "not enough memory for the points of this file",
+                SourceLocation{file, 0, 0});
+  } catch (const std::length_error&) {
+    return fail(ErrorCode::io_failure, "more points than memory can address",
+                SourceLocation{file, 0, 0});
+  }
+  return fail(ErrorCode::corrupt_data,
+              fmt::format("unknown format at byte 0, expected {}", kExpected),
+              SourceLocation{file, 0, 0});
+}
+
+}  // namespace vantage::io

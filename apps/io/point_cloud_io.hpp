@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::io {
+
+/// The finite points of a file in the file's order and frame [m].
+struct LoadedCloud {
+  PointCloud points;
+  std::uint64_t dropped = 0;  ///< points with a NaN or infinite coordinate, left out of `points`
+};
+
+/// Reads x, y and z of a point cloud file; the content tells the format where it can:
+/// - PCD (ascii, binary, binary_compressed): any field order, size and type, names x y z or X Y Z;
+///   bytes after the last binary point are padding; VIEWPOINT is not applied to the points
+/// - PLY 1.0 (ascii, binary of either byte order): element `vertex`, properties x y z
+/// - KITTI: suffix `.bin`, float32 x y z intensity, little endian
+/// Numbers in ascii files keep the precision of the text, whatever type the header declares.
+/// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for what cannot
+/// be read or is no regular file; `corrupt_data` for content that contradicts its format or is none
+/// of these, with the byte offset in binary parts.
+[[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path);
+
+enum class Precision : std::uint8_t { float32, float64 };
+
+/// Writes binary PCD v0.7 with fields x y z; atomic, see OutputFile.
+/// Errors: `invalid_input` for a point that is not finite in that precision; those of OutputFile.
+[[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
+                                     Precision precision);
+
+}  // namespace vantage::io

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "io/point_cloud_io.hpp"
+
+namespace vantage::io {
+
+static_assert(std::endian::native == std::endian::little, "binary files are read in place");
+
+/// Reads one coordinate from its bytes in a file, at any alignment.
+using ReadCoordinate = double (*)(const char*) noexcept;
+
+enum class ByteOrder : std::uint8_t { little, big };
+
+template <class Stored, ByteOrder order>
+[[nodiscard]] double read_coordinate(const char* bytes) noexcept {
+  std::array<char, sizeof(Stored)> raw;
+  if constexpr (order == ByteOrder::little) {
+    std::memcpy(raw.data(), bytes, raw.size());
+  } else {
+    for (std::size_t i = 0; i < raw.size(); ++i) raw[i] = bytes[raw.size() - 1 - i];
+  }
+  return static_cast<double>(std::bit_cast<Stored>(raw));
+}
+
+/// One coordinate of all points: that of point i is at `first + i * stride`.
+struct CoordinateColumn {
+  const char* first = nullptr;
+  std::size_t stride = 0;
+  ReadCoordinate read = nullptr;
+};
+
+using CoordinateColumns = std::array<CoordinateColumn, 3>;  // x, y, z
+
+/// Precondition: the columns hold `count` points.
+[[nodiscard]] inline LoadedCloud load_columns(const CoordinateColumns& columns, std::size_t count) {
+  LoadedCloud cloud;
+  cloud.points.resize(count);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    Point& point = cloud.points[kept];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const CoordinateColumn& column = columns[axis];
+      point[static_cast<Eigen::Index>(axis)] = column.read(column.first + i * column.stride);
+    }
+    kept += point.allFinite() ? 1 : 0;
+  }
+  cloud.points.resize(kept);
+  cloud.dropped = count - kept;
+  return cloud;
+}
+
+inline constexpr std::array<std::string_view, 3> kAxisNames{"x", "y", "z"};
+inline constexpr std::array<std::string_view, 3> kUpperAxisNames{"X", "Y", "Z"};
+
+}  // namespace vantage::io

@@ -1,0 +1,76 @@
+// vantage-simulate: a world file in, a campus as a map and as a VLP-16 sees it on a drive out.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <optional>
+
+#include "common/command_line.hpp"
+#include "common/progress.hpp"
+#include "common/table.hpp"
+#include "simulate/simulation.hpp"
+
+namespace vantage {
+namespace {
+
+struct Options {
+  std::filesystem::path world, out;
+  std::vector<std::string> overrides;
+  std::size_t jobs = 0;
+  bool overwrite = false, quiet = false;
+};
+
+void print(const simulation::Summary& summary, const std::filesystem::path& out) {
+  const Point size = summary.map_bounds.max - summary.map_bounds.min;
+  const Point &low = summary.map_bounds.min, &high = summary.map_bounds.max;
+  std::cout << fmt::format("{}: {} triangles\n", out.string(), cli::grouped(summary.triangles))
+            << fmt::format("map        {} points ({}), {:.1f} x {:.1f} x {:.1f} m\n",
+                           cli::grouped(summary.map_points),
+                           summary.precision == io::Precision::float32 ? "float32" : "float64",
+                           size.x(), size.y(), size.z())
+            << fmt::format(
+                   "extent     x {:.2f} .. {:.2f}, y {:.2f} .. {:.2f}, z {:.2f} .. {:.2f} m\n",
+                   low.x(), high.x(), low.y(), high.y(), low.z(), high.z())
+            << fmt::format("scans      {}, {} points each\n", cli::grouped(summary.scans),
+                           cli::grouped(summary.scan_points / summary.scans))
+            << fmt::format("drive      {:.1f} m in {:.1f} s\n", summary.distance, summary.seconds);
+}
+
+Result<void> run(const Options& options) {
+  const cli::ThreadLimit threads(options.jobs);
+  VANTAGE_TRY(const auto world, simulation::load_world(options.world, options.overrides));
+  std::optional<cli::Progress> progress;
+  std::string current;
+  const auto show = [&](std::string_view stage, std::size_t done, std::size_t total) {
+    if (stage != current) {
+      current = stage;
+      progress.emplace(current, options.quiet);
+    }
+    progress->update(done, total);
+  };
+  auto summary = simulation::simulate(world, options.out, options.overwrite, show);
+  progress.reset();
+  if (!summary) return fail(std::move(summary).error());
+  print(*summary, options.out);
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Makes a campus and drives a VLP-16 through it: map, scans, reference, odometry.",
+               "vantage simulate");
+  vantage::Options options;
+  app.add_option("WORLD", options.world, "world file (TOML)")->required();
+  app.add_option("--out,-o", options.out, "new directory for the results")
+      ->type_name("DIR")
+      ->required();
+  app.add_flag("--overwrite", options.overwrite, "replace the results of an earlier simulation");
+  app.add_option("--set", options.overrides, "override a key of the world: table.key=value")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--jobs,-j", options.jobs, "threads; 0 for all cores")->capture_default_str();
+  app.add_flag("--quiet,-q", options.quiet, "no progress on stderr");
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "simulate/params.hpp"
+#include "simulate/world.hpp"
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::simulation {
+
+/// Told how much is done; never called by two threads at once.
+using ProgressFunction = std::function<void(std::size_t done, std::size_t total)>;
+
+/// The wide-area map: every surface that is outside of all solids and above the ground, roofs
+/// included, whether or not a sensor could ever see it.
+///
+/// Jittered stratified sampling: one random point in each cell of a grid of `point_spacing` on
+/// every plane face (for the ground: in the plan), so that density is even and follows area. Noise
+/// is normal along the surface's normal, cut off at three standard deviations.
+/// @return  points in the map frame [m]; the ground in rows along x from low to high y, then the
+///          solids and the leaves as they are in the campus; the same for any number of threads
+[[nodiscard]] PointCloud sample_map(const World& world, const MapParams& params, std::uint64_t seed,
+                                    const ProgressFunction& progress = {});
+
+}  // namespace vantage::simulation

@@ -1,0 +1,205 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "vantage/params.hpp"
+
+namespace vantage::simulation {
+
+/// [campus]: what there is.
+struct CampusParams {
+  double size_x = 80.0, size_y = 80.0;
+  double origin_x = 0.0, origin_y = 0.0, origin_z = 0.0;
+  double ground_relief = 2.0;
+  double ground_cell = 1.0;
+  double street_spacing = 40.0;
+  double street_width = 7.0;
+  double street_jitter = 2.0;
+  double overpass_clearance = 4.5;
+  double building_density = 0.35;
+  double trees_per_hectare = 120.0;
+  double parked_cars = 0.35;
+  double wall_share = 0.35;
+  double leaf_area_density = 0.6;
+
+  static constexpr auto schema() {
+    using P = CampusParams;
+    return std::tuple{
+        optional("size_x", &P::size_x, "m", "extent along x", between(60, 5000)),
+        optional("size_y", &P::size_y, "m", "extent along y", between(60, 5000)),
+        optional("origin_x", &P::origin_x, "m", "map coordinates of the centre of the campus",
+                 between(-1e7, 1e7)),
+        optional("origin_y", &P::origin_y, "m", "map coordinates of the centre of the campus",
+                 between(-1e7, 1e7)),
+        optional("origin_z", &P::origin_z, "m",
+                 "map coordinates of the middle between the highest and the lowest ground",
+                 between(-1e4, 1e4)),
+        optional("ground_relief", &P::ground_relief, "m",
+                 "difference between the highest and the lowest ground", between(0, 20)),
+        optional("ground_cell", &P::ground_cell, "m", "edge of the ground's triangles",
+                 between(0.25, 10)),
+        optional("street_spacing", &P::street_spacing, "m",
+                 "distance of the streets; at least two run each way", between(30, 500)),
+        optional("street_width", &P::street_width, "m", "kept free of everything", between(5, 12)),
+        optional("street_jitter", &P::street_jitter, "m",
+                 "how far a crossing may be off the regular grid", between(0, 20)),
+        optional("overpass_clearance", &P::overpass_clearance, "m",
+                 "height between the street and the overpass", between(4, 8)),
+        optional("building_density", &P::building_density, "",
+                 "share of the blocks that is built on, where it fits", between(0, 0.6)),
+        optional("trees_per_hectare", &P::trees_per_hectare, "1/ha", "inside the blocks",
+                 between(0, 1000)),
+        optional("parked_cars", &P::parked_cars, "",
+                 "share of the places beside streets that a car has", between(0, 1)),
+        optional("wall_share", &P::wall_share, "", "share of the blocks' edges with a wall",
+                 between(0, 1)),
+        optional("leaf_area_density", &P::leaf_area_density, "m2/m3",
+                 "one-sided leaf area in a crown; decides how far a ray gets", between(0, 5)),
+    };
+  }
+};
+
+/// [map]: the wide-area map.
+struct MapParams {
+  double point_spacing = 0.14;
+  double noise = 0.02;
+
+  static constexpr auto schema() {
+    using P = MapParams;
+    return std::tuple{
+        optional("point_spacing", &P::point_spacing, "m",
+                 "one point per point_spacing^2 of surface", between(0.02, 5)),
+        optional("noise", &P::noise, "m",
+                 "standard deviation along the surface's normal, cut off at three of them",
+                 between(0, 0.5)),
+    };
+  }
+};
+
+/// [lidar]: a Velodyne VLP-16 unless told otherwise.
+struct LidarParams {
+  int rings = 16;
+  double lowest_ring = -15.0, highest_ring = 15.0;
+  double azimuth_step = 0.2;
+  double rate = 10.0;
+  double min_range = 0.5, max_range = 100.0;
+  double range_noise = 0.03;
+  double dropout = 0.01;
+  double grazing_angle = 3.0;
+  double height = 1.0;
+  bool motion_distortion = false;
+
+  static constexpr auto schema() {
+    using P = LidarParams;
+    return std::tuple{
+        optional("rings", &P::rings, "", "lasers, evenly spread in elevation", between(1, 256)),
+        optional("lowest_ring", &P::lowest_ring, "deg", "elevation", between(-89, 89)),
+        optional("highest_ring", &P::highest_ring, "deg", "elevation", between(-89, 89)),
+        optional("azimuth_step", &P::azimuth_step, "deg", "between two firings", between(0.05, 10)),
+        optional("rate", &P::rate, "Hz", "revolutions a second", between(0.1, 100)),
+        optional("min_range", &P::min_range, "m", "nothing nearer is reported", between(0, 100)),
+        optional("max_range", &P::max_range, "m", "nothing farther is reported", between(1, 1000)),
+        optional("range_noise", &P::range_noise, "m", "standard deviation along the ray",
+                 between(0, 0.5)),
+        optional("dropout", &P::dropout, "", "probability that a return is lost", between(0, 1)),
+        optional("grazing_angle", &P::grazing_angle, "deg",
+                 "below this angle between ray and surface, returns are lost with a probability "
+                 "that grows to 1 at 0",
+                 between(0, 45)),
+        optional("height", &P::height, "m", "of the sensor above the ground", between(0.2, 3.5)),
+        optional(
+            "motion_distortion", &P::motion_distortion, "",
+            "each firing from where the sensor is at that moment, in the frame of that moment; "
+            "false: all from the pose at the scan's stamp"),
+    };
+  }
+  [[nodiscard]] Result<void> validate() const;
+  [[nodiscard]] int firings() const noexcept;  ///< a revolution
+};
+
+/// [drive]: where the sensor goes.
+struct DriveParams {
+  int route = 0;
+  double speed = 1.5;
+  std::optional<double> length;
+  int scan_every = 1;
+  double lateral_offset = -1.2;
+  double turn_radius = 4.0;
+  double start_time = 0.0;
+
+  static constexpr auto schema() {
+    using P = DriveParams;
+    return std::tuple{
+        optional("route", &P::route, "",
+                 "0: loop around the inner blocks; 1: up and down the streets; 2: figure of "
+                 "eight (at least 3 streets each way)",
+                 between(0, 2)),
+        optional("speed", &P::speed, "m/s", "constant", between(0.1, 30)),
+        optional("length", &P::length, "m", "to be driven; one lap if left out", between(1, 1e6)),
+        optional("scan_every", &P::scan_every, "", "keep every n-th revolution", between(1, 10000)),
+        optional("lateral_offset", &P::lateral_offset, "m",
+                 "from the middle of the street, positive to the left", between(-5, 5)),
+        optional("turn_radius", &P::turn_radius, "m", "smallest, of a right-angled turn",
+                 between(2, 12)),
+        optional("start_time", &P::start_time, "s", "stamp of the first scan", between(0, 4e9)),
+    };
+  }
+};
+
+/// [odometry]: how the noisy odometry drifts.
+struct OdometryParams {
+  double translation_noise = 0.01;
+  double rotation_noise = 0.1;
+
+  static constexpr auto schema() {
+    using P = OdometryParams;
+    return std::tuple{
+        optional("translation_noise", &P::translation_noise, "m/sqrt(m)",
+                 "random walk of each coordinate over the distance driven", between(0, 1)),
+        optional("rotation_noise", &P::rotation_noise, "deg/sqrt(m)",
+                 "random walk of each angle over the distance driven", between(0, 10)),
+    };
+  }
+};
+
+/// A world file.
+struct WorldParams {
+  int schema_version = 1;
+  std::uint64_t seed = 1;
+  CampusParams campus;
+  MapParams map;
+  LidarParams lidar;
+  DriveParams drive;
+  OdometryParams odometry;
+
+  static constexpr auto schema() {
+    using P = WorldParams;
+    return std::tuple{
+        required("schema", &P::schema_version, "", "version of this file's format, 1",
+                 between(1, 1)),
+        optional("seed", &P::seed, "", "another seed makes another world of the same kind"),
+        optional("campus", &P::campus, "", "what there is"),
+        optional("map", &P::map, "", "the wide-area map"),
+        optional("lidar", &P::lidar, "", "the sensor"),
+        optional("drive", &P::drive, "", "where the sensor goes"),
+        optional("odometry", &P::odometry, "", "how the odometry drifts"),
+    };
+  }
+  /// What no table can tell alone: streets fit the campus, the route fits the streets, and the
+  /// numbers of points and scans can be handled.
+  [[nodiscard]] Result<void> validate() const;
+};
+
+/// Errors: those of load_toml and of parse, with the line of the wrong key.
+[[nodiscard]] Result<WorldParams> load_world(const std::filesystem::path& file,
+                                             const std::vector<std::string>& overrides = {});
+
+/// All values, defaults included, as a world file.
+[[nodiscard]] std::string to_world_file(const WorldParams& params);
+
+}  // namespace vantage::simulation

@@ -1,0 +1,203 @@
+#include "simulate/simulation.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "io/atomic_file.hpp"
+#include "io/trajectory_io.hpp"
+#include "simulate/drive.hpp"
+#include "simulate/lidar.hpp"
+#include "simulate/map_sampler.hpp"
+#include "simulate/odometry.hpp"
+#include "simulate/world.hpp"
+
+namespace vantage::simulation {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kWorldFile = "world.toml";
+
+tl::unexpected<Error> cannot(const std::string& what, const fs::path& path,
+                             const std::error_code& error) {
+  return fail(ErrorCode::io_failure, "cannot " + what + ": " + error.message(),
+              SourceLocation{path.string(), 0, 0});
+}
+
+/// A directory that takes its name only when it is complete.
+class OutputDirectory {
+ public:
+  [[nodiscard]] static Result<OutputDirectory> create(const fs::path& out, bool overwrite) {
+    std::error_code error;
+    fs::path target = fs::absolute(out, error).lexically_normal();
+    if (!target.has_filename()) target = target.parent_path();  // "out/"
+    if (!target.has_filename()) {
+      return fail(ErrorCode::invalid_input, "is no name for a new directory",
+                  SourceLocation{out.string(), 0, 0});
+    }
+    VANTAGE_CHECK(check_free(target, overwrite));
+    fs::path partial = target;
+    partial += ".partial";
+    fs::remove_all(partial, error);  // of a run that was interrupted
+    if (error) return cannot("remove the remains of an interrupted run", partial, error);
+    fs::create_directories(partial / "scans", error);
+    if (error) return cannot("create the directory", partial, error);
+    return OutputDirectory(std::move(target), std::move(partial), overwrite);
+  }
+
+  OutputDirectory(OutputDirectory&& other) noexcept
+      : target_(std::move(other.target_)),
+        partial_(std::exchange(other.partial_, {})),
+        overwrite_(other.overwrite_) {}
+  OutputDirectory& operator=(OutputDirectory&&) = delete;
+  ~OutputDirectory() {
+    std::error_code ignored;
+    if (!partial_.empty()) fs::remove_all(partial_, ignored);
+  }
+
+  [[nodiscard]] const fs::path& path() const { return partial_; }
+
+  [[nodiscard]] Result<void> commit() && {
+    std::error_code error;
+    VANTAGE_CHECK(check_free(target_, overwrite_));
+    if (overwrite_) {
+      fs::remove_all(target_, error);
+      if (error) return cannot("remove the directory that is to be overwritten", target_, error);
+    }
+    fs::rename(partial_, target_, error);
+    if (error) return cannot("rename " + partial_.string(), target_, error);
+    partial_.clear();
+    return {};
+  }
+
+ private:
+  OutputDirectory(fs::path target, fs::path partial, bool overwrite)
+      : target_(std::move(target)), partial_(std::move(partial)), overwrite_(overwrite) {}
+
+  [[nodiscard]] static Result<void> check_free(const fs::path& target, bool overwrite) {
+    std::error_code error;
+    if (fs::symlink_status(target, error).type() == fs::file_type::not_found) return {};
+    const SourceLocation where{target.string(), 0, 0};
+    if (!overwrite) {
+      return fail(ErrorCode::already_exists,
+                  "exists already; name a new directory, or replace it with --overwrite", where);
+    }
+    const bool is_ours = fs::is_directory(target, error) &&
+                         (fs::exists(target / kWorldFile, error) || fs::is_empty(target, error));
+    if (is_ours) return {};
+    return fail(ErrorCode::already_exists,
+                std::string("is no result of a simulation (it has no ") + kWorldFile +
+                    "), so it is not overwritten",
+                where);
+  }
+
+  fs::path target_, partial_;
+  bool overwrite_;
+};
+
+/// float32 if that moves no point of the box by a millimetre.
+io::Precision precision_for(const Bounds3& bounds) {
+  const double largest = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+  const double rounding = std::max(1.0, largest) * 0x1p-24;  // of one coordinate, at most
+  return rounding * std::sqrt(3.0) < 1e-3 ? io::Precision::float32 : io::Precision::float64;
+}
+
+std::uint64_t triangles_of(const World& world) {
+  const auto cells = static_cast<std::uint64_t>(world.terrain().columns() - 1) *
+                     static_cast<std::uint64_t>(world.terrain().rows() - 1);
+  std::uint64_t triangles = 2 * cells + world.campus().leaves.size();
+  for (const Solid& solid : world.campus().solids) {
+    for (const Face& face : solid.faces) triangles += face.corners.size() - 2;
+  }
+  return triangles;
+}
+
+/// @return  what a Summary says of the map and the world
+Result<Summary> write_map(const World& world, const WorldParams& params, const fs::path& file,
+                          const StageProgress& progress) {
+  Summary summary;
+  summary.triangles = triangles_of(world);
+  const PointCloud map =
+      sample_map(world, params.map, params.seed, [&](std::size_t done, std::size_t total) {
+        if (progress) progress("sampling the map", done, total);
+      });
+  summary.map_points = map.size();
+  summary.map_bounds = bounds_of(map);
+  summary.precision = precision_for(summary.map_bounds);
+  VANTAGE_CHECK(io::write_pcd(file, map, summary.precision));
+  return summary;
+}
+
+/// @return  number of points of all scans
+Result<std::uint64_t> write_scans(const World& world, const Drive& drive, const WorldParams& params,
+                                  const fs::path& folder, const StageProgress& progress) {
+  const Lidar lidar(params.lidar, params.seed);
+  std::mutex mutex;
+  std::uint64_t points = 0;
+  std::size_t done = 0;
+  std::optional<std::pair<std::size_t, Error>> first_failure;
+  tbb::parallel_for(std::size_t{0}, drive.scans(), [&](std::size_t k) {
+    {
+      const std::scoped_lock lock(mutex);
+      if (first_failure && first_failure->first < k) return;
+    }
+    const PointCloud scan = lidar.scan(world, drive, k);
+    auto written =
+        io::write_pcd(folder / fmt::format("{:06}.pcd", k), scan, io::Precision::float32);
+    const std::scoped_lock lock(mutex);
+    if (!written && (!first_failure || k < first_failure->first)) {
+      first_failure.emplace(k, std::move(written).error());
+    }
+    points += scan.size();
+    ++done;
+    if (progress) progress("scanning", done, drive.scans());
+  });
+  if (first_failure) return fail(std::move(first_failure->second));
+  return points;
+}
+
+}  // namespace
+
+Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool overwrite,
+                         const StageProgress& progress) {
+  VANTAGE_TRY(auto directory, OutputDirectory::create(out, overwrite));
+  VANTAGE_TRY(const World world, World::create(params));
+  VANTAGE_TRY(const Drive drive, Drive::create(world, params));
+
+  VANTAGE_TRY(Summary summary, write_map(world, params, directory.path() / "map.pcd", progress));
+
+  const fs::path scans = directory.path() / "scans";
+  VANTAGE_TRY(summary.scan_points, write_scans(world, drive, params, scans, progress));
+  summary.scans = drive.scans();
+
+  std::string times;
+  io::Trajectory reference;
+  for (std::size_t k = 0; k < drive.scans(); ++k) {
+    times += fmt::format("{}\n", drive.stamp(k));
+    Pose pose = drive.pose(drive.stamp(k));
+    pose.translation += world.map_origin();
+    reference.push_back({drive.stamp(k), pose});
+  }
+  VANTAGE_CHECK(io::write_text_atomically(scans / "times.txt", times));
+  VANTAGE_CHECK(io::write_tum(directory.path() / "reference.tum", reference));
+  VANTAGE_CHECK(io::write_tum(directory.path() / "odometry.tum",
+                              simulate_odometry(reference, params.odometry, params.seed)));
+  VANTAGE_CHECK(io::write_text_atomically(directory.path() / kWorldFile, to_world_file(params)));
+  VANTAGE_CHECK(std::move(directory).commit());
+
+  summary.seconds = reference.back().stamp - reference.front().stamp;
+  summary.distance = drive.distance(reference.back().stamp);
+  return summary;
+}
+
+}  // namespace vantage::simulation

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string_view>
+
+#include "io/point_cloud_io.hpp"
+#include "simulate/params.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::simulation {
+
+/// What was written.
+struct Summary {
+  std::uint64_t map_points = 0, scans = 0, scan_points = 0;
+  Bounds3 map_bounds;                                ///< map frame [m]
+  io::Precision precision = io::Precision::float32;  ///< of map.pcd
+  double distance = 0.0;                             ///< driven [m]
+  double seconds = 0.0;                              ///< from the first to the last stamp
+  std::uint64_t triangles = 0;
+};
+
+/// @param stage  "sampling the map" or "scanning"; never called by two threads at once
+using StageProgress =
+    std::function<void(std::string_view stage, std::size_t done, std::size_t total)>;
+
+/// Makes the world and drives through it. Writes into the directory `out`:
+/// - `map.pcd`: the wide-area map, map frame; float32 unless that would move a point by a
+/// millimetre
+/// - `scans/000000.pcd`, ...: sensor frame, float32; `scans/times.txt`: a stamp [s] a line
+/// - `reference.tum`: T_map_sensor at the stamps of the scans
+/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps
+/// - `world.toml`: all values that made it
+/// The directory appears complete or not at all: it is written as `<out>.partial` and renamed.
+/// Files are the same for any number of threads.
+/// @param overwrite  replace `out` if it is the result of an earlier simulation
+/// Errors: `already_exists`; `io_failure`; those of World and of the writers.
+[[nodiscard]] Result<Summary> simulate(const WorldParams& params, const std::filesystem::path& out,
+                                       bool overwrite = false, const StageProgress& progress = {});
+
+}  // namespace vantage::simulation

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "simulate/campus.hpp"
+#include "simulate/params.hpp"
+#include "simulate/solid.hpp"
+#include "simulate/street_grid.hpp"
+#include "simulate/terrain.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::simulation {
+
+/// Where a ray meets the world first.
+struct Hit {
+  double range;          ///< [m]
+  double cos_incidence;  ///< of the angle between ray and surface normal, in [0, 1]
+  Surface surface;
+};
+
+/// The campus as triangles that rays can be cast at. Campus frame: z up, origin at the centre of
+/// the campus, half-way between its lowest and highest ground [m]; in the map frame that is
+/// `map_origin()`.
+/// Thread safety: const methods may run on one object from many threads at once.
+class World {
+ public:
+  /// Errors: `internal` if Embree refuses (its message is passed on).
+  [[nodiscard]] static Result<World> create(const WorldParams& params);
+
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+  ~World();
+
+  [[nodiscard]] const StreetGrid& streets() const noexcept;
+  [[nodiscard]] const Terrain& terrain() const noexcept;
+  [[nodiscard]] const Campus& campus() const noexcept;
+  [[nodiscard]] const SolidIndex& solids() const noexcept;
+  [[nodiscard]] const Point& map_origin() const noexcept;
+
+  /// @param direction  unit vector
+  /// @return           nothing within `max_range` [m]: the sky
+  [[nodiscard]] std::optional<Hit> cast(const Point& origin, const Eigen::Vector3d& direction,
+                                        double max_range) const noexcept;
+
+ private:
+  struct Parts;
+  explicit World(std::unique_ptr<Parts> parts) noexcept;
+
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace vantage::simulation

@@ -1,0 +1,155 @@
+#include "vantage/plugin_loader.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "support/plugins.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+
+using namespace vantage;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path kBroken = BROKEN_PLUGIN_DIR;
+
+std::string refusal(const std::string& file) {
+  const auto info = PluginLoader({}).inspect(kBroken / file);
+  REQUIRE_FALSE(info.has_value());
+  CHECK(info.error().code == ErrorCode::incompatible_plugin);
+  const std::string text = to_string(info.error());
+  CHECK(text.find('\n') == std::string::npos);
+  return text;
+}
+
+std::string prefix(const std::string& file) { return "error: " + (kBroken / file).string() + ": "; }
+
+}  // namespace
+
+TEST_CASE("a plugin built for another ABI is refused with what differs") {
+  CHECK(refusal("vantage_ground_old_interface.so") ==
+        prefix("vantage_ground_old_interface.so") +
+            "built for plugin interface version 0, this program has 1");
+  CHECK(refusal("vantage_ground_wide_eigen.so") ==
+        prefix("vantage_ground_wide_eigen.so") +
+            "built for an Eigen alignment (EIGEN_MAX_ALIGN_BYTES; -mavx and -march change it) of 32, "
+            "this program has 16");
+}
+
+TEST_CASE("kind and name must match the file name") {
+  CHECK(refusal("vantage_ground_other_name.so") ==
+        prefix("vantage_ground_other_name.so") +
+            "calls itself 'somebody_else', its file name says 'other_name'");
+  CHECK(refusal("vantage_partitioner_wrong_kind.so") ==
+        prefix("vantage_partitioner_wrong_kind.so") +
+            "is a ground plugin by its content, a partitioner plugin by its name");
+}
+
+TEST_CASE("what is no plugin, no library or not complete is refused, never run") {
+  CHECK(refusal("vantage_ground_no_manifest.so") ==
+        prefix("vantage_ground_no_manifest.so") +
+            "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
+  CHECK(refusal("vantage_ground_undefined_symbol.so").find("undefined symbol") != std::string::npos);
+
+  const test::TemporaryFolder folder;
+  const fs::path text = folder.path() / "vantage_ground_text.so";
+  test::write_text(text, "this is no library");
+  CHECK(to_string(PluginLoader({}).inspect(text).error()) ==
+        "error: " + text.string() + ": is no shared library (it does not begin as an ELF file)");
+  // Cut anywhere, the file is refused; the dynamic linker itself would die of SIGBUS.
+  const std::string whole = test::read_text(kBroken / "vantage_ground_old_interface.so");
+  const fs::path cut = folder.path() / "vantage_ground_cut.so";
+  for (std::size_t size = 1; size < whole.size(); size += 509) {
+    test::write_text(cut, whole.substr(0, size));
+    const auto info = PluginLoader({}).inspect(cut);
+    REQUIRE_FALSE(info.has_value());
+    CHECK(info.error().code == ErrorCode::incompatible_plugin);
+  }
+  CHECK(PluginLoader({}).inspect(folder.path() / "none.so").error().code == ErrorCode::not_found);
+}
+
+TEST_CASE("a miss says what is there and what was probably meant, at the place in the file") {
+  const PluginLoader loader({VANTAGE_PLUGIN_DIR});
+  const auto missed = loader.load<Partitioner>(
+      PluginChoice{"unifrom_grid", {}, {}, SourceLocation{"map.toml", 5, 10}});
+  REQUIRE_FALSE(missed.has_value());
+  const std::string text = to_string(missed.error());
+  CHECK(text.starts_with("map.toml:5:10: error: no partitioner plugin 'unifrom_grid'; did you mean "
+                         "'uniform_grid'? (there are: "));
+  CHECK(text.find("vantage_partitioner_unifrom_grid.so") != std::string::npos);
+}
+
+TEST_CASE("the explicit library must hold the plugin that is asked for") {
+  const PluginLoader loader({});
+  const fs::path grid = fs::path(VANTAGE_PLUGIN_DIR) / "vantage_partitioner_uniform_grid.so";
+  CHECK(loader.load<Partitioner>({"uniform_grid", grid, test::table("cell_width = 1"), {}}).has_value());
+  CHECK(loader.load<Partitioner>({"whole_map", grid, {}, {}}).error().message ==
+        grid.string() + ": holds the plugin 'uniform_grid', not 'whole_map'");
+  CHECK(loader.load<GroundFilter>({"uniform_grid", grid, {}, {}}).error().message ==
+        grid.string() + ": is a partitioner plugin, expected a ground plugin");
+}
+
+TEST_CASE("folders are searched in order: the first one wins, missing ones hold nothing") {
+  const test::TemporaryFolder first;
+  const fs::path grid = fs::path(VANTAGE_PLUGIN_DIR) / "vantage_partitioner_uniform_grid.so";
+  fs::copy_file(grid, first.path() / grid.filename());
+  test::write_text(first.path() / "notes.txt", "");
+  const PluginLoader loader({"/does/not/exist", first.path(), VANTAGE_PLUGIN_DIR});
+  for (const PluginFile& file : loader.list()) {
+    if (file.name == "uniform_grid") CHECK(file.path.parent_path() == first.path());
+    if (file.name == "whole_map") CHECK(file.path.parent_path() == VANTAGE_PLUGIN_DIR);
+  }
+}
+
+TEST_CASE("$VANTAGE_PLUGIN_PATH comes after --plugin-dir and before the folder beside the library") {
+  setenv("VANTAGE_PLUGIN_PATH", "/a::/b", 1);
+  const PluginLoader loader = PluginLoader::with_default_folders({"/c"});
+  unsetenv("VANTAGE_PLUGIN_PATH");
+  REQUIRE(loader.folders().size() == 4);
+  CHECK(loader.folders()[0] == "/c");
+  CHECK(loader.folders()[1] == "/a");
+  CHECK(loader.folders()[2] == "/b");
+  CHECK(fs::equivalent(loader.folders()[3], VANTAGE_PLUGIN_DIR));
+}
+
+TEST_CASE("an object keeps its library loaded, also after the loader and its parent are gone") {
+  PluginPtr<Partitioner> grid;
+  {
+    const PluginLoader loader({VANTAGE_PLUGIN_DIR});
+    grid = *loader.load<Partitioner>({"uniform_grid", {}, test::table("cell_width = 5"), {}});
+  }
+  const PointCloud map{{0, 0, 0}, {12, 0, 0}};
+  CHECK(grid->partition(map, {})->size() == 2);
+
+  PluginPtr<VisibilityScene> scene;
+  {
+    const auto keep_all = test::plugin<VisibilityOperator>("keep_all");
+    auto prepared = keep_all->prepare(map, {.map_bounds = bounds_of(map)});
+    REQUIRE(prepared);
+    scene = in_library_of(keep_all, *std::move(prepared));
+  }
+  CHECK(scene->visible({1, 0, 0}).has_value());
+}
+
+TEST_CASE("parameters are checked by the plugin, at their place") {
+  const auto wrong = test::built_plugins().load<Partitioner>(
+      {"uniform_grid", {}, test::table("cell_with = 5"), {}});
+  CHECK(to_string(wrong.error()) ==
+        "test.toml:1:1: error: unknown key 'cell_with'; did you mean 'cell_width'?");
+}
+
+TEST_CASE("every plugin exports one symbol, describes itself, and documents every parameter") {
+  const auto files = test::built_plugins().list();
+  CHECK(files.size() >= 7);
+  for (const PluginFile& file : files) {
+    const auto info = PluginLoader({}).inspect(file.path);
+    REQUIRE_MESSAGE(info, to_string(info.error()));
+    CHECK(info->kind == file.kind);
+    CHECK(info->name == file.name);
+    CHECK_FALSE(info->summary.empty());
+    for (const ParameterDoc& parameter : info->parameters) CHECK_FALSE(parameter.doc.empty());
+  }
+}

@@ -1,0 +1,237 @@
+// Bad input through the programs: one clear line and exit code 1, or a stated degradation; nothing
+// half-written stays behind.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "world.hpp"
+
+using namespace vantage;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Failed with exactly one line on stderr, which it returns without "\n".
+std::string failure(const test::Finished& finished, int exit_code = 1) {
+  CHECK_MESSAGE(finished.exit_code == exit_code, finished.err);
+  CHECK(finished.out.empty());
+  CHECK_MESSAGE(std::count(finished.err.begin(), finished.err.end(), '\n') == 1, finished.err);
+  return finished.err.substr(0, finished.err.find('\n'));
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// A folder with a map of one flat square and a configuration over it.
+struct SmallMap {
+  test::TemporaryFolder folder;
+  std::string config = (folder.path() / "c.toml").string();
+
+  SmallMap() {
+    PointCloud map;
+    for (int x = 0; x < 40; ++x) {
+      for (int y = 0; y < 40; ++y) map.push_back({0.25 * x, 0.25 * y, 0.0});
+    }
+    REQUIRE(io::write_pcd(folder.path() / "map.pcd", map, io::Precision::float32));
+    write("uniform_grid", "cell_width = 5.0");
+  }
+  void write(const std::string& partitioner, const std::string& params) const {
+    test::write_text(config, R"(schema = 1
+[map]
+files = ["map.pcd"]
+[partitioner]
+plugin = ")" + partitioner + R"("
+params = { )" + params + R"( }
+[ground]
+plugin = "pmf"
+[visibility]
+plugin = "keep_all"
+[store]
+plugin = "pcd_tiles"
+params = { root = "bundle" }
+[matcher]
+plugin = "ndt"
+)");
+  }
+  [[nodiscard]] test::Finished build(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {config, "--quiet"});
+    return test::run("vantage-build", more);
+  }
+  /// Nothing but the input is there.
+  void check_clean() const {
+    for (const auto& entry : fs::directory_iterator(folder.path())) {
+      const std::string name = entry.path().filename().string();
+      CHECK_MESSAGE((name == "c.toml" || name == "map.pcd"), name);
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("build: mistakes in the configuration point at the line") {
+  const SmallMap small;
+  small.write("uniform_grid", "cel_width = 5.0");
+  CHECK(failure(small.build()) ==
+        small.config + ":6:12: error: unknown key 'cel_width'; did you mean 'cell_width'?");
+  small.write("uniform_grid", "cell_width = -5.0");
+  CHECK(failure(small.build()) ==
+        small.config + ":6:25: error: 'cell_width' must be > 0 m, not -5.0");
+  small.write("uniform_gird", "cell_width = 5.0");
+  CHECK(failure(small.build()).starts_with(
+      small.config +
+      ":5:10: error: no partitioner plugin 'uniform_gird'; did you mean 'uniform_grid'? (there are: "));
+  test::write_text(small.config, "schema = 1\n[map\n");
+  CHECK(failure(small.build()).starts_with(small.config + ":2:"));
+  test::write_text(small.config, "schema = 1\n");
+  CHECK(failure(small.build()) ==
+        small.config + ": error: missing table [map], which building region maps needs");
+  CHECK(failure(test::run("vantage-build", {small.config + ".none"})) ==
+        small.config + ".none: error: cannot read the configuration: No such file or directory");
+  small.check_clean();
+}
+
+TEST_CASE("build: missing, cut, empty and all-NaN maps") {
+  const SmallMap small;
+  const fs::path map = small.folder.path() / "map.pcd";
+  const std::string whole = test::read_text(map);
+
+  fs::remove(map);
+  CHECK(has(failure(small.build()), map.string()));
+  test::write_text(map, whole.substr(0, whole.size() - 100));
+  CHECK(has(failure(small.build()), map.string()));
+  test::write_text(map, "");
+  CHECK(has(failure(small.build()), map.string()));
+  test::write_text(map, "no point cloud at all");
+  CHECK(has(failure(small.build()), map.string()));
+  test::write_text(map, "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\nHEIGHT 1\n"
+                        "POINTS 0\nDATA ascii\n");
+  CHECK(has(failure(small.build()), map.string() + ": error: the map holds no finite point"));
+  test::write_text(map, "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+                        "POINTS 2\nDATA ascii\nnan 0 0\n1 inf 0\n");
+  CHECK(has(failure(small.build()), "the map holds no finite point (2 dropped)"));
+  small.check_clean();
+}
+
+TEST_CASE("build: NaN points are dropped and counted, the rest is used") {
+  const SmallMap small;
+  std::string text = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 403\nHEIGHT 1\n"
+                     "POINTS 403\nDATA ascii\nnan 0 0\ninf 1 1\n2 2 nan\n";
+  for (int i = 0; i < 400; ++i) {
+    text += std::to_string(i % 20) + " " + std::to_string(i / 20) + " 0\n";
+  }
+  test::write_text(small.folder.path() / "map.pcd", text);
+  const auto done = small.build({"--json"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  const auto report = nlohmann::json::parse(done.out);
+  CHECK(report["dropped_points"] == 3);
+  CHECK(report["map_points"] == 400);
+}
+
+TEST_CASE("build: an existing bundle is not touched without overwrite") {
+  const SmallMap small;
+  REQUIRE(small.build().exit_code == 0);
+  const fs::path index = small.folder.path() / "bundle/index.json";
+  const std::string before = test::read_text(index);
+  CHECK(has(failure(small.build({"--set", "partitioner.params.cell_width=2.5"})), "bundle"));
+  CHECK(test::read_text(index) == before);
+  CHECK(small.build({"--set", "partitioner.params.cell_width=2.5", "--set", "store.params.overwrite=true"})
+            .exit_code == 0);
+  CHECK(test::read_text(index) != before);
+}
+
+TEST_CASE("wrong usage is exit code 2") {
+  CHECK(test::run("vantage-build", {}).exit_code == 2);
+  CHECK(test::run("vantage-build", {"c.toml", "--jbos", "2"}).exit_code == 2);
+  CHECK(test::run("vantage", {}).exit_code == 2);
+  CHECK(has(failure(test::run("vantage", {"biuld"}), 2), "no job 'biuld'; did you mean 'build'?"));
+  CHECK(test::run("vantage", {"--help"}).exit_code == 0);
+  CHECK(test::run("vantage", {"build", "--help"}).exit_code == 0);
+  const SmallMap small;
+  CHECK(has(failure(test::run("vantage-localize", {small.config, "--scans", "s", "--out", "o"}), 2),
+            "no first pose: give --initial-pose or --reference"));
+  CHECK(has(failure(test::run("vantage-localize", {small.config, "--scans", small.folder.path().string(), "--out",
+                                                   "o", "--initial-pose", "1,2,3"}),
+                    2),
+            "six numbers"));
+}
+
+TEST_CASE("localize: missing bundle, scans, reference; damaged scans and bundles") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 20, "bundle");
+  CHECK(has(failure(street.localize(config, "run", {"--quiet"})), street.path("bundle")));
+  REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
+
+  CHECK(has(failure(test::run("vantage-localize", {config, "--scans", street.path("none"), "--reference",
+                                                   street.path("reference.tum"), "--out", street.path("run")})),
+            street.path("none")));
+  CHECK(has(failure(test::run("vantage-localize", {config, "--scans", street.path("scans"), "--reference",
+                                                   street.path("none.tum"), "--out", street.path("run")})),
+            street.path("none.tum")));
+
+  // A scan cut short in the middle of the drive.
+  const fs::path scan = street.folder() / "scans/000012.pcd";
+  const std::string whole = test::read_text(scan);
+  test::write_text(scan, whole.substr(0, whole.size() / 2));
+  CHECK(has(failure(street.localize(config, "run", {"--quiet"})), scan.string()));
+  CHECK_FALSE(fs::exists(street.folder() / "run"));
+  test::write_text(scan, whole);
+
+  // A region map cut short.
+  for (const auto& entry : fs::directory_iterator(street.folder() / "bundle")) {
+    if (entry.path().extension() != ".pcd") continue;
+    const std::string tile = test::read_text(entry.path());
+    test::write_text(entry.path(), tile.substr(0, tile.size() / 2));
+  }
+  CHECK(has(failure(street.localize(config, "run", {"--quiet"})), ".pcd"));
+  CHECK_FALSE(fs::exists(street.folder() / "run"));
+}
+
+TEST_CASE("localize: scans that see nothing of the map are marked lost, and localization goes on") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 20, "bundle");
+  REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
+  // Scan 10 sees only what is far outside the map, scan 11 nothing at all, scan 12 only NaN.
+  const PointCloud far(500, Point(5000, 5000, 5000));
+  REQUIRE(io::write_pcd(street.folder() / "scans/000010.pcd", far, io::Precision::float32));
+  const std::string header = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
+  test::write_text(street.folder() / "scans/000011.pcd",
+                   header + "WIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n");
+  test::write_text(street.folder() / "scans/000012.pcd",
+                   header + "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\nnan nan nan\n");
+  const auto done = street.localize(config, "run", {"--quiet", "--json"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  const auto summary = nlohmann::json::parse(done.out);
+  CHECK(summary["scans"]["lost"] == 3);
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans - 3);
+  CHECK(summary["scans"]["dropped_points"] == 1);
+  CHECK(summary["error_m"]["max"] < 0.5);
+  CHECK(io::read_trajectory(street.folder() / "run/trajectory.tum")->size() == test::Street::kScans - 3);
+}
+
+TEST_CASE("localize: a pose outside every region keeps the nearest map, and the output says so") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 20, "bundle");
+  REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
+  const auto done = test::run("vantage-localize",
+                              {config, "--scans", street.path("scans"), "--out", street.path("run"),
+                               "--initial-pose", "-500,-500,0,0,0,0", "--json", "--quiet"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  const auto summary = nlohmann::json::parse(done.out);
+  CHECK(summary["scans"]["outside_every_region"] == test::Street::kScans);
+  CHECK(summary["scans"]["lost"] == test::Street::kScans);
+}
+
+TEST_CASE("plugins: list, describe and check answer a person and a program") {
+  const auto listed = test::run("vantage", {"plugins", "list", "--json"});
+  REQUIRE(listed.exit_code == 0);
+  CHECK(nlohmann::json::parse(listed.out).size() >= 7);
+  const auto described = test::run("vantage", {"plugins", "describe", "hpr"});
+  CHECK(has(described.out, "alpha"));
+  CHECK(has(failure(test::run("vantage", {"plugins", "describe", "hrp"})), "did you mean 'hpr'?"));
+  const std::string grid = (fs::path(VANTAGE_PLUGIN_DIR) / "vantage_partitioner_uniform_grid.so").string();
+  CHECK(test::run("vantage", {"plugins", "check", grid}).out ==
+        grid + ": ok, partitioner plugin 'uniform_grid'\n");
+  CHECK(has(failure(test::run("vantage", {"plugins", "check", "/etc/passwd"})), "/etc/passwd"));
+}

@@ -1,0 +1,200 @@
+// The main job through the programs themselves: one TOML file, build, localize, evaluate.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "world.hpp"
+
+namespace fs = std::filesystem;
+
+namespace vantage::test {
+
+Street::Street() {
+  std::mt19937 random(7);
+  const auto uniform = [&](double a, double b) {
+    return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  PointCloud map;
+  const auto noise = [&] { return uniform(-0.02, 0.02); };
+  for (double x = 0; x < 60; x += 0.2) {
+    for (double y = -6; y < 6; y += 0.2) map.push_back({x + noise(), y + noise(), noise()});
+    for (double z = 0.2; z < 5; z += 0.2) {
+      // House fronts step in and out every 7 m, which tells places along the street apart.
+      const double step = static_cast<int>(x / 7) % 2 == 0 ? 0.0 : 1.0;
+      map.push_back({x + noise(), -6 - step + noise(), z});
+      map.push_back({x + noise(), 6 + step / 2 + noise(), z});
+    }
+  }
+  for (int post = 0; post < 12; ++post) {
+    const double x = 5.0 * post + uniform(-1, 1), y = post % 2 == 0 ? -4.5 : 4.5;
+    for (double z = 0; z < 3; z += 0.05) {
+      map.push_back({x + 0.1 * std::cos(40 * z), y + 0.1 * std::sin(40 * z), z});
+    }
+  }
+  REQUIRE(io::write_pcd(folder() / "map.pcd", map, io::Precision::float64));
+
+  fs::create_directory(folder() / "scans");
+  io::Trajectory reference;
+  for (int i = 0; i < kScans; ++i) {
+    Pose pose = pose_from_xyz_rpy({10.0 + 1.6 * i, 0.8 * std::sin(0.3 * i), 1.0},
+                                  {0.0, 0.0, 0.1 * std::cos(0.3 * i)});
+    PointCloud scan;
+    for (const Point& p : map) {
+      if ((p - pose.translation).norm() < 18 && random() % 8 == 0) {
+        scan.push_back(pose.inverse() * (p + Point(noise(), noise(), noise()) / 2));
+      }
+    }
+    char name[32];
+    std::snprintf(name, sizeof name, "%06d.pcd", i);
+    REQUIRE(io::write_pcd(folder() / "scans" / name, scan, io::Precision::float32));
+    reference.push_back({0.1 * i, pose});
+  }
+  REQUIRE(io::write_tum(folder() / "reference.tum", reference));
+}
+
+std::string Street::write_config(const std::string& name, double cell_width,
+                                 const std::string& bundle, const std::string& extra) const {
+  const std::string partitioner =
+      cell_width > 0 ? "plugin = \"uniform_grid\"\nparams = { cell_width = " +
+                           std::to_string(cell_width) + " }"
+                     : "plugin = \"whole_map\"";
+  write_text(folder() / name, R"(schema = 1
+[map]
+files = ["map.pcd"]
+[partitioner]
+)" + partitioner + R"(
+[ground]
+plugin = "pmf"
+[viewpoints]
+voxel_size = 3.0
+[visibility]
+plugin = ")" + (cell_width > 0 ? "hpr" : "keep_all") + R"("
+[store]
+plugin = "pcd_tiles"
+params = { root = ")" + bundle + R"(" }
+[matcher]
+plugin = "ndt"
+)" + extra);
+  return path(name);
+}
+
+Finished Street::localize(const std::string& config, const std::string& out,
+                          std::vector<std::string> more) const {
+  std::vector<std::string> arguments{config, "--scans", path("scans"), "--reference",
+                                     path("reference.tum"), "--out", path(out)};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run("vantage-localize", arguments);
+}
+
+}  // namespace vantage::test
+
+using namespace vantage;
+
+namespace {
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) names.push_back(fs::relative(entry.path(), folder));
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void check_same_files(const fs::path& a, const fs::path& b) {
+  REQUIRE(files_in(a) == files_in(b));
+  REQUIRE(files_in(a).size() > 1);
+  for (const fs::path& name : files_in(a)) {
+    CHECK_MESSAGE(test::read_text(a / name) == test::read_text(b / name), name.string());
+  }
+}
+
+}  // namespace
+
+TEST_CASE("build, localize, evaluate: region maps with switches and the wide-area map") {
+  const test::Street street;
+  const std::string regions = street.write_config("L10.toml", 10, "maps/L10");
+  const std::string wide = street.write_config("wide.toml", 0, "maps/wide");
+  for (const std::string& config : {regions, wide}) {
+    const auto built = test::run("vantage", {"build", config, "--json", "--quiet"});
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    CHECK(built.err.empty());
+    const auto report = nlohmann::json::parse(built.out);
+    CHECK(report["regions"].size() == (config == wide ? 1 : 12));
+  }
+
+  const auto localized = street.localize(regions, "run");
+  REQUIRE_MESSAGE(localized.exit_code == 0, localized.err);
+  CHECK(localized.err.find("localizing (scans): 25/25") != std::string::npos);
+  const auto summary = nlohmann::json::parse(test::read_text(street.folder() / "run/summary.json"));
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans);
+  CHECK(summary["scans"]["switches"] >= 3);
+  CHECK(summary["error_m"]["mean"] < 0.05);
+  CHECK(summary["error_deg"]["mean"] < 0.3);
+
+  const auto trajectory = io::read_trajectory(street.folder() / "run/trajectory.tum");
+  REQUIRE(trajectory);
+  CHECK(trajectory->size() == test::Street::kScans);
+  const std::string csv = test::read_text(street.folder() / "run/scans.csv");
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == test::Street::kScans + 1);
+
+  const auto evaluated =
+      test::run("vantage", {"evaluate", regions, wide, "--scans", street.path("scans"), "--reference",
+                            street.path("reference.tum"), "--out", street.path("evaluation"), "--quiet"});
+  REQUIRE_MESSAGE(evaluated.exit_code == 0, evaluated.err);
+  CHECK(evaluated.out.find("L10") != std::string::npos);
+  const auto both = nlohmann::json::parse(test::read_text(street.folder() / "evaluation/summary.json"));
+  REQUIRE(both.size() == 2);
+  CHECK(both[0]["name"] == "L10");
+  CHECK(both[0]["error_m"]["mean"] == summary["error_m"]["mean"]);
+  CHECK(both[1]["reduction"] == 0.0);
+  const std::string html = test::read_text(street.folder() / "evaluation/report.html");
+  CHECK(html.find("http") == std::string::npos);  // needs nothing but itself
+  CHECK(html.ends_with("</html>\n"));
+}
+
+TEST_CASE("two runs, and runs with one and two threads, give byte-identical bundles and trajectories") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 10, "unused");
+  const auto build = [&](const std::string& bundle, const std::string& jobs) {
+    const auto done = test::run("vantage-build", {config, "--quiet", "--jobs", jobs, "--set",
+                                                  "store.params.root=" + street.path(bundle)});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  };
+  build("one", "1");
+  build("two", "2");
+  build("again", "2");
+  check_same_files(street.folder() / "one", street.folder() / "two");
+  check_same_files(street.folder() / "one", street.folder() / "again");
+
+  for (const std::string jobs : {"1", "2"}) {
+    const auto done = street.localize(
+        config, "run" + jobs, {"--jobs", jobs, "--set", "store.params.root=" + street.path("one")});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  }
+  CHECK(test::read_text(street.folder() / "run1/trajectory.tum") ==
+        test::read_text(street.folder() / "run2/trajectory.tum"));
+}
+
+TEST_CASE("--initial-pose and --odometry stand in for the reference") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 0, "bundle");
+  REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
+  const auto done = test::run(
+      "vantage-localize", {config, "--scans", street.path("scans"), "--out", street.path("run"),
+                           "--initial-pose", "10.1,-0.1,1.0,0,0,0.12", "--odometry",
+                           street.path("reference.tum"), "--json", "--quiet"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  const auto summary = nlohmann::json::parse(done.out);
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans);
+  CHECK_FALSE(summary.contains("error_m"));
+  const auto estimated = io::read_trajectory(street.folder() / "run/trajectory.tum").value();
+  const auto reference = io::read_trajectory(street.folder() / "reference.tum").value();
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    CHECK((estimated[i].pose.translation - reference[i].pose.translation).norm() < 0.2);
+  }
+}

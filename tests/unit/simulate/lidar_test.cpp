@@ -1,0 +1,174 @@
+#include "simulate/lidar.hpp"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "small_world.hpp"
+
+namespace vantage::simulation {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Ray {
+  int firing, ring;
+  auto operator<=>(const Ray&) const = default;
+};
+
+/// Which ray of a VLP-16 a point was made by.
+Ray ray_of(const Point& p) {
+  const double azimuth = std::atan2(p.y(), p.x()) / kDegree;
+  const double elevation = std::asin(p.z() / p.norm()) / kDegree;
+  return {static_cast<int>(std::lround((180.0 - azimuth) / 0.2)) % 1800,
+          static_cast<int>(std::lround((elevation + 15.0) / 2.0))};
+}
+
+/// To the nearest surface of the ground and the solids [m].
+double distance_to_surface(const World& world, const Point& p) {
+  double nearest = std::abs(p.z() - world.terrain().height(p.x(), p.y()));
+  for (const Solid& solid : world.campus().solids) {
+    if ((p.array() < solid.bounds.min.array() - 1.0).any() ||
+        (p.array() > solid.bounds.max.array() + 1.0).any()) {
+      continue;
+    }
+    nearest = std::min(nearest, std::abs(solid.signed_distance(p)));
+  }
+  return nearest;
+}
+
+WorldParams exact_world() {
+  WorldParams params = test::small_world();
+  params.campus.leaf_area_density = 0.0;  // distance_to_surface knows no leaves
+  params.lidar.range_noise = 0.0;
+  params.lidar.dropout = 0.0;
+  params.lidar.grazing_angle = 0.0;
+  return params;
+}
+
+TEST_CASE("a scan has the rays of a VLP-16") {
+  const WorldParams params = test::small_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  const PointCloud scan = Lidar(params.lidar, params.seed).scan(world, drive, 5);
+  REQUIRE(scan.size() > 5000);
+  CHECK(scan.size() <= 28'800);
+
+  std::array<int, 16> points_of_ring{};
+  Ray previous{-1, 0};
+  for (const Point& p : scan) {
+    const double elevation = std::asin(p.z() / p.norm()) / kDegree;
+    const double azimuth = std::atan2(p.y(), p.x()) / kDegree;
+    const Ray ray = ray_of(p);
+    REQUIRE(ray.ring >= 0);
+    REQUIRE(ray.ring < 16);
+    ++points_of_ring[static_cast<std::size_t>(ray.ring)];
+    CHECK(elevation == doctest::Approx(-15.0 + 2.0 * ray.ring).epsilon(1e-9));
+    CHECK(std::abs(std::remainder(azimuth, 0.2)) < 1e-9);
+    CHECK(p.norm() >= params.lidar.min_range);
+    CHECK(p.norm() <= params.lidar.max_range);
+    CHECK(previous < ray);  // firing by firing, rings upwards, no ray twice
+    previous = ray;
+  }
+  CHECK(std::all_of(points_of_ring.begin(), points_of_ring.end(), [](int n) { return n > 50; }));
+}
+
+TEST_CASE("every point of a scan without noise lies on a surface") {
+  for (const bool motion_distortion : {false, true}) {
+    CAPTURE(motion_distortion);
+    WorldParams params = exact_world();
+    params.lidar.motion_distortion = motion_distortion;
+    params.drive.speed = 10.0;
+    const World world = test::make_world(params);
+    const Drive drive = test::make_drive(world, params);
+    const Lidar lidar(params.lidar, params.seed);
+    // In a turn, where both position and heading change within the scan.
+    const std::size_t index = drive.scans() / 8;
+    double worst = 0.0, worst_from_first_pose = 0.0;
+    for (const Point& p : lidar.scan(world, drive, index)) {
+      const double fired = motion_distortion ? ray_of(p).firing / 1800.0 * 0.1 : 0.0;
+      worst =
+          std::max(worst, distance_to_surface(world, drive.pose(drive.stamp(index) + fired) * p));
+      worst_from_first_pose = std::max(
+          worst_from_first_pose, distance_to_surface(world, drive.pose(drive.stamp(index)) * p));
+    }
+    CHECK(worst < 1e-3);
+    CHECK((worst_from_first_pose > 0.1) == motion_distortion);
+  }
+}
+
+TEST_CASE("range noise and dropouts are as large as asked") {
+  WorldParams params = exact_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  std::map<Ray, double> truth;
+  for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) truth[ray_of(p)] = p.norm();
+
+  SUBCASE("noise") {
+    params.lidar.range_noise = 0.03;
+    double sum = 0.0, squares = 0.0, count = 0.0;
+    for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) {
+      const auto exact = truth.find(ray_of(p));
+      if (exact == truth.end()) continue;
+      sum += p.norm() - exact->second;
+      squares += (p.norm() - exact->second) * (p.norm() - exact->second);
+      count += 1.0;
+    }
+    REQUIRE(count > 0.99 * static_cast<double>(truth.size()));
+    CHECK(std::abs(sum / count) < 0.001);
+    CHECK(std::sqrt(squares / count) == doctest::Approx(0.03).epsilon(0.03));
+  }
+  SUBCASE("dropouts") {
+    params.lidar.dropout = 0.2;
+    const PointCloud scan = Lidar(params.lidar, 1).scan(world, drive, 0);
+    CHECK(static_cast<double>(scan.size()) / static_cast<double>(truth.size()) ==
+          doctest::Approx(0.8).epsilon(0.02));
+  }
+  SUBCASE("grazing rays are lost more often than steep ones") {
+    params.lidar.grazing_angle = 6.0;
+    std::map<int, int> kept, all;
+    const auto is_ground = [&](const Ray& ray, double range) {
+      const Point p = drive.pose(drive.stamp(0)) *
+                      (range * Lidar(params.lidar, 1).direction(ray.firing, ray.ring));
+      return std::abs(p.z() - world.terrain().height(p.x(), p.y())) < 1e-3;
+    };
+    for (const auto& [ray, range] : truth) all[ray.ring] += is_ground(ray, range) ? 1 : 0;
+    for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) {
+      kept[ray_of(p).ring] += is_ground(ray_of(p), p.norm()) ? 1 : 0;
+    }
+    REQUIRE(all[0] > 500);
+    REQUIRE(all[6] > 100);     // at -3 degrees
+    CHECK(kept[0] == all[0]);  // at -15 degrees
+    CHECK(kept[6] < 0.8 * all[6]);
+    CHECK(kept[6] > 0.2 * all[6]);
+  }
+}
+
+TEST_CASE("noise belongs to the scan and the ray, not to the order of work") {
+  const WorldParams params = test::small_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  const Lidar lidar(params.lidar, params.seed);
+  const PointCloud late = lidar.scan(world, drive, 9);
+  const PointCloud early = lidar.scan(world, drive, 8);
+  CHECK(lidar.scan(world, drive, 9) == late);
+  CHECK(early != late);
+  CHECK(Lidar(params.lidar, params.seed + 1).scan(world, drive, 9) != late);
+}
+
+TEST_CASE("a world where every return is lost gives empty scans") {
+  WorldParams params = test::small_world();
+  params.lidar.dropout = 1.0;
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  CHECK(Lidar(params.lidar, params.seed).scan(world, drive, 0).empty());
+}
+
+}  // namespace
+}  // namespace vantage::simulation
