@@ -16,10 +16,10 @@ constexpr const char* kStyle = R"(
 :root { color-scheme: light dark; --line: #8888; --soft: #8883; --accent: #2a78d6; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .7rem; text-align: right; border-bottom: 1px solid var(--soft); }
+th, td { padding: .3rem .5rem; font-size: .85rem; text-align: right; border-bottom: 1px solid var(--soft); }
 th:first-child, td:first-child { text-align: left; }
 .wide { overflow-x: auto; }
-svg { width: 100%; height: auto; }
+svg { width: 100%; height: auto; max-height: 36rem; }
 svg text { fill: currentColor; font: 11px system-ui, sans-serif; }
 .region { fill: none; stroke: var(--line); vector-effect: non-scaling-stroke; }
 .reference { fill: none; stroke: var(--line); stroke-width: 3; vector-effect: non-scaling-stroke; }

@@ -22,11 +22,19 @@ Street::Street() {
   const auto noise = [&] { return uniform(-0.02, 0.02); };
   for (double x = 0; x < 60; x += 0.2) {
     for (double y = -6; y < 6; y += 0.2) map.push_back({x + noise(), y + noise(), noise()});
+    // House fronts step in and out every 7 m, which tells places along the street apart.
+    const double step = static_cast<int>(x / 7) % 2 == 0 ? 0.0 : 2.0;
     for (double z = 0.2; z < 5; z += 0.2) {
-      // House fronts step in and out every 7 m, which tells places along the street apart.
-      const double step = static_cast<int>(x / 7) % 2 == 0 ? 0.0 : 1.0;
       map.push_back({x + noise(), -6 - step + noise(), z});
-      map.push_back({x + noise(), 6 + step / 2 + noise(), z});
+      map.push_back({x + noise(), 6 + step + noise(), z});
+    }
+  }
+  for (int house = 1; house <= 8; ++house) {
+    for (double depth = 0; depth < 2; depth += 0.2) {
+      for (double z = 0.2; z < 5; z += 0.2) {
+        map.push_back({7.0 * house + noise(), -6 - depth, z});
+        map.push_back({7.0 * house + noise(), 6 + depth, z});
+      }
     }
   }
   for (int post = 0; post < 12; ++post) {
@@ -40,8 +48,8 @@ Street::Street() {
   fs::create_directory(folder() / "scans");
   io::Trajectory reference;
   for (int i = 0; i < kScans; ++i) {
-    Pose pose = pose_from_xyz_rpy({10.0 + 1.6 * i, 0.8 * std::sin(0.3 * i), 1.0},
-                                  {0.0, 0.0, 0.1 * std::cos(0.3 * i)});
+    Pose pose = pose_from_xyz_rpy({10.0 + 0.8 * i, 0.8 * std::sin(0.15 * i), 1.0},
+                                  {0.0, 0.0, 0.1 * std::cos(0.15 * i)});
     PointCloud scan;
     for (const Point& p : map) {
       if ((p - pose.translation).norm() < 18 && random() % 8 == 0) {
@@ -124,12 +132,12 @@ TEST_CASE("build, localize, evaluate: region maps with switches and the wide-are
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
     CHECK(built.err.empty());
     const auto report = nlohmann::json::parse(built.out);
-    CHECK(report["regions"].size() == (config == wide ? 1 : 12));
+    CHECK(report["regions"].size() == (config == wide ? 1 : 14));
   }
 
   const auto localized = street.localize(regions, "run");
   REQUIRE_MESSAGE(localized.exit_code == 0, localized.err);
-  CHECK(localized.err.find("localizing (scans): 25/25") != std::string::npos);
+  CHECK(localized.err.find("localizing (scans): 40/40") != std::string::npos);
   const auto summary = nlohmann::json::parse(test::read_text(street.folder() / "run/summary.json"));
   CHECK(summary["scans"]["tracked"] == test::Street::kScans);
   CHECK(summary["scans"]["switches"] >= 3);

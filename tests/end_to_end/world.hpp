@@ -28,7 +28,7 @@ class Street {
   [[nodiscard]] Finished localize(const std::string& config, const std::string& out,
                                   std::vector<std::string> more = {}) const;
 
-  static constexpr int kScans = 25;
+  static constexpr int kScans = 40;
 
  private:
   TemporaryFolder folder_;

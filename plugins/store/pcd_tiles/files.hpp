@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "vantage/result.hpp"
+
+namespace vantage::pcd_tiles {
+
+/// An open file, closed when the object goes.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) noexcept : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor();
+  [[nodiscard]] int get() const noexcept { return fd_; }
+  [[nodiscard]] bool open() const noexcept { return fd_ >= 0; }
+
+ private:
+  int fd_;
+};
+
+/// `io_failure` at `path`, with the system's reason.
+[[nodiscard]] tl::unexpected<Error> system_error(const std::filesystem::path& path,
+                                                 const std::string& what, int error_number);
+
+/// Errors: `not_found`; `io_failure`, also for what is no regular file.
+[[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path);
+
+/// Creates or replaces a file; removes it again if it cannot be written whole.
+/// Errors: `io_failure`.
+[[nodiscard]] Result<void> write_file(const std::filesystem::path& path, std::string_view content);
+
+/// Makes everything in a folder survive a power cut. Errors: `io_failure`.
+[[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);
+
+/// Errors: `already_exists` if `to` is there; `io_failure`.
+[[nodiscard]] Result<void> rename_to_new(const std::filesystem::path& from,
+                                         const std::filesystem::path& to);
+
+/// Two folders change names, in one step where the file system can. Errors: `io_failure`; then both
+/// are as they were.
+[[nodiscard]] Result<void> exchange(const std::filesystem::path& a, const std::filesystem::path& b);
+
+}  // namespace vantage::pcd_tiles

@@ -1,0 +1,663 @@
+#include <doctest/doctest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <thread>
+
+#include "support/plugins.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+using test::read_text, test::write_text;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+PluginPtr<MapStore> store_at(const fs::path& root, bool overwrite = false) {
+  return test::plugin<MapStore>(
+      "pcd_tiles", "root = '" + root.string() + "'\noverwrite = " + (overwrite ? "true" : "false"));
+}
+
+PointCloud random_cloud(std::size_t n, const Point& centre, double extent, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> offset(-extent / 2, extent / 2);
+  PointCloud cloud;
+  for (std::size_t k = 0; k < n; ++k) {
+    cloud.push_back(centre + Point(offset(random), offset(random), offset(random)));
+  }
+  return cloud;
+}
+
+/// Three regions of every sort, with edges that no short decimal hits.
+MapIndex sample_index() {
+  auto partition = Partition::from(
+      {{"x+000_y+000", HalfOpenBox{{0.1 + 0.2, -1.0 / 3.0}, {1e6 + 0.1, 5e6 + 1e-9}}, {}},
+       {"storey.1", ConvexPolygon{{{0.0, 0.0}, {4.0, 0.1}, {1.0 / 7.0, 4.0}}}, {-2.5, 1.0 / 3.0}},
+       {"storey.2", HalfOpenBox{{-5e-324, -1.0}, {1e-300, 1.0}}, {1.0 / 3.0, kInfinity}}});
+  REQUIRE_MESSAGE(partition, to_string(partition.error()));
+  return {.partition = *std::move(partition),
+          .regions = {},
+          .map_bounds = {Point(-1.0 / 3.0, 0.1, -0.0), Point(1e6, 5e6 + 0.1, 77.7)},
+          .map_points = 123456789,
+          .config = "schema = 1\n# \"quoted\" \\ text, ä, \t tab\n"};
+}
+
+std::vector<RegionMap> sample_maps() {
+  return {{random_cloud(1000, {5e5, 2e6, 10}, 80.0), 7},
+          {{}, 0},
+          {random_cloud(10, {0, 0, 0}, 2.0), 4'000'000'000U}};
+}
+
+void write_bundle(const PluginPtr<MapStore>& store, const MapIndex& index,
+                  const std::vector<RegionMap>& maps) {
+  auto done = store->begin(index);
+  for (std::uint32_t r = 0; done && r < maps.size(); ++r) done = store->put(RegionId{r}, maps[r]);
+  if (done) done = store->commit();
+  REQUIRE_MESSAGE(done, to_string(done.error()));
+}
+
+std::vector<std::string> files_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+template <class T>
+void check_fails(const Result<T>& result, ErrorCode code, const std::string& part) {
+  REQUIRE(!result.has_value());
+  const std::string text = to_string(result.error());
+  CHECK_MESSAGE(result.error().code == code, text);
+  CHECK_MESSAGE(text.find(part) != std::string::npos, text);
+}
+
+/// The greatest difference of a coordinate.
+double worst(const PointCloud& a, const PointCloud& b) {
+  REQUIRE(a.size() == b.size());
+  double error = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    error = std::max(error, (a[k] - b[k]).cwiseAbs().maxCoeff());
+  }
+  return error;
+}
+
+TEST_CASE("a bundle holds its index and one PCD file a region, and nothing else") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  CHECK(files_in(root) ==
+        std::vector<std::string>{"index.json", "storey.1.pcd", "storey.2.pcd", "x+000_y+000.pcd"});
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+}
+
+TEST_CASE("the index comes back exactly") {
+  const test::TemporaryFolder folder;
+  const MapIndex written = sample_index();
+  write_bundle(store_at(folder.path() / "bundle"), written, sample_maps());
+  const auto read = store_at(folder.path() / "bundle")->index();
+  REQUIRE_MESSAGE(read, to_string(read.error()));
+  CHECK(read->config == written.config);
+  CHECK(read->map_points == written.map_points);
+  CHECK(read->map_bounds.min == written.map_bounds.min);
+  CHECK(std::signbit(read->map_bounds.min.z()));
+  CHECK(read->map_bounds.max == written.map_bounds.max);
+  REQUIRE(read->partition.size() == written.partition.size());
+  for (std::size_t r = 0; r < written.partition.size(); ++r) {
+    const Region &a = written.partition.regions()[r], &b = read->partition.regions()[r];
+    CHECK(a.label == b.label);
+    CHECK(a.height.min == b.height.min);
+    CHECK(a.height.max == b.height.max);
+    REQUIRE(a.footprint.index() == b.footprint.index());
+    if (const auto* box = std::get_if<HalfOpenBox>(&a.footprint)) {
+      CHECK(box->min == std::get<HalfOpenBox>(b.footprint).min);
+      CHECK(box->max == std::get<HalfOpenBox>(b.footprint).max);
+    } else {
+      CHECK(std::get<ConvexPolygon>(a.footprint).corners ==
+            std::get<ConvexPolygon>(b.footprint).corners);
+    }
+  }
+  REQUIRE(read->regions.size() == 3);
+  CHECK(read->regions[0].points == 1000);
+  CHECK(read->regions[0].viewpoints == 7);
+  CHECK(read->regions[2].viewpoints == 4'000'000'000U);
+  for (std::size_t r = 0; r < 3; ++r) {
+    const auto file = folder.path() / "bundle" / (written.partition.regions()[r].label + ".pcd");
+    CHECK(read->regions[r].bytes == fs::file_size(file));
+  }
+}
+
+TEST_CASE("random partition edges come back bit for bit") {
+  const test::TemporaryFolder folder;
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> exponent(-12.0, 12.0), mantissa(-1.0, 1.0);
+  const auto edge = [&] { return mantissa(random) * std::pow(10.0, exponent(random)); };
+  std::vector<Region> regions;
+  for (int r = 0; r < 500; ++r) {
+    Eigen::Vector2d a(edge(), edge()), b(edge(), edge());
+    regions.push_back({"r" + std::to_string(r), HalfOpenBox{a.cwiseMin(b), a.cwiseMax(b)}, {}});
+  }
+  MapIndex index;
+  index.partition = Partition::from(regions).value();
+  write_bundle(store_at(folder.path() / "bundle"), index, std::vector<RegionMap>(500));
+  const auto read = store_at(folder.path() / "bundle")->index();
+  REQUIRE_MESSAGE(read, to_string(read.error()));
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    const auto& a = std::get<HalfOpenBox>(regions[r].footprint);
+    const auto& b = std::get<HalfOpenBox>(read->partition.regions()[r].footprint);
+    CHECK(a.min == b.min);
+    CHECK(a.max == b.max);
+  }
+  CHECK(read->map_bounds.empty());  // of no points: infinite the wrong way round
+}
+
+TEST_CASE("points come back in their order, to the stated precision, far from the origin too") {
+  MapIndex index;
+  index.partition = Partition::from({{"map", HalfOpenBox{{-1e7, -1e7}, {1e7, 1e7}}, {}}}).value();
+  for (const Point& centre : {Point(0, 0, 0), Point(3.25, -1e6, 40), Point(5e6, -5e6, 3000)}) {
+    for (const double extent : {0.01, 1.0, 30.0, 200.0, 5000.0}) {
+      CAPTURE(extent);
+      const test::TemporaryFolder folder;
+      const RegionMap written{random_cloud(2000, centre, extent), 3};
+      write_bundle(store_at(folder.path() / "b"), index, {written});
+      const auto read = store_at(folder.path() / "b")->get(RegionId{0});
+      REQUIRE_MESSAGE(read, to_string(read.error()));
+      CHECK(read->viewpoints == 3);
+      const double rounding = centre.cwiseAbs().maxCoeff() * 0x1p-52;
+      CHECK(worst(written.points, read->points) <= std::max(extent, 1.0) * 0x1p-24 + rounding);
+    }
+  }
+}
+
+TEST_CASE("a region without points, with one, and with equal ones") {
+  const test::TemporaryFolder folder;
+  const Point p(5e6 + 0.125, -7.5, 0.25);
+  const std::vector<RegionMap> maps{{{}, 0}, {{p}, 1}, {{p, p, p}, 2}};
+  write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
+  const auto store = store_at(folder.path() / "b");
+  for (std::uint32_t r = 0; r < 3; ++r) {
+    const auto read = store->get(RegionId{r});
+    REQUIRE_MESSAGE(read, to_string(read.error()));
+    CHECK(read->points == maps[r].points);
+    CHECK(read->viewpoints == maps[r].viewpoints);
+  }
+}
+
+TEST_CASE("a file is a PCD that any tool reads, with the origin in a comment") {
+  const test::TemporaryFolder folder;
+  MapIndex index;
+  index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
+  write_bundle(store_at(folder.path() / "b"), index,
+               {{{{101.5, 20.0, -3.0}, {103.0, 20.5, -3.0}}, 0}});
+  const std::string content = read_text(folder.path() / "b" / "map.pcd");
+  const std::string header =
+      "# .PCD v0.7 - Point Cloud Data file format\n# vantage origin 102 20 -3\nVERSION 0.7\n"
+      "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA binary\n";
+  REQUIRE(content.substr(0, header.size()) == header);
+  REQUIRE(content.size() == header.size() + 24);
+  float xyz[6];
+  std::memcpy(xyz, content.data() + header.size(), sizeof xyz);
+  CHECK(std::vector<float>(xyz, xyz + 6) == std::vector<float>{-0.5F, 0, 0, 1, 0.5F, 0});
+}
+
+TEST_CASE("equal input gives equal bytes") {
+  const test::TemporaryFolder folder;
+  write_bundle(store_at(folder.path() / "a"), sample_index(), sample_maps());
+  write_bundle(store_at(folder.path() / "b"), sample_index(), sample_maps());
+  for (const std::string& name : files_in(folder.path() / "a")) {
+    CHECK(read_text(folder.path() / "a" / name) == read_text(folder.path() / "b" / name));
+  }
+}
+
+TEST_CASE("missing folders above the bundle are created, and removed again without a commit") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "out" / "deep" / "bundle";
+  {
+    const auto store = store_at(root);
+    REQUIRE(store->begin(sample_index()));
+  }
+  CHECK(files_in(folder.path()).empty());
+  write_bundle(store_at(root.string() + "/"), sample_index(), sample_maps());
+  CHECK(store_at(root)->index());
+}
+
+TEST_CASE("before the commit there is no bundle, and without one nothing is left") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  {
+    const auto store = store_at(root);
+    REQUIRE(store->begin(sample_index()));
+    REQUIRE(store->put(RegionId{0}, sample_maps()[0]));
+    CHECK(!fs::exists(root));
+    CHECK(fs::exists(root.string() + ".partial"));
+    check_fails(store->index(), ErrorCode::not_found, root.string());
+    check_fails(store->get(RegionId{0}), ErrorCode::not_found, root.string());
+  }
+  CHECK(files_in(folder.path()).empty());
+}
+
+TEST_CASE("begin, put and commit in the wrong order are errors") {
+  const test::TemporaryFolder folder;
+  const auto store = store_at(folder.path() / "bundle");
+  check_fails(store->put(RegionId{0}, {}), ErrorCode::invalid_input, "without begin");
+  check_fails(store->commit(), ErrorCode::invalid_input, "without begin");
+  check_fails(store->begin({}), ErrorCode::invalid_input, "needs a region");
+  REQUIRE(store->begin(sample_index()));
+  check_fails(store->begin(sample_index()), ErrorCode::invalid_input, "already been begun");
+  REQUIRE(store->put(RegionId{1}, {}));
+  check_fails(store->put(RegionId{1}, {}), ErrorCode::already_exists, "storey.1");
+  check_fails(store->put(RegionId{3}, {}), ErrorCode::not_found, "no region 3");
+  check_fails(store->commit(), ErrorCode::invalid_input, "x+000_y+000");
+  REQUIRE(store->put(RegionId{0}, {}));
+  REQUIRE(store->put(RegionId{2}, {}));
+  REQUIRE(store->commit());
+  check_fails(store->commit(), ErrorCode::invalid_input, "without begin");
+  check_fails(store->begin(sample_index()), ErrorCode::already_exists, "overwrite");
+}
+
+TEST_CASE("points that float32 cannot hold are refused and leave the region to be put") {
+  const test::TemporaryFolder folder;
+  const auto store = store_at(folder.path() / "bundle");
+  REQUIRE(store->begin(sample_index()));
+  check_fails(store->put(RegionId{0}, {{{0, std::nan(""), 0}}, 0}), ErrorCode::invalid_input,
+              "not finite");
+  check_fails(store->put(RegionId{0}, {{{0, 0, kInfinity}}, 0}), ErrorCode::invalid_input,
+              "finite");
+  check_fails(store->put(RegionId{0}, {{{-1e39, 0, 0}, {1e39, 0, 0}}, 0}), ErrorCode::invalid_input,
+              "float32");
+  CHECK(store->put(RegionId{0}, {{{1, 2, 3}}, 0}));
+}
+
+TEST_CASE("a configuration that is not UTF-8 is refused before anything is written") {
+  const test::TemporaryFolder folder;
+  MapIndex index = sample_index();
+  index.config = "name = '\xff\xfe'";
+  check_fails(store_at(folder.path() / "b")->begin(index), ErrorCode::invalid_input, "UTF-8");
+  CHECK(files_in(folder.path()).empty());
+}
+
+TEST_CASE("a bundle that is there is not touched without overwrite") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  const std::string before = read_text(root / "index.json");
+  check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, root.string());
+  CHECK(read_text(root / "index.json") == before);
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+}
+
+TEST_CASE("overwrite replaces a bundle at the commit and not before") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  MapIndex other;
+  other.partition = Partition::from({{"new", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
+
+  const auto reader = store_at(root);
+  REQUIRE(reader->get(RegionId{2}));
+  {
+    const auto abandoned = store_at(root, true);
+    REQUIRE(abandoned->begin(other));
+    REQUIRE(abandoned->put(RegionId{0}, {{{1, 2, 3}}, 1}));
+    CHECK(reader->get(RegionId{2}));
+    CHECK(reader->index()->partition.size() == 3);
+  }
+  CHECK(reader->get(RegionId{2}));
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+
+  write_bundle(store_at(root, true), other, {{{{1, 2, 3}}, 1}});
+  CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd"});
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+  CHECK(reader->index()->partition.size() == 1);  // a reader notices
+  CHECK(reader->get(RegionId{0})->points == PointCloud{{1, 2, 3}});
+  check_fails(reader->get(RegionId{2}), ErrorCode::not_found, "no region 2");
+}
+
+TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
+  for (const bool overwrite : {false, true}) {
+    const test::TemporaryFolder folder;
+    const fs::path root = folder.path() / "thing";
+    const auto refused = [&](const std::string& because) {
+      check_fails(store_at(root, overwrite)->begin(sample_index()), ErrorCode::already_exists,
+                  because);
+      CHECK(!fs::exists(root.string() + ".partial"));
+    };
+    SUBCASE("an empty folder") {
+      fs::create_directory(root);
+      refused("not a bundle");
+      CHECK(fs::is_directory(root));
+    }
+    SUBCASE("a folder of the user") {
+      fs::create_directory(root);
+      write_text(root / "thesis.tex", "years of work");
+      refused("not a bundle");
+      CHECK(read_text(root / "thesis.tex") == "years of work");
+    }
+    SUBCASE("a folder with another program's index.json") {
+      fs::create_directory(root);
+      write_text(root / "index.json", "{\"name\": \"web page\"}");
+      refused("'format'");
+      CHECK(read_text(root / "index.json") == "{\"name\": \"web page\"}");
+    }
+    SUBCASE("a file") {
+      write_text(root, "a file");
+      refused("not a bundle");
+      CHECK(read_text(root) == "a file");
+    }
+    SUBCASE("a link to nowhere") {
+      fs::create_symlink(folder.path() / "nowhere", root);
+      refused("not a bundle");
+      CHECK(fs::is_symlink(root));
+    }
+    SUBCASE("a bundle with a file of the user in it") {
+      write_bundle(store_at(root), sample_index(), sample_maps());
+      write_text(root / "notes.txt", "mine");
+      refused("notes.txt");
+      CHECK(read_text(root / "notes.txt") == "mine");
+      CHECK(store_at(root)->get(RegionId{0}));
+    }
+  }
+}
+
+TEST_CASE("a bundle that gets a foreign file while its successor is written is kept") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  {
+    const auto store = store_at(root, true);
+    REQUIRE(store->begin(sample_index()));
+    for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(store->put(RegionId{r}, {}));
+    write_text(root / "notes.txt", "mine");
+    check_fails(store->commit(), ErrorCode::already_exists, "notes.txt");
+  }
+  CHECK(read_text(root / "notes.txt") == "mine");
+  CHECK(store_at(root)->get(RegionId{0})->points.size() == 1000);
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+}
+
+TEST_CASE("something that takes the bundle's name while it is written is kept") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  {
+    const auto store = store_at(root, true);
+    REQUIRE(store->begin(sample_index()));
+    for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(store->put(RegionId{r}, {}));
+    fs::create_directory(root);
+    check_fails(store->commit(), ErrorCode::already_exists, "not a bundle");
+  }
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+}
+
+TEST_CASE("a bundle behind a symbolic link is replaced where it is") {
+  const test::TemporaryFolder folder;
+  write_bundle(store_at(folder.path() / "real"), sample_index(), sample_maps());
+  fs::create_directory_symlink("real", folder.path() / "link");
+  write_bundle(store_at(folder.path() / "link", true), sample_index(), std::vector<RegionMap>(3));
+  CHECK(fs::is_symlink(folder.path() / "link"));
+  CHECK(store_at(folder.path() / "real")->get(RegionId{0})->points.empty());
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"link", "real"});
+}
+
+TEST_CASE("what a killed run has left is cleared by the next one") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {  // ends without destructors, as a killed program does
+    const auto store = store_at(root);
+    const bool begun = store->begin(sample_index()) && store->put(RegionId{0}, sample_maps()[0]);
+    _exit(begun ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  REQUIRE(WIFEXITED(status));
+  REQUIRE(WEXITSTATUS(status) == 0);
+  REQUIRE(fs::exists(fs::path(root.string() + ".partial") / "x+000_y+000.pcd"));
+
+  MapIndex other;
+  other.partition = Partition::from({{"new", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
+  write_bundle(store_at(root), other, {RegionMap{}});
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
+  CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd"});
+}
+
+TEST_CASE("the folder of a bundle under construction is only cleared if it is one") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle", partial = folder.path() / "bundle.partial";
+  SUBCASE("a folder of the user") {
+    fs::create_directory(partial);
+    write_text(partial / "half.txt", "mine");
+    check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, partial.string());
+    CHECK(read_text(partial / "half.txt") == "mine");
+  }
+  SUBCASE("a file") {
+    write_text(partial, "mine");
+    check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, "no folder");
+    CHECK(read_text(partial) == "mine");
+  }
+  SUBCASE("an empty folder, left by a run killed at its start") {
+    fs::create_directory(partial);
+    write_bundle(store_at(root), sample_index(), sample_maps());
+    CHECK(!fs::exists(partial));
+  }
+  SUBCASE("a whole bundle, left by a run killed at its end") {
+    write_bundle(store_at(partial), sample_index(), sample_maps());
+    write_bundle(store_at(root), sample_index(), sample_maps());
+    CHECK(!fs::exists(partial));
+  }
+}
+
+TEST_CASE("two writers of one bundle do not get in each other's way") {
+  const test::TemporaryFolder folder;
+  const auto first = store_at(folder.path() / "b"), second = store_at(folder.path() / "b");
+  REQUIRE(first->begin(sample_index()));
+  check_fails(second->begin(sample_index()), ErrorCode::already_exists, "right now");
+  for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(first->put(RegionId{r}, sample_maps()[r]));
+  REQUIRE(first->commit());
+  CHECK(second->get(RegionId{0}));
+}
+
+TEST_CASE("no bundle and no region are not_found") {
+  const test::TemporaryFolder folder;
+  check_fails(store_at(folder.path() / "none")->index(), ErrorCode::not_found, "none");
+  check_fails(store_at(folder.path() / "none")->get(RegionId{0}), ErrorCode::not_found, "none");
+  fs::create_directory(folder.path() / "empty");
+  check_fails(store_at(folder.path() / "empty")->index(), ErrorCode::not_found, "index.json");
+  write_bundle(store_at(folder.path() / "b"), sample_index(), sample_maps());
+  check_fails(store_at(folder.path() / "b")->get(RegionId{3}), ErrorCode::not_found, "0 to 2");
+  check_fails(store_at(folder.path() / "b")->get(RegionId{4'294'967'295U}), ErrorCode::not_found,
+              "no region");
+}
+
+/// Replaces the first occurrence; ends the test if there is none.
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE_MESSAGE(at != std::string::npos, from);
+  return text.replace(at, from.size(), to);
+}
+
+TEST_CASE("a damaged index is corrupt_data that names the file and what was expected") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle", file = root / "index.json";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  const std::string good = read_text(file);
+  const auto corrupt = [&](const std::string& text, const std::string& because) {
+    write_text(file, text);
+    const auto store = store_at(root);
+    check_fails(store->index(), ErrorCode::corrupt_data, because);
+    check_fails(store->index(), ErrorCode::corrupt_data, file.string());
+    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
+  };
+  corrupt("", "no JSON");
+  corrupt(std::string(100'000, '['), "no JSON");
+  corrupt("[]", "the index must be an object, found array");
+  corrupt("{}", "no member 'format'");
+  corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
+  corrupt(replaced(good, "\"version\": 1", "\"version\": 2"), "'version' must be 1, not 2");
+  corrupt(replaced(good, "\"version\": 1", "\"version\": \"1\""), "'version' must be 1");
+  corrupt(replaced(good, "\"regions\"", "\"region\""), "no member 'regions'");
+  corrupt(replaced(good, "\"config\": \"", "\"config\": 7, \"x\": \""),
+          "'config' must be a string");
+  corrupt(replaced(good, "\"label\": \"x+000_y+000\"", "\"label\": \"../../etc/passwd\""),
+          "'regions[0].file' must be '../../etc/passwd.pcd'");
+  corrupt(replaced(good, "\"label\": \"storey.1\"", "\"label\": 1"), "'regions[1].label'");
+  corrupt(replaced(good, "\"file\": \"storey.1.pcd\"", "\"file\": \"/etc/passwd\""),
+          "'regions[1].file' must be 'storey.1.pcd'");
+  corrupt(replaced(good, "\"points\": 1000", "\"points\": 1001"), "'regions[0].bytes' must be");
+  corrupt(replaced(good, "\"points\": 1000", "\"points\": -1"), "'regions[0].points'");
+  corrupt(replaced(good, "\"points\": 1000", "\"points\": 1e3"), "'regions[0].points'");
+  corrupt(replaced(good, "\"points\": 1000", "\"points\": 18446744073709551615"),
+          "'regions[0].points'");
+  corrupt(replaced(good, "\"viewpoints\": 4000000000", "\"viewpoints\": 5000000000"),
+          "'regions[2].viewpoints'");
+  corrupt(replaced(good, "\"polygon\"", "\"circle\""), "'box' or 'polygon'");
+  corrupt(replaced(good, "\"polygon\": [", "\"polygon\": 5, \"x\": ["), "must be an array");
+  corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"g"), "16 hexadecimal digits");
+  corrupt(replaced(good, "\"inf\"", "\"endless\""), "must be a number");
+  corrupt(replaced(good, "\"inf\"", "1e999"), "damaged");
+  corrupt(replaced(good, "\"inf\"", "\"-inf\""), "no partition");
+
+  // Cut anywhere it is no JSON, but for the newline at its end.
+  for (std::size_t length = 0; length + 1 < good.size(); length += 13) {
+    write_text(file, good.substr(0, length));
+    const auto index = store_at(root)->index();
+    REQUIRE(!index);
+    CHECK(index.error().code == ErrorCode::corrupt_data);
+    CHECK(index.error().where->line > 0);
+  }
+  write_text(file, good);
+  CHECK(store_at(root)->index());
+}
+
+TEST_CASE("an index with random damage never ends in a crash") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  const std::string good = read_text(root / "index.json");
+  std::mt19937 random(4);
+  int refused = 0;
+  for (int n = 0; n < 500; ++n) {
+    std::string bad = good;
+    for (int k = 0; k < 3; ++k) {
+      bad[random() % bad.size()] = "\"{}[]:,0a- \xff"[random() % 12];
+    }
+    write_text(root / "index.json", bad);
+    const auto index = store_at(root)->index();
+    if (index) continue;
+    ++refused;
+    CHECK(index.error().code == ErrorCode::corrupt_data);
+  }
+  CHECK(refused > 250);
+}
+
+TEST_CASE("a damaged region file is corrupt_data that names the file") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle", file = root / "x+000_y+000.pcd";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  const std::string good = read_text(file);
+  const auto store = store_at(root);
+  const auto corrupt = [&](const std::string& because) {
+    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
+    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, file.string());
+    CHECK(store->get(RegionId{2}));  // the others are as good as before
+  };
+  SUBCASE("missing") {
+    fs::remove(file);
+    corrupt("missing");
+  }
+  SUBCASE("cut short") {
+    write_text(file, good.substr(0, good.size() - 1));
+    corrupt("expected " + std::to_string(good.size()));
+  }
+  SUBCASE("empty") {
+    write_text(file, "");
+    corrupt("0 bytes");
+  }
+  SUBCASE("too long") {
+    write_text(file, good + "x");
+    corrupt("bytes");
+  }
+  SUBCASE("another header of the same length") {
+    write_text(file, replaced(good, "FIELDS x y z", "FIELDS z y x"));
+    corrupt("header");
+  }
+  SUBCASE("any bit flipped") {
+    const std::size_t data = good.find("DATA binary\n") + 12;
+    std::mt19937 random(8);
+    for (int n = 0; n < 200; ++n) {
+      std::string bad = good;
+      char& byte = bad[data + random() % (bad.size() - data)];
+      byte = static_cast<char>(byte ^ (1 << (random() % 8)));
+      write_text(file, bad);
+      corrupt("checksum");
+    }
+  }
+  SUBCASE("the file of another region") {
+    fs::copy_file(root / "storey.2.pcd", file, fs::copy_options::overwrite_existing);
+    corrupt("bytes");
+  }
+}
+
+TEST_CASE("a folder in the place of a file is an error") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  fs::remove(root / "storey.2.pcd");
+  fs::create_directory(root / "storey.2.pcd");
+  check_fails(store_at(root)->get(RegionId{2}), ErrorCode::io_failure, "regular file");
+}
+
+TEST_CASE("a put that fails leaves no bundle") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  {
+    const auto store = store_at(root);
+    REQUIRE(store->begin(sample_index()));
+    fs::create_directory(root.string() + ".partial/storey.1.pcd");  // nothing can be written there
+    check_fails(store->put(RegionId{1}, sample_maps()[2]), ErrorCode::io_failure, "storey.1.pcd");
+    REQUIRE(store->put(RegionId{0}, {}));
+    REQUIRE(store->put(RegionId{2}, {}));
+    check_fails(store->commit(), ErrorCode::invalid_input, "storey.1");
+  }
+  CHECK(files_in(folder.path()).empty());
+}
+
+TEST_CASE("threads read one bundle at once") {
+  const test::TemporaryFolder folder;
+  const auto maps = sample_maps();
+  write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
+  const auto store = store_at(folder.path() / "b");
+  const PointCloud expected = store_at(folder.path() / "b")->get(RegionId{0})->points;
+  std::vector<int> equal(4);
+  std::vector<std::thread> threads;
+  for (int& count : equal) {
+    threads.emplace_back([&] {
+      for (int n = 0; n < 50; ++n) {
+        const auto map = store->get(RegionId{0});
+        count += map && map->points == expected && store->index() ? 1 : 0;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(equal == std::vector<int>(4, 50));
+}
+
+TEST_CASE("bad parameters are refused") {
+  for (const std::string params : {"", "root = ''", "root = '.'", "root = '/'", "root = 'a/..'",
+                                   "root = 5", "root = 'b'\noverwrite = 1", "roots = 'b'"}) {
+    CAPTURE(params);
+    CHECK_THROWS((void)test::plugin<MapStore>("pcd_tiles", params));
+  }
+}
+
+}  // namespace
+}  // namespace vantage
