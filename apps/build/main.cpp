@@ -67,7 +67,8 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
              fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6)});
   std::cout << table.to_string();
   std::cout << fmt::format(
-      "\n{} ground points, {} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} s\n",
+      "\n{} ground points, {} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
+      "s\n",
       cli::grouped(report.ground_points), cli::grouped(report.viewpoints), report.seconds_partition,
       report.seconds_ground, report.seconds_visibility);
   if (map.dropped > 0) {

@@ -1,9 +1,9 @@
 #include "common/command_line.hpp"
 
+#include <tbb/global_control.h>
 #include <cstdlib>
 #include <iostream>
 #include <optional>
-#include <tbb/global_control.h>
 
 namespace vantage::cli {
 namespace {

@@ -11,7 +11,8 @@ namespace {
 
 std::string duration(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
-  if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+  if (whole >= 3600)
+    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
@@ -32,8 +33,7 @@ void Progress::update(std::size_t done, std::size_t total) {
   const auto now = Clock::now();
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const double share = static_cast<double>(done) / static_cast<double>(total);
-  const std::string left =
-      done == 0 ? "" : "  ETA " + duration(elapsed / share - elapsed);
+  const std::string left = done == 0 ? "" : "  ETA " + duration(elapsed / share - elapsed);
   if (terminal_) {
     if (drawn_ && done < total && now - last_draw_ < std::chrono::milliseconds(100)) return;
     constexpr std::size_t kWidth = 30;

@@ -43,8 +43,8 @@ Statistics statistics_of(std::span<const double> sample) {
 }
 
 nlohmann::ordered_json to_json(const Statistics& s) {
-  return {{"count", s.count}, {"mean", s.mean},     {"rmse", s.rmse}, {"std", s.std}, {"min", s.min},
-          {"median", s.median}, {"p95", s.p95}, {"p99", s.p99},   {"max", s.max}};
+  return {{"count", s.count},   {"mean", s.mean}, {"rmse", s.rmse}, {"std", s.std}, {"min", s.min},
+          {"median", s.median}, {"p95", s.p95},   {"p99", s.p99},   {"max", s.max}};
 }
 
 }  // namespace vantage::cli

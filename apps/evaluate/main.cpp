@@ -56,7 +56,8 @@ Result<void> run(const Options& options) {
   std::vector<EvaluatedRun> runs;
   for (const auto& config : options.configs) {
     auto evaluated = evaluate(config, inputs, options);
-    if (!evaluated) return fail(std::move(evaluated).error().during("evaluating " + config.string()));
+    if (!evaluated)
+      return fail(std::move(evaluated).error().during("evaluating " + config.string()));
     runs.push_back(*std::move(evaluated));
   }
 
@@ -71,7 +72,8 @@ Result<void> run(const Options& options) {
     json.push_back(std::move(entry));
   }
   VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json.dump(2) + "\n"));
-  VANTAGE_CHECK(io::write_text_atomically(options.out / "report.html", to_html(runs, *inputs.reference)));
+  VANTAGE_CHECK(
+      io::write_text_atomically(options.out / "report.html", to_html(runs, *inputs.reference)));
 
   if (options.common.json) {
     std::cout << json.dump(2) << '\n';
@@ -91,10 +93,13 @@ int main(int argc, char** argv) {
   CLI::App app("Localizes the same scans with several configurations and compares them.",
                "vantage evaluate");
   vantage::Options options;
-  app.add_option("CONFIG", options.configs, "configurations (TOML) whose bundles are built")->required();
-  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")->required();
+  app.add_option("CONFIG", options.configs, "configurations (TOML) whose bundles are built")
+      ->required();
+  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")
+      ->required();
   app.add_option("--reference", options.reference, "true trajectory (TUM or KITTI)")->required();
-  app.add_option("--out", options.out, "folder for report.html, summary.json and a folder a run")->required();
+  app.add_option("--out", options.out, "folder for report.html, summary.json and a folder a run")
+      ->required();
   app.add_option("--odometry", options.odometry,
                  "odometry (TUM or KITTI) to predict with, instead of constant velocity");
   app.add_option("--rate", options.rate_hz, "scans a second, where files carry no stamps")

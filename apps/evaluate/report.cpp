@@ -83,7 +83,8 @@ std::string map_svg(const Run& run, const io::Trajectory& reference) {
   const auto x = [&](const auto& p) { return p.x() - low.x(); };
   const auto y = [&](const auto& p) { return high.y() - p.y(); };
 
-  std::string svg = fmt::format("<svg viewBox=\"0 0 {:.2f} {:.2f}\" role=\"img\">\n", size.x(), size.y());
+  std::string svg =
+      fmt::format("<svg viewBox=\"0 0 {:.2f} {:.2f}\" role=\"img\">\n", size.x(), size.y());
   for (const Region& region : run.index.partition.regions()) {
     const auto outline = corners(region.footprint);
     const bool visible = std::any_of(outline.begin(), outline.end(), [&](const auto& c) {
@@ -95,24 +96,27 @@ std::string map_svg(const Run& run, const io::Trajectory& reference) {
     svg += fmt::format("\"><title>{}</title></polygon>\n", escaped(region.label));
   }
   svg += "<polyline class=\"reference\" points=\"";
-  for (const auto& m : reference) svg += fmt::format("{:.2f},{:.2f} ", x(m.pose.translation), y(m.pose.translation));
+  for (const auto& m : reference)
+    svg += fmt::format("{:.2f},{:.2f} ", x(m.pose.translation), y(m.pose.translation));
   svg += "\"/>\n";
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const ScanReport& r = run.scans[i].report;
     const auto& p = r.T_map_scan.translation;
     if (r.tracking == Tracking::lost) {
       svg += fmt::format(
-          "<path d=\"M{0:.2f} {1:.2f}l{2:.2f} {2:.2f}m0 {3:.2f}l{3:.2f} {2:.2f}\" stroke=\"#a50f15\" "
+          "<path d=\"M{0:.2f} {1:.2f}l{2:.2f} {2:.2f}m0 {3:.2f}l{3:.2f} {2:.2f}\" "
+          "stroke=\"#a50f15\" "
           "stroke-width=\"{4:.2f}\"><title>scan {5}: lost, {6}</title></path>\n",
           x(p) - dot, y(p) - dot, 2 * dot, -2 * dot, dot / 2, i, escaped(r.reason));
       continue;
     }
-    svg += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\" fill=\"{}\"", x(p), y(p), dot,
-                       colour_of(run.scans[i]));
+    svg += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\" fill=\"{}\"", x(p), y(p),
+                       dot, colour_of(run.scans[i]));
     if (r.switched) svg += fmt::format(" stroke=\"currentColor\" stroke-width=\"{:.2f}\"", dot / 2);
-    svg += fmt::format("><title>scan {}, region {}{}</title></circle>\n", i,
-                       escaped(run.index.partition[r.region].label),
-                       run.scans[i].error ? fmt::format(", {:.1f} cm", 100 * run.scans[i].error->metres) : "");
+    svg += fmt::format(
+        "><title>scan {}, region {}{}</title></circle>\n", i,
+        escaped(run.index.partition[r.region].label),
+        run.scans[i].error ? fmt::format(", {:.1f} cm", 100 * run.scans[i].error->metres) : "");
   }
   return svg + "</svg>\n";
 }
@@ -155,8 +159,8 @@ std::string error_svg(const std::vector<EvaluatedRun>& runs) {
   svg += fmt::format("<text x=\"{}\" y=\"{}\">scan</text></svg>\n", kWidth / 2, kHeight + 5);
   svg += "<p class=\"legend\">";
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    svg += fmt::format("<span><i style=\"background:{}\"></i>{}</span>", kColours[k % kColours.size()],
-                       escaped(runs[k].name));
+    svg += fmt::format("<span><i style=\"background:{}\"></i>{}</span>",
+                       kColours[k % kColours.size()], escaped(runs[k].name));
   }
   return svg + "</p>\n";
 }
@@ -170,20 +174,23 @@ double EvaluatedRun::reduction() const {
 }
 
 std::vector<std::vector<std::string>> comparison(const std::vector<EvaluatedRun>& runs) {
-  std::vector<std::vector<std::string>> rows{
-      {"config", "regions", "points/region", "reduction", "MB", "error mean [cm]", "p95", "error [deg]",
-       "lost", "switches", "T_align [ms]", "fitness", "NVTL", "coverage", "LCP x 1e6"}};
+  std::vector<std::vector<std::string>> rows{{"config", "regions", "points/region", "reduction",
+                                              "MB", "error mean [cm]", "p95", "error [deg]", "lost",
+                                              "switches", "T_align [ms]", "fitness", "NVTL",
+                                              "coverage", "LCP x 1e6"}};
   for (const EvaluatedRun& r : runs) {
     const RunSummary& s = r.summary;
     rows.push_back({r.name, cli::grouped(r.run.index.partition.size()),
                     cli::grouped(static_cast<std::uint64_t>(r.region_points.mean + 0.5)),
                     fmt::format("{:.1f} %", 100.0 * r.reduction()),
                     fmt::format("{:.1f}", static_cast<double>(r.bundle_bytes) / 1e6),
-                    fmt::format("{:.2f}", 100.0 * s.error_m.mean), fmt::format("{:.2f}", 100.0 * s.error_m.p95),
+                    fmt::format("{:.2f}", 100.0 * s.error_m.mean),
+                    fmt::format("{:.2f}", 100.0 * s.error_m.p95),
                     fmt::format("{:.3f}", s.error_deg.mean), fmt::format("{}/{}", s.lost, s.scans),
                     std::to_string(s.switches), fmt::format("{:.1f}", s.align_ms.mean),
                     fmt::format("{:.3f}", s.fitness.mean), fmt::format("{:.3f}", s.nvtl.mean),
-                    fmt::format("{:.3f}", s.coverage.mean), fmt::format("{:.3f}", 1e6 * s.lcp.mean)});
+                    fmt::format("{:.3f}", s.coverage.mean),
+                    fmt::format("{:.3f}", 1e6 * s.lcp.mean)});
   }
   return rows;
 }
@@ -191,7 +198,8 @@ std::vector<std::vector<std::string>> comparison(const std::vector<EvaluatedRun>
 std::string to_html(const std::vector<EvaluatedRun>& runs, const io::Trajectory& reference) {
   std::string html = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width\">\n<title>Vantage evaluation</title>\n<style>{}</style></head><body>\n"
+      "content=\"width=device-width\">\n<title>Vantage "
+      "evaluation</title>\n<style>{}</style></head><body>\n"
       "<h1>Evaluation</h1>\n",
       kStyle);
   html += "<div class=\"wide\"><table>\n";
@@ -205,9 +213,12 @@ std::string to_html(const std::vector<EvaluatedRun>& runs, const io::Trajectory&
     html += "</tr>\n";
   }
   html +=
-      "</table></div>\n<p>Errors, fitness (S<sub>fitness</sub>, Eq. 12), NVTL, coverage and LCP (Eq. 13) are "
-      "means over tracked scans, without aligning the trajectories. Fitness alone rewards a map with holes: "
-      "a scan point without a voxel scores 0, a badly matched one below 0. Read it with coverage and "
+      "</table></div>\n<p>Errors, fitness (S<sub>fitness</sub>, Eq. 12), NVTL, coverage and LCP "
+      "(Eq. 13) are "
+      "means over tracked scans, without aligning the trajectories. Fitness alone rewards a map "
+      "with holes: "
+      "a scan point without a voxel scores 0, a badly matched one below 0. Read it with coverage "
+      "and "
       "error.</p>\n<h2>Error of every scan [cm]</h2>\n";
   html += error_svg(runs);
   for (const EvaluatedRun& r : runs) {
@@ -219,7 +230,9 @@ std::string to_html(const std::vector<EvaluatedRun>& runs, const io::Trajectory&
     for (const ErrorClass& c : kErrorClasses) {
       html += fmt::format("<span><i style=\"background:{}\"></i>{}</span>", c.colour, c.label);
     }
-    html += "<span>ringed: the map was switched; cross: lost; grey: reference and region borders</span></p>\n";
+    html +=
+        "<span>ringed: the map was switched; cross: lost; grey: reference and region "
+        "borders</span></p>\n";
   }
   return html + "</body></html>\n";
 }

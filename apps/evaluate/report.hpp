@@ -21,10 +21,11 @@ struct EvaluatedRun {
 };
 
 /// The comparison as rows of text, header first: the same for terminal and page.
-[[nodiscard]] std::vector<std::vector<std::string>> comparison(const std::vector<EvaluatedRun>& runs);
+[[nodiscard]] std::vector<std::vector<std::string>> comparison(
+    const std::vector<EvaluatedRun>& runs);
 
-/// One page that needs nothing but itself: the comparison, each trajectory over its regions coloured
-/// by error, and the error of every scan.
+/// One page that needs nothing but itself: the comparison, each trajectory over its regions
+/// coloured by error, and the error of every scan.
 [[nodiscard]] std::string to_html(const std::vector<EvaluatedRun>& runs,
                                   const io::Trajectory& reference);
 

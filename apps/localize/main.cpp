@@ -33,27 +33,29 @@ Result<Pose> parse_pose(const std::string& text) {
     at = stop + 1;
   }
   if (at != end + 1 || numbers.size() != 6) {
-    return cli::usage_error("--initial-pose takes six numbers x,y,z,roll,pitch,yaw [m, rad], not '" +
-                            text + "'");
+    return cli::usage_error(
+        "--initial-pose takes six numbers x,y,z,roll,pitch,yaw [m, rad], not '" + text + "'");
   }
   for (std::size_t i = 3; i < 6; ++i) {
     if (std::abs(numbers[i]) > 2.0 * M_PI) {
-      return cli::usage_error(fmt::format("--initial-pose takes angles in radians; {} is more than a turn",
-                                          numbers[i]));
+      return cli::usage_error(fmt::format(
+          "--initial-pose takes angles in radians; {} is more than a turn", numbers[i]));
     }
   }
-  return pose_from_xyz_rpy({numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]});
+  return pose_from_xyz_rpy({numbers[0], numbers[1], numbers[2]},
+                           {numbers[3], numbers[4], numbers[5]});
 }
 
 void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out) {
   std::cout << fmt::format("{} scans ({}): {} tracked, {} lost; {} region switches\n", s.scans,
                            run.stamp_rule, s.tracked, s.lost, s.switches);
   if (s.outside > 0) {
-    std::cout << fmt::format("{} scans began outside every region that has a map; the last map was kept\n",
-                             s.outside);
+    std::cout << fmt::format(
+        "{} scans began outside every region that has a map; the last map was kept\n", s.outside);
   }
   cli::TextTable table({"", "mean", "median", "p95", "max"});
-  const auto row = [&](const std::string& name, const cli::Statistics& x, int digits, double scale = 1.0) {
+  const auto row = [&](const std::string& name, const cli::Statistics& x, int digits,
+                       double scale = 1.0) {
     const auto number = [&](double v) { return fmt::format("{:.{}f}", scale * v, digits); };
     table.add({name, number(x.mean), number(x.median), number(x.p95), number(x.max)});
   };
@@ -79,7 +81,8 @@ Result<void> run(const Options& options) {
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  VANTAGE_TRY(auto inputs, open_inputs(options.scans, options.rate_hz, options.reference, options.odometry));
+  VANTAGE_TRY(auto inputs,
+              open_inputs(options.scans, options.rate_hz, options.reference, options.odometry));
   if (!options.initial_pose.empty()) {
     VANTAGE_TRY(inputs.initial_pose, parse_pose(options.initial_pose));
   }
@@ -108,8 +111,10 @@ int main(int argc, char** argv) {
   CLI::App app("Localizes recorded scans against a bundle of region maps.", "vantage localize");
   vantage::Options options;
   app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
-  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")->required();
-  app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")->required();
+  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")
+      ->required();
+  app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")
+      ->required();
   app.add_option("--initial-pose", options.initial_pose,
                  "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]");
   app.add_option("--reference", options.reference,

@@ -58,11 +58,12 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
   if (!first && inputs.reference) {
     first = io::pose_at(*inputs.reference, inputs.scans.stamp(0));
     if (!first) {
-      return fail(ErrorCode::invalid_input,
-                  fmt::format("the reference has no pose at the first scan's stamp, {} s (it runs from {} "
-                              "to {} s); {}",
-                              inputs.scans.stamp(0), inputs.reference->front().stamp,
-                              inputs.reference->back().stamp, inputs.scans.stamp_rule()));
+      return fail(
+          ErrorCode::invalid_input,
+          fmt::format("the reference has no pose at the first scan's stamp, {} s (it runs from {} "
+                      "to {} s); {}",
+                      inputs.scans.stamp(0), inputs.reference->front().stamp,
+                      inputs.reference->back().stamp, inputs.scans.stamp_rule()));
     }
   }
   if (!first) {
@@ -86,9 +87,8 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
     RunScan entry{*std::move(report), scan.dropped, {}};
     if (inputs.reference) {
       if (const auto truth = io::pose_at(*inputs.reference, scan.stamp)) {
-        entry.error = PoseError{
-            (entry.report.T_map_scan.translation - truth->translation).norm(),
-            rotation_between(entry.report.T_map_scan, *truth) * kDegrees};
+        entry.error = PoseError{(entry.report.T_map_scan.translation - truth->translation).norm(),
+                                rotation_between(entry.report.T_map_scan, *truth) * kDegrees};
       }
     }
     run.scans.push_back(std::move(entry));
@@ -131,8 +131,8 @@ RunSummary summarize(const Run& run) {
   };
   s.load_ms = at_switches(&ScanReport::seconds_load);
   s.prepare_ms = at_switches(&ScanReport::seconds_prepare);
-  s.map_points =
-      over(run, [](const RunScan& x) -> Number { return static_cast<double>(x.report.map_points); });
+  s.map_points = over(
+      run, [](const RunScan& x) -> Number { return static_cast<double>(x.report.map_points); });
 
   const auto tracked = [&](const auto& value) {
     return over(run, [&](const RunScan& x) -> Number {
@@ -140,7 +140,8 @@ RunSummary summarize(const Run& run) {
       return value(x.report);
     });
   };
-  s.iterations = tracked([](const ScanReport& r) { return static_cast<double>(r.alignment->iterations); });
+  s.iterations =
+      tracked([](const ScanReport& r) { return static_cast<double>(r.alignment->iterations); });
   s.fitness = tracked([](const ScanReport& r) { return r.alignment->score.fitness; });
   s.nvtl = tracked([](const ScanReport& r) { return r.alignment->score.nvtl; });
   s.coverage = tracked([](const ScanReport& r) { return r.alignment->score.coverage; });
@@ -206,10 +207,10 @@ std::string to_csv(const Run& run) {
                        a ? std::to_string(a->iterations) : "", a ? to_string(a->termination) : "",
                        score(&ScanScore::fitness), score(&ScanScore::nvtl),
                        score(&ScanScore::coverage), cell(a ? std::optional(r.lcp) : std::nullopt));
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},\"{}\"\n", t.x(), t.y(), t.z(), q.x(), q.y(),
-                       q.z(), q.w(),
-                       cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
-                       cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), r.reason);
+    csv +=
+        fmt::format("{},{},{},{},{},{},{},{},{},\"{}\"\n", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
+                    q.w(), cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
+                    cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), r.reason);
   }
   return csv;
 }

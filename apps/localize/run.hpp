@@ -21,7 +21,7 @@ namespace vantage {
 /// What a run is fed with.
 struct RunInputs {
   io::ScanSequence scans;
-  std::optional<Pose> initial_pose;        ///< T_map_sensor of the first scan; else the reference's
+  std::optional<Pose> initial_pose;  ///< T_map_sensor of the first scan; else the reference's
   std::optional<io::Trajectory> reference;  ///< T_map_sensor
   std::optional<io::Trajectory> odometry;   ///< T_odom_sensor
 };
@@ -55,8 +55,8 @@ struct RunSummary {
   cli::Statistics map_points, iterations, fitness, nvtl, coverage, lcp;
 };
 
-/// Localizes every scan. Errors: a missing table, plugin or bundle, no first pose, a scan that cannot
-/// be read.
+/// Localizes every scan. Errors: a missing table, plugin or bundle, no first pose, a scan that
+/// cannot be read.
 [[nodiscard]] Result<Run> localize_scans(
     const Config& config, const PluginLoader& loader, const RunInputs& inputs,
     const std::function<void(std::size_t, std::size_t)>& progress = {});

@@ -1,4 +1,5 @@
-// vantage-plugins: what plugins there are, what they can be told, and whether one fits this program.
+// vantage-plugins: what plugins there are, what they can be told, and whether one fits this
+// program.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,7 +69,8 @@ Result<void> list_plugins(const Options& options) {
   if (options.json) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const PluginFile& file : files) {
-      all.push_back({{"kind", to_string(file.kind)}, {"name", file.name}, {"file", file.path.string()}});
+      all.push_back(
+          {{"kind", to_string(file.kind)}, {"name", file.name}, {"file", file.path.string()}});
     }
     std::cout << all.dump(2) << '\n';
     return {};
@@ -79,7 +81,8 @@ Result<void> list_plugins(const Options& options) {
     return fail(ErrorCode::not_found, "no plugins found; searched:" + searched);
   }
   cli::TextTable table({"kind", "name", "file"}, 3);
-  for (const PluginFile& file : files) table.add({to_string(file.kind), file.name, file.path.string()});
+  for (const PluginFile& file : files)
+    table.add({to_string(file.kind), file.name, file.path.string()});
   std::cout << table.to_string();
   return {};
 }
@@ -91,7 +94,8 @@ Result<void> describe_plugin(const Options& options) {
   std::vector<std::string> names;
   for (const PluginFile& file : loader.list()) {
     names.push_back(file.name);
-    if (file.name == options.name || std::string(to_string(file.kind)) + "/" + file.name == options.name) {
+    if (file.name == options.name ||
+        std::string(to_string(file.kind)) + "/" + file.name == options.name) {
       matches.push_back(file);
     }
   }
@@ -118,8 +122,8 @@ Result<void> check_plugin(const Options& options) {
   if (options.json) {
     std::cout << to_json(info).dump(2) << '\n';
   } else {
-    std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '" << info.name
-              << "'\n";
+    std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
+              << info.name << "'\n";
   }
   return {};
 }

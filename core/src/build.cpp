@@ -1,11 +1,11 @@
 #include "vantage/build.hpp"
 
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <optional>
-#include <tbb/parallel_pipeline.h>
-#include <tbb/task_arena.h>
 
 namespace vantage {
 namespace {
@@ -89,8 +89,9 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                                       const std::function<void(const BuildProgress&)>& progress) {
   if (map.empty()) return fail(ErrorCode::invalid_input, "the map holds no points");
   if (map.size() > std::numeric_limits<std::uint32_t>::max()) {
-    return fail(ErrorCode::invalid_input, "the map holds " + std::to_string(map.size()) +
-                                              " points, more than the 4,294,967,295 that can be indexed");
+    return fail(ErrorCode::invalid_input,
+                "the map holds " + std::to_string(map.size()) +
+                    " points, more than the 4,294,967,295 that can be indexed");
   }
   if (!all_finite(map)) return fail(ErrorCode::invalid_input, "the map holds a non-finite point");
 
@@ -106,7 +107,8 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
     const auto region = report.partition.locate(map[k]);
     if (!region) {
       return fail(ErrorCode::internal,
-                  "the partitioner plugin broke its contract: no region owns map point " + std::to_string(k));
+                  "the partitioner plugin broke its contract: no region owns map point " +
+                      std::to_string(k));
     }
     region_of[k] = region->value;
     if (params.scope == VisibilityScope::region) {
@@ -160,40 +162,39 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   };
   const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;
   tbb::parallel_pipeline(
-      tokens,
-      tbb::make_filter<void, std::uint32_t>(tbb::filter_mode::serial_in_order,
-                                            [&](tbb::flow_control& flow) {
-                                              if (next == work.size() || stop) flow.stop();
-                                              return next++;
-                                            }) &
-          tbb::make_filter<std::uint32_t, std::shared_ptr<Item>>(
-              tbb::filter_mode::parallel,
-              [&](std::uint32_t r) {
-                return std::make_shared<Item>(Item{
-                    RegionId{r}, observable_map(map, work[r], map_scene, plugins, limits)});
-              }) &
-          tbb::make_filter<std::shared_ptr<Item>, void>(
-              tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Item>& item) {
-                if (!outcome) return;
-                const std::uint32_t r = item->region.value;
-                if (item->map) {
-                  outcome = plugins.store->put(item->region, *item->map);
-                } else {
-                  outcome = fail(std::move(item->map).error());
-                }
-                if (!outcome) {
-                  outcome = fail(std::move(outcome).error().during(
-                      "building region '" + report.partition[item->region].label + "'"));
-                  stop = true;
-                  return;
-                }
-                report.regions[r] = {.points = item->map->points.size(),
-                                     .viewpoints = item->map->viewpoints,
-                                     .bytes = 0};
-                ++done.regions_done;
-                done.viewpoints_done += item->map->viewpoints;
-                if (progress) progress(done);
-              }));
+      tokens, tbb::make_filter<void, std::uint32_t>(tbb::filter_mode::serial_in_order,
+                                                    [&](tbb::flow_control& flow) {
+                                                      if (next == work.size() || stop) flow.stop();
+                                                      return next++;
+                                                    }) &
+                  tbb::make_filter<std::uint32_t, std::shared_ptr<Item>>(
+                      tbb::filter_mode::parallel,
+                      [&](std::uint32_t r) {
+                        return std::make_shared<Item>(Item{
+                            RegionId{r}, observable_map(map, work[r], map_scene, plugins, limits)});
+                      }) &
+                  tbb::make_filter<std::shared_ptr<Item>, void>(
+                      tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Item>& item) {
+                        if (!outcome) return;
+                        const std::uint32_t r = item->region.value;
+                        if (item->map) {
+                          outcome = plugins.store->put(item->region, *item->map);
+                        } else {
+                          outcome = fail(std::move(item->map).error());
+                        }
+                        if (!outcome) {
+                          outcome = fail(std::move(outcome).error().during(
+                              "building region '" + report.partition[item->region].label + "'"));
+                          stop = true;
+                          return;
+                        }
+                        report.regions[r] = {.points = item->map->points.size(),
+                                             .viewpoints = item->map->viewpoints,
+                                             .bytes = 0};
+                        ++done.regions_done;
+                        done.viewpoints_done += item->map->viewpoints;
+                        if (progress) progress(done);
+                      }));
   VANTAGE_CHECK(outcome);
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = seconds_since(start);

@@ -1,10 +1,10 @@
 #include "vantage/config.hpp"
 
+#include <toml++/toml.h>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <sstream>
-#include <toml++/toml.h>
 
 namespace vantage {
 namespace {
@@ -45,14 +45,14 @@ Result<Table> convert(const toml::table& table, const std::string& name) {
   Table converted{{}, location(table.source(), name)};
   for (const auto& [key, node] : table) {
     VANTAGE_TRY(auto value, convert(node, name));
-    converted.entries.push_back({std::string(key.str()), std::move(value), location(key.source(), name)});
+    converted.entries.push_back(
+        {std::string(key.str()), std::move(value), location(key.source(), name)});
   }
   // toml++ sorts by key; people read in the order of the file.
-  std::stable_sort(converted.entries.begin(), converted.entries.end(),
-                   [](const Entry& a, const Entry& b) {
-                     return std::pair{a.where.line, a.where.column} <
-                            std::pair{b.where.line, b.where.column};
-                   });
+  std::stable_sort(
+      converted.entries.begin(), converted.entries.end(), [](const Entry& a, const Entry& b) {
+        return std::pair{a.where.line, a.where.column} < std::pair{b.where.line, b.where.column};
+      });
   return converted;
 }
 
@@ -123,7 +123,8 @@ Result<Table> parse_toml(std::string_view text, const std::string& name) {
   try {
     return convert(toml::parse(text, name), name);
   } catch (const toml::parse_error& e) {
-    return fail(ErrorCode::invalid_config, std::string(e.description()), location(e.source(), name));
+    return fail(ErrorCode::invalid_config, std::string(e.description()),
+                location(e.source(), name));
   }
 }
 
@@ -152,7 +153,9 @@ Result<Table> load_toml(const std::filesystem::path& file,
 }
 
 Result<void> MapSource::validate() const {
-  if (files.empty()) return fail(ErrorCode::invalid_config, "[map] files is empty: expected at least one point cloud");
+  if (files.empty())
+    return fail(ErrorCode::invalid_config,
+                "[map] files is empty: expected at least one point cloud");
   return {};
 }
 

@@ -102,7 +102,8 @@ std::string to_toml(const Value& value) {
     std::string operator()(const Table& table) const {
       std::string text = "{";
       for (const Entry& entry : table.entries) {
-        text += (text.size() > 1 ? ", " : " ") + written_key(entry.key) + " = " + to_toml(entry.value);
+        text +=
+            (text.size() > 1 ? ", " : " ") + written_key(entry.key) + " = " + to_toml(entry.value);
       }
       return text + (text.size() > 1 ? " }" : "}");
     }

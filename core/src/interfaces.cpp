@@ -1,11 +1,11 @@
 // Home of every interface's vtable and type_info: one of each, in core.
+#include <tbb/parallel_for.h>
 #include <atomic>
 #include <cstddef>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <tbb/parallel_for.h>
 #include <vector>
 
 #include "vantage/ground_filter.hpp"

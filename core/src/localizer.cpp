@@ -130,9 +130,9 @@ Result<Localizer> Localizer::open(PluginPtr<MapStore> store, PluginPtr<ScanMatch
   auto state = std::make_unique<State>();
   VANTAGE_TRY(state->index, store->index());
   if (state->index.regions.size() != state->index.partition.size()) {
-    return fail(ErrorCode::corrupt_data, "the bundle's index has " +
-                                             std::to_string(state->index.regions.size()) + " summaries for " +
-                                             std::to_string(state->index.partition.size()) + " regions");
+    return fail(ErrorCode::corrupt_data,
+                "the bundle's index has " + std::to_string(state->index.regions.size()) +
+                    " summaries for " + std::to_string(state->index.partition.size()) + " regions");
   }
   bool any = false;
   for (const RegionSummary& summary : state->index.regions) any = any || summary.points > 0;
@@ -214,7 +214,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   } else if (alignment.error().code == ErrorCode::too_few_matches) {
     report.reason = alignment.error().message;
   } else {
-    return fail(std::move(alignment).error().during("matching the scan at " + std::to_string(scan.stamp) + " s"));
+    return fail(std::move(alignment).error().during("matching the scan at " +
+                                                    std::to_string(scan.stamp) + " s"));
   }
 
   s.initial.reset();

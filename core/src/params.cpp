@@ -35,10 +35,10 @@ namespace detail {
 
 tl::unexpected<Error> wrong_type(const Value& value, std::string_view key,
                                  std::string_view expected) {
-  return fail(ErrorCode::invalid_config,
-              "'" + std::string(key) + "' must be " + std::string(expected) + ", not " +
-                  type_name(value),
-              value.where);
+  return fail(
+      ErrorCode::invalid_config,
+      "'" + std::string(key) + "' must be " + std::string(expected) + ", not " + type_name(value),
+      value.where);
 }
 
 tl::unexpected<Error> out_of_range(const Value& value, std::string_view key, const Range& range,

@@ -52,8 +52,8 @@ tl::unexpected<Error> refuse(const std::filesystem::path& file, const std::strin
   return fail(ErrorCode::incompatible_plugin, file.string() + ": " + reason);
 }
 
-/// The dynamic linker maps what the headers promise and dies of SIGBUS where the file is shorter, so
-/// the promise is checked before it sees the file. "" for a file it can take.
+/// The dynamic linker maps what the headers promise and dies of SIGBUS where the file is shorter,
+/// so the promise is checked before it sees the file. "" for a file it can take.
 std::string elf_defect(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return "cannot be read";
@@ -65,8 +65,8 @@ std::string elf_defect(const std::filesystem::path& file) {
   if (error || std::string_view(reinterpret_cast<const char*>(header.e_ident), SELFMAG) != magic) {
     return "is no shared library (it does not begin as an ELF file)";
   }
-  const std::string cut = "is cut short: its ELF headers promise more than its " +
-                          std::to_string(size) + " bytes";
+  const std::string cut =
+      "is cut short: its ELF headers promise more than its " + std::to_string(size) + " bytes";
   if (!in || header.e_phentsize != sizeof(ElfW(Phdr))) return cut;
   std::vector<ElfW(Phdr)> segments(header.e_phnum);
   in.seekg(static_cast<std::streamoff>(header.e_phoff));
@@ -128,11 +128,13 @@ Result<Checked> open_checked(const std::filesystem::path& file) {
   } catch (const std::exception& e) {
     return refuse(file, std::string("cannot be loaded: ") + e.what());
   }
-  if (manifest == nullptr) return refuse(file, "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
+  if (manifest == nullptr)
+    return refuse(file, "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
   if (manifest->magic != kPluginMagic) {
     return refuse(file, "is no Vantage plugin: its 'vantage_plugin' has a wrong magic number");
   }
-  if (const std::string difference = abi_difference(manifest->abi, abi_tag_here()); !difference.empty()) {
+  if (const std::string difference = abi_difference(manifest->abi, abi_tag_here());
+      !difference.empty()) {
     return refuse(file, difference);
   }
   if (manifest->size != sizeof(PluginManifest)) {
@@ -146,8 +148,8 @@ Result<Checked> open_checked(const std::filesystem::path& file) {
                               to_string(named->kind) + " plugin by its name");
     }
     if (named->name != manifest->name) {
-      return refuse(file, std::string("calls itself '") + manifest->name + "', its file name says '" +
-                              named->name + "'");
+      return refuse(file, std::string("calls itself '") + manifest->name +
+                              "', its file name says '" + named->name + "'");
     }
   }
   return Checked{std::move(library), manifest};
@@ -163,7 +165,9 @@ std::filesystem::path folder_beside_core() {
 
 }  // namespace
 
-const char* to_string(PluginKind kind) noexcept { return kKindNames.at(static_cast<std::size_t>(kind)); }
+const char* to_string(PluginKind kind) noexcept {
+  return kKindNames.at(static_cast<std::size_t>(kind));
+}
 
 PluginLoader::PluginLoader(std::vector<std::filesystem::path> folders)
     : folders_(std::move(folders)) {}
@@ -217,7 +221,8 @@ Result<PluginLoader::Opened> PluginLoader::open(PluginKind kind, const PluginCho
         listed += (listed.empty() ? "" : ", ") + f.name;
       }
       std::string searched;
-      for (const auto& folder : folders_) searched += (searched.empty() ? "" : ":") + folder.string();
+      for (const auto& folder : folders_)
+        searched += (searched.empty() ? "" : ":") + folder.string();
       return at_choice(Error{
           .code = ErrorCode::not_found,
           .message = std::string("no ") + to_string(kind) + " plugin '" + choice.plugin + "'" +
@@ -232,17 +237,18 @@ Result<PluginLoader::Opened> PluginLoader::open(PluginKind kind, const PluginCho
   auto checked = open_checked(path);
   if (!checked) return at_choice(std::move(checked).error());
   if (static_cast<PluginKind>(checked->manifest->factory.index()) != kind) {
-    return at_choice(Error{.code = ErrorCode::incompatible_plugin,
-                           .message = path.string() + ": is a " +
-                                      to_string(static_cast<PluginKind>(checked->manifest->factory.index())) +
-                                      " plugin, expected a " + to_string(kind) + " plugin",
-                           .where = {},
-                           .context = {}});
+    return at_choice(
+        Error{.code = ErrorCode::incompatible_plugin,
+              .message = path.string() + ": is a " +
+                         to_string(static_cast<PluginKind>(checked->manifest->factory.index())) +
+                         " plugin, expected a " + to_string(kind) + " plugin",
+              .where = {},
+              .context = {}});
   }
   if (checked->manifest->name != choice.plugin) {
     return at_choice(Error{.code = ErrorCode::incompatible_plugin,
-                           .message = path.string() + ": holds the plugin '" + checked->manifest->name +
-                                      "', not '" + choice.plugin + "'",
+                           .message = path.string() + ": holds the plugin '" +
+                                      checked->manifest->name + "', not '" + choice.plugin + "'",
                            .where = {},
                            .context = {}});
   }

@@ -40,7 +40,8 @@ Eigen::Quaternion<double, Eigen::DontAlign> rotation_from_vector(
 }
 
 double rotation_between(const Pose& a, const Pose& b) noexcept {
-  const Eigen::Quaternion<double, Eigen::DontAlign> difference = a.rotation.conjugate() * b.rotation;
+  const Eigen::Quaternion<double, Eigen::DontAlign> difference =
+      a.rotation.conjugate() * b.rotation;
   return 2.0 * std::atan2(difference.vec().norm(), std::abs(difference.w()));
 }
 
@@ -50,7 +51,8 @@ Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept {
   double angle = rotation.angle();
   if (angle > M_PI) angle -= 2.0 * M_PI;  // the short way round
   Pose result;
-  result.rotation = (a.rotation * rotation_from_vector(rotation.axis() * (angle * fraction))).normalized();
+  result.rotation =
+      (a.rotation * rotation_from_vector(rotation.axis() * (angle * fraction))).normalized();
   result.translation = a.translation + fraction * (b.translation - a.translation);
   return result;
 }

@@ -20,7 +20,8 @@ struct KeyedPoint {
 
 Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
   if (!(voxel_size > 0.0) || !std::isfinite(voxel_size)) {
-    return fail(ErrorCode::invalid_input, "voxel size must be positive, not " + std::to_string(voxel_size));
+    return fail(ErrorCode::invalid_input,
+                "voxel size must be positive, not " + std::to_string(voxel_size));
   }
   constexpr double kLimit = 0x1p50;
   std::vector<KeyedPoint> keyed;
@@ -29,7 +30,8 @@ Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
     const Point voxel = (points[i] / voxel_size).array().floor();
     if (!(voxel.cwiseAbs().maxCoeff() < kLimit)) {
       return fail(ErrorCode::invalid_input,
-                  "point " + std::to_string(i) + " is not finite or too far from the origin for voxels of " +
+                  "point " + std::to_string(i) +
+                      " is not finite or too far from the origin for voxels of " +
                       std::to_string(voxel_size) + " m");
     }
     keyed.push_back({{static_cast<std::int64_t>(voxel.z()), static_cast<std::int64_t>(voxel.y()),

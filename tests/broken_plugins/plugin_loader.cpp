@@ -33,10 +33,11 @@ TEST_CASE("a plugin built for another ABI is refused with what differs") {
   CHECK(refusal("vantage_ground_old_interface.so") ==
         prefix("vantage_ground_old_interface.so") +
             "built for plugin interface version 0, this program has 1");
-  CHECK(refusal("vantage_ground_wide_eigen.so") ==
-        prefix("vantage_ground_wide_eigen.so") +
-            "built for an Eigen alignment (EIGEN_MAX_ALIGN_BYTES; -mavx and -march change it) of 32, "
-            "this program has 16");
+  CHECK(
+      refusal("vantage_ground_wide_eigen.so") ==
+      prefix("vantage_ground_wide_eigen.so") +
+          "built for an Eigen alignment (EIGEN_MAX_ALIGN_BYTES; -mavx and -march change it) of 32, "
+          "this program has 16");
 }
 
 TEST_CASE("kind and name must match the file name") {
@@ -52,7 +53,8 @@ TEST_CASE("what is no plugin, no library or not complete is refused, never run")
   CHECK(refusal("vantage_ground_no_manifest.so") ==
         prefix("vantage_ground_no_manifest.so") +
             "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
-  CHECK(refusal("vantage_ground_undefined_symbol.so").find("undefined symbol") != std::string::npos);
+  CHECK(refusal("vantage_ground_undefined_symbol.so").find("undefined symbol") !=
+        std::string::npos);
 
   const test::TemporaryFolder folder;
   const fs::path text = folder.path() / "vantage_ground_text.so";
@@ -77,15 +79,17 @@ TEST_CASE("a miss says what is there and what was probably meant, at the place i
       PluginChoice{"unifrom_grid", {}, {}, SourceLocation{"map.toml", 5, 10}});
   REQUIRE_FALSE(missed.has_value());
   const std::string text = to_string(missed.error());
-  CHECK(text.starts_with("map.toml:5:10: error: no partitioner plugin 'unifrom_grid'; did you mean "
-                         "'uniform_grid'? (there are: "));
+  CHECK(
+      text.starts_with("map.toml:5:10: error: no partitioner plugin 'unifrom_grid'; did you mean "
+                       "'uniform_grid'? (there are: "));
   CHECK(text.find("vantage_partitioner_unifrom_grid.so") != std::string::npos);
 }
 
 TEST_CASE("the explicit library must hold the plugin that is asked for") {
   const PluginLoader loader({});
   const fs::path grid = fs::path(VANTAGE_PLUGIN_DIR) / "vantage_partitioner_uniform_grid.so";
-  CHECK(loader.load<Partitioner>({"uniform_grid", grid, test::table("cell_width = 1"), {}}).has_value());
+  CHECK(loader.load<Partitioner>({"uniform_grid", grid, test::table("cell_width = 1"), {}})
+            .has_value());
   CHECK(loader.load<Partitioner>({"whole_map", grid, {}, {}}).error().message ==
         grid.string() + ": holds the plugin 'uniform_grid', not 'whole_map'");
   CHECK(loader.load<GroundFilter>({"uniform_grid", grid, {}, {}}).error().message ==
@@ -104,7 +108,8 @@ TEST_CASE("folders are searched in order: the first one wins, missing ones hold 
   }
 }
 
-TEST_CASE("$VANTAGE_PLUGIN_PATH comes after --plugin-dir and before the folder beside the library") {
+TEST_CASE(
+    "$VANTAGE_PLUGIN_PATH comes after --plugin-dir and before the folder beside the library") {
   setenv("VANTAGE_PLUGIN_PATH", "/a::/b", 1);
   const PluginLoader loader = PluginLoader::with_default_folders({"/c"});
   unsetenv("VANTAGE_PLUGIN_PATH");

@@ -79,9 +79,9 @@ TEST_CASE("build: mistakes in the configuration point at the line") {
   CHECK(failure(small.build()) ==
         small.config + ":6:25: error: 'cell_width' must be > 0 m, not -5.0");
   small.write("uniform_gird", "cell_width = 5.0");
-  CHECK(failure(small.build()).starts_with(
-      small.config +
-      ":5:10: error: no partitioner plugin 'uniform_gird'; did you mean 'uniform_grid'? (there are: "));
+  CHECK(failure(small.build())
+            .starts_with(small.config + ":5:10: error: no partitioner plugin 'uniform_gird'; did "
+                                        "you mean 'uniform_grid'? (there are: "));
   test::write_text(small.config, "schema = 1\n[map\n");
   CHECK(failure(small.build()).starts_with(small.config + ":2:"));
   test::write_text(small.config, "schema = 1\n");
@@ -105,19 +105,24 @@ TEST_CASE("build: missing, cut, empty and all-NaN maps") {
   CHECK(has(failure(small.build()), map.string()));
   test::write_text(map, "no point cloud at all");
   CHECK(has(failure(small.build()), map.string()));
-  test::write_text(map, "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\nHEIGHT 1\n"
-                        "POINTS 0\nDATA ascii\n");
+  test::write_text(
+      map,
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\nHEIGHT 1\n"
+      "POINTS 0\nDATA ascii\n");
   CHECK(has(failure(small.build()), map.string() + ": error: the map holds no finite point"));
-  test::write_text(map, "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
-                        "POINTS 2\nDATA ascii\nnan 0 0\n1 inf 0\n");
+  test::write_text(
+      map,
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+      "POINTS 2\nDATA ascii\nnan 0 0\n1 inf 0\n");
   CHECK(has(failure(small.build()), "the map holds no finite point (2 dropped)"));
   small.check_clean();
 }
 
 TEST_CASE("build: NaN points are dropped and counted, the rest is used") {
   const SmallMap small;
-  std::string text = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 403\nHEIGHT 1\n"
-                     "POINTS 403\nDATA ascii\nnan 0 0\ninf 1 1\n2 2 nan\n";
+  std::string text =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 403\nHEIGHT 1\n"
+      "POINTS 403\nDATA ascii\nnan 0 0\ninf 1 1\n2 2 nan\n";
   for (int i = 0; i < 400; ++i) {
     text += std::to_string(i % 20) + " " + std::to_string(i / 20) + " 0\n";
   }
@@ -136,7 +141,9 @@ TEST_CASE("build: an existing bundle is not touched without overwrite") {
   const std::string before = test::read_text(index);
   CHECK(has(failure(small.build({"--set", "partitioner.params.cell_width=2.5"})), "bundle"));
   CHECK(test::read_text(index) == before);
-  CHECK(small.build({"--set", "partitioner.params.cell_width=2.5", "--set", "store.params.overwrite=true"})
+  CHECK(small
+            .build({"--set", "partitioner.params.cell_width=2.5", "--set",
+                    "store.params.overwrite=true"})
             .exit_code == 0);
   CHECK(test::read_text(index) != before);
 }
@@ -151,10 +158,11 @@ TEST_CASE("wrong usage is exit code 2") {
   const SmallMap small;
   CHECK(has(failure(test::run("vantage-localize", {small.config, "--scans", "s", "--out", "o"}), 2),
             "no first pose: give --initial-pose or --reference"));
-  CHECK(has(failure(test::run("vantage-localize", {small.config, "--scans", small.folder.path().string(), "--out",
-                                                   "o", "--initial-pose", "1,2,3"}),
-                    2),
-            "six numbers"));
+  CHECK(has(
+      failure(test::run("vantage-localize", {small.config, "--scans", small.folder.path().string(),
+                                             "--out", "o", "--initial-pose", "1,2,3"}),
+              2),
+      "six numbers"));
 }
 
 TEST_CASE("localize: missing bundle, scans, reference; damaged scans and bundles") {
@@ -163,11 +171,13 @@ TEST_CASE("localize: missing bundle, scans, reference; damaged scans and bundles
   CHECK(has(failure(street.localize(config, "run", {"--quiet"})), street.path("bundle")));
   REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
 
-  CHECK(has(failure(test::run("vantage-localize", {config, "--scans", street.path("none"), "--reference",
-                                                   street.path("reference.tum"), "--out", street.path("run")})),
+  CHECK(has(failure(test::run("vantage-localize",
+                              {config, "--scans", street.path("none"), "--reference",
+                               street.path("reference.tum"), "--out", street.path("run")})),
             street.path("none")));
-  CHECK(has(failure(test::run("vantage-localize", {config, "--scans", street.path("scans"), "--reference",
-                                                   street.path("none.tum"), "--out", street.path("run")})),
+  CHECK(has(failure(test::run("vantage-localize",
+                              {config, "--scans", street.path("scans"), "--reference",
+                               street.path("none.tum"), "--out", street.path("run")})),
             street.path("none.tum")));
 
   // A scan cut short in the middle of the drive.
@@ -207,7 +217,8 @@ TEST_CASE("localize: scans that see nothing of the map are marked lost, and loca
   CHECK(summary["scans"]["tracked"] == test::Street::kScans - 3);
   CHECK(summary["scans"]["dropped_points"] == 1);
   CHECK(summary["error_m"]["max"] < 0.5);
-  CHECK(io::read_trajectory(street.folder() / "run/trajectory.tum")->size() == test::Street::kScans - 3);
+  CHECK(io::read_trajectory(street.folder() / "run/trajectory.tum")->size() ==
+        test::Street::kScans - 3);
 }
 
 TEST_CASE("localize: a pose outside every region keeps the nearest map, and the output says so") {
@@ -230,7 +241,8 @@ TEST_CASE("plugins: list, describe and check answer a person and a program") {
   const auto described = test::run("vantage", {"plugins", "describe", "hpr"});
   CHECK(has(described.out, "alpha"));
   CHECK(has(failure(test::run("vantage", {"plugins", "describe", "hrp"})), "did you mean 'hpr'?"));
-  const std::string grid = (fs::path(VANTAGE_PLUGIN_DIR) / "vantage_partitioner_uniform_grid.so").string();
+  const std::string grid =
+      (fs::path(VANTAGE_PLUGIN_DIR) / "vantage_partitioner_uniform_grid.so").string();
   CHECK(test::run("vantage", {"plugins", "check", grid}).out ==
         grid + ": ok, partitioner plugin 'uniform_grid'\n");
   CHECK(has(failure(test::run("vantage", {"plugins", "check", "/etc/passwd"})), "/etc/passwd"));

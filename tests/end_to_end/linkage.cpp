@@ -40,7 +40,8 @@ TEST_CASE("every plugin exports one symbol, strong, and nothing else") {
   REQUIRE(files.size() >= 7);
   for (const fs::path& file : files) {
     const std::string symbols = output_of("nm -D --defined-only '" + file.string() + "'");
-    CHECK_MESSAGE(std::count(symbols.begin(), symbols.end(), '\n') == 1, file.string() << '\n' << symbols);
+    CHECK_MESSAGE(std::count(symbols.begin(), symbols.end(), '\n') == 1, file.string() << '\n'
+                                                                                       << symbols);
     CHECK(symbols.ends_with(" D vantage_plugin\n"));
   }
 }

@@ -67,9 +67,10 @@ Street::Street() {
 std::string Street::write_config(const std::string& name, double cell_width,
                                  const std::string& bundle, const std::string& extra) const {
   const std::string partitioner =
-      cell_width > 0 ? "plugin = \"uniform_grid\"\nparams = { cell_width = " +
-                           std::to_string(cell_width) + " }"
-                     : "plugin = \"whole_map\"";
+      cell_width > 0
+          ? "plugin = \"uniform_grid\"\nparams = { cell_width = " + std::to_string(cell_width) +
+                " }"
+          : "plugin = \"whole_map\"";
   write_text(folder() / name, R"(schema = 1
 [map]
 files = ["map.pcd"]
@@ -80,7 +81,8 @@ plugin = "pmf"
 [viewpoints]
 voxel_size = 3.0
 [visibility]
-plugin = ")" + (cell_width > 0 ? "hpr" : "keep_all") + R"("
+plugin = ")" + (cell_width > 0 ? "hpr" : "keep_all") +
+                                  R"("
 [store]
 plugin = "pcd_tiles"
 params = { root = ")" + bundle + R"(" }
@@ -92,8 +94,8 @@ plugin = "ndt"
 
 Finished Street::localize(const std::string& config, const std::string& out,
                           std::vector<std::string> more) const {
-  std::vector<std::string> arguments{config, "--scans", path("scans"), "--reference",
-                                     path("reference.tum"), "--out", path(out)};
+  std::vector<std::string> arguments{
+      config, "--scans", path("scans"), "--reference", path("reference.tum"), "--out", path(out)};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run("vantage-localize", arguments);
 }
@@ -150,12 +152,13 @@ TEST_CASE("build, localize, evaluate: region maps with switches and the wide-are
   const std::string csv = test::read_text(street.folder() / "run/scans.csv");
   CHECK(std::count(csv.begin(), csv.end(), '\n') == test::Street::kScans + 1);
 
-  const auto evaluated =
-      test::run("vantage", {"evaluate", regions, wide, "--scans", street.path("scans"), "--reference",
-                            street.path("reference.tum"), "--out", street.path("evaluation"), "--quiet"});
+  const auto evaluated = test::run(
+      "vantage", {"evaluate", regions, wide, "--scans", street.path("scans"), "--reference",
+                  street.path("reference.tum"), "--out", street.path("evaluation"), "--quiet"});
   REQUIRE_MESSAGE(evaluated.exit_code == 0, evaluated.err);
   CHECK(evaluated.out.find("L10") != std::string::npos);
-  const auto both = nlohmann::json::parse(test::read_text(street.folder() / "evaluation/summary.json"));
+  const auto both =
+      nlohmann::json::parse(test::read_text(street.folder() / "evaluation/summary.json"));
   REQUIRE(both.size() == 2);
   CHECK(both[0]["name"] == "L10");
   CHECK(both[0]["error_m"]["mean"] == summary["error_m"]["mean"]);
@@ -165,7 +168,8 @@ TEST_CASE("build, localize, evaluate: region maps with switches and the wide-are
   CHECK(html.ends_with("</html>\n"));
 }
 
-TEST_CASE("two runs, and runs with one and two threads, give byte-identical bundles and trajectories") {
+TEST_CASE(
+    "two runs, and runs with one and two threads, give byte-identical bundles and trajectories") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 10, "unused");
   const auto build = [&](const std::string& bundle, const std::string& jobs) {
@@ -193,9 +197,9 @@ TEST_CASE("--initial-pose and --odometry stand in for the reference") {
   const std::string config = street.write_config("c.toml", 0, "bundle");
   REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
   const auto done = test::run(
-      "vantage-localize", {config, "--scans", street.path("scans"), "--out", street.path("run"),
-                           "--initial-pose", "10.1,-0.1,1.0,0,0,0.12", "--odometry",
-                           street.path("reference.tum"), "--json", "--quiet"});
+      "vantage-localize",
+      {config, "--scans", street.path("scans"), "--out", street.path("run"), "--initial-pose",
+       "10.1,-0.1,1.0,0,0,0.12", "--odometry", street.path("reference.tum"), "--json", "--quiet"});
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   const auto summary = nlohmann::json::parse(done.out);
   CHECK(summary["scans"]["tracked"] == test::Street::kScans);

@@ -18,7 +18,9 @@ class Street {
   Street();
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder() / name).string(); }
+  [[nodiscard]] std::string path(const std::string& name) const {
+    return (folder() / name).string();
+  }
 
   /// A configuration whose bundle lies in `bundle`; `extra` is appended.
   std::string write_config(const std::string& name, double cell_width, const std::string& bundle,

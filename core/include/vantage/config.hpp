@@ -115,8 +115,8 @@ struct Config {
 };
 
 /// Errors: those of `load_toml`, and `invalid_config` for anything the schema does not allow.
-[[nodiscard]] VANTAGE_API Result<Config> load_config(const std::filesystem::path& file,
-                                                     const std::vector<std::string>& overrides = {});
+[[nodiscard]] VANTAGE_API Result<Config> load_config(
+    const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 [[nodiscard]] VANTAGE_API Result<Config> parse_config(const Table& table);
 
 /// The configuration with all defaults filled in, the plugins' own included, as TOML.

@@ -18,8 +18,8 @@ namespace vantage {
 
 /// One LiDAR sweep as the localizer takes it.
 struct Scan {
-  double stamp = 0.0;           ///< [s]
-  PointsView points;            ///< sensor frame [m]; non-finite points are dropped and counted
+  double stamp = 0.0;            ///< [s]
+  PointsView points;             ///< sensor frame [m]; non-finite points are dropped and counted
   std::optional<Pose> odometry;  ///< T_odom_sensor at the stamp; predicts better than velocity
 };
 
@@ -33,15 +33,15 @@ enum class Tracking : std::uint8_t {
 struct ScanReport {
   double stamp = 0.0;
   Tracking tracking = Tracking::lost;
-  std::string reason;        ///< why the scan is lost; empty if tracked
-  Pose T_map_scan;           ///< estimated if tracked, predicted if lost
+  std::string reason;  ///< why the scan is lost; empty if tracked
+  Pose T_map_scan;     ///< estimated if tracked, predicted if lost
   Pose T_map_scan_predicted;
-  RegionId region;           ///< whose map was matched against
-  bool switched = false;     ///< the region's map was loaded for this scan
-  bool outside = false;      ///< the last pose lay in no region with a map: the old one was kept
-  std::size_t map_points = 0;      ///< N_point of Eq. 13
-  std::size_t scan_points = 0;     ///< N of Eq. 12, after thinning
-  std::size_t dropped_points = 0;  ///< non-finite
+  RegionId region;              ///< whose map was matched against
+  bool switched = false;        ///< the region's map was loaded for this scan
+  bool outside = false;         ///< the last pose lay in no region with a map: the old one was kept
+  std::size_t map_points = 0;   ///< N_point of Eq. 13
+  std::size_t scan_points = 0;  ///< N of Eq. 12, after thinning
+  std::size_t dropped_points = 0;                                         ///< non-finite
   double seconds_align = 0.0, seconds_load = 0.0, seconds_prepare = 0.0;  ///< T_align, ...
   std::optional<Alignment> alignment;  ///< none if nothing matched
   double lcp = 0.0;                    ///< Eq. 13
@@ -51,7 +51,8 @@ struct ScanReport {
 /// Not thread safe; one object a robot.
 class VANTAGE_API Localizer {
  public:
-  /// Opens the bundle. Errors: those of MapStore::index; `invalid_input` for a bundle without points.
+  /// Opens the bundle. Errors: those of MapStore::index; `invalid_input` for a bundle without
+  /// points.
   [[nodiscard]] static Result<Localizer> open(PluginPtr<MapStore> store,
                                               PluginPtr<ScanMatcher> matcher,
                                               const LocalizerParams& params);
@@ -68,8 +69,8 @@ class VANTAGE_API Localizer {
   /// Predicts the pose (odometry, else constant velocity), picks the region of the last estimate
   /// (Eq. 11), switches maps if it changed, and matches. A scan that cannot be matched is reported
   /// as lost and the prediction stands in for it; localization goes on.
-  /// Errors: `invalid_input` before `start` or for a stamp that does not increase; a region map that
-  /// cannot be loaded or prepared.
+  /// Errors: `invalid_input` before `start` or for a stamp that does not increase; a region map
+  /// that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);
 
  private:
@@ -78,8 +79,8 @@ class VANTAGE_API Localizer {
   std::unique_ptr<State> state_;
 };
 
-/// A scan made ready for matching: non-finite points dropped, range limits applied, thinned to voxel
-/// centroids.
+/// A scan made ready for matching: non-finite points dropped, range limits applied, thinned to
+/// voxel centroids.
 struct PreparedScan {
   PointCloud points;
   std::size_t dropped = 0;  ///< non-finite

@@ -25,7 +25,8 @@ struct LocalizerParams {
         optional("scan_min_range", &LocalizerParams::scan_min_range, "m",
                  "scan points nearer to the sensor are dropped", non_negative),
         optional("scan_max_range", &LocalizerParams::scan_max_range, "m",
-                 "scan points farther from the sensor are dropped; unlimited if left out", positive),
+                 "scan points farther from the sensor are dropped; unlimited if left out",
+                 positive),
         optional("switch_margin", &LocalizerParams::switch_margin, "m",
                  "the region changes only this far behind its border; 0 switches at the border "
                  "(Eq. 11)",

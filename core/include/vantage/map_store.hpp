@@ -13,7 +13,7 @@ namespace vantage {
 
 /// V_ij: the observable points of one region (Eq. 10).
 struct RegionMap {
-  PointCloud points;            ///< map frame [m]
+  PointCloud points;             ///< map frame [m]
   std::uint32_t viewpoints = 0;  ///< how many virtual viewpoints it was seen from
 };
 
@@ -51,8 +51,9 @@ class VANTAGE_API MapStore {
 
   /// Errors: `not_found` without a bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
-  /// The points of one region, in the order they were put, to the precision that the store declares.
-  /// Errors: `not_found` for an unknown region or no bundle, `corrupt_data` for a damaged file.
+  /// The points of one region, in the order they were put, to the precision that the store
+  /// declares. Errors: `not_found` for an unknown region or no bundle, `corrupt_data` for a damaged
+  /// file.
   [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;
 };
 

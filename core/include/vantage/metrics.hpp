@@ -27,9 +27,9 @@ struct NdtCoefficients {
 /// How well a scan fits a map at one pose. S_fitness alone rewards deleting map (a point without a
 /// voxel scores 0, a badly matched one below 0): read it with coverage and NVTL.
 struct ScanScore {
-  double fitness = 0.0;   ///< S_fitness, Eq. 12: mean over all N points of the mean over N_i
-  double nvtl = 0.0;      ///< nearest voxel transformation likelihood: mean over the matched points of
-                          ///< the best voxel's likelihood
+  double fitness = 0.0;  ///< S_fitness, Eq. 12: mean over all N points of the mean over N_i
+  double nvtl = 0.0;  ///< nearest voxel transformation likelihood: mean over the matched points of
+                      ///< the best voxel's likelihood
   double coverage = 0.0;  ///< share of scan points with at least one voxel, in [0, 1]
 };
 

@@ -25,14 +25,15 @@
 ///     struct Params {
 ///       double cell_width{};  // L of Eq. 2
 ///       static constexpr auto schema() {
-///         return std::tuple{required("cell_width", &Params::cell_width, "m", "grid width L (Eq. 2)", positive)};
+///         return std::tuple{required("cell_width", &Params::cell_width, "m", "grid width L (Eq.
+///         2)", positive)};
 ///       }
 ///     };
 ///
 /// An optional member (`std::optional<T>`) may be left out; any other member that is `optional`
 /// keeps the value of a default-constructed Params. An enum needs, in its own namespace,
-/// `constexpr auto enum_names(Kernel) { return std::array{std::pair{"flip"sv, Kernel::flip}, ...}; }`.
-/// A struct may add `Result<void> validate() const` for what one parameter alone cannot tell.
+/// `constexpr auto enum_names(Kernel) { return std::array{std::pair{"flip"sv, Kernel::flip}, ...};
+/// }`. A struct may add `Result<void> validate() const` for what one parameter alone cannot tell.
 namespace vantage {
 
 /// The values a number may take.
@@ -93,7 +94,9 @@ struct NoParams {
 };
 
 template <class T>
-concept HasSchema = requires { T::schema(); };
+concept HasSchema = requires {
+  T::schema();
+};
 
 template <HasSchema Params>
 [[nodiscard]] Result<Params> parse(const Table& table);
@@ -108,8 +111,8 @@ namespace detail {
                                                            std::string_view expected);
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> out_of_range(const Value&, std::string_view key,
                                                              const Range&, std::string_view unit);
-[[nodiscard]] VANTAGE_API tl::unexpected<Error> wrong_choice(const Value&, std::string_view key,
-                                                             const std::vector<std::string>& choices);
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> wrong_choice(
+    const Value&, std::string_view key, const std::vector<std::string>& choices);
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> missing_key(const Table&, std::string_view key,
                                                             std::string_view doc);
 [[nodiscard]] VANTAGE_API Result<void> only_known_keys(const Table&,
@@ -283,8 +286,8 @@ template <class T>
 }  // namespace detail
 
 /// Reads a table by the schema of Params.
-/// Errors: `invalid_config` with the place of an unknown key (and what was probably meant), a missing
-/// key, a wrong type, a value out of range, a non-finite number.
+/// Errors: `invalid_config` with the place of an unknown key (and what was probably meant), a
+/// missing key, a wrong type, a value out of range, a non-finite number.
 template <HasSchema Params>
 Result<Params> parse(const Table& table) {
   Params params{};
@@ -354,7 +357,8 @@ std::vector<ParameterDoc> describe() {
       doc.choices = detail::choices_of<Member>();
     }
     if (!field.required) {
-      if (auto value = detail::write_value(defaults.*field.member)) doc.default_value = to_toml(*value);
+      if (auto value = detail::write_value(defaults.*field.member))
+        doc.default_value = to_toml(*value);
     }
     docs.push_back(std::move(doc));
   };

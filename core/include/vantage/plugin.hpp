@@ -19,7 +19,8 @@
 /// What a plugin author includes. A plugin is one shared library `vantage_<kind>_<name>.so` that
 /// exports one symbol, made by one line:
 ///
-///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells of width L (Eqs. 2-3)");
+///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells of width L
+///     (Eqs. 2-3)");
 ///
 /// where UniformGrid derives from the interface, names its `Params` (see params.hpp) and has
 /// `static Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.
@@ -49,7 +50,8 @@ struct AbiTag {
       .interface_version = VANTAGE_INTERFACE_VERSION,
       .gxx_abi_version = __GXX_ABI_VERSION,
       .cxx11_abi = _GLIBCXX_USE_CXX11_ABI,
-      .eigen_version = EIGEN_WORLD_VERSION * 10000 + EIGEN_MAJOR_VERSION * 100 + EIGEN_MINOR_VERSION,
+      .eigen_version =
+          EIGEN_WORLD_VERSION * 10000 + EIGEN_MAJOR_VERSION * 100 + EIGEN_MINOR_VERSION,
       .eigen_max_align_bytes = EIGEN_MAX_ALIGN_BYTES,
 #ifdef _GLIBCXX_DEBUG
       .libstdcxx_debug = 1,
@@ -68,8 +70,9 @@ struct Factory {
 };
 
 /// The index of the variant is the kind; see `PluginKind`.
-using AnyFactory = std::variant<Factory<Partitioner>, Factory<GroundFilter>,
-                                Factory<VisibilityOperator>, Factory<MapStore>, Factory<ScanMatcher>>;
+using AnyFactory =
+    std::variant<Factory<Partitioner>, Factory<GroundFilter>, Factory<VisibilityOperator>,
+                 Factory<MapStore>, Factory<ScanMatcher>>;
 
 inline constexpr std::uint64_t kPluginMagic = 0x56414e5441474531;  // "VANTAGE1"
 
@@ -114,7 +117,8 @@ constexpr Factory<Interface> factory_of() noexcept {
         });
       },
       .describe = []() noexcept -> Result<std::vector<ParameterDoc>> {
-        return guarded([]() -> Result<std::vector<ParameterDoc>> { return ::vantage::describe<Params>(); });
+        return guarded(
+            []() -> Result<std::vector<ParameterDoc>> { return ::vantage::describe<Params>(); });
       },
   };
 }
@@ -122,8 +126,9 @@ constexpr Factory<Interface> factory_of() noexcept {
 }  // namespace detail
 }  // namespace vantage
 
-#define VANTAGE_PLUGIN(Interface, Implementation, plugin_name, plugin_summary)                     \
-  extern "C" __attribute__((visibility("default"), used)) constinit const ::vantage::PluginManifest \
-      vantage_plugin{.name = plugin_name,                                                          \
-                     .summary = plugin_summary,                                                    \
-                     .factory = ::vantage::detail::factory_of<Interface, Implementation>()}
+#define VANTAGE_PLUGIN(Interface, Implementation, plugin_name, plugin_summary)                \
+  extern "C" __attribute__((visibility("default"),                                            \
+                            used)) constinit const ::vantage::PluginManifest vantage_plugin { \
+    .name = plugin_name, .summary = plugin_summary,                                           \
+    .factory = ::vantage::detail::factory_of<Interface, Implementation>()                     \
+  }

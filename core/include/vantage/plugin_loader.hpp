@@ -77,7 +77,8 @@ class VANTAGE_API PluginLoader {
   /// @param folders  searched in this order, never the current directory
   explicit PluginLoader(std::vector<std::filesystem::path> folders);
 
-  /// `plugin_dirs`, then $VANTAGE_PLUGIN_PATH (':'-separated), then `vantage/` beside libvantage_core.
+  /// `plugin_dirs`, then $VANTAGE_PLUGIN_PATH (':'-separated), then `vantage/` beside
+  /// libvantage_core.
   [[nodiscard]] static PluginLoader with_default_folders(
       std::vector<std::filesystem::path> plugin_dirs);
 
@@ -85,8 +86,8 @@ class VANTAGE_API PluginLoader {
     return folders_;
   }
 
-  /// Every plugin file in the folders, by kind and name; a name found twice counts where it is found
-  /// first. Opens nothing. A folder that does not exist holds nothing.
+  /// Every plugin file in the folders, by kind and name; a name found twice counts where it is
+  /// found first. Opens nothing. A folder that does not exist holds nothing.
   [[nodiscard]] std::vector<PluginFile> list() const;
 
   /// Makes the plugin's object with the choice's params.

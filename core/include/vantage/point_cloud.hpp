@@ -36,6 +36,7 @@ struct Bounds3 {
 [[nodiscard]] VANTAGE_API bool all_finite(PointsView points) noexcept;
 
 /// The points that `indices` name, in that order. Precondition: every index < points.size().
-[[nodiscard]] VANTAGE_API PointCloud select(PointsView points, std::span<const std::uint32_t> indices);
+[[nodiscard]] VANTAGE_API PointCloud select(PointsView points,
+                                            std::span<const std::uint32_t> indices);
 
 }  // namespace vantage

@@ -33,9 +33,9 @@ using Result = tl::expected<T, Error>;
 /// `VANTAGE_TRY(auto x, f());` declares x from f's value, or returns f's error to the caller.
 #define VANTAGE_TRY(declaration, expression) \
   VANTAGE_TRY_(declaration, expression, VANTAGE_CONCAT(vantage_try_, __COUNTER__))
-#define VANTAGE_TRY_(declaration, expression, tmp)                 \
-  auto tmp = (expression);                                         \
-  if (!tmp) return ::vantage::fail(std::move(tmp).error());        \
+#define VANTAGE_TRY_(declaration, expression, tmp)          \
+  auto tmp = (expression);                                  \
+  if (!tmp) return ::vantage::fail(std::move(tmp).error()); \
   declaration = *std::move(tmp)
 
 /// `VANTAGE_CHECK(f());` goes on if f succeeded, or returns f's error to the caller.

@@ -28,8 +28,9 @@ struct ViewpointParams {
 };
 
 /// One point a voxel, the centroid of the voxel's points (Eq. 4).
-/// The grid is anchored at the origin of the frame, so that neighbouring regions and shifted subsets
-/// share voxels. Ordered by voxel (z, then y, then x); a voxel's sum runs in the order of `points`.
+/// The grid is anchored at the origin of the frame, so that neighbouring regions and shifted
+/// subsets share voxels. Ordered by voxel (z, then y, then x); a voxel's sum runs in the order of
+/// `points`.
 /// @param points      N points [m]
 /// @param voxel_size  edge length [m], > 0
 /// Errors: `invalid_input` for a non-finite point or one beyond 2^50 voxels from the origin.

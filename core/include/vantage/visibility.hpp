@@ -12,7 +12,8 @@ namespace vantage {
 
 /// What a visibility operator must know beyond the points it tests.
 struct VisibilityLimits {
-  Bounds3 map_bounds;  ///< box around the whole wide-area map, also where only P_ij is tested (D of Eq. 6)
+  Bounds3 map_bounds;  ///< box around the whole wide-area map, also where only P_ij is tested (D of
+                       ///< Eq. 6)
   double max_range = std::numeric_limits<double>::infinity();  ///< reach of the sensor [m]
 };
 

@@ -86,6 +86,7 @@ class View {
 
 // What is learnt about all points in one pass.
 struct Survey {
+  DirectionBins bins;
   std::vector<BinId> bin_of;           // of each point; kNoBin for those that take no part
   std::vector<std::uint32_t> nearest;  // of each bin; kNobody for an empty one
   std::size_t bins_taken = 0;
@@ -95,10 +96,11 @@ struct Survey {
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
 Survey survey(const View& view) {
-  Survey result;
-  result.bin_of.resize(view.size());
-  result.nearest.assign(kBins, kNobody);
-  std::vector<double> squared_of_nearest(kBins, std::numeric_limits<double>::infinity());
+  const auto bins = DirectionBins::for_points(view.size());
+  Survey result{.bins = bins,
+                .bin_of = std::vector<BinId>(view.size()),
+                .nearest = std::vector<std::uint32_t>(bins.size(), kNobody)};
+  std::vector<double> squared_of_nearest(bins.size(), std::numeric_limits<double>::infinity());
   double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
   for (std::uint32_t i = 0; i < view.size(); ++i) {
     const Point p = view.relative(i);
@@ -107,7 +109,7 @@ Survey survey(const View& view) {
       result.bin_of[i] = kNoBin;
       continue;
     }
-    const BinId bin = bin_of(p);
+    const BinId bin = bins.bin_of(p);
     result.bin_of[i] = bin;
     const std::uint32_t number = number_of(bin);
     if (squared < squared_of_nearest[number]) {
@@ -127,15 +129,17 @@ Survey survey(const View& view) {
 // The nearest point of each bin, level by level from few wide bins to all: a hull that grows evenly
 // keeps its facets compact.
 std::vector<std::vector<std::uint32_t>> representatives(const View& view, const Survey& survey) {
+  const DirectionBins& bins = survey.bins;
   std::vector<std::vector<std::uint32_t>> levels;
-  std::vector<std::uint8_t> taken(kBins, 0);
-  for (const int shift : {4, 2, 0}) {
-    std::vector<std::uint32_t> bin_of_best(bins_at(shift), kNobody);
-    std::vector<double> squared_of_best(bins_at(shift), std::numeric_limits<double>::infinity());
-    for (std::uint32_t bin = 0; bin < kBins; ++bin) {
+  std::vector<std::uint8_t> taken(bins.size(), 0);
+  for (const int shift : {DirectionBins::kMaxShift, 2, 0}) {
+    const std::uint32_t wide_bins = bins.coarser(shift).size();
+    std::vector<std::uint32_t> bin_of_best(wide_bins, kNobody);
+    std::vector<double> squared_of_best(wide_bins, std::numeric_limits<double>::infinity());
+    for (std::uint32_t bin = 0; bin < bins.size(); ++bin) {
       const std::uint32_t i = survey.nearest[bin];
       if (i == kNobody) continue;
-      const std::uint32_t wide = wider(bin, shift);
+      const std::uint32_t wide = bins.coarser_bin(bin, shift);
       const double squared = view.relative(i).squaredNorm();
       if (squared < squared_of_best[wide]) {
         squared_of_best[wide] = squared;
@@ -200,16 +204,17 @@ std::optional<Solution> first_tetrahedron(const View& view, const Survey& survey
 // is its circumcentre, not farther than L / sqrt(3) from its corners unless the angle there is
 // obtuse, when the nearest point is the middle of the longest edge.
 std::vector<double> hiding_distances(const View& view, const Survey& survey, StarHull& hull) {
-  constexpr double kSagitta = 8.0 / (3.0 * kBinsPerEdge * kBinsPerEdge);  // L^2 <= 8 r^2 / B^2
-  const double shrink = std::sqrt(1.0 - kSagitta);
+  const DirectionBins& bins = survey.bins;
+  const double edge = bins.edge();
+  const double shrink = std::sqrt(1.0 - 8.0 / (3.0 * edge * edge));  // L^2 <= 8 r^2 / edge^2
   const double margin = kLengthMargin * view.turned_length(survey.shortest);
-  std::vector<double> squared(kBins, std::numeric_limits<double>::infinity());
-  std::vector<double> reach_at(kCorners, -1.0);
-  for (std::uint32_t bin = 0; bin < kBins; ++bin) {
+  std::vector<double> squared(bins.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> reach_at(bins.corners(), -1.0);
+  for (std::uint32_t bin = 0; bin < bins.size(); ++bin) {
     if (survey.nearest[bin] == kNobody) continue;
     double reach = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t corner : corners_of(bin)) {
-      if (reach_at[corner] < 0.0) reach_at[corner] = hull.reach(direction_of_corner(corner));
+    for (const std::uint32_t corner : bins.corners_of(bin)) {
+      if (reach_at[corner] < 0.0) reach_at[corner] = hull.reach(bins.direction_of_corner(corner));
       reach = std::min(reach, reach_at[corner]);
     }
     const double length = shrink * reach - margin;
@@ -223,8 +228,9 @@ std::vector<double> hiding_distances(const View& view, const Survey& survey, Sta
 // In the order of their bins, so that the hull is walked over from neighbour to neighbour.
 std::vector<std::uint32_t> not_yet_hidden(const View& view, const Survey& survey,
                                           const std::vector<double>& hidden_beyond) {
+  const std::uint32_t bins = survey.bins.size();
   std::vector<std::uint32_t> points;
-  std::vector<std::uint32_t> first(kBins + 1, 0);
+  std::vector<std::uint32_t> first(bins + 1, 0);
   for (std::uint32_t i = 0; i < view.size(); ++i) {
     const BinId bin = survey.bin_of[i];
     if (bin == kNoBin) continue;
@@ -234,7 +240,7 @@ std::vector<std::uint32_t> not_yet_hidden(const View& view, const Survey& survey
     points.push_back(i);
     ++first[number + 1];
   }
-  for (std::uint32_t bin = 0; bin < kBins; ++bin) first[bin + 1] += first[bin];
+  for (std::uint32_t bin = 0; bin < bins; ++bin) first[bin + 1] += first[bin];
   std::vector<std::uint32_t> sorted(points.size());
   for (const std::uint32_t i : points) sorted[first[number_of(survey.bin_of[i])]++] = i;
   return sorted;
@@ -380,7 +386,8 @@ Result<IndexList> by_culled_qhull(const View& view, const Survey& survey,
   const double margin = kQhullMargin * view.turned_length(survey.shortest);
   std::vector<std::uint32_t> candidates;
   for (const std::uint32_t i : not_yet_hidden(
-           view, survey, std::vector<double>(kBins, std::numeric_limits<double>::infinity()))) {
+           view, survey,
+           std::vector<double>(survey.bins.size(), std::numeric_limits<double>::infinity()))) {
     if (!solution->hull.holds_ball(view.turned(i), margin)) candidates.push_back(i);
   }
   for (const std::uint32_t i : survey.nearest) {

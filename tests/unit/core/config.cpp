@@ -19,7 +19,9 @@ constexpr auto enum_names(Shape) {
 
 struct Inner {
   double depth = 2.5;
-  static constexpr auto schema() { return std::tuple{optional("depth", &Inner::depth, "m", "depth")}; }
+  static constexpr auto schema() {
+    return std::tuple{optional("depth", &Inner::depth, "m", "depth")};
+  }
 };
 
 struct Everything {
@@ -114,7 +116,8 @@ TEST_CASE("wrong parameters are errors that say what, where and what was expecte
   CHECK(error_of("width = 1\nsmall = 256") ==
         "test.toml:2:9: error: 'small' must be in [0, 255], not 256");
   CHECK(error_of("width = 1\nshape = 'cub'") ==
-        "test.toml:2:9: error: 'shape' must be one of 'ball', 'cube', not 'cub'; did you mean 'cube'?");
+        "test.toml:2:9: error: 'shape' must be one of 'ball', 'cube', not 'cub'; did you mean "
+        "'cube'?");
   CHECK(error_of("width = 1\ncorner = [1, 2, 3]") ==
         "test.toml:2:10: error: 'corner' must be array of 2 numbers, not an array");
   CHECK(error_of("width = 1\ninner = { dept = 1 }") ==
@@ -172,7 +175,8 @@ files = ["maps/a.pcd", "/b.pcd"]
 plugin = "pcd_tiles"
 params = { root = "out" }
 )");
-  const auto config = load_config(file, {"localizer.scan_voxel_size=0.25", "store.params.root=elsewhere"});
+  const auto config =
+      load_config(file, {"localizer.scan_voxel_size=0.25", "store.params.root=elsewhere"});
   REQUIRE_MESSAGE(config, to_string(config.error()));
   CHECK(config->map->files[0] == folder.path() / "maps/a.pcd");
   CHECK(config->map->files[1] == "/b.pcd");

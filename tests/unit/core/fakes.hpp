@@ -27,7 +27,8 @@ class Strips final : public Partitioner {
     std::vector<Region> regions;
     for (int i = 0; i < count_; ++i) {
       regions.push_back({"strip" + std::to_string(i),
-                         HalfOpenBox{{10.0 * i, -100.0}, {10.0 * (i + 1), 100.0}}, {}});
+                         HalfOpenBox{{10.0 * i, -100.0}, {10.0 * (i + 1), 100.0}},
+                         {}});
     }
     return Partition::from(std::move(regions));
   }
@@ -104,7 +105,8 @@ class MemoryStore final : public MapStore {
   }
   [[nodiscard]] Result<void> commit() noexcept override {
     for (std::uint32_t r = 0; r < memory_->index.partition.size(); ++r) {
-      memory_->index.regions.push_back({memory_->maps[r].points.size(), memory_->maps[r].viewpoints, 0});
+      memory_->index.regions.push_back(
+          {memory_->maps[r].points.size(), memory_->maps[r].viewpoints, 0});
     }
     memory_->committed = true;
     return {};

@@ -16,7 +16,9 @@ TEST_CASE("coefficients for outlier ratio 0.55 and 1 m are the published -2.217,
   CHECK(d->d3 == doctest::Approx(0.598).epsilon(1e-3));
 }
 
-TEST_CASE("the Gaussian matches the mixture's log-likelihood where it was fitted: at 0, 1 sigma and far") {
+TEST_CASE(
+    "the Gaussian matches the mixture's log-likelihood where it was fitted: at 0, 1 sigma and "
+    "far") {
   for (const double outliers : {0.1, 0.55, 0.9}) {
     for (const double resolution : {0.5, 1.0, 3.0}) {
       const auto d = NdtCoefficients::derive(outliers, resolution);

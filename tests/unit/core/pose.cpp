@@ -10,7 +10,8 @@ using namespace vantage;
 namespace {
 Pose random_pose(std::mt19937& random) {
   std::uniform_real_distribution<double> u(-3.0, 3.0);
-  return pose_from_xyz_rpy({u(random), u(random), u(random)}, {u(random), u(random) / 2, u(random)});
+  return pose_from_xyz_rpy({u(random), u(random), u(random)},
+                           {u(random), u(random) / 2, u(random)});
 }
 }  // namespace
 

@@ -17,10 +17,11 @@ TEST_CASE("Eq. 4: one centroid a voxel, equal to a plain average by hand") {
 
   std::map<std::array<long, 3>, std::pair<Point, int>> voxels;
   for (const Point& p : cloud) {
-    auto& [sum, count] = voxels.try_emplace({std::lround(std::floor(p.z() / 1.5)),
-                                             std::lround(std::floor(p.y() / 1.5)),
-                                             std::lround(std::floor(p.x() / 1.5))},
-                                            Point::Zero(), 0)
+    auto& [sum, count] = voxels
+                             .try_emplace({std::lround(std::floor(p.z() / 1.5)),
+                                           std::lround(std::floor(p.y() / 1.5)),
+                                           std::lround(std::floor(p.x() / 1.5))},
+                                          Point::Zero(), 0)
                              .first->second;
     sum += p;
     ++count;

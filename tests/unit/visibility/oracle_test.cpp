@@ -82,6 +82,18 @@ TEST_CASE("the inversion hides a point behind a plane iff g > d delta^2, for any
   }
 }
 
+TEST_CASE("the inversion hides a point behind a shell iff g > d delta^2 / 2, for any R") {
+  for (const double d : {2.0, 10.0, 50.0}) {
+    for (const double delta : {0.002, 0.005, 0.01}) {
+      CAPTURE(d);
+      CAPTURE(delta);
+      const double threshold = 0.5 * d * delta * delta;
+      CHECK(sees_behind(shell(d, delta), d, 0.99 * threshold, inversion()));
+      CHECK(!sees_behind(shell(d, delta), d, 1.01 * threshold, inversion()));
+    }
+  }
+}
+
 TEST_CASE("the parameters gap and angular_spacing hide what is farther behind than the gap") {
   const double spacing_degrees = 0.4, delta = 0.5 * spacing_degrees * std::numbers::pi / 180.0;
   const std::string params = "gap = 0.3\nangular_spacing = 0.4";

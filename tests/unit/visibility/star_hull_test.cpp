@@ -1,6 +1,9 @@
 // The hull that proves every decision: it says so where it cannot.
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
+
 #include "direction_bins.hpp"
 #include "scenes.hpp"
 #include "star_hull.hpp"
@@ -67,16 +70,21 @@ TEST_CASE("StarHull::holds_ball") {
 }
 
 TEST_CASE("a direction lies in the cone of its bin's corners") {
-  for (const Point& p : ball(9, 5000, 3.0)) {
-    const hpr::BinId id = hpr::bin_of(p);
-    const auto corners = hpr::corners_of(hpr::number_of(id));
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const std::uint32_t corner : corners) centre += 0.25 * hpr::direction_of_corner(corner);
-    double widest = 1.0;
-    for (const std::uint32_t corner : corners) {
-      widest = std::min(widest, hpr::direction_of_corner(corner).dot(centre.normalized()));
+  for (const std::size_t points : {1U, 100'000U, 2'000'000U}) {
+    const auto bins = hpr::DirectionBins::for_points(points);
+    for (const Point& p : ball(9, 5000, 3.0)) {
+      const std::uint32_t bin = hpr::number_of(bins.bin_of(p));
+      REQUIRE(bin < bins.size());
+      CHECK(bins.coarser_bin(bin, 4) < bins.coarser(4).size());
+      const auto corners = bins.corners_of(bin);
+      const auto corner = [&](std::size_t i) { return bins.direction_of_corner(corners[i]); };
+      const Eigen::Vector3d centre = corner(0) + corner(1) + corner(2) + corner(3);
+      const std::size_t around[] = {0, 1, 3, 2, 0};
+      for (std::size_t i = 0; i < 4; ++i) {
+        const Eigen::Vector3d side = corner(around[i]).cross(corner(around[i + 1]));
+        CHECK(side.dot(p) * side.dot(centre) >= -1e-12);
+      }
     }
-    CHECK(p.normalized().dot(centre.normalized()) >= widest - 1e-12);
   }
 }
 
