@@ -15,8 +15,8 @@ namespace {
 
 struct Options {
   std::vector<std::filesystem::path> configs;
-  std::filesystem::path scans, out, reference, odometry;
-  double rate_hz = 10.0;
+  std::filesystem::path out;
+  InputOptions inputs;
   cli::CommonOptions common;
 };
 
@@ -51,8 +51,7 @@ Result<void> run(const Options& options) {
                               "'; their results would overwrite each other");
     }
   }
-  VANTAGE_TRY(const auto inputs,
-              open_inputs(options.scans, options.rate_hz, options.reference, options.odometry));
+  VANTAGE_TRY(const auto inputs, options.inputs.open());
   std::vector<EvaluatedRun> runs;
   for (const auto& config : options.configs) {
     auto evaluated = evaluate(config, inputs, options);
@@ -95,16 +94,9 @@ int main(int argc, char** argv) {
   vantage::Options options;
   app.add_option("CONFIG", options.configs, "configurations (TOML) whose bundles are built")
       ->required();
-  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")
-      ->required();
-  app.add_option("--reference", options.reference, "true trajectory (TUM or KITTI)")->required();
+  options.inputs.add_to(app, true);
   app.add_option("--out", options.out, "folder for report.html, summary.json and a folder a run")
       ->required();
-  app.add_option("--odometry", options.odometry,
-                 "odometry (TUM or KITTI) to predict with, instead of constant velocity");
-  app.add_option("--rate", options.rate_hz, "scans a second, where files carry no stamps")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

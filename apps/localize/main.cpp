@@ -15,8 +15,8 @@ namespace {
 
 struct Options {
   std::string config, initial_pose;
-  std::filesystem::path scans, out, reference, odometry;
-  double rate_hz = 10.0;
+  std::filesystem::path out;
+  InputOptions inputs;
   cli::CommonOptions common;
 };
 
@@ -76,13 +76,12 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
 }
 
 Result<void> run(const Options& options) {
-  if (options.initial_pose.empty() && options.reference.empty()) {
+  if (options.initial_pose.empty() && options.inputs.reference.empty()) {
     return cli::usage_error("no first pose: give --initial-pose or --reference");
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  VANTAGE_TRY(auto inputs,
-              open_inputs(options.scans, options.rate_hz, options.reference, options.odometry));
+  VANTAGE_TRY(auto inputs, options.inputs.open());
   if (!options.initial_pose.empty()) {
     VANTAGE_TRY(inputs.initial_pose, parse_pose(options.initial_pose));
   }
@@ -111,19 +110,11 @@ int main(int argc, char** argv) {
   CLI::App app("Localizes recorded scans against a bundle of region maps.", "vantage localize");
   vantage::Options options;
   app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
-  app.add_option("--scans", options.scans, "folder of PCD, PLY or KITTI .bin scans, or one file")
-      ->required();
+  options.inputs.add_to(app, false);
   app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")
       ->required();
   app.add_option("--initial-pose", options.initial_pose,
                  "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]");
-  app.add_option("--reference", options.reference,
-                 "true trajectory (TUM or KITTI): errors are measured against it");
-  app.add_option("--odometry", options.odometry,
-                 "odometry (TUM or KITTI) to predict with, instead of constant velocity");
-  app.add_option("--rate", options.rate_hz, "scans a second, where files carry no stamps")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

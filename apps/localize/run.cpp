@@ -29,9 +29,20 @@ std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", 
 
 }  // namespace
 
-Result<RunInputs> open_inputs(const std::filesystem::path& scans, double rate_hz,
-                              const std::filesystem::path& reference,
-                              const std::filesystem::path& odometry) {
+void InputOptions::add_to(CLI::App& app, bool reference_required) {
+  app.add_option("--scans", scans, "folder of PCD, PLY or KITTI .bin scans, or one file")
+      ->required();
+  app.add_option("--reference", reference,
+                 "true trajectory (TUM or KITTI): errors are measured against it")
+      ->required(reference_required);
+  app.add_option("--odometry", odometry,
+                 "odometry (TUM or KITTI) to predict with, instead of constant velocity");
+  app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+Result<RunInputs> InputOptions::open() const {
   VANTAGE_TRY(auto sequence, io::ScanSequence::open(scans, rate_hz));
   RunInputs inputs{std::move(sequence), {}, {}, {}};
   if (!reference.empty()) {

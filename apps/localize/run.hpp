@@ -1,5 +1,6 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -73,9 +74,13 @@ struct RunSummary {
 /// Writes trajectory.tum, scans.csv and summary.json into a folder, which is created if need be.
 [[nodiscard]] Result<void> write_run(const Run& run, const std::filesystem::path& folder);
 
-/// Opens scans, reference and odometry. An empty path is none.
-[[nodiscard]] Result<RunInputs> open_inputs(const std::filesystem::path& scans, double rate_hz,
-                                            const std::filesystem::path& reference,
-                                            const std::filesystem::path& odometry);
+/// The options that say what a run is fed with.
+struct InputOptions {
+  std::filesystem::path scans, reference, odometry;  ///< an empty path is none
+  double rate_hz = 10.0;
+
+  void add_to(CLI::App& app, bool reference_required);
+  [[nodiscard]] Result<RunInputs> open() const;
+};
 
 }  // namespace vantage

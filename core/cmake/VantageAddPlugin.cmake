@@ -15,8 +15,10 @@ function(vantage_add_plugin kind name)
     PREFIX "" OUTPUT_NAME ${target}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     LINK_DEPENDS "${VANTAGE_PLUGIN_EXPORTS}")
+  # nodelete: a TBB worker may still be on its way out of a task's code here when parallel_for has
+  # returned and the caller lets the plugin go, so the code stays mapped.
   target_link_options(${target} PRIVATE
-    "LINKER:--version-script=${VANTAGE_PLUGIN_EXPORTS}" LINKER:--as-needed)
+    "LINKER:--version-script=${VANTAGE_PLUGIN_EXPORTS}" LINKER:--as-needed LINKER:-z,nodelete)
   if(VANTAGE_PLUGIN_OUTPUT_DIRECTORY)
     set_target_properties(${target} PROPERTIES
       LIBRARY_OUTPUT_DIRECTORY "${VANTAGE_PLUGIN_OUTPUT_DIRECTORY}")

@@ -2,19 +2,14 @@
 
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <optional>
+#include "stopwatch.hpp"
 
 namespace vantage {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// What one region needs from the map.
 struct RegionWork {
@@ -99,7 +94,7 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   report.map_points = map.size();
   const VisibilityLimits limits{.map_bounds = bounds_of(map), .max_range = params.max_range};
 
-  auto start = Clock::now();
+  Stopwatch stopwatch;
   VANTAGE_TRY(report.partition, plugins.partitioner->partition(map, trajectory));
   std::vector<std::uint32_t> region_of(map.size());
   std::vector<RegionWork> work(report.partition.size());
@@ -115,9 +110,9 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
       work[region->value].inside.push_back(static_cast<std::uint32_t>(k));
     }
   }
-  report.seconds_partition = seconds_since(start);
+  report.seconds_partition = stopwatch.seconds();
 
-  start = Clock::now();
+  stopwatch = {};
   VANTAGE_TRY(const IndexList ground, plugins.ground->ground(map));
   VANTAGE_CHECK(check_indices(ground, map.size(), "ground"));
   if (ground.empty()) {
@@ -135,9 +130,9 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
     }
   }
   region_of = {};
-  report.seconds_ground = seconds_since(start);
+  report.seconds_ground = stopwatch.seconds();
 
-  start = Clock::now();
+  stopwatch = {};
   PluginPtr<VisibilityScene> map_scene;
   if (params.scope == VisibilityScope::map) {
     VANTAGE_TRY(auto scene, plugins.visibility->prepare(map, limits));
@@ -197,7 +192,7 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                       }));
   VANTAGE_CHECK(outcome);
   VANTAGE_CHECK(plugins.store->commit());
-  report.seconds_visibility = seconds_since(start);
+  report.seconds_visibility = stopwatch.seconds();
   return report;
 }
 

@@ -1,20 +1,14 @@
 #include "vantage/localizer.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "stopwatch.hpp"
 #include "vantage/viewpoints.hpp"
 
 namespace vantage {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 struct Moment {
   double stamp;
@@ -92,16 +86,16 @@ struct Localizer::State {
 
   Result<void> switch_to(RegionId next, ScanReport& report) {
     const std::string activity = "switching to region '" + index.partition[next].label + "'";
-    auto start = Clock::now();
+    Stopwatch stopwatch;
     auto map = store->get(next);
     if (!map) return fail(std::move(map).error().during(activity));
-    report.seconds_load = seconds_since(start);
+    report.seconds_load = stopwatch.seconds();
 
-    start = Clock::now();
+    stopwatch = {};
     auto prepared = matcher->prepare(map->points);
     if (!prepared) return fail(std::move(prepared).error().during(activity));
     target = in_library_of(matcher, *std::move(prepared));
-    report.seconds_prepare = seconds_since(start);
+    report.seconds_prepare = stopwatch.seconds();
     region = next;
     report.switched = true;
     return {};
@@ -200,9 +194,9 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.scan_points = prepared.points.size();
   report.dropped_points = prepared.dropped;
 
-  const auto start = Clock::now();
+  const Stopwatch stopwatch;
   Result<Alignment> alignment = s.target->align(prepared.points, report.T_map_scan_predicted);
-  report.seconds_align = seconds_since(start);
+  report.seconds_align = stopwatch.seconds();
   if (alignment) {
     report.reason = s.doubt(*alignment);
     if (report.reason.empty()) {

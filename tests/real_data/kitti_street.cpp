@@ -37,7 +37,7 @@ struct StreetRun {
     const auto report = build_region_maps(map->points, {}, *plugins, BuildParams::from(*config));
     REQUIRE_MESSAGE(report, to_string(report.error()));
 
-    auto inputs = open_inputs(data / "scans", 10.0, data / "ref_poses_tum.txt", {});
+    auto inputs = InputOptions{data / "scans", data / "ref_poses_tum.txt", {}, 10.0}.open();
     REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
     for (auto& moment : *inputs->reference) moment.pose.translation += shift;
     auto run = localize_scans(*config, loader, *inputs);
