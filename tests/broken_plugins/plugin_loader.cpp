@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
@@ -63,8 +64,10 @@ TEST_CASE("what is no plugin, no library or not complete is refused, never run")
         "error: " + text.string() + ": is no shared library (it does not begin as an ELF file)");
   // Cut anywhere, the file is refused; the dynamic linker itself would die of SIGBUS.
   const std::string whole = test::read_text(kBroken / "vantage_ground_old_interface.so");
-  const fs::path cut = folder.path() / "vantage_ground_cut.so";
-  for (std::size_t size = 1; size < whole.size(); size += 509) {
+  for (std::size_t size = 1; size < whole.size();
+       size += std::max<std::size_t>(509, whole.size() / 64)) {
+    // A new file each time: one whose segments are complete is opened, and then stays mapped.
+    const fs::path cut = folder.path() / ("vantage_ground_cut_" + std::to_string(size) + ".so");
     test::write_text(cut, whole.substr(0, size));
     const auto info = PluginLoader({}).inspect(cut);
     REQUIRE_FALSE(info.has_value());
