@@ -43,7 +43,8 @@ struct HeightInterval {
 
 /// One local region G_ij: where it is and what it is called.
 struct Region {
-  std::string label;  ///< unique; file-safe: letters, digits, '_', '-', '+', '.', not leading '.'
+  /// Unique and file-safe: at most 200 letters, digits, '_', '-', '+', '.', the first not '.'.
+  std::string label;
   Footprint footprint;
   HeightInterval height;
 };
