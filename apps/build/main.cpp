@@ -113,6 +113,7 @@ Result<void> run(const Options& options) {
   Config kept = config;
   kept.store.reset();
   kept.matcher.reset();
+  kept.localizer.reset();
   BuildParams params = BuildParams::from(config);
   kept.viewpoints = params.viewpoints;
   VANTAGE_TRY(params.effective_config, effective_config(kept, loader));

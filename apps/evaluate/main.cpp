@@ -62,7 +62,7 @@ Result<void> run(const Options& options) {
 
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const EvaluatedRun& r : runs) {
-    VANTAGE_CHECK(write_run(r.run, options.out / r.name));
+    VANTAGE_CHECK(write_run(r.run, r.summary, options.out / r.name));
     auto entry = to_json(r.run, r.summary);
     entry["name"] = r.name;
     entry["points_per_region"] = cli::to_json(r.region_points);

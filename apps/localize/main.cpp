@@ -93,8 +93,8 @@ Result<void> run(const Options& options) {
                                       progress.update(done, total);
                                     }));
   }
-  VANTAGE_CHECK(write_run(run, options.out));
   const RunSummary summary = summarize(run);
+  VANTAGE_CHECK(write_run(run, summary, options.out));
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
   } else {

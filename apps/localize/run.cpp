@@ -62,8 +62,8 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
   VANTAGE_TRY(const auto matcher_choice, config.need(config.matcher, "matcher", kJob));
   VANTAGE_TRY(auto store, loader.load<MapStore>(store_choice));
   VANTAGE_TRY(auto matcher, loader.load<ScanMatcher>(matcher_choice));
-  VANTAGE_TRY(auto localizer,
-              Localizer::open(std::move(store), std::move(matcher), config.localizer));
+  VANTAGE_TRY(auto localizer, Localizer::open(std::move(store), std::move(matcher),
+                                              config.localizer.value_or(LocalizerParams{})));
 
   std::optional<Pose> first = inputs.initial_pose;
   if (!first && inputs.reference) {
@@ -226,7 +226,8 @@ std::string to_csv(const Run& run) {
   return csv;
 }
 
-Result<void> write_run(const Run& run, const std::filesystem::path& folder) {
+Result<void> write_run(const Run& run, const RunSummary& summary,
+                       const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -237,7 +238,7 @@ Result<void> write_run(const Run& run, const std::filesystem::path& folder) {
   VANTAGE_TRY(auto csv, io::OutputFile::create(folder / "scans.csv"));
   VANTAGE_CHECK(csv.write(to_csv(run)));
   VANTAGE_TRY(auto json, io::OutputFile::create(folder / "summary.json"));
-  VANTAGE_CHECK(json.write(to_json(run, summarize(run)).dump(2) + "\n"));
+  VANTAGE_CHECK(json.write(to_json(run, summary).dump(2) + "\n"));
   VANTAGE_CHECK(io::write_tum(folder / "trajectory.tum", trajectory_of(run)));
   VANTAGE_CHECK(csv.commit());
   return json.commit();

@@ -72,7 +72,8 @@ struct RunSummary {
 [[nodiscard]] std::string to_csv(const Run& run);
 
 /// Writes trajectory.tum, scans.csv and summary.json into a folder, which is created if need be.
-[[nodiscard]] Result<void> write_run(const Run& run, const std::filesystem::path& folder);
+[[nodiscard]] Result<void> write_run(const Run& run, const RunSummary& summary,
+                                     const std::filesystem::path& folder);
 
 /// The options that say what a run is fed with.
 struct InputOptions {

@@ -172,16 +172,20 @@ TEST_CASE(
     "two runs, and runs with one and two threads, give byte-identical bundles and trajectories") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 10, "unused");
-  const auto build = [&](const std::string& bundle, const std::string& jobs) {
-    const auto done = test::run("vantage-build", {config, "--quiet", "--jobs", jobs, "--set",
-                                                  "store.params.root=" + street.path(bundle)});
+  const auto build = [&](const std::string& bundle, const std::string& jobs,
+                         const std::string& use = "localizer.switch_margin=0") {
+    const auto done =
+        test::run("vantage-build", {config, "--quiet", "--jobs", jobs, "--set",
+                                    "store.params.root=" + street.path(bundle), "--set", use});
     REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   };
   build("one", "1");
   build("two", "2");
   build("again", "2");
+  build("used_otherwise", "2", "localizer.switch_margin=1");
   check_same_files(street.folder() / "one", street.folder() / "two");
   check_same_files(street.folder() / "one", street.folder() / "again");
+  check_same_files(street.folder() / "one", street.folder() / "used_otherwise");
 
   for (const std::string jobs : {"1", "2"}) {
     const auto done = street.localize(

@@ -85,7 +85,7 @@ struct Config {
   std::optional<ViewpointParams> viewpoints;
   std::optional<VisibilityConfig> visibility;
   std::optional<PluginChoice> store, matcher;
-  LocalizerParams localizer;
+  std::optional<LocalizerParams> localizer;
   std::string file;  ///< where it was read
 
   static constexpr auto schema() {

@@ -25,15 +25,16 @@
 ///     struct Params {
 ///       double cell_width{};  // L of Eq. 2
 ///       static constexpr auto schema() {
-///         return std::tuple{required("cell_width", &Params::cell_width, "m", "grid width L (Eq.
-///         2)", positive)};
+///         return std::tuple{
+///             required("cell_width", &Params::cell_width, "m", "grid width L (Eq. 2)", positive)};
 ///       }
 ///     };
 ///
 /// An optional member (`std::optional<T>`) may be left out; any other member that is `optional`
-/// keeps the value of a default-constructed Params. An enum needs, in its own namespace,
-/// `constexpr auto enum_names(Kernel) { return std::array{std::pair{"flip"sv, Kernel::flip}, ...};
-/// }`. A struct may add `Result<void> validate() const` for what one parameter alone cannot tell.
+/// keeps the value of a default-constructed Params. An enum needs, in its own namespace, a function
+/// of its names, `constexpr auto enum_names(Kernel)`, that returns an array of pairs of string_view
+/// and Kernel. A struct may add `Result<void> validate() const` for what one parameter alone cannot
+/// tell.
 namespace vantage {
 
 /// The values a number may take.

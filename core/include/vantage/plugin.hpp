@@ -19,8 +19,7 @@
 /// What a plugin author includes. A plugin is one shared library `vantage_<kind>_<name>.so` that
 /// exports one symbol, made by one line:
 ///
-///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells of width L
-///     (Eqs. 2-3)");
+///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells");
 ///
 /// where UniformGrid derives from the interface, names its `Params` (see params.hpp) and has
 /// `static Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.

@@ -180,7 +180,7 @@ params = { root = "out" }
   REQUIRE_MESSAGE(config, to_string(config.error()));
   CHECK(config->map->files[0] == folder.path() / "maps/a.pcd");
   CHECK(config->map->files[1] == "/b.pcd");
-  CHECK(config->localizer.scan_voxel_size == 0.25);
+  CHECK(config->localizer->scan_voxel_size == 0.25);
   CHECK(std::get<std::string>(config->store->params.find("root")->data) == "elsewhere");
   CHECK(config->store->where.line == 5);
 
