@@ -21,7 +21,8 @@ th:first-child, td:first-child { text-align: left; }
 .wide { overflow-x: auto; }
 svg { width: 100%; height: auto; max-height: 36rem; }
 svg text { fill: currentColor; font: 11px system-ui, sans-serif; }
-.region { fill: none; stroke: var(--line); vector-effect: non-scaling-stroke; }
+.parts { stroke: none !important; }
+.region { fill-opacity: 0.15; stroke: var(--line); vector-effect: non-scaling-stroke; }
 .reference { fill: none; stroke: var(--line); stroke-width: 3; vector-effect: non-scaling-stroke; }
 .legend { display: flex; gap: 1rem; flex-wrap: wrap; font-size: .9rem; }
 .legend i { display: inline-block; width: .8rem; height: .8rem; margin-right: .3rem; border-radius: 50%; }
@@ -59,11 +60,17 @@ const char* colour_of(const RunScan& scan) {
   return kErrorClasses.back().colour;
 }
 
-std::vector<Eigen::Vector2d> corners(const Footprint& footprint) {
-  if (const auto* box = std::get_if<HalfOpenBox>(&footprint)) {
-    return {box->min, {box->max.x(), box->min.y()}, box->max, {box->min.x(), box->max.y()}};
-  }
-  return std::get<ConvexPolygon>(footprint).corners;
+/// The closed lines around a footprint's convex parts.
+std::vector<std::vector<Eigen::Vector2d>> outlines(const HalfOpenBox& box) {
+  return {{box.min, {box.max.x(), box.min.y()}, box.max, {box.min.x(), box.max.y()}}};
+}
+std::vector<std::vector<Eigen::Vector2d>> outlines(const ConvexPolygon& polygon) {
+  return {polygon.corners};
+}
+std::vector<std::vector<Eigen::Vector2d>> outlines(const BoxUnion& shape) {
+  std::vector<std::vector<Eigen::Vector2d>> all;
+  for (const HalfOpenBox& box : shape.boxes) all.push_back(outlines(box).front());
+  return all;
 }
 
 /// The trajectory from above; y points up, so the picture's y is turned round.
@@ -85,15 +92,29 @@ std::string map_svg(const Run& run, const io::Trajectory& reference) {
 
   std::string svg =
       fmt::format("<svg viewBox=\"0 0 {:.2f} {:.2f}\" role=\"img\">\n", size.x(), size.y());
-  for (const Region& region : run.index.partition.regions()) {
-    const auto outline = corners(region.footprint);
-    const bool visible = std::any_of(outline.begin(), outline.end(), [&](const auto& c) {
-      return (c.array() >= low.array()).all() && (c.array() <= high.array()).all();
-    });
-    if (!visible) continue;
-    svg += "<polygon class=\"region\" points=\"";
-    for (const auto& c : outline) svg += fmt::format("{:.2f},{:.2f} ", x(c), y(c));
-    svg += fmt::format("\"><title>{}</title></polygon>\n", escaped(region.label));
+  for (std::uint32_t id = 0; id < run.index.partition.size(); ++id) {
+    const Region& region = run.index.partition[RegionId{id}];
+    const auto parts =
+        std::visit([](const auto& shape) { return outlines(shape); }, region.footprint);
+    std::string path;
+    for (const auto& outline : parts) {
+      Eigen::Vector2d least = outline.front(), most = outline.front();
+      for (const Eigen::Vector2d& c : outline) {
+        least = least.cwiseMin(c);
+        most = most.cwiseMax(c);
+      }
+      if ((most.array() < low.array()).any() || (least.array() > high.array()).any()) continue;
+      for (std::size_t i = 0; i < outline.size(); ++i) {
+        path += fmt::format("{}{:.2f} {:.2f}", i == 0 ? 'M' : 'L', x(outline[i]), y(outline[i]));
+      }
+      path += 'Z';
+    }
+    if (path.empty()) continue;
+    // Neighbours in the list get far-apart hues. The boxes of a union show no lines between them.
+    svg += fmt::format(
+        "<path class=\"{}\" fill=\"hsl({} 60% 50%)\" d=\"{}\"><title>{}</title></path>\n",
+        parts.size() == 1 ? "region" : "region parts", 137U * id % 360U, path,
+        escaped(region.label));
   }
   svg += "<polyline class=\"reference\" points=\"";
   for (const auto& m : reference)

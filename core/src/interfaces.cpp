@@ -1,5 +1,6 @@
 // Home of every interface's vtable and type_info: one of each, in core.
 #include <tbb/parallel_for.h>
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "vantage/ground_filter.hpp"
+#include "vantage/map_observer.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"
 #include "vantage/scan_matcher.hpp"
@@ -16,6 +18,7 @@
 
 namespace vantage {
 
+MapObserver::~MapObserver() = default;
 Partitioner::~Partitioner() = default;
 GroundFilter::~GroundFilter() = default;
 VisibilityOperator::~VisibilityOperator() = default;
@@ -43,7 +46,11 @@ Result<IndexList> VisibilityScene::visible_from_any(
   std::size_t error_at = viewpoints.size();
 
   tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t i) {
-    const Result<IndexList> indices = visible(viewpoints[i]);
+    Result<IndexList> indices = visible(viewpoints[i]);
+    if (indices && std::any_of(indices->begin(), indices->end(),
+                               [&](std::uint32_t k) { return k >= map_size_; })) {
+      indices = fail(ErrorCode::internal, "an index of the visible points is beyond the map");
+    }
     if (!indices) {
       const std::scoped_lock lock(mutex);
       if (i < error_at) {

@@ -17,6 +17,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::size_t kMaxLabelLength = 200;  // leaves room for an extension in a file name
+constexpr std::size_t kMaxParts = std::numeric_limits<std::uint32_t>::max() / 16;
 
 struct Box {
   Vector2d min, max;  // both ends included
@@ -62,6 +63,11 @@ bool inside(const ConvexPolygon& polygon, const Vector2d& p) noexcept {
   return true;
 }
 
+bool inside(const BoxUnion& shape, const Vector2d& p) noexcept {
+  return std::any_of(shape.boxes.begin(), shape.boxes.end(),
+                     [&](const HalfOpenBox& box) { return inside(box, p); });
+}
+
 double distance_to_border(const HalfOpenBox& box, const Vector2d& p) noexcept {
   const Vector2d outside = (box.min - p).cwiseMax(p - box.max).cwiseMax(0.0);
   return std::hypot(outside.x(), outside.y());
@@ -74,6 +80,14 @@ double distance_to_border(const ConvexPolygon& polygon, const Vector2d& p) noexc
     const Vector2d edge = corners[i] - corners[before], to = p - corners[before];
     const double along = std::clamp(edge.dot(to) / edge.squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (to - along * edge).norm());
+  }
+  return nearest;
+}
+
+double distance_to_border(const BoxUnion& shape, const Vector2d& p) noexcept {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const HalfOpenBox& box : shape.boxes) {
+    nearest = std::min(nearest, distance_to_border(box, p));
   }
   return nearest;
 }
@@ -135,6 +149,27 @@ std::string defect(const ConvexPolygon& polygon) {
   return "";
 }
 
+std::string defect(const BoxUnion& shape) {
+  if (shape.boxes.empty()) return "the union holds no box";
+  for (const HalfOpenBox& box : shape.boxes) {
+    if (std::string what = defect(box); !what.empty()) return what;
+  }
+  return "";
+}
+
+/// The convex parts of a footprint, each indexed on its own.
+template <class Shape>
+std::size_t parts(const Shape&) noexcept {
+  return 1;
+}
+std::size_t parts(const BoxUnion& shape) noexcept { return shape.boxes.size(); }
+
+template <class Shape>
+const Shape& part(const Shape& shape, std::size_t) noexcept {
+  return shape;
+}
+const HalfOpenBox& part(const BoxUnion& shape, std::size_t k) noexcept { return shape.boxes[k]; }
+
 /// The least power of two that is not below x; the largest one for what is beyond.
 double power_of_two_above(double x) noexcept {
   int exponent = 0;
@@ -159,14 +194,14 @@ double distance(const Footprint& footprint, const Vector2d& xy) noexcept {
       footprint);
 }
 
-/// One hashed grid a size class of footprints. Buckets are at least as wide as the boxes of their
-/// class, so a region is in at most four of them, whatever the extent of the map, and at most twice
-/// as wide, so disjoint regions crowd no bucket. The widths are powers of two: dividing by them is
+/// One hashed grid a size class of convex parts. Buckets are at least as wide as the boxes of their
+/// class, so a part is in at most four of them, whatever the extent of the map, and at most twice
+/// as wide, so disjoint parts crowd no bucket. The widths are powers of two: dividing by them is
 /// exact, and a place far from the origin falls in the right bucket.
 struct Partition::Grid {
   struct Entry {
     Box box;
-    std::uint32_t id;
+    std::uint32_t id, part;
   };
   struct Bucket {
     std::int64_t x, y;
@@ -192,7 +227,7 @@ struct Partition::Grid {
     return {static_cast<std::int64_t>(std::floor(p.x() / width.x())),
             static_cast<std::int64_t>(std::floor(p.y() / width.y()))};
   }
-  /// The regions of one level whose box may hold a place, by id.
+  /// The parts of one level whose box may hold a place, by region.
   [[nodiscard]] std::span<const Entry> candidates(const Level& level,
                                                   const Vector2d& p) const noexcept {
     if (!level.extent.contains(p)) return {};
@@ -212,21 +247,28 @@ Partition::Grid::Grid(const std::vector<Region>& regions) {
     Bucket bucket;
     Entry entry;
     [[nodiscard]] auto key() const noexcept {
-      return std::tuple(width.x(), width.y(), bucket, entry.id);
+      return std::tuple(width.x(), width.y(), bucket, entry.id, entry.part);
     }
   };
   std::vector<Placed> placed;
   placed.reserve(4 * regions.size());
-  for (std::uint32_t id = 0; id < regions.size(); ++id) {
-    const Box box =
-        std::visit([](const auto& shape) { return bounding_box(shape); }, regions[id].footprint);
+  const auto place = [&](const Box& box, std::uint32_t id, std::uint32_t part) {
     const Vector2d width = (box.max - box.min).unaryExpr(&power_of_two_above);
     const Bucket first = bucket_of(box.min, width), last = bucket_of(box.max, width);
     for (std::int64_t y = first.y; y <= last.y; ++y) {
       for (std::int64_t x = first.x; x <= last.x; ++x) {
-        placed.push_back({width, {x, y}, {box, id}});
+        placed.push_back({width, {x, y}, {box, id, part}});
       }
     }
+  };
+  for (std::uint32_t id = 0; id < regions.size(); ++id) {
+    std::visit(
+        [&](const auto& shape) {
+          for (std::uint32_t k = 0; k < parts(shape); ++k) {
+            place(bounding_box(part(shape, k)), id, k);
+          }
+        },
+        regions[id].footprint);
   }
   std::sort(placed.begin(), placed.end(),
             [](const Placed& a, const Placed& b) { return a.key() < b.key(); });
@@ -247,11 +289,8 @@ Partition::Grid::Grid(const std::vector<Region>& regions) {
 
 Result<Partition> Partition::from(std::vector<Region> regions) {
   if (regions.empty()) return fail(ErrorCode::invalid_input, "a partition needs a region");
-  if (regions.size() > std::numeric_limits<std::uint32_t>::max() / 16) {
-    return fail(ErrorCode::invalid_input,
-                "a partition cannot hold " + std::to_string(regions.size()) + " regions");
-  }
   std::unordered_set<std::string_view> labels;
+  std::size_t all_parts = 0;
   for (std::size_t id = 0; id < regions.size(); ++id) {
     const Region& region = regions[id];
     if (!file_safe(region.label)) {
@@ -265,6 +304,12 @@ Result<Partition> Partition::from(std::vector<Region> regions) {
     const std::string what =
         std::visit([](const auto& shape) { return defect(shape); }, region.footprint);
     if (!what.empty()) return refuse(id, region, what);
+    all_parts += std::visit([](const auto& shape) { return parts(shape); }, region.footprint);
+    if (all_parts > kMaxParts) {
+      return refuse(
+          id, region,
+          "the regions consist of more than " + std::to_string(kMaxParts) + " boxes and polygons");
+    }
     if (!(region.height.min < region.height.max)) {
       return refuse(id, region, "the height interval is empty or not a number");
     }
@@ -285,7 +330,9 @@ std::optional<RegionId> Partition::locate_if(const Vector2d& xy,
     for (const Grid::Entry& entry : grid_->candidates(level, xy)) {
       if (owner && owner->value <= entry.id) break;
       const Region& region = regions_[entry.id];
-      if (entry.box.contains(xy) && accept(region) && contains(region.footprint, xy)) {
+      if (entry.box.contains(xy) && accept(region) &&
+          std::visit([&](const auto& shape) { return inside(part(shape, entry.part), xy); },
+                     region.footprint)) {
         owner = RegionId{entry.id};
         break;
       }

@@ -24,21 +24,30 @@ struct RegionId {
 /// min <= (x, y) < max, the cell of Eq. 2 [m].
 struct HalfOpenBox {
   Eigen::Vector2d min, max;
+  friend bool operator==(const HalfOpenBox&, const HalfOpenBox&) = default;
 };
 
 /// Convex, counter-clockwise, at least three corners [m]. A point on the border belongs to it;
 /// where footprints touch, the region with the lower id owns the border.
 struct ConvexPolygon {
   std::vector<Eigen::Vector2d> corners;
+  friend bool operator==(const ConvexPolygon&, const ConvexPolygon&) = default;
 };
 
-using Footprint = std::variant<HalfOpenBox, ConvexPolygon>;
+/// Every place in at least one of the boxes; any shape, as fine as the boxes are.
+struct BoxUnion {
+  std::vector<HalfOpenBox> boxes;
+  friend bool operator==(const BoxUnion&, const BoxUnion&) = default;
+};
+
+using Footprint = std::variant<HalfOpenBox, ConvexPolygon, BoxUnion>;
 
 /// Half-open height interval [m] for storeys and overpasses; by default everything.
 struct HeightInterval {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   [[nodiscard]] bool contains(double z) const noexcept { return min <= z && z < max; }
+  friend bool operator==(const HeightInterval&, const HeightInterval&) = default;
 };
 
 /// One local region G_ij: where it is and what it is called.
@@ -47,6 +56,7 @@ struct Region {
   std::string label;
   Footprint footprint;
   HeightInterval height;
+  friend bool operator==(const Region&, const Region&) = default;
 };
 
 [[nodiscard]] VANTAGE_API bool contains(const Footprint&, const Eigen::Vector2d& xy) noexcept;
@@ -62,7 +72,8 @@ class VANTAGE_API Partition {
   Partition() = default;
 
   /// Errors: `invalid_input` for no region, an empty or non-finite footprint, a polygon that is not
-  /// convex and counter-clockwise, a label that is not file-safe or that two regions share.
+  /// convex and counter-clockwise, a union of no boxes, a label that is not file-safe or that two
+  /// regions share.
   [[nodiscard]] static Result<Partition> from(std::vector<Region> regions);
 
   [[nodiscard]] const std::vector<Region>& regions() const noexcept { return regions_; }

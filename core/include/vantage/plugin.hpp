@@ -26,7 +26,7 @@
 
 /// Counts up whenever an interface or a type that crosses the boundary changes.
 #ifndef VANTAGE_INTERFACE_VERSION
-#define VANTAGE_INTERFACE_VERSION 1
+#define VANTAGE_INTERFACE_VERSION 2
 #endif
 
 namespace vantage {
@@ -85,9 +85,10 @@ struct PluginManifest {
   AnyFactory factory;
 };
 
-namespace detail {
-
-/// Turns an exception into an error: none may cross the plugin boundary.
+/// Turns an exception into an error: none may cross the plugin boundary, and every interface method
+/// is noexcept. The body of a method goes in here:
+///
+///     return vantage::guarded([&] { return cells_of(map); });
 template <class F>
 auto guarded(F&& f) noexcept -> decltype(f()) {
   try {
@@ -98,6 +99,8 @@ auto guarded(F&& f) noexcept -> decltype(f()) {
     return fail(ErrorCode::internal, "an exception of unknown type");
   }
 }
+
+namespace detail {
 
 template <class Interface, class Implementation>
 constexpr Factory<Interface> factory_of() noexcept {

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "vantage/api.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage {
 
@@ -34,6 +36,11 @@ struct Bounds3 {
 
 /// Whether every coordinate of every point is finite.
 [[nodiscard]] VANTAGE_API bool all_finite(PointsView points) noexcept;
+
+/// Errors: `invalid_input` for no points, 2^32 - 1 points or more, or one that is not finite (the
+/// message says which).
+/// @param what  what the message calls them: "the map"
+[[nodiscard]] VANTAGE_API Result<void> check_points(PointsView points, std::string_view what);
 
 /// The points that `indices` name, in that order. Precondition: every index < points.size().
 [[nodiscard]] VANTAGE_API PointCloud select(PointsView points,

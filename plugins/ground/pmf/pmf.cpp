@@ -502,14 +502,8 @@ class Pmf final : public GroundFilter {
   explicit Pmf(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
-    return detail::guarded([&]() -> Result<IndexList> {
-      if (cloud.empty()) return fail(ErrorCode::invalid_input, "the cloud has no points");
-      if (cloud.size() >= kNobody) {
-        return fail(ErrorCode::invalid_input, "the cloud has more points than can be indexed");
-      }
-      if (!all_finite(cloud)) {
-        return fail(ErrorCode::invalid_input, "the cloud has a point that is not finite");
-      }
+    return guarded([&]() -> Result<IndexList> {
+      VANTAGE_CHECK(check_points(cloud, "the cloud"));
       const Bounds3 bounds = bounds_of(cloud);
       const double farthest = std::max(bounds.min.head<2>().cwiseAbs().maxCoeff(),
                                        bounds.max.head<2>().cwiseAbs().maxCoeff());

@@ -129,7 +129,7 @@ class NdtTarget final : public MatchTarget {
 
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& T_map_scan_guess) const noexcept override {
-    return detail::guarded([&]() -> Result<Alignment> {
+    return guarded([&]() -> Result<Alignment> {
       VANTAGE_CHECK(check(scan, T_map_scan_guess));
       const WorkspacePool::Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
@@ -154,7 +154,7 @@ class NdtTarget final : public MatchTarget {
 
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
-    return detail::guarded([&]() -> Result<ScanScore> {
+    return guarded([&]() -> Result<ScanScore> {
       VANTAGE_CHECK(check(scan, T_map_scan));
       const WorkspacePool::Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
@@ -165,9 +165,7 @@ class NdtTarget final : public MatchTarget {
  private:
   [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
     if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
-    if (!all_finite(scan)) {
-      return fail(ErrorCode::invalid_input, "the scan holds a point that is not finite");
-    }
+    VANTAGE_CHECK(check_points(scan, "the scan"));
     if (!is_valid(T_map_scan)) {
       return fail(ErrorCode::invalid_input,
                   "the scan's pose is not finite or its rotation is not of unit length");
@@ -205,7 +203,7 @@ class Ndt final : public ScanMatcher {
 
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
       PointsView map) const noexcept override {
-    return detail::guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
       VANTAGE_TRY(VoxelMap voxels,
                   VoxelMap::build(map, {.resolution = params_.resolution,
                                         .min_points = params_.min_points_per_voxel,

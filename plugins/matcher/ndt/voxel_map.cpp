@@ -168,10 +168,7 @@ class VoxelMapBuilder {
 };
 
 Result<VoxelMap> VoxelMap::build(PointsView map, const Options& options) {
-  if (map.empty()) return fail(ErrorCode::invalid_input, "the map has no points");
-  if (!all_finite(map)) {
-    return fail(ErrorCode::invalid_input, "the map holds a point that is not finite");
-  }
+  VANTAGE_CHECK(check_points(map, "the map"));
   VoxelMapBuilder builder(bounds_of(map), options);
   VANTAGE_CHECK(builder.add(map));
   return std::move(builder).finish();

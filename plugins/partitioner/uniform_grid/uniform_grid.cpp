@@ -91,17 +91,14 @@ class UniformGrid final : public vantage::Partitioner {
   }
   explicit UniformGrid(const Params& params) : params_(params) {}
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map,
-                                                     PointsView) const noexcept override {
-    return vantage::detail::guarded([&] { return cells_of(map); });
+  [[nodiscard]] Result<vantage::Partition> partition(
+      PointsView map, PointsView, const vantage::MapObserver&) const noexcept override {
+    return vantage::guarded([&] { return cells_of(map); });
   }
 
  private:
   [[nodiscard]] Result<vantage::Partition> cells_of(PointsView map) const {
-    if (map.empty()) return fail(ErrorCode::invalid_input, "the map has no points to partition");
-    if (!vantage::all_finite(map)) {
-      return fail(ErrorCode::invalid_input, "the map has a point that is not finite");
-    }
+    VANTAGE_CHECK(vantage::check_points(map, "the map"));
     const double width = params_.cell_width;
     const vantage::Bounds3 bounds = vantage::bounds_of(map);
     const Eigen::Vector2d origin = params_.origin.value_or(bounds.min.head<2>());

@@ -25,13 +25,10 @@ class WholeMap final : public vantage::Partitioner {
   }
   explicit WholeMap(const Params& params) : params_(params) {}
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map,
-                                                     PointsView) const noexcept override {
-    return vantage::detail::guarded([&]() -> Result<vantage::Partition> {
-      if (map.empty()) return fail(ErrorCode::invalid_input, "the map has no points to partition");
-      if (!vantage::all_finite(map)) {
-        return fail(ErrorCode::invalid_input, "the map has a point that is not finite");
-      }
+  [[nodiscard]] Result<vantage::Partition> partition(
+      PointsView map, PointsView, const vantage::MapObserver&) const noexcept override {
+    return vantage::guarded([&]() -> Result<vantage::Partition> {
+      VANTAGE_CHECK(vantage::check_points(map, "the map"));
       const vantage::Bounds3 bounds = vantage::bounds_of(map);
       const Eigen::Vector2d margin = Eigen::Vector2d::Constant(params_.margin);
       // The box is half-open: one step further, so that it owns the greatest point too.

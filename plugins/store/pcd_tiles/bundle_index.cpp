@@ -45,6 +45,14 @@ Json footprint(const ConvexPolygon& polygon) {
   return json;
 }
 
+Json footprint(const BoxUnion& shape) {
+  Json boxes = Json::array();
+  for (const HalfOpenBox& box : shape.boxes) boxes.push_back(footprint(box)["box"]);
+  Json json = Json::object();
+  json["boxes"] = std::move(boxes);
+  return json;
+}
+
 std::string hexadecimal(std::uint64_t x) {
   char text[16];
   const auto length = static_cast<std::size_t>(std::to_chars(text, text + 16, x, 16).ptr - text);
@@ -119,17 +127,30 @@ Result<std::uint64_t> checksum(const Node& node) {
   return x;
 }
 
+Result<HalfOpenBox> box(const Node& node) {
+  VANTAGE_TRY(const Node min, node["min"]);
+  VANTAGE_TRY(const Node max, node["max"]);
+  HalfOpenBox result;
+  VANTAGE_TRY(result.min, min.vector<2>());
+  VANTAGE_TRY(result.max, max.vector<2>());
+  return result;
+}
+
 Result<Footprint> footprint(const Node& node) {
   if (node.has("box")) {
-    VANTAGE_TRY(const Node box, node["box"]);
-    VANTAGE_TRY(const Node min, box["min"]);
-    VANTAGE_TRY(const Node max, box["max"]);
-    HalfOpenBox result;
-    VANTAGE_TRY(result.min, min.vector<2>());
-    VANTAGE_TRY(result.max, max.vector<2>());
-    return result;
+    VANTAGE_TRY(const Node shape, node["box"]);
+    return box(shape);
   }
-  if (!node.has("polygon")) return node.refuse(" must have a member 'box' or 'polygon'");
+  if (node.has("boxes")) {
+    VANTAGE_TRY(const Node boxes, node["boxes"]);
+    if (!boxes.value->is_array()) return boxes.expected("an array");
+    BoxUnion shape;
+    for (std::size_t i = 0; i < boxes.value->size(); ++i) {
+      VANTAGE_TRY(shape.boxes.emplace_back(), box(boxes.at(i)));
+    }
+    return shape;
+  }
+  if (!node.has("polygon")) return node.refuse(" must have a member 'box', 'boxes' or 'polygon'");
   VANTAGE_TRY(const Node corners, node["polygon"]);
   if (!corners.value->is_array()) return corners.expected("an array");
   ConvexPolygon polygon;

@@ -277,7 +277,7 @@ class PcdTiles final : public MapStore {
   PcdTiles(fs::path root, bool overwrite) : root_(std::move(root)), overwrite_(overwrite) {}
 
   [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
-    return detail::guarded([&]() -> Result<void> {
+    return guarded([&]() -> Result<void> {
       if (writing_) return fail(ErrorCode::invalid_input, "a bundle has already been begun");
       BundleIndex started{.map = index, .tiles = {}};
       started.map.regions.assign(index.partition.size(), {});
@@ -303,7 +303,7 @@ class PcdTiles final : public MapStore {
   }
 
   [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
-    return detail::guarded([&]() -> Result<void> {
+    return guarded([&]() -> Result<void> {
       if (!writing_) return fail(ErrorCode::invalid_input, "put without begin");
       const Partition& partition = writing_->index.map.partition;
       const std::uint32_t r = region.value;
@@ -326,7 +326,7 @@ class PcdTiles final : public MapStore {
   }
 
   [[nodiscard]] Result<void> commit() noexcept override {
-    return detail::guarded([&]() -> Result<void> {
+    return guarded([&]() -> Result<void> {
       if (!writing_) return fail(ErrorCode::invalid_input, "commit without begin");
       const auto missing = std::find(writing_->done.begin(), writing_->done.end(), false);
       if (missing != writing_->done.end()) {
@@ -358,14 +358,14 @@ class PcdTiles final : public MapStore {
   }
 
   [[nodiscard]] Result<MapIndex> index() const noexcept override {
-    return detail::guarded([&]() -> Result<MapIndex> {
+    return guarded([&]() -> Result<MapIndex> {
       VANTAGE_TRY(const auto current, current_index());
       return current->map;
     });
   }
 
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
-    return detail::guarded([&]() -> Result<RegionMap> {
+    return guarded([&]() -> Result<RegionMap> {
       VANTAGE_TRY(const auto current, current_index());
       const std::uint32_t r = region.value;
       if (r >= current->tiles.size()) return unknown_region(r, current->tiles.size());

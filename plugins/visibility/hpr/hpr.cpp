@@ -26,7 +26,7 @@ class Scene final : public VisibilityScene {
       : VisibilityScene(map.size()), map_(map), settings_(settings) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
-    return vantage::detail::guarded([&]() -> Result<IndexList> {
+    return vantage::guarded([&]() -> Result<IndexList> {
       if (!viewpoint.allFinite()) {
         return fail(ErrorCode::invalid_input, "the viewpoint has a coordinate that is not finite");
       }
@@ -86,7 +86,7 @@ class HiddenPointRemoval final : public VisibilityOperator {
 
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept override {
-    return vantage::detail::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
+    return vantage::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
       VANTAGE_CHECK(check_map(map, limits));
       const double diagonal = limits.map_bounds.diagonal();
       const double radius = radius_for(diagonal);
@@ -107,13 +107,7 @@ class HiddenPointRemoval final : public VisibilityOperator {
 
  private:
   [[nodiscard]] static Result<void> check_map(PointsView map, const VisibilityLimits& limits) {
-    if (map.empty()) return fail(ErrorCode::invalid_input, "the map has no points");
-    if (map.size() >= std::numeric_limits<std::uint32_t>::max()) {
-      return fail(ErrorCode::invalid_input, "the map has more points than an index can name");
-    }
-    if (!vantage::all_finite(map)) {
-      return fail(ErrorCode::invalid_input, "the map has a coordinate that is not finite");
-    }
+    VANTAGE_CHECK(vantage::check_points(map, "the map"));
     if (!(limits.max_range > 0.0)) {
       return fail(ErrorCode::invalid_input, "max_range must be > 0 m");
     }

@@ -23,7 +23,7 @@ class Scene final : public VisibilityScene {
 
   [[nodiscard]] Result<IndexList> visible_from_any(
       std::span<const Point> viewpoints) const noexcept override {
-    return vantage::detail::guarded([&]() -> Result<IndexList> {
+    return vantage::guarded([&]() -> Result<IndexList> {
       for (const Point& viewpoint : viewpoints) {
         if (!viewpoint.allFinite()) {
           return fail(ErrorCode::invalid_input, "a viewpoint has a coordinate that is not finite");
@@ -67,14 +67,8 @@ class KeepAll final : public VisibilityOperator {
 
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept override {
-    return vantage::detail::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
-      if (map.empty()) return fail(ErrorCode::invalid_input, "the map has no points");
-      if (map.size() >= std::numeric_limits<std::uint32_t>::max()) {
-        return fail(ErrorCode::invalid_input, "the map has more points than an index can name");
-      }
-      if (!vantage::all_finite(map)) {
-        return fail(ErrorCode::invalid_input, "the map has a coordinate that is not finite");
-      }
+    return vantage::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
+      VANTAGE_CHECK(vantage::check_points(map, "the map"));
       if (!(limits.max_range > 0.0)) {
         return fail(ErrorCode::invalid_input, "max_range must be > 0 m");
       }

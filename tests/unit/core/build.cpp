@@ -114,12 +114,84 @@ TEST_CASE("a map that cannot be built is refused before anything is stored") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto memory = std::make_shared<test::Memory>();
   auto p = plugins(memory);
-  CHECK(build_region_maps({}, {}, p, params()).error().message == "the map holds no points");
+  CHECK(build_region_maps({}, {}, p, params()).error().message == "the map has no points");
   CHECK(build_region_maps(PointCloud{{0, 0, nan}}, {}, p, params()).error().message ==
-        "the map holds a non-finite point");
+        "the map has a point that is not finite (point 0 of 1, counted from 0)");
   CHECK(build_region_maps(PointCloud{{5, 0, 3}}, {}, p, params()).error().message ==
         "no ground was found in the map, so there is nowhere to put a viewpoint");
   CHECK_FALSE(memory->begun);
+}
+
+namespace {
+
+/// Asks about every strip before it cuts, and keeps the answers.
+class AsksFirst final : public Partitioner {
+ public:
+  struct Answers {
+    PointCloud viewpoints;
+    std::vector<std::uint64_t> points, points_if_three_are_enough;
+    std::vector<IndexList> visible;
+  };
+  explicit AsksFirst(std::shared_ptr<Answers> answers) : answers_(std::move(answers)) {}
+  [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
+                                            const MapObserver& observer) const noexcept override {
+    VANTAGE_TRY(auto strips, test::Strips(3).partition(map, trajectory, observer));
+    for (const Region& region : strips.regions()) {
+      VANTAGE_TRY(answers_->points.emplace_back(), observer.observable_points(region, 1000));
+      VANTAGE_TRY(answers_->points_if_three_are_enough.emplace_back(),
+                  observer.observable_points(region, 3));
+    }
+    VANTAGE_TRY(answers_->viewpoints, observer.viewpoints());
+    for (const Point& q : answers_->viewpoints) {
+      VANTAGE_TRY(answers_->visible.emplace_back(), observer.visible(q));
+    }
+    return strips;
+  }
+
+ private:
+  std::shared_ptr<Answers> answers_;
+};
+
+}  // namespace
+
+TEST_CASE("what the observer tells a partitioner is what the bundle then holds") {
+  const PointCloud map = map_with_a_gap();
+  for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
+    const auto memory = std::make_shared<test::Memory>();
+    const auto answers = std::make_shared<AsksFirst::Answers>();
+    auto p = plugins(memory);
+    p.partitioner = test::in_process<AsksFirst, Partitioner>(answers);
+    const auto report = build_region_maps(map, {}, p, params(scope));
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    REQUIRE(answers->points.size() == 3);
+    for (std::uint32_t r = 0; r < 3; ++r) {
+      CHECK(answers->points[r] == memory->maps[r].points.size());
+      const bool few = memory->maps[r].points.size() <= 3;
+      CHECK((answers->points_if_three_are_enough[r] > 3) == !few);
+      CHECK(answers->points_if_three_are_enough[r] <= answers->points[r]);
+    }
+    // Strips and viewpoint voxels share their edges here, so the whole map has the same viewpoints.
+    CHECK(answers->viewpoints.size() == report->viewpoints);
+    for (std::size_t i = 0; i < answers->viewpoints.size(); ++i) {
+      IndexList expected;
+      for (std::uint32_t k = 0; k < map.size(); ++k) {
+        if ((map[k] - answers->viewpoints[i]).norm() <= 6.0) expected.push_back(k);
+      }
+      CHECK(answers->visible[i] == expected);
+    }
+  }
+}
+
+TEST_CASE("a visibility plugin's wrong index is an error also where core joins viewpoints") {
+  class WrongIndex final : public VisibilityScene {
+   public:
+    WrongIndex() : VisibilityScene(10) {}
+    [[nodiscard]] Result<IndexList> visible(const Point&) const noexcept override {
+      return IndexList{3, 10};
+    }
+  };
+  const PointCloud viewpoints(5, Point::Zero());
+  CHECK(WrongIndex().visible_from_any(viewpoints).error().code == ErrorCode::internal);
 }
 
 TEST_CASE("a plugin that breaks its contract is named, and nothing is committed") {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fakes.hpp"
+#include "vantage/conformance/range_observer.hpp"
 
 using namespace vantage;
 
@@ -18,7 +19,8 @@ struct World {
 
   explicit World(bool gap = false) {
     test::MemoryStore store(memory);
-    const Partition partition = test::Strips(3).partition({}, {}).value();
+    const Partition partition =
+        test::Strips(3).partition({}, {}, conformance::RangeObserver({}, 1.0)).value();
     REQUIRE(store.begin(MapIndex{partition, {}, {}, 100, ""}));
     for (std::uint32_t r = 0; r < 3; ++r) {
       RegionMap map;
@@ -197,7 +199,8 @@ TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose tha
 
 TEST_CASE("a bundle whose regions are all empty is refused") {
   const auto memory = std::make_shared<test::Memory>();
-  memory->index.partition = test::Strips(2).partition({}, {}).value();
+  memory->index.partition =
+      test::Strips(2).partition({}, {}, conformance::RangeObserver({}, 1.0)).value();
   memory->index.regions.resize(2);
   const auto opened = Localizer::open(
       test::in_process<test::MemoryStore, MapStore>(memory),

@@ -212,6 +212,31 @@ TEST_CASE("triangles that share edges leave no crack between them") {
   }
 }
 
+TEST_CASE("a union of boxes is one region of any shape") {
+  // An L around a box: they tile 0..3 x 0..2.
+  const HalfOpenBox foot{{0, 0}, {3, 1}}, leg{{0, 1}, {1, 2}}, rest{{1, 1}, {3, 2}};
+  const auto partition =
+      Partition::from({{"rest", rest, {}}, {"corner", BoxUnion{{foot, leg}}, {}}});
+  REQUIRE_MESSAGE(partition, to_string(partition.error()));
+  for (double x = 0.0; x < 3.0; x += 0.25) {
+    for (double y = 0.0; y < 2.0; y += 0.25) {
+      const bool in_rest = x >= 1 && y >= 1;
+      CHECK(partition->locate(Vector2d(x, y)) == RegionId{in_rest ? 0U : 1U});
+      CHECK(contains((*partition)[RegionId{1}].footprint, Vector2d(x, y)) == !in_rest);
+    }
+  }
+  CHECK_FALSE(partition->locate(Vector2d(3, 0.5)).has_value());
+  CHECK(distance((*partition)[RegionId{1}].footprint, Vector2d(2, 3)) ==
+        doctest::Approx(std::sqrt(2.0)));
+  CHECK(distance((*partition)[RegionId{1}].footprint, Vector2d(-1, 1.5)) == 1.0);
+  CHECK(partition->nearest(Vector2d(0.5, 7)) == RegionId{1});
+  CHECK(Partition::from({{"none", BoxUnion{}, {}}}).error().message ==
+        "region 0 ('none'): the union holds no box");
+  CHECK(Partition::from({{"flat", BoxUnion{{foot, {{0, 0}, {1, 0}}}}, {}}})
+            .error()
+            .message.starts_with("region 0 ('flat'): the box is empty"));
+}
+
 TEST_CASE("a storey owns its heights") {
   const Partition partition = made({box("road", {0, 0}, {9, 9}, {-kInfinity, 4.0}),
                                     box("bridge", {0, 0}, {9, 9}, {4.0, kInfinity})});

@@ -20,7 +20,7 @@ PluginPtr<Partitioner> grid(const std::string& params) {
 }
 
 Partition made(const PluginPtr<Partitioner>& partitioner, const PointCloud& map) {
-  auto partition = partitioner->partition(map, {});
+  auto partition = test::cut(partitioner, map);
   REQUIRE_MESSAGE(partition, to_string(partition.error()));
   return *std::move(partition);
 }
@@ -153,7 +153,7 @@ TEST_CASE("one point makes one region") {
 TEST_CASE("bad maps are refused") {
   const auto partitioner = grid("cell_width = 5");
   const auto code = [&](const PointCloud& map) {
-    const auto partition = partitioner->partition(map, {});
+    const auto partition = test::cut(partitioner, map);
     REQUIRE(!partition);
     return partition.error().code;
   };
@@ -164,7 +164,7 @@ TEST_CASE("bad maps are refused") {
 
 TEST_CASE("a width that is too small for the map is an error that says so") {
   const auto refused = [](const std::string& params, const PointCloud& map) {
-    const auto partition = grid(params)->partition(map, {});
+    const auto partition = test::cut(grid(params), map);
     REQUIRE(!partition);
     CHECK(partition.error().code == ErrorCode::invalid_input);
     return partition.error().message;
@@ -200,7 +200,7 @@ TEST_CASE("threads that share a partitioner agree") {
   std::vector<std::vector<std::string>> got(4);
   std::vector<std::thread> threads;
   for (auto& out : got) {
-    threads.emplace_back([&] { out = labels(partitioner->partition(map, {}).value()); });
+    threads.emplace_back([&] { out = labels(test::cut(partitioner, map).value()); });
   }
   for (std::thread& thread : threads) thread.join();
   for (const auto& out : got) CHECK(out == expected);

@@ -11,7 +11,7 @@ namespace {
 using test::plugin;
 
 Partition made(const std::string& params, const PointCloud& map) {
-  auto partition = plugin<Partitioner>("whole_map", params)->partition(map, {});
+  auto partition = test::cut(plugin<Partitioner>("whole_map", params), map);
   REQUIRE_MESSAGE(partition, to_string(partition.error()));
   return *std::move(partition);
 }
@@ -49,9 +49,9 @@ TEST_CASE("one point, and points on a line, have a region with an inside") {
 
 TEST_CASE("bad maps and parameters are refused") {
   const auto whole = plugin<Partitioner>("whole_map");
-  CHECK(whole->partition({}, {}).error().code == ErrorCode::invalid_input);
+  CHECK(test::cut(whole, {}).error().code == ErrorCode::invalid_input);
   const PointCloud bad{{0, 0, 0}, {std::nan(""), 0, 0}};
-  CHECK(whole->partition(bad, {}).error().code == ErrorCode::invalid_input);
+  CHECK(test::cut(whole, bad).error().code == ErrorCode::invalid_input);
   CHECK_THROWS((void)plugin<Partitioner>("whole_map", "margin = -1.0"));
   CHECK_THROWS((void)plugin<Partitioner>("whole_map", "cell_width = 1.0"));
 }

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "vantage/map_observer.hpp"
+
+namespace vantage::conformance {
+
+/// An observer so simple that a test can tell by hand what it must answer: a viewpoint stands 1 m
+/// above the lowest point of every occupied 2 m cell, and sees what is within its range.
+class RangeObserver final : public MapObserver {
+ public:
+  /// @param map    N points [m]; borrowed
+  /// @param range  how far a viewpoint sees [m]
+  RangeObserver(PointsView map, double range) : map_(map), range_(range) {}
+
+  [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
+  [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
+  [[nodiscard]] Result<std::uint64_t> observable_points(
+      const Region& region, std::uint64_t enough) const noexcept override;
+
+ private:
+  [[nodiscard]] PointCloud viewpoints_in(const Region* region) const;
+
+  PointsView map_;
+  double range_;
+};
+
+}  // namespace vantage::conformance

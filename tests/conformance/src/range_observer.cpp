@@ -1,0 +1,67 @@
+#include "vantage/conformance/range_observer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "vantage/plugin.hpp"
+
+namespace vantage::conformance {
+namespace {
+
+constexpr double kCell = 2.0;    // [m]
+constexpr double kHeight = 1.0;  // [m]
+
+bool owns(const Region& region, const Point& p) {
+  return region.height.contains(p.z()) && contains(region.footprint, p.head<2>());
+}
+
+}  // namespace
+
+PointCloud RangeObserver::viewpoints_in(const Region* region) const {
+  std::map<std::pair<double, double>, double> lowest;
+  for (const Point& p : map_) {
+    if (region != nullptr && !owns(*region, p)) continue;
+    const std::pair cell{std::floor(p.x() / kCell), std::floor(p.y() / kCell)};
+    const auto [it, is_new] = lowest.try_emplace(cell, p.z());
+    if (!is_new) it->second = std::min(it->second, p.z());
+  }
+  PointCloud viewpoints;
+  for (const auto& [cell, z] : lowest) {
+    viewpoints.push_back({kCell * (cell.first + 0.5), kCell * (cell.second + 0.5), z + kHeight});
+  }
+  return viewpoints;
+}
+
+Result<PointCloud> RangeObserver::viewpoints() const noexcept {
+  return guarded([&]() -> Result<PointCloud> { return viewpoints_in(nullptr); });
+}
+
+Result<IndexList> RangeObserver::visible(const Point& viewpoint) const noexcept {
+  return guarded([&]() -> Result<IndexList> {
+    if (!viewpoint.allFinite()) {
+      return fail(ErrorCode::invalid_input, "the viewpoint is not finite");
+    }
+    IndexList seen;
+    for (std::uint32_t k = 0; k < map_.size(); ++k) {
+      if ((map_[k] - viewpoint).norm() <= range_) seen.push_back(k);
+    }
+    return seen;
+  });
+}
+
+Result<std::uint64_t> RangeObserver::observable_points(const Region& region,
+                                                       std::uint64_t) const noexcept {
+  return guarded([&]() -> Result<std::uint64_t> {
+    const PointCloud viewpoints = viewpoints_in(&region);
+    std::uint64_t seen = 0;
+    for (const Point& p : map_) {
+      const auto sees = [&](const Point& q) { return (p - q).norm() <= range_; };
+      if (std::any_of(viewpoints.begin(), viewpoints.end(), sees)) ++seen;
+    }
+    return seen;
+  });
+}
+
+}  // namespace vantage::conformance
