@@ -503,7 +503,7 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
           "'regions[0].points'");
   corrupt(replaced(good, "\"viewpoints\": 4000000000", "\"viewpoints\": 5000000000"),
           "'regions[2].viewpoints'");
-  corrupt(replaced(good, "\"polygon\"", "\"circle\""), "'box' or 'polygon'");
+  corrupt(replaced(good, "\"polygon\"", "\"circle\""), "'box', 'boxes' or 'polygon'");
   corrupt(replaced(good, "\"polygon\": [", "\"polygon\": 5, \"x\": ["), "must be an array");
   corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"g"), "16 hexadecimal digits");
   corrupt(replaced(good, "\"inf\"", "\"endless\""), "must be a number");
