@@ -1,0 +1,94 @@
+// Every clause has a plugin that breaks it and no other: what the suite says of each is a table
+// with failures on its diagonal only.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "support/process.hpp"
+#include "vantage/conformance.hpp"
+
+using namespace vantage;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What vantage-conformance says of one plugin: the outcome of every clause.
+std::map<std::string, std::string> outcomes(const fs::path& plugin, const fs::path& params) {
+  const auto done = test::run("vantage-conformance", {plugin.string(), params.string(), "--json"});
+  const auto report = nlohmann::json::parse(done.out, nullptr, false);
+  REQUIRE_MESSAGE(!report.is_discarded(), plugin.string() << ": " << done.err);
+  std::map<std::string, std::string> outcome;
+  for (const auto& clause : report["clauses"]) {
+    outcome[clause["id"]] = clause["outcome"];
+    if (clause["outcome"] == "failed") CHECK_FALSE(clause["detail"].get<std::string>().empty());
+  }
+  const bool any_failed = std::any_of(outcome.begin(), outcome.end(),
+                                      [](const auto& o) { return o.second == "failed"; });
+  CHECK(done.exit_code == (any_failed ? 1 : 0));
+  return outcome;
+}
+
+}  // namespace
+
+TEST_CASE("every clause is broken by its own plugin and by no other") {
+  std::size_t clauses = 0;
+  std::ostringstream table;
+  for (std::size_t k = 0; k < kPluginKinds; ++k) {
+    const auto kind = static_cast<PluginKind>(k);
+    const std::string kind_name = to_string(kind);
+    const fs::path params = fs::path(CONTRACT_PARAMS_DIR) / (kind_name + ".toml");
+    std::vector<std::string> ids;
+    for (const conformance::Clause& clause : conformance::clauses_of(kind)) {
+      ids.emplace_back(clause.id);
+    }
+    table << '\n'
+          << kind_name << ": plugin (down) x clause (across); F failed, . kept\n"
+          << std::string(12, ' ');
+    for (const std::string& id : ids) table << std::setw(4) << id;
+    table << '\n';
+    for (const std::string& broken : ids) {
+      // The partitioner stands in for the clauses of every kind.
+      if (broken[0] == 'C' && kind != PluginKind::partitioner) continue;
+      ++clauses;
+      const fs::path plugin =
+          fs::path(CONTRACT_PLUGIN_DIR) / ("vantage_" + kind_name + "_breaks_" + broken + ".so");
+      const auto outcome = outcomes(plugin, params);
+      table << "breaks_" << std::left << std::setw(5) << broken << std::right;
+      for (const std::string& id : ids) {
+        const std::string& o = outcome.at(id);
+        table << std::setw(4) << (o == "failed" ? "F" : o == "ok" ? "." : "-");
+        CHECK_MESSAGE(o == (id == broken ? "failed" : "ok"),
+                      kind_name << " breaks_" << broken << ", clause " << id << ": " << o);
+      }
+      table << '\n';
+    }
+  }
+  std::cout << table.str() << '\n' << clauses << " clauses, " << clauses << " broken plugins\n";
+}
+
+TEST_CASE("docs/contracts.md lists the clauses, word for word") {
+  const std::string text = test::read_text(fs::path(VANTAGE_SOURCE_DIR) / "docs/contracts.md");
+  std::set<std::string> listed;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("| ") && line.size() > 3 && line[3] >= '0' && line[3] <= '9') {
+      listed.insert(line);
+    }
+  }
+  std::set<std::string> kept;
+  for (std::size_t kind = 0; kind < kPluginKinds; ++kind) {
+    for (const auto& clause : conformance::clauses_of(static_cast<PluginKind>(kind))) {
+      kept.insert("| " + std::string(clause.id) + " | " + std::string(clause.text) + " |");
+    }
+  }
+  for (const std::string& line : kept) CHECK_MESSAGE(listed.contains(line), "missing: " << line);
+  for (const std::string& line : listed)
+    CHECK_MESSAGE(kept.contains(line), "no such clause: " << line);
+}

@@ -1,0 +1,93 @@
+// One region that owns every point, but for the clause to be broken. It also stands in for the
+// clauses of every kind, C1-C4.
+#include <cmath>
+#include <limits>
+
+#include "breaks.hpp"
+
+namespace vantage::broken {
+namespace {
+
+class Broken final : public Partitioner {
+ public:
+  struct Params {
+    double margin = 0.0;
+    static auto schema() {
+      return std::tuple{optional("margin", &Params::margin, "m",
+                                 breaks("C1") ? "" : "how far the region reaches beyond",
+                                 non_negative)};
+    }
+  };
+  static Result<std::unique_ptr<Partitioner>> create(const Params&) {
+    return std::make_unique<Broken>();
+  }
+
+  [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
+                                            const MapObserver&) const noexcept override {
+    return guarded([&] { return cut(map, trajectory); });
+  }
+
+ private:
+  [[nodiscard]] Result<Partition> cut(PointsView map, PointsView trajectory) const {
+    if (breaks("P1") && map.empty()) return fail(ErrorCode::internal, "nothing to do");
+    if (breaks("P7") && !map.empty() && !all_finite(map))
+      return Partition::from({{"map", HalfOpenBox{{0, 0}, {200, 200}}, {}}});
+    VANTAGE_CHECK(check_points(map, "the map"));
+    if (breaks("P8") && trajectory.empty()) return fail(ErrorCode::internal, "index 0 of 0");
+
+    const Bounds3 bounds = bounds_of(map);
+    HalfOpenBox box{bounds.min.head<2>(), bounds.max.head<2>()};
+    if (breaks("P9") && (box.min.array() == box.max.array()).any()) {
+      return fail(ErrorCode::invalid_input, "the map has no area");
+    }
+    box.max = box.max.unaryExpr(
+        [](double x) { return std::nextafter(x, std::numeric_limits<double>::infinity()); });
+    // Single precision does near the origin, and loses half a metre of what is far from it.
+    if (breaks("P2") && box.max.y() > 4e6)
+      box.max = box.max.cast<float>().cast<double>() - Eigen::Vector2d(0.5, 0.5);
+
+    std::string label = "map";
+    if (breaks("P3")) label += std::to_string(instance_);
+    if (breaks("P4")) label = box.min.x() < 0 ? "map/west" : "map";
+    if (breaks("P5")) label += std::to_string(static_cast<int>(map.front().x()));
+    if (breaks("P6") && Crowded(inside_)) label += "_2";
+
+    std::vector<Region> regions{{label, box, {}}};
+    if (breaks("P10")) {
+      regions.push_back({"beside", HalfOpenBox{box.max, box.max + Eigen::Vector2d(20, 20)}, {}});
+    }
+    return Partition::from(std::move(regions));
+  }
+
+  static inline std::atomic<int> instances_ = 0;
+  int instance_ = ++instances_;
+  mutable std::atomic<int> inside_ = 0;
+};
+
+/// What VANTAGE_PLUGIN would make.
+constexpr Factory<Partitioner> kSound = detail::factory_of<Partitioner, Broken>();
+
+Result<Table> effective_params(const Table& params) noexcept {
+  Table given = params;
+  if (breaks("C2")) {
+    std::erase_if(given.entries, [](const Entry& entry) { return entry.key != "margin"; });
+  }
+  auto effective = kSound.effective_params(given);
+  if (breaks("C3") && !effective && params.entries.size() == 1) {
+    return fail(ErrorCode::invalid_config, "something is wrong");
+  }
+  if (breaks("C4") && effective) effective->entries.clear();
+  return effective;
+}
+
+}  // namespace
+}  // namespace vantage::broken
+
+extern "C" __attribute__((visibility("default"),
+                          used)) constinit const vantage::PluginManifest vantage_plugin{
+    .name = vantage_broken_name,
+    .summary = "a partitioner that breaks one clause",
+    .factory = vantage::Factory<vantage::Partitioner>{
+        .create = vantage::broken::kSound.create,
+        .effective_params = &vantage::broken::effective_params,
+        .describe = vantage::broken::kSound.describe}};

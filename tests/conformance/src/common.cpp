@@ -1,0 +1,75 @@
+// C: what every plugin keeps, whatever its kind.
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "clauses.hpp"
+
+namespace vantage::conformance {
+namespace {
+
+void documented(const Subject& subject) {
+  CHECK_FALSE(subject.info().summary.empty());
+  std::set<std::string> keys;
+  for (const ParameterDoc& p : subject.info().parameters) {
+    CAPTURE(p.key);
+    CHECK_FALSE(p.doc.empty());
+    CHECK(keys.insert(p.key).second);
+    CHECK(!p.key.empty());
+    CHECK(std::all_of(p.key.begin(), p.key.end(), [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+    }));
+  }
+}
+
+void unknown_key(const Subject& subject) {
+  Table params = subject.params();
+  params.entries.push_back({"no_such_parameter", Value{1.0, {}}, {}});
+  const auto effective = subject.effective_params(params);
+  REQUIRE_FALSE(effective.has_value());
+  CHECK(effective.error().code == ErrorCode::invalid_config);
+  CHECK_MESSAGE(effective.error().message.find("no_such_parameter") != std::string::npos,
+                "the message should name the key: " << effective.error().message);
+}
+
+void wrong_type(const Subject& subject) {
+  for (const ParameterDoc& p : subject.info().parameters) {
+    CAPTURE(p.key);
+    Table params = subject.params();
+    std::erase_if(params.entries, [&](const Entry& entry) { return entry.key == p.key; });
+    // No parameter is a table of arrays.
+    const Table nonsense{{{"nonsense", Value{Array{}, {}}, {}}}, {}};
+    params.entries.push_back({p.key, Value{nonsense, {}}, {}});
+    const auto effective = subject.effective_params(params);
+    REQUIRE_FALSE(effective.has_value());
+    CHECK(effective.error().code == ErrorCode::invalid_config);
+    CHECK_MESSAGE(effective.error().message.find(p.key) != std::string::npos,
+                  "the message should name the key: " << effective.error().message);
+  }
+}
+
+void effective_params(const Subject& subject) {
+  const auto once = subject.effective_params(subject.params());
+  REQUIRE_MESSAGE(once, to_string(once.error()));
+  for (const Entry& given : subject.params().entries) {
+    CHECK_MESSAGE(once->find(given.key) != nullptr, "'" << given.key << "' got lost");
+  }
+  const auto twice = subject.effective_params(*once);
+  REQUIRE_MESSAGE(twice, to_string(twice.error()));
+  CHECK(to_toml(*once) == to_toml(*twice));
+}
+
+constexpr std::array kClauses{
+    Clause{"C1", "the plugin and each of its parameters say what they are", &documented},
+    Clause{"C2", "an unknown parameter is invalid_config, and the message names it", &unknown_key},
+    Clause{"C3", "a parameter of the wrong type is invalid_config, and the message names it",
+           &wrong_type},
+    Clause{"C4", "the effective parameters hold all that were given and give themselves again",
+           &effective_params},
+};
+
+}  // namespace
+
+std::span<const Clause> common_clauses() { return kClauses; }
+
+}  // namespace vantage::conformance

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "vantage/point_cloud.hpp"
+
+/// Made-up places that the clauses try plugins with, and ways to vary them.
+namespace vantage::conformance {
+
+/// Uniform numbers that are the same on every platform.
+class Random {
+ public:
+  explicit Random(std::uint32_t seed) : engine_(seed) {}
+  /// In [low, high).
+  [[nodiscard]] double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine_()) / 4294967296.0);
+  }
+  [[nodiscard]] std::size_t below(std::size_t n) { return engine_() % n; }
+  [[nodiscard]] Point in(const Point& min, const Point& max) {
+    const double x = uniform(min.x(), max.x()), y = uniform(min.y(), max.y());
+    return {x, y, uniform(min.z(), max.z())};
+  }
+  /// A random order of 0 .. n - 1.
+  [[nodiscard]] IndexList order(std::size_t n);
+
+ private:
+  std::mt19937 engine_;
+};
+
+[[nodiscard]] PointCloud random_cloud(Random& random, std::size_t n, const Point& min,
+                                      const Point& max);
+/// The multiples of `step`, `n` by `n` of them in plan, moved by `offset`: rounding traps.
+[[nodiscard]] PointCloud lattice(double step, int n, const Point& offset = Point::Zero());
+[[nodiscard]] PointCloud moved(PointsView points, const Point& by);
+/// `points[order[0]], points[order[1]], ...`
+[[nodiscard]] PointCloud in_order(PointsView points, const IndexList& order);
+
+/// Runs `work(i)` for every i < n in a thread each, all at once.
+void at_once(std::size_t n, const std::function<void(std::size_t)>& work);
+
+}  // namespace vantage::conformance

@@ -1,0 +1,66 @@
+#include "vantage/config.hpp"
+#include "vantage/conformance.hpp"
+
+namespace vantage::conformance {
+namespace {
+
+struct ParamsFile {
+  Table params, claims;
+  static constexpr auto schema() {
+    return std::tuple{optional("params", &ParamsFile::params, "", "parameters of the plugin"),
+                      optional("claims", &ParamsFile::claims, "", "what the plugin promises")};
+  }
+};
+
+template <class T>
+Result<Claims> claims_of_type(const Table& table) {
+  VANTAGE_TRY(T claims, parse<T>(table));
+  return Claims(claims);
+}
+
+Result<Claims> claims_of(PluginKind kind, const Table& table) {
+  switch (kind) {
+    case PluginKind::partitioner: return claims_of_type<PartitionerClaims>(table);
+    case PluginKind::ground: return claims_of_type<GroundClaims>(table);
+    case PluginKind::visibility: return claims_of_type<VisibilityClaims>(table);
+    case PluginKind::store: return claims_of_type<StoreClaims>(table);
+    case PluginKind::matcher: return claims_of_type<MatcherClaims>(table);
+  }
+  return fail(ErrorCode::internal, "no such kind");
+}
+
+void replace_folder(Value& value, const std::string& folder) {
+  static constexpr std::string_view kPlace = "{folder}";
+  if (auto* text = std::get_if<std::string>(&value.data)) {
+    if (const auto at = text->find(kPlace); at != std::string::npos) {
+      text->replace(at, kPlace.size(), folder);
+    }
+  } else if (auto* array = std::get_if<Array>(&value.data)) {
+    for (Value& element : *array) replace_folder(element, folder);
+  } else if (auto* table = std::get_if<Table>(&value.data)) {
+    for (Entry& entry : table->entries) replace_folder(entry.value, folder);
+  }
+}
+
+}  // namespace
+
+Result<Subject> Subject::from(const std::filesystem::path& library,
+                              const std::filesystem::path& params_file, std::uint32_t seed) {
+  Subject subject;
+  VANTAGE_TRY(subject.info_, PluginLoader({}).inspect(library));
+  VANTAGE_TRY(const Table root, load_toml(params_file));
+  VANTAGE_TRY(ParamsFile file, parse<ParamsFile>(root));
+  VANTAGE_TRY(subject.claims_, claims_of(subject.info_.kind, file.claims));
+  subject.params_ = std::move(file.params);
+  subject.seed_ = seed;
+  VANTAGE_CHECK(subject.effective_params(subject.params_));
+  return subject;
+}
+
+Table Subject::params_in(const std::filesystem::path& folder) const {
+  Value value{params_, {}};
+  replace_folder(value, folder.string());
+  return std::get<Table>(std::move(value.data));
+}
+
+}  // namespace vantage::conformance
