@@ -2,13 +2,33 @@
 
 #include <tbb/global_control.h>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
 #include <optional>
 
 namespace vantage::cli {
 namespace {
 constexpr const char* kUsageContext = "reading the command line; see --help";
+
+/// The last words of a process in which an exception has left a noexcept function. The message is
+/// what its user needs; without this, it would end with a signal and a core dump, or with nothing.
+[[noreturn]] void end_with_message() {
+  std::string what = "no exception";
+  if (const std::exception_ptr exception = std::current_exception()) {
+    try {
+      std::rethrow_exception(exception);
+    } catch (const std::exception& e) {
+      what = e.what();
+    } catch (...) {
+      what = "an exception of unknown type";
+    }
+  }
+  std::cerr << "error: an exception left a function that must not throw, most likely a plugin's: "
+            << what << std::endl;
+  std::_Exit(kFailed);
 }
+
+}  // namespace
 
 void CommonOptions::add_to(CLI::App& app) {
   app.add_option("--set", overrides, "override a key of the configuration: table.key=value")
@@ -40,6 +60,7 @@ tl::unexpected<Error> usage_error(std::string message) {
 }
 
 int run_program(CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& run) {
+  std::set_terminate(&end_with_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

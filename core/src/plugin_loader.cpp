@@ -1,7 +1,6 @@
 #include "vantage/plugin_loader.hpp"
 
 #include <dlfcn.h>
-#include <link.h>
 
 #include <algorithm>
 #include <boost/dll/shared_library.hpp>
@@ -9,6 +8,8 @@
 #include <fstream>
 #include <map>
 #include <sstream>
+
+#include "elf.hpp"
 
 namespace vantage {
 
@@ -52,33 +53,6 @@ tl::unexpected<Error> refuse(const std::filesystem::path& file, const std::strin
   return fail(ErrorCode::incompatible_plugin, file.string() + ": " + reason);
 }
 
-/// The dynamic linker maps what the headers promise and dies of SIGBUS where the file is shorter,
-/// so the promise is checked before it sees the file. "" for a file it can take.
-std::string elf_defect(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return "cannot be read";
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  ElfW(Ehdr) header{};
-  const std::string_view magic(ELFMAG, SELFMAG);
-  in.read(reinterpret_cast<char*>(&header), sizeof header);
-  if (error || std::string_view(reinterpret_cast<const char*>(header.e_ident), SELFMAG) != magic) {
-    return "is no shared library (it does not begin as an ELF file)";
-  }
-  const std::string cut =
-      "is cut short: its ELF headers promise more than its " + std::to_string(size) + " bytes";
-  if (!in || header.e_phentsize != sizeof(ElfW(Phdr))) return cut;
-  std::vector<ElfW(Phdr)> segments(header.e_phnum);
-  in.seekg(static_cast<std::streamoff>(header.e_phoff));
-  in.read(reinterpret_cast<char*>(segments.data()),
-          static_cast<std::streamsize>(segments.size() * sizeof(ElfW(Phdr))));
-  if (!in) return cut;
-  for (const auto& segment : segments) {
-    if (segment.p_filesz > size || segment.p_offset > size - segment.p_filesz) return cut;
-  }
-  return "";
-}
-
 /// Names the first member of the tags that differs; "" for none.
 std::string abi_difference(const AbiTag& plugin, const AbiTag& core) {
   const auto differs = [](const char* what, std::uint32_t theirs, std::uint32_t ours) {
@@ -108,6 +82,38 @@ std::string abi_difference(const AbiTag& plugin, const AbiTag& core) {
   return "";
 }
 
+constexpr const char* kNoManifest = "is no Vantage plugin: it lacks the symbol 'vantage_plugin'";
+
+/// What keeps a manifest from being read any further, or "".
+std::string manifest_defect(std::uint64_t magic, std::uint64_t size, const AbiTag& abi) {
+  if (magic != kPluginMagic) {
+    return "is no Vantage plugin: its 'vantage_plugin' has a wrong magic number";
+  }
+  if (std::string difference = abi_difference(abi, abi_tag_here()); !difference.empty()) {
+    return difference;
+  }
+  if (size != sizeof(PluginManifest)) {
+    return "its manifest has " + std::to_string(size) + " bytes, expected " +
+           std::to_string(sizeof(PluginManifest));
+  }
+  return "";
+}
+
+/// Boost.DLL's message without what it repeats; a missing symbol by its name.
+std::string loading_defect(std::string_view what, const std::filesystem::path& file) {
+  static constexpr std::string_view kUndefined = "undefined symbol: ";
+  if (const auto at = what.find(kUndefined); at != std::string_view::npos) {
+    const std::string_view rest = what.substr(at + kUndefined.size());
+    const std::string symbol(rest.substr(0, rest.find_first_of(",) ")));
+    return "no library that it names has the symbol '" + elf::demangled(symbol) + "'";
+  }
+  std::string reason(what.substr(
+      what.find(" message: ") == std::string_view::npos ? 0 : what.find(" message: ") + 10));
+  if (const auto end = reason.rfind("): "); end != std::string::npos) reason.resize(end);
+  if (reason.starts_with(file.string() + ": ")) reason.erase(0, file.string().size() + 2);
+  return reason;
+}
+
 struct Checked {
   std::shared_ptr<const SharedLibrary> library;
   const PluginManifest* manifest;
@@ -119,27 +125,30 @@ Result<Checked> open_checked(const std::filesystem::path& file) {
   if (error || !std::filesystem::exists(absolute)) {
     return fail(ErrorCode::not_found, "no plugin file at " + file.string());
   }
-  if (const std::string defect = elf_defect(absolute); !defect.empty()) return refuse(file, defect);
+  if (const std::string defect = elf::defect(absolute); !defect.empty())
+    return refuse(file, defect);
+  // From the bytes first: opening a library of another ABI runs its constructors.
+  if (const elf::Inspection seen = elf::inspect(absolute); seen.has_symbols) {
+    if (!seen.has_manifest) return refuse(file, kNoManifest);
+    if (seen.head) {
+      const auto& [magic, size, abi] = *seen.head;
+      if (std::string defect = manifest_defect(magic, size, abi); !defect.empty()) {
+        return refuse(file, defect);
+      }
+    }
+  }
   std::shared_ptr<const SharedLibrary> library;
   const PluginManifest* manifest = nullptr;
   try {
     library = std::make_shared<const SharedLibrary>(absolute);
     manifest = library->manifest();
   } catch (const std::exception& e) {
-    return refuse(file, std::string("cannot be loaded: ") + e.what());
+    return refuse(file, "cannot be loaded: " + loading_defect(e.what(), absolute));
   }
-  if (manifest == nullptr)
-    return refuse(file, "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
-  if (manifest->magic != kPluginMagic) {
-    return refuse(file, "is no Vantage plugin: its 'vantage_plugin' has a wrong magic number");
-  }
-  if (const std::string difference = abi_difference(manifest->abi, abi_tag_here());
-      !difference.empty()) {
-    return refuse(file, difference);
-  }
-  if (manifest->size != sizeof(PluginManifest)) {
-    return refuse(file, "its manifest has " + std::to_string(manifest->size) + " bytes, expected " +
-                            std::to_string(sizeof(PluginManifest)));
+  if (manifest == nullptr) return refuse(file, kNoManifest);
+  if (std::string defect = manifest_defect(manifest->magic, manifest->size, manifest->abi);
+      !defect.empty()) {
+    return refuse(file, defect);
   }
   const auto kind = static_cast<PluginKind>(manifest->factory.index());
   if (const auto named = parse_file_name(file)) {
