@@ -1,0 +1,32 @@
+# What `cmake --install` puts under a prefix that can be moved anywhere: programs, libraries, plugins,
+# headers, and the package that find_package(vantage) finds.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(VANTAGE_INSTALL_PLUGIN_DIR "${CMAKE_INSTALL_LIBDIR}/vantage")
+set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/vantage")
+
+# vantage_install_program(<target>)
+function(vantage_install_program target)
+  file(RELATIVE_PATH from_bin_to_lib "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin_to_lib}")
+  install(TARGETS ${target} EXPORT vantageTargets RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+endfunction()
+
+function(vantage_install_package)
+  install(EXPORT vantageTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
+  install(EXPORT vantageConformanceTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
+  configure_package_config_file("${PROJECT_SOURCE_DIR}/core/cmake/vantageConfig.cmake.in"
+    "${PROJECT_BINARY_DIR}/cmake/vantageConfig.cmake"
+    INSTALL_DESTINATION "${package_dir}" PATH_VARS VANTAGE_INSTALL_PLUGIN_DIR)
+  write_basic_package_version_file("${PROJECT_BINARY_DIR}/cmake/vantageConfigVersion.cmake"
+    COMPATIBILITY SameMinorVersion)
+  install(FILES
+    "${PROJECT_BINARY_DIR}/cmake/vantageConfig.cmake"
+    "${PROJECT_BINARY_DIR}/cmake/vantageConfigVersion.cmake"
+    "${PROJECT_SOURCE_DIR}/core/cmake/VantageAddPlugin.cmake"
+    "${PROJECT_SOURCE_DIR}/core/cmake/VantageAddConformanceTest.cmake"
+    "${PROJECT_SOURCE_DIR}/core/cmake/plugin.map"
+    DESTINATION "${package_dir}")
+  install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+endfunction()
