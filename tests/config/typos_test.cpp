@@ -212,3 +212,14 @@ TEST_CASE("names in dotted headers are found and their slips reported") {
   }
   CHECK(tally.ambiguous == 0);
 }
+
+TEST_CASE("a slip that could be of several keys names all that are not written") {
+  const auto message = [](const std::string& params) {
+    const auto loaded = load_as_config(
+        "schema = 1\n[matcher]\nplugin = \"ndt\"\nparams = { " + params + " }\n", "c");
+    REQUIRE_FALSE(loaded.has_value());
+    return loaded.error().message;
+  };
+  CHECK(message("d = 1.0") == "unknown key 'd'; did you mean 'd1', 'd2' or 'd3'?");
+  CHECK(message("d1 = 1.0, d2 = 1.0, d = 1.0") == "unknown key 'd'; did you mean 'd3'?");
+}
