@@ -10,6 +10,7 @@
 #include "common/table.hpp"
 #include "io/point_cloud_io.hpp"
 #include "io/trajectory_io.hpp"
+#include "print_config.hpp"
 #include "vantage/build.hpp"
 
 namespace vantage {
@@ -17,6 +18,7 @@ namespace {
 
 struct Options {
   std::string config;
+  bool print_config = false;
   cli::CommonOptions common;
 };
 
@@ -102,11 +104,26 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
           {"regions", std::move(regions)}};
 }
 
+/// The output means the same wherever it is saved: a configuration that is read by its absolute
+/// path has absolute paths.
+Result<void> print_config(const Options& options, const PluginLoader& loader) {
+  const std::string absolute =
+      std::filesystem::absolute(options.config).lexically_normal().string();
+  VANTAGE_TRY(Config config, load_config(absolute, options.common.overrides));
+  VANTAGE_TRY(const std::string text, printed_config(std::move(config), loader));
+  std::cout << text;
+  return {};
+}
+
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   const PluginLoader loader = options.common.loader();
+  if (options.print_config) {
+    VANTAGE_CHECK(effective_config(config, loader));  // errors name the file as it was given
+    return print_config(options, loader);
+  }
+  VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   VANTAGE_TRY(auto plugins, load_build_plugins(config, loader));
 
   // The bundle keeps what made its content; where it lies and how it is used may change.
@@ -143,6 +160,9 @@ int main(int argc, char** argv) {
   CLI::App app("Builds the observable map of every region of a wide-area map.", "vantage build");
   vantage::Options options;
   app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
+  app.add_flag("--print-config", options.print_config,
+               "print the configuration with all defaults and --set filled in, its paths absolute, "
+               "and build nothing");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

@@ -1,67 +1,24 @@
 // vantage-plugins: what plugins there are, what they can be told, and whether one fits this
 // program.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "common/command_line.hpp"
 #include "common/table.hpp"
+#include "json_schema.hpp"
+#include "text.hpp"
+#include "vantage/config.hpp"
 
 namespace vantage {
 namespace {
 
 struct Options {
   std::vector<std::filesystem::path> plugin_dirs;
-  bool json = false;
+  bool json = false, toml = false;
   std::string name;
   std::filesystem::path file;
 };
-
-nlohmann::ordered_json to_json(const PluginInfo& info) {
-  nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
-  for (const ParameterDoc& p : info.parameters) {
-    nlohmann::ordered_json parameter{{"key", p.key}, {"type", p.type}, {"required", p.required}};
-    if (!p.unit.empty()) parameter["unit"] = p.unit;
-    if (!p.range.empty()) parameter["range"] = p.range;
-    if (!p.choices.empty()) parameter["choices"] = p.choices;
-    if (!p.default_value.empty()) parameter["default"] = p.default_value;
-    parameter["doc"] = p.doc;
-    parameters.push_back(std::move(parameter));
-  }
-  return {{"kind", to_string(info.kind)},
-          {"name", info.name},
-          {"summary", info.summary},
-          {"file", info.path.string()},
-          {"parameters", std::move(parameters)}};
-}
-
-std::string allowed_values(const ParameterDoc& p) {
-  std::string text = p.range;
-  for (const std::string& choice : p.choices) text += (text.empty() ? "" : " | ") + choice;
-  return text;
-}
-
-void print(const PluginInfo& info) {
-  std::cout << to_string(info.kind) << ' ' << info.name << ": " << info.summary << '\n'
-            << info.path.string() << '\n';
-  if (info.parameters.empty()) {
-    std::cout << "\nno parameters\n";
-    return;
-  }
-  for (const ParameterDoc& p : info.parameters) {
-    std::cout << fmt::format("\n  {} : {}{}{}\n", p.key, p.type,
-                             p.unit.empty() ? "" : " [" + p.unit + "]",
-                             p.required                ? ", required"
-                             : p.default_value.empty() ? ", may be left out"
-                                                       : ", default " + p.default_value);
-    if (const std::string allowed = allowed_values(p); !allowed.empty()) {
-      std::cout << "      " << allowed << '\n';
-    }
-    std::cout << "      " << p.doc << '\n';
-  }
-}
 
 Result<void> list_plugins(const Options& options) {
   const PluginLoader loader = PluginLoader::with_default_folders(options.plugin_dirs);
@@ -110,9 +67,10 @@ Result<void> describe_plugin(const Options& options) {
   }
   VANTAGE_TRY(const PluginInfo info, loader.inspect(matches.front().path));
   if (options.json) {
-    std::cout << to_json(info).dump(2) << '\n';
+    std::cout << documentation::json_schema(info).dump(2) << '\n';
   } else {
-    print(info);
+    std::cout << (options.toml ? documentation::toml_template(info)
+                               : documentation::description(info));
   }
   return {};
 }
@@ -120,11 +78,37 @@ Result<void> describe_plugin(const Options& options) {
 Result<void> check_plugin(const Options& options) {
   VANTAGE_TRY(const PluginInfo info, PluginLoader({}).inspect(options.file));
   if (options.json) {
-    std::cout << to_json(info).dump(2) << '\n';
+    const nlohmann::ordered_json json{{"kind", to_string(info.kind)},
+                                      {"name", info.name},
+                                      {"summary", info.summary},
+                                      {"file", info.path.string()}};
+    std::cout << json.dump(2) << '\n';
   } else {
     std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
               << info.name << "'\n";
   }
+  return {};
+}
+
+/// Of the plugins in --plugin-dir, or else of those beside the library: what $VANTAGE_PLUGIN_PATH
+/// adds is not part of this project.
+Result<void> print_reference(const Options& options) {
+  auto folders = options.plugin_dirs;
+  if (folders.empty()) {
+    const auto defaults = PluginLoader::with_default_folders({}).folders();
+    if (!defaults.empty()) folders.push_back(defaults.back());
+  }
+  const PluginLoader loader(folders);
+  std::vector<PluginInfo> plugins;
+  for (const PluginFile& file : loader.list()) {
+    VANTAGE_TRY(auto plugin, loader.inspect(file.path));
+    plugins.push_back(std::move(plugin));
+  }
+  if (plugins.empty()) {
+    return fail(ErrorCode::not_found,
+                "no plugins to document" + (folders.empty() ? "" : " in " + folders[0].string()));
+  }
+  std::cout << documentation::reference(describe<Config>(), plugins);
   return {};
 }
 
@@ -135,25 +119,33 @@ int main(int argc, char** argv) {
   CLI::App app("Lists, describes and checks plugins.", "vantage plugins");
   vantage::Options options;
   app.require_subcommand(1);
-  const auto add_json = [&](CLI::App* job) {
-    job->add_flag("--json", options.json, "results as JSON on stdout");
+  const auto add_json = [&](CLI::App* job, const char* what = "results as JSON on stdout") {
+    return job->add_flag("--json", options.json, what);
   };
-  const auto add_folders = [&](CLI::App* job) {
-    job->add_option("--plugin-dir", options.plugin_dirs, "look for plugins here first")
+  const auto add_folders = [&](CLI::App* job, const char* what = "look for plugins here first") {
+    job->add_option("--plugin-dir", options.plugin_dirs, what)
         ->type_name("DIR")
         ->allow_extra_args(false);
-    add_json(job);
   };
   auto* list = app.add_subcommand("list", "every plugin file that would be found; opens none");
   add_folders(list);
+  add_json(list);
   auto* describe = app.add_subcommand("describe", "what a plugin does and its parameters");
   describe->add_option("NAME", options.name, "name, or kind/name")->required();
   add_folders(describe);
+  auto* json = add_json(describe, "the JSON Schema of its params");
+  describe->add_flag("--toml", options.toml, "its section of a configuration file, to fill in")
+      ->excludes(json);
   auto* check = app.add_subcommand("check", "whether a file is a plugin that fits this program");
   check->add_option("FILE", options.file, "plugin file (.so)")->required();
   add_json(check);
+  auto* reference = app.add_subcommand(
+      "reference", "docs/config_reference.md: every key of a configuration file, as Markdown");
+  add_folders(reference, "the plugins here instead of those beside the library");
   return vantage::cli::run_program(app, argc, argv, [&] {
     if (*list) return vantage::list_plugins(options);
-    return *describe ? vantage::describe_plugin(options) : vantage::check_plugin(options);
+    if (*check) return vantage::check_plugin(options);
+    if (*reference) return vantage::print_reference(options);
+    return vantage::describe_plugin(options);
   });
 }

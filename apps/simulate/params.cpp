@@ -11,20 +11,18 @@ namespace {
 
 std::string number(double x) { return to_toml(Value{x, {}}); }
 
-tl::unexpected<Error> wrong(std::string message) {
-  return fail(ErrorCode::invalid_config, std::move(message));
-}
-
 }  // namespace
 
 Result<void> LidarParams::validate() const {
   if (!(min_range < max_range)) {
-    return wrong("min_range (" + number(min_range) + " m) must be below max_range (" +
-                 number(max_range) + " m)");
+    return fail_at({"min_range", "max_range"}, "min_range (" + number(min_range) +
+                                                   " m) must be below max_range (" +
+                                                   number(max_range) + " m)");
   }
   if (rings > 1 ? !(lowest_ring < highest_ring) : lowest_ring != highest_ring) {
-    return wrong(rings > 1 ? "lowest_ring must be below highest_ring"
-                           : "with one ring, lowest_ring and highest_ring must be equal");
+    return fail_at({"lowest_ring", "highest_ring", "rings"},
+                   rings > 1 ? "lowest_ring must be below highest_ring"
+                             : "with one ring, lowest_ring and highest_ring must be equal");
   }
   return {};
 }
@@ -37,29 +35,33 @@ Result<void> WorldParams::validate() const {
   const StreetGrid streets(campus, seed);
   const double spacing = std::min(streets.spacing().x(), streets.spacing().y());
   if (campus.street_width > spacing / 4.0) {
-    return wrong("campus.street_width (" + number(campus.street_width) +
-                 " m) must be at most a quarter of the distance of the streets (" +
-                 number(spacing) + " m)");
+    return fail_at({"campus.street_width", "campus.street_spacing"},
+                   "campus.street_width (" + number(campus.street_width) +
+                       " m) must be at most a quarter of the distance of the streets (" +
+                       number(spacing) + " m)");
   }
   if (campus.street_jitter > spacing / 10.0) {
-    return wrong("campus.street_jitter (" + number(campus.street_jitter) +
-                 " m) must be at most a tenth of the distance of the streets (" + number(spacing) +
-                 " m)");
+    return fail_at({"campus.street_jitter", "campus.street_spacing"},
+                   "campus.street_jitter (" + number(campus.street_jitter) +
+                       " m) must be at most a tenth of the distance of the streets (" +
+                       number(spacing) + " m)");
   }
   const double half_width = campus.street_width / 2.0;
   if (std::abs(drive.lateral_offset) > half_width - 1.5) {
-    return wrong("drive.lateral_offset (" + number(drive.lateral_offset) +
-                 " m) must leave 1.5 m to the edge of the street, which is " + number(half_width) +
-                 " m from its middle");
+    return fail_at({"drive.lateral_offset", "campus.street_width"},
+                   "drive.lateral_offset (" + number(drive.lateral_offset) +
+                       " m) must leave 1.5 m to the edge of the street, which is " +
+                       number(half_width) + " m from its middle");
   }
   // Smoothing cuts a right-angled corner by 0.6 turn_radius (see Route); that must stay on the
   // street.
   const double largest_radius =
       std::numbers::sqrt2 * (half_width - std::abs(drive.lateral_offset)) / 0.6;
   if (drive.turn_radius > largest_radius) {
-    return wrong("drive.turn_radius (" + number(drive.turn_radius) +
-                 " m) leaves the street in a turn: at most " + number(largest_radius) +
-                 " m with this street_width and lateral_offset");
+    return fail_at({"drive.turn_radius", "drive.lateral_offset", "campus.street_width"},
+                   "drive.turn_radius (" + number(drive.turn_radius) +
+                       " m) leaves the street in a turn: at most " + number(largest_radius) +
+                       " m with this street_width and lateral_offset");
   }
   VANTAGE_TRY(const auto route, streets.route(drive.route));
 
@@ -69,14 +71,16 @@ Result<void> WorldParams::validate() const {
     length += (route[(i + 1) % route.size()] - route[i]).norm();
   }
   if (drive.length.value_or(length) / scan_distance > 999'999.0) {
-    return wrong("the drive would make more than a million scans: raise drive.scan_every");
+    return fail_at({"drive.scan_every", "drive.length", "drive.speed", "lidar.rate"},
+                   "the drive would make more than a million scans: raise drive.scan_every");
   }
   // About half again as much surface as ground; indices of map points have 32 bits.
   const double points =
       1.5 * campus.size_x * campus.size_y / (map.point_spacing * map.point_spacing);
   if (points > 1e9) {
-    return wrong("the map would have about " + number(std::round(points / 1e8) / 10.0) +
-                 "e9 points, more than the 1e9 that are allowed: raise map.point_spacing");
+    return fail_at({"map.point_spacing", "campus.size_x", "campus.size_y"},
+                   "the map would have about " + number(std::round(points / 1e8) / 10.0) +
+                       "e9 points, more than the 1e9 that are allowed: raise map.point_spacing");
   }
   return {};
 }

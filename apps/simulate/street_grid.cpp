@@ -69,10 +69,10 @@ Result<std::vector<Eigen::Vector2d>> StreetGrid::route(int number) const {
     }
   } else {
     if (nx < 3 || ny < 3) {
-      return fail(ErrorCode::invalid_config,
-                  "drive.route = 2 needs at least 3 streets each way, but this campus has " +
-                      std::to_string(nx) + " and " + std::to_string(ny) +
-                      ": lower campus.street_spacing or enlarge the campus");
+      return fail_at({"drive.route"},
+                     "drive.route = 2 needs at least 3 streets each way, but this campus has " +
+                         std::to_string(nx) + " and " + std::to_string(ny) +
+                         ": lower campus.street_spacing or enlarge the campus");
     }
     const int mx = nx / 2, my = ny / 2;
     turns = {{0, 0}, {mx, 0}, {mx, ny - 1}, {nx - 1, ny - 1}, {nx - 1, my}, {0, my}};

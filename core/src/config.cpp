@@ -113,8 +113,29 @@ template <class Section>
 void locate_section(std::optional<Section>& section, const Table& root, std::string_view name) {
   if (!section) return;
   const auto& table = std::get<Table>(root.find(name)->data);
-  section->where = table.find("plugin")->where;
+  const Value* library = table.find("library");
+  section->where = library == nullptr ? table.find("plugin")->where : library->where;
   if (table.find("params") == nullptr) section->params.where = table.where;
+}
+
+/// toml++'s "Error while parsing X: what" in the order of this project's errors.
+Error syntax_error(const toml::parse_error& e, const std::string& name) {
+  Error error{.code = ErrorCode::invalid_config,
+              .message = std::string(e.description()),
+              .where = location(e.source(), name),
+              .context = {},
+              .keys = {}};
+  constexpr std::string_view kPrefix = "Error while parsing ";
+  const std::size_t colon = error.message.find(": ");
+  if (error.message.starts_with(kPrefix) && colon != std::string::npos) {
+    const std::string construct = error.message.substr(kPrefix.size(), colon - kPrefix.size());
+    error.message.erase(0, colon + 2);
+    return std::move(error).during("parsing " + construct);
+  }
+  if (!error.message.empty() && error.message[0] >= 'A' && error.message[0] <= 'Z') {
+    error.message[0] = static_cast<char>(error.message[0] - 'A' + 'a');
+  }
+  return error;
 }
 
 }  // namespace
@@ -123,8 +144,7 @@ Result<Table> parse_toml(std::string_view text, const std::string& name) {
   try {
     return convert(toml::parse(text, name), name);
   } catch (const toml::parse_error& e) {
-    return fail(ErrorCode::invalid_config, std::string(e.description()),
-                location(e.source(), name));
+    return fail(syntax_error(e, name));
   }
 }
 
@@ -154,8 +174,7 @@ Result<Table> load_toml(const std::filesystem::path& file,
 
 Result<void> MapSource::validate() const {
   if (files.empty())
-    return fail(ErrorCode::invalid_config,
-                "[map] files is empty: expected at least one point cloud");
+    return fail_at({"files"}, "'files' is empty: expected at least one point cloud");
   return {};
 }
 

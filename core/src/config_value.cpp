@@ -6,24 +6,34 @@
 #include <cmath>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 namespace vantage {
 namespace {
 
-/// Levenshtein distance.
+/// Edits that turn a into b: a letter too many, missing or wrong, or two neighbours swapped
+/// (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
+  std::vector<std::size_t> before, last, row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
+    before = std::exchange(last, row);
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+      row[j] =
+          std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], before[j - 2] + 1);
+      }
     }
   }
   return row[b.size()];
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
 }
 
 std::string quoted(const std::string& text) {
@@ -127,17 +137,25 @@ std::string to_toml(const Table& table, const std::string& prefix) {
   return text;
 }
 
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates) {
-  const std::string* best = nullptr;
-  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates,
+                         const std::vector<std::string>& written) {
+  std::vector<std::string> best;
+  std::pair best_rank{std::max<std::size_t>(2, word.size() / 3), true};
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(word, candidate);
-    if (distance < best_distance && distance < candidate.size()) {
-      best_distance = distance;
-      best = &candidate;
-    }
+    const std::size_t distance = edit_distance(lower_case(word), lower_case(candidate));
+    if (distance >= candidate.size()) continue;  // nothing of it is left
+    const std::pair rank{distance,
+                         std::find(written.begin(), written.end(), candidate) != written.end()};
+    if (rank > best_rank) continue;
+    if (rank < best_rank) best.clear();
+    best_rank = rank;
+    if (std::find(best.begin(), best.end(), candidate) == best.end()) best.push_back(candidate);
   }
-  return best == nullptr ? "" : "; did you mean '" + *best + "'?";
+  std::string text;
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 < best.size() ? ", " : " or ") + ("'" + best[i] + "'");
+  }
+  return text.empty() ? "" : "; did you mean " + text + "?";
 }
 
 }  // namespace vantage

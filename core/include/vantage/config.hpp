@@ -36,9 +36,11 @@ struct MapSource {
 
   static constexpr auto schema() {
     return std::tuple{
-        required("files", &MapSource::files, "", "point cloud files that together are the map"),
+        required("files", &MapSource::files, "", "point cloud files that together are the map",
+                 Source{"Eq. 1"}),
         optional("trajectory", &MapSource::trajectory, "",
-                 "TUM file: where the sensor was while mapping, for partitioners that use it"),
+                 "TUM file: where the sensor was while mapping, for partitioners that use it; "
+                 "they get none if left out"),
     };
   }
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
@@ -68,7 +70,8 @@ struct VisibilityConfig {
         required("plugin", &VisibilityConfig::plugin, "", "name of the visibility operator"),
         optional("library", &VisibilityConfig::library, "", "plugin file, instead of searching"),
         optional("scope", &VisibilityConfig::scope, "",
-                 "decide visibility among all points of the map, or those of the region (Eq. 9)"),
+                 "decide visibility among all points of the map, or those of the region",
+                 Source{"Eq. 9", "Yagi et al. 2026, Sec. 2.3"}),
         optional("max_range", &VisibilityConfig::max_range, "m",
                  "reach of the sensor; unlimited if left out", positive),
         optional("params", &VisibilityConfig::params, "", "parameters of the plugin"),
@@ -92,14 +95,21 @@ struct Config {
     return std::tuple{
         required("schema", &Config::schema_version, "", "version of this file's format, 1",
                  between(1, 1)),
-        optional("map", &Config::map, "", "the wide-area map"),
-        optional("partitioner", &Config::partitioner, "", "how the map is cut into regions"),
-        optional("ground", &Config::ground, "", "how the ground is found"),
-        optional("viewpoints", &Config::viewpoints, "", "where virtual viewpoints stand"),
-        optional("visibility", &Config::visibility, "", "what is seen from a viewpoint"),
-        optional("store", &Config::store, "", "where the bundle of region maps is kept"),
-        optional("matcher", &Config::matcher, "", "how scans are matched"),
-        optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched"),
+        optional("map", &Config::map, "", "the wide-area map P", Source{"Eq. 1"}),
+        optional("partitioner", &Config::partitioner, "", "how the map is cut into regions",
+                 Source{"Eqs. 2-3", "Yagi et al. 2026, Sec. 2.1"}),
+        optional("ground", &Config::ground, "", "how the ground is found",
+                 Source{{}, "Yagi et al. 2026, Sec. 2.2"}),
+        optional("viewpoints", &Config::viewpoints, "", "where virtual viewpoints stand",
+                 Source{"Eqs. 4-5", "Yagi et al. 2026, Sec. 2.2"}),
+        optional("visibility", &Config::visibility, "", "what is seen from a viewpoint",
+                 Source{"Eqs. 6-10", "Yagi et al. 2026, Sec. 2.3"}),
+        optional("store", &Config::store, "", "where the bundle of region maps is kept",
+                 Source{{}, "Yagi et al. 2026, Sec. 2.3"}),
+        optional("matcher", &Config::matcher, "", "how scans are matched",
+                 Source{{}, "Yagi et al. 2026, Sec. 3.3"}),
+        optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",
+                 Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
     };
   }
 

@@ -42,8 +42,11 @@ struct Entry {
 [[nodiscard]] VANTAGE_API std::string to_toml(const Value& value);
 [[nodiscard]] VANTAGE_API std::string to_toml(const Table& table, const std::string& prefix = {});
 
-/// "; did you mean 'x'?" for the candidate nearest to a misspelt word, or "" where none is near.
+/// "; did you mean 'x'?" for the candidate nearest to a misspelt word, "'x' or 'y'" for candidates
+/// equally near, or "" where none is near. Letters in the wrong case count as right ones.
+/// @param written  words that are there already: of equally near ones, those are not meant
 [[nodiscard]] VANTAGE_API std::string did_you_mean(std::string_view word,
-                                                   const std::vector<std::string>& candidates);
+                                                   const std::vector<std::string>& candidates,
+                                                   const std::vector<std::string>& written = {});
 
 }  // namespace vantage

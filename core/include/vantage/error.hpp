@@ -37,7 +37,8 @@ struct Error {
   ErrorCode code = ErrorCode::internal;
   std::string message;
   std::optional<SourceLocation> where;
-  std::vector<std::string> context;  ///< innermost first: "reading map.pcd", "building ..."
+  std::vector<std::string> context;    ///< innermost first: "reading map.pcd", "building ..."
+  std::vector<std::string> keys = {};  ///< of parameters; `parse` makes `where` of them
 
   /// The same error with one more layer of "while ...".
   [[nodiscard]] VANTAGE_API Error during(std::string activity) &&;

@@ -28,9 +28,8 @@ struct LocalizerParams {
                  "scan points farther from the sensor are dropped; unlimited if left out",
                  positive),
         optional("switch_margin", &LocalizerParams::switch_margin, "m",
-                 "the region changes only this far behind its border; 0 switches at the border "
-                 "(Eq. 11)",
-                 non_negative),
+                 "the region changes only this far behind its border; 0 switches at the border",
+                 non_negative, Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
         optional("min_coverage", &LocalizerParams::min_coverage, "",
                  "a scan is lost if a smaller share of its points has a map voxel", between(0, 1)),
         optional("min_nvtl", &LocalizerParams::min_nvtl, "",

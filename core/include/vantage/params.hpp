@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -26,15 +27,17 @@
 ///       double cell_width{};  // L of Eq. 2
 ///       static constexpr auto schema() {
 ///         return std::tuple{
-///             required("cell_width", &Params::cell_width, "m", "grid width L (Eq. 2)", positive)};
+///             required("cell_width", &Params::cell_width, "m", "grid width L", positive,
+///                      Source{"Eq. 2", "Yagi et al. 2026, Sec. 2.1"})};
 ///       }
 ///     };
 ///
-/// An optional member (`std::optional<T>`) may be left out; any other member that is `optional`
-/// keeps the value of a default-constructed Params. An enum needs, in its own namespace, a function
-/// of its names, `constexpr auto enum_names(Kernel)`, that returns an array of pairs of string_view
-/// and Kernel. A struct may add `Result<void> validate() const` for what one parameter alone cannot
-/// tell.
+/// An optional member (`std::optional<T>`) may be left out, and its doc says what that means; any
+/// other member that is `optional` keeps the value of a default-constructed Params. An enum needs,
+/// in its own namespace, a function of its names, `constexpr auto enum_names(Kernel)`, that returns
+/// an array of pairs of string_view and Kernel. A struct may add `Result<void> validate() const`
+/// for what one parameter alone cannot tell; it fails with `fail_at`, so that the error points at
+/// the key that is to blame.
 namespace vantage {
 
 /// The values a number may take.
@@ -46,7 +49,7 @@ struct Range {
   [[nodiscard]] constexpr bool contains(double x) const noexcept {
     return (min_open ? x > min : x >= min) && (max_open ? x < max : x <= max);
   }
-  /// "> 0", ">= 1", "in [0, 1)"; "" where everything is allowed.
+  /// "> 0", ">= 1", "in [0, 1)", "1" for [1, 1]; "" where everything is allowed.
   [[nodiscard]] VANTAGE_API std::string to_string() const;
 };
 
@@ -59,6 +62,12 @@ inline constexpr Range non_negative{.min = 0.0};
   return {.min = min, .max = max, .min_open = true, .max_open = true};
 }
 
+/// Where a parameter comes from; empty where there is no source.
+struct Source {
+  std::string_view equation = {};  ///< of the paper this project follows: "Eq. 2"
+  std::string_view citation = {};  ///< "Yagi et al. 2026, Sec. 2.1", "Katz et al. 2007"
+};
+
 template <class Params, class Member>
 struct Field {
   std::string_view key;
@@ -66,27 +75,55 @@ struct Field {
   std::string_view unit, doc;
   Range range;
   bool required;
+  Source source;
 };
 
 template <class Params, class Member>
 [[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
                                                        std::string_view unit, std::string_view doc,
-                                                       Range range = any_number) {
-  return {key, member, unit, doc, range, true};
+                                                       Range range = any_number,
+                                                       Source source = {}) {
+  return {key, member, unit, doc, range, true, source};
+}
+template <class Params, class Member>
+[[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
+                                                       std::string_view unit, std::string_view doc,
+                                                       Source source) {
+  return {key, member, unit, doc, any_number, true, source};
 }
 template <class Params, class Member>
 [[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
                                                        std::string_view unit, std::string_view doc,
-                                                       Range range = any_number) {
-  return {key, member, unit, doc, range, false};
+                                                       Range range = any_number,
+                                                       Source source = {}) {
+  return {key, member, unit, doc, range, false, source};
 }
+template <class Params, class Member>
+[[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
+                                                       std::string_view unit, std::string_view doc,
+                                                       Source source) {
+  return {key, member, unit, doc, any_number, false, source};
+}
+
+/// For `validate`: what is wrong, and the keys it is about (`a.b` in a nested table). The error
+/// points at the first of them that is written down, or at the table if none is.
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> fail_at(
+    std::initializer_list<std::string_view> keys, std::string message);
+
+enum class ValueKind : std::uint8_t { boolean, integer, number, string, path, choice, table };
 
 /// One parameter as a person or a program reads it.
 struct ParameterDoc {
-  std::string key, type, unit, doc, range;
+  std::string key, type, unit, doc;  ///< type: "number", "array of 2 numbers", ...
+  std::string equation, citation;    ///< see Source
   bool required = false;
-  std::string default_value;         ///< as TOML; "" where there is none
-  std::vector<std::string> choices;  ///< of an enum
+  ValueKind kind = ValueKind::table;  ///< of the value, or of each element of an array
+  bool array = false;
+  std::optional<std::size_t> length;  ///< of an array that must have this one
+  Range range;                        ///< of a number: what is allowed and the type can hold
+  std::vector<std::string> choices;   ///< of an enum
+  std::optional<Value> default_value;
+  std::vector<ParameterDoc> fields;  ///< of a table with a schema of its own
 };
 
 /// No parameters.
@@ -116,9 +153,19 @@ namespace detail {
     const Value&, std::string_view key, const std::vector<std::string>& choices);
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> missing_key(const Table&, std::string_view key,
                                                             std::string_view doc);
+/// Of an array: too short or too long.
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> wrong_length(const Value&, std::string_view key,
+                                                             std::string_view expected,
+                                                             std::size_t length);
 [[nodiscard]] VANTAGE_API Result<void> only_known_keys(const Table&,
                                                        const std::vector<std::string>& known);
-/// A relative path is meant from the file it is written in; on the command line, from the cwd.
+/// An error of `validate` with the place that its keys have in the table.
+[[nodiscard]] VANTAGE_API Error at_keys(Error, const Table&);
+/// "number", "array of 2 numbers", "array of paths".
+[[nodiscard]] VANTAGE_API std::string type_text(ValueKind, bool array,
+                                                std::optional<std::size_t> length);
+/// A relative path is meant from the file it is written in; on the command line, from the cwd, and
+/// is then absolute.
 [[nodiscard]] VANTAGE_API std::filesystem::path resolve_path(const std::string&,
                                                              const SourceLocation&);
 
@@ -149,30 +196,90 @@ template <class T>
   return names;
 }
 
+/// What a member is without its `std::optional`.
 template <class T>
-[[nodiscard]] std::string type_of() {
-  if constexpr (is_optional<T>::value) {
-    return type_of<typename T::value_type>();
-  } else if constexpr (is_vector<T>::value) {
-    return "array of " + type_of<typename T::value_type>();
-  } else if constexpr (is_eigen_vector<T>::value) {
-    return "array of " + std::to_string(T::RowsAtCompileTime) + " numbers";
-  } else if constexpr (std::same_as<T, bool>) {
-    return "boolean";
-  } else if constexpr (std::is_enum_v<T>) {
-    return "choice";
-  } else if constexpr (std::integral<T>) {
-    return "integer";
-  } else if constexpr (std::floating_point<T>) {
-    return "number";
-  } else if constexpr (std::same_as<T, std::string>) {
-    return "string";
-  } else if constexpr (std::same_as<T, std::filesystem::path>) {
-    return "path";
+struct value_type {
+  using type = T;
+};
+template <class T>
+struct value_type<std::optional<T>> {
+  using type = T;
+};
+
+/// What a value is without its array; an array of arrays has no description.
+template <class T>
+struct element_type {
+  using type = T;
+};
+template <class T>
+struct element_type<std::vector<T>> {
+  static_assert(!is_vector<T>::value && !is_eigen_vector<T>::value);
+  using type = T;
+};
+template <int N>
+struct element_type<Eigen::Matrix<double, N, 1>> {
+  using type = double;
+};
+
+template <class T>
+inline constexpr bool is_array = is_vector<T>::value || is_eigen_vector<T>::value;
+
+template <class T>
+[[nodiscard]] constexpr std::optional<std::size_t> length_of() {
+  if constexpr (is_eigen_vector<T>::value) {
+    return static_cast<std::size_t>(T::RowsAtCompileTime);
   } else {
-    return "table";
+    return std::nullopt;
   }
 }
+
+/// @tparam T  no array
+template <class T>
+[[nodiscard]] constexpr ValueKind value_kind() {
+  if constexpr (std::same_as<T, bool>) {
+    return ValueKind::boolean;
+  } else if constexpr (std::is_enum_v<T>) {
+    return ValueKind::choice;
+  } else if constexpr (std::integral<T>) {
+    return ValueKind::integer;
+  } else if constexpr (std::floating_point<T>) {
+    return ValueKind::number;
+  } else if constexpr (std::same_as<T, std::string>) {
+    return ValueKind::string;
+  } else if constexpr (std::same_as<T, std::filesystem::path>) {
+    return ValueKind::path;
+  } else {
+    static_assert(HasSchema<T> || std::same_as<T, Table>);
+    return ValueKind::table;
+  }
+}
+
+template <class T>
+[[nodiscard]] std::string type_of() {
+  return type_text(value_kind<typename element_type<T>::type>(), is_array<T>, length_of<T>());
+}
+
+/// What of a range an integer of type T can hold. TOML's own integers have 64 bits.
+template <class T>
+[[nodiscard]] constexpr Range within_type(Range range) {
+  if constexpr (std::integral<T> && !std::same_as<T, bool>) {
+    const auto raise = [&](double min) {
+      if (min > range.min) range.min = min, range.min_open = false;
+    };
+    const auto lower = [&](double max) {
+      if (max < range.max) range.max = max, range.max_open = false;
+    };
+    if constexpr (std::unsigned_integral<T>) raise(0.0);
+    if constexpr (sizeof(T) < sizeof(std::int64_t)) {
+      raise(static_cast<double>(std::numeric_limits<T>::min()));
+      lower(static_cast<double>(std::numeric_limits<T>::max()));
+    }
+  }
+  return range;
+}
+
+/// "origin[1]".
+[[nodiscard]] VANTAGE_API std::string element_key(std::string_view key, std::size_t index);
 
 template <class T>
 [[nodiscard]] Result<T> read_value(const Value& value, const Context& context) {
@@ -181,21 +288,26 @@ template <class T>
     return T{std::move(inner)};
   } else if constexpr (is_vector<T>::value) {
     const auto* array = std::get_if<Array>(&value.data);
-    if (array == nullptr) return wrong_type(value, context.key, type_of<T>());
+    if (array == nullptr) return wrong_type(value, context.key, "an " + type_of<T>());
     T out;
     for (const Value& element : *array) {
-      VANTAGE_TRY(auto x, read_value<typename T::value_type>(element, context));
+      const std::string key = element_key(context.key, out.size());
+      VANTAGE_TRY(auto x,
+                  read_value<typename T::value_type>(element, {key, context.unit, context.range}));
       out.push_back(std::move(x));
     }
     return out;
   } else if constexpr (is_eigen_vector<T>::value) {
     const auto* array = std::get_if<Array>(&value.data);
-    if (array == nullptr || array->size() != static_cast<std::size_t>(T::RowsAtCompileTime)) {
-      return wrong_type(value, context.key, type_of<T>());
+    if (array == nullptr) return wrong_type(value, context.key, "an " + type_of<T>());
+    if (array->size() != *length_of<T>()) {
+      return wrong_length(value, context.key, "an " + type_of<T>(), array->size());
     }
     T out;
     for (std::size_t i = 0; i < array->size(); ++i) {
-      VANTAGE_TRY(const double x, read_value<double>((*array)[i], context));
+      const std::string key = element_key(context.key, i);
+      VANTAGE_TRY(const double x,
+                  read_value<double>((*array)[i], {key, context.unit, context.range}));
       out[static_cast<Eigen::Index>(i)] = x;
     }
     return out;
@@ -212,11 +324,11 @@ template <class T>
   } else if constexpr (std::integral<T>) {
     const auto* x = std::get_if<std::int64_t>(&value.data);
     if (x == nullptr) return wrong_type(value, context.key, "an integer");
-    if (!std::in_range<T>(*x) || !context.range.contains(static_cast<double>(*x))) {
-      Range range = context.range;
-      range.min = std::max(range.min, static_cast<double>(std::numeric_limits<T>::min()));
-      range.max = std::min(range.max, static_cast<double>(std::numeric_limits<T>::max()));
-      return out_of_range(value, context.key, range, context.unit);
+    if (!context.range.contains(static_cast<double>(*x))) {
+      return out_of_range(value, context.key, context.range, context.unit);
+    }
+    if (!std::in_range<T>(*x)) {
+      return out_of_range(value, context.key, within_type<T>(context.range), context.unit);
     }
     return static_cast<T>(*x);
   } else if constexpr (std::floating_point<T>) {
@@ -317,9 +429,7 @@ Result<Params> parse(const Table& table) {
 
   if constexpr (requires { params.validate(); }) {
     if (Result<void> valid = params.validate(); !valid) {
-      Error error = std::move(valid).error();
-      if (!error.where) error.where = table.where;
-      return fail(std::move(error));
+      return fail(detail::at_keys(std::move(valid).error(), table));
     }
   }
   return params;
@@ -344,23 +454,24 @@ std::vector<ParameterDoc> describe() {
   const Params defaults{};
   const auto add = [&](const auto& field) {
     using Member = std::remove_cvref_t<decltype(defaults.*field.member)>;
+    using Held = typename detail::value_type<Member>::type;
+    using Element = typename detail::element_type<Held>::type;
     ParameterDoc doc{.key = std::string(field.key),
-                     .type = detail::type_of<Member>(),
+                     .type = detail::type_of<Held>(),
                      .unit = std::string(field.unit),
                      .doc = std::string(field.doc),
-                     .range = field.range.to_string(),
+                     .equation = std::string(field.source.equation),
+                     .citation = std::string(field.source.citation),
                      .required = field.required,
+                     .kind = detail::value_kind<Element>(),
+                     .array = detail::is_array<Held>,
+                     .length = detail::length_of<Held>(),
+                     .range = detail::within_type<Element>(field.range),
+                     .choices = detail::choices_of<Element>(),
                      .default_value = {},
-                     .choices = {}};
-    if constexpr (detail::is_optional<Member>::value) {
-      doc.choices = detail::choices_of<typename Member::value_type>();
-    } else {
-      doc.choices = detail::choices_of<Member>();
-    }
-    if (!field.required) {
-      if (auto value = detail::write_value(defaults.*field.member))
-        doc.default_value = to_toml(*value);
-    }
+                     .fields = {}};
+    if (!field.required) doc.default_value = detail::write_value(defaults.*field.member);
+    if constexpr (HasSchema<Element>) doc.fields = describe<Element>();
     docs.push_back(std::move(doc));
   };
   std::apply([&](const auto&... field) { (add(field), ...); }, Params::schema());

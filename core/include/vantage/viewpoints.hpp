@@ -20,9 +20,11 @@ struct ViewpointParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("voxel_size", &ViewpointParams::voxel_size, "m",
-                 "s_voxel: one viewpoint for each ground voxel of this size (Eq. 4)", positive),
+                 "s_voxel: one viewpoint for each ground voxel of this size", positive,
+                 Source{"Eq. 4", "Yagi et al. 2026, Sec. 2.2"}),
         optional("sensor_height", &ViewpointParams::sensor_height, "m",
-                 "h_s: height of the sensor above the ground (Eq. 5)"),
+                 "h_s: height of the sensor above the ground",
+                 Source{"Eq. 5", "Yagi et al. 2026, Sec. 2.2"}),
     };
   }
 };

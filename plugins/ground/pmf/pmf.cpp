@@ -52,20 +52,25 @@ struct Params {
   double outlier_ratio = 3.0;
 
   static constexpr auto schema() {
+    constexpr Source kFilter{{}, "Zhang et al. 2003"};
+    constexpr Source kWindows{{}, "Zhang et al. 2003, Eqs. 4-5"};
     return std::tuple{
         optional("cell_size", &Params::cell_size, "m", "width of a cell of the raster of minima",
-                 positive),
+                 positive, kFilter),
         optional("max_window", &Params::max_window, "m",
                  "width of the largest window: wider than the widest object, narrower than hills",
-                 positive),
+                 positive, kWindows),
         optional("schedule", &Params::schedule, "",
-                 "windows of 2 k base + 1 (linear) or 2 base^(k-1) + 1 cells (exponential)"),
-        optional("base", &Params::base, "cells", "how fast the windows grow", at_least(1.0)),
-        optional("slope", &Params::slope, "", "steepest terrain, rise over run", non_negative),
+                 "windows of 2 k base + 1 (linear) or 2 base^(k-1) + 1 cells (exponential)",
+                 kWindows),
+        optional("base", &Params::base, "cells", "how fast the windows grow", at_least(1.0),
+                 kWindows),
+        optional("slope", &Params::slope, "", "steepest terrain, rise over run", non_negative,
+                 kFilter),
         optional("initial_distance", &Params::initial_distance, "m",
-                 "how far from the ground's surface a point may be", non_negative),
+                 "how far from the ground's surface a point may be", non_negative, kFilter),
         optional("max_distance", &Params::max_distance, "m",
-                 "a larger drop between two windows is never terrain", non_negative),
+                 "a larger drop between two windows is never terrain", non_negative, kFilter),
         optional("outlier_ratio", &Params::outlier_ratio, "",
                  "a low cell is an outlier if a higher one nearby has so many times its support",
                  at_least(1.0)),
@@ -74,22 +79,21 @@ struct Params {
 
   [[nodiscard]] Result<void> validate() const {
     if (max_window < 3.0 * cell_size) {
-      return fail(ErrorCode::invalid_config,
-                  "'max_window' must be at least three times 'cell_size'");
+      return fail_at({"max_window", "cell_size"},
+                     "'max_window' must be at least three times 'cell_size'");
     }
     if (max_distance < initial_distance) {
-      return fail(ErrorCode::invalid_config,
-                  "'max_distance' must not be smaller than 'initial_distance'");
+      return fail_at({"max_distance", "initial_distance"},
+                     "'max_distance' must not be smaller than 'initial_distance'");
     }
     if (schedule == Schedule::exponential && base < 1.1) {
-      return fail(ErrorCode::invalid_config,
-                  "'base' must be at least 1.1 for the exponential schedule");
+      return fail_at({"base"}, "'base' must be at least 1.1 for the exponential schedule");
     }
     if (max_window / (2.0 * cell_size * base) > static_cast<double>(kMaxWindows) &&
         schedule == Schedule::linear) {
-      return fail(ErrorCode::invalid_config, "'max_window' takes more than " +
-                                                 std::to_string(kMaxWindows) +
-                                                 " windows; choose a larger 'base' or 'cell_size'");
+      return fail_at({"max_window", "base", "cell_size"},
+                     "'max_window' takes more than " + std::to_string(kMaxWindows) +
+                         " windows; choose a larger 'base' or 'cell_size'");
     }
     return {};
   }

@@ -30,13 +30,15 @@ struct Params {
   std::optional<double> d1, d2, d3;
 
   static constexpr auto schema() {
+    constexpr Source kCoefficients{"Eq. 12", "Magnusson 2009, Eqs. 6.8-6.9"};
     return std::tuple{
-        optional("resolution", &Params::resolution, "m", "edge of a voxel", positive),
+        optional("resolution", &Params::resolution, "m", "edge of a voxel", positive,
+                 Source{{}, "Magnusson 2009, ch. 6"}),
         optional("neighbours", &Params::neighbours, "",
-                 "which voxels a scan point is compared with"),
+                 "which voxels a scan point is compared with", Source{{}, "K. Koide's ndt_omp"}),
         optional("outlier_ratio", &Params::outlier_ratio, "",
-                 "share of outliers from which d1, d2, d3 of Eq. 12 are derived",
-                 strictly_between(0.0, 1.0)),
+                 "share of outliers from which d1, d2, d3 are derived", strictly_between(0.0, 1.0),
+                 kCoefficients),
         optional("min_points_per_voxel", &Params::min_points_per_voxel, "points",
                  "a voxel with fewer has no distribution", at_least(3)),
         optional("eigenvalue_floor", &Params::eigenvalue_floor, "",
@@ -57,10 +59,15 @@ struct Params {
         optional("min_coverage", &Params::min_coverage, "",
                  "with a smaller share of scan points that have a voxel there is no answer",
                  between(0.0, 1.0)),
-        optional("d1", &Params::d1, "", "coefficient of Eq. 12; given with d2 and d3, or derived"),
-        optional("d2", &Params::d2, "", "coefficient of Eq. 12; given with d1 and d3, or derived",
-                 positive),
-        optional("d3", &Params::d3, "", "coefficient of Eq. 12; given with d1 and d2, or derived")};
+        optional("d1", &Params::d1, "",
+                 "coefficient of S_fitness, given with d2 and d3; derived if left out",
+                 kCoefficients),
+        optional("d2", &Params::d2, "",
+                 "coefficient of S_fitness, given with d1 and d3; derived if left out", positive,
+                 kCoefficients),
+        optional("d3", &Params::d3, "",
+                 "coefficient of S_fitness, given with d1 and d2; derived if left out",
+                 kCoefficients)};
   }
 
   [[nodiscard]] Result<NdtCoefficients> coefficients() const {
@@ -70,16 +77,15 @@ struct Params {
 
   [[nodiscard]] Result<void> validate() const {
     if (d1.has_value() != d2.has_value() || d1.has_value() != d3.has_value()) {
-      return fail(ErrorCode::invalid_config,
-                  "d1, d2 and d3 belong together: give all three or none");
+      return fail_at({"d1", "d2", "d3"}, "d1, d2 and d3 belong together: give all three or none");
     }
-    if (d1 && *d1 == 0.0) return fail(ErrorCode::invalid_config, "d1 must not be 0");
+    if (d1 && *d1 == 0.0) return fail_at({"d1"}, "d1 must not be 0");
     const auto derived = coefficients();
     if (!derived || !(std::abs(derived->d1) > 0.0) || !(derived->d2 > 0.0) ||
         !std::isfinite(derived->d1) || !std::isfinite(derived->d2) || !std::isfinite(derived->d3)) {
-      return fail(ErrorCode::invalid_config,
-                  "resolution " + std::to_string(resolution) + " m and outlier ratio " +
-                      std::to_string(outlier_ratio) + " give no usable d1, d2, d3");
+      return fail_at({"d1", "resolution", "outlier_ratio"},
+                     "resolution " + std::to_string(resolution) + " m and outlier ratio " +
+                         std::to_string(outlier_ratio) + " give no usable d1, d2, d3");
     }
     return {};
   }

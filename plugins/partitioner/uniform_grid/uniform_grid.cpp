@@ -77,11 +77,13 @@ class UniformGrid final : public vantage::Partitioner {
     std::optional<Eigen::Vector2d> origin;  // lower left corner of cell (0, 0)
 
     static constexpr auto schema() {
+      constexpr vantage::Source kSource{"Eq. 2", "Yagi et al. 2026, Sec. 2.1"};
       return std::tuple{
-          vantage::required("cell_width", &Params::cell_width, "m", "grid width L (Eq. 2)",
-                            vantage::positive),
+          vantage::required("cell_width", &Params::cell_width, "m", "grid width L",
+                            vantage::positive, kSource),
           vantage::optional("origin", &Params::origin, "m",
-                            "[x, y] of the corner between cells; the map's minimum if left out"),
+                            "[x, y] of the corner between cells; the map's minimum if left out",
+                            kSource),
       };
     }
   };

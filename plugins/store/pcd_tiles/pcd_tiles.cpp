@@ -265,8 +265,7 @@ class PcdTiles final : public MapStore {
     [[nodiscard]] Result<void> validate() const {
       const fs::path name = folder().filename();
       if (!name.empty() && name != "." && name != "..") return {};
-      return fail(ErrorCode::invalid_config,
-                  "'root' must name a folder, not '" + root.string() + "'");
+      return fail_at({"root"}, "'root' must name a folder, not '" + root.string() + "'");
     }
   };
 

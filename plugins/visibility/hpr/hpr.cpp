@@ -49,30 +49,32 @@ class HiddenPointRemoval final : public VisibilityOperator {
     std::optional<double> angular_spacing;  // [deg]
 
     static constexpr auto schema() {
-      using vantage::optional, vantage::positive;
+      using vantage::optional, vantage::positive, vantage::Source;
       return std::tuple{
           optional("kernel", &Params::kernel, "",
-                   "how points are turned: the flip of Katz et al., or Eq. 8 as printed"),
-          optional(
-              "alpha", &Params::alpha, "",
-              "R = alpha * diagonal of the map (Eq. 6); 100 if neither alpha nor gap is given; "
-              "no effect on inversion",
-              vantage::between(1.0, 1e6)),
+                   "how points are turned: the flip of Katz et al., or Eq. 8 as printed",
+                   Source{"Eq. 8", "Katz et al. 2007; Yagi et al. 2026, Sec. 2.3"}),
+          optional("alpha", &Params::alpha, "",
+                   "R = alpha * diagonal of the map, no effect on inversion; 100 if left out, or "
+                   "what gap makes of R",
+                   vantage::between(1.0, 1e6), Source{"Eq. 6", "Yagi et al. 2026, Sec. 2.3"}),
           optional("gap", &Params::gap, "m",
                    "instead of alpha: a point this far behind a surface is hidden", positive),
           optional("angular_spacing", &Params::angular_spacing, "deg",
-                   "goes with gap: angle between neighbouring samples of that surface",
+                   "goes with gap, left out without it: angle between neighbouring samples of that "
+                   "surface",
                    vantage::strictly_between(0.0, 90.0))};
     }
 
     [[nodiscard]] Result<void> validate() const {
       if (alpha && (gap || angular_spacing)) {
-        return fail(ErrorCode::invalid_config,
-                    "'alpha' and 'gap' both set the radius R; give only one of them");
+        return vantage::fail_at({"alpha"},
+                                "'alpha' and 'gap' both set the radius R; give only one of them");
       }
       if (gap.has_value() != angular_spacing.has_value()) {
-        return fail(ErrorCode::invalid_config, gap ? "'gap' needs 'angular_spacing' beside it"
-                                                   : "'angular_spacing' needs 'gap' beside it");
+        return vantage::fail_at({"gap", "angular_spacing"},
+                                gap ? "'gap' needs 'angular_spacing' beside it"
+                                    : "'angular_spacing' needs 'gap' beside it");
       }
       return {};
     }

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "support/plugins.hpp"
@@ -38,12 +39,13 @@ struct Everything {
   std::filesystem::path file;
 
   static constexpr auto schema() {
-    return std::tuple{required("width", &Everything::width, "m", "how wide", positive),
+    return std::tuple{required("width", &Everything::width, "m", "how wide", positive,
+                               Source{"Eq. 2", "Somebody 2026"}),
                       optional("count", &Everything::count, "", "how many", between(1, 10)),
                       optional("small", &Everything::small, "", "a byte"),
                       optional("flag", &Everything::flag, "", "whether"),
                       optional("name", &Everything::name, "", "what"),
-                      optional("shape", &Everything::shape, "", "which"),
+                      optional("shape", &Everything::shape, "", "which", Source{"Eq. 8"}),
                       optional("limit", &Everything::limit, "m", "at most", non_negative),
                       optional("list", &Everything::list, "", "numbers"),
                       optional("corner", &Everything::corner, "m", "where"),
@@ -51,7 +53,7 @@ struct Everything {
                       optional("file", &Everything::file, "", "path")};
   }
   [[nodiscard]] Result<void> validate() const {
-    if (limit && *limit < width) return fail(ErrorCode::invalid_config, "limit below width");
+    if (limit && *limit < width) return fail_at({"limit"}, "limit below width");
     return {};
   }
 };
@@ -108,7 +110,10 @@ TEST_CASE("wrong parameters are errors that say what, where and what was expecte
         "test.toml:2:1: error: unknown key 'witdh'; did you mean 'width'?");
   CHECK(error_of("width = '1'") == "test.toml:1:9: error: 'width' must be a number, not a string");
   CHECK(error_of("width = -1") == "test.toml:1:9: error: 'width' must be > 0 m, not -1");
-  CHECK(error_of("width = nan") == "test.toml:1:9: error: 'width' must be > 0 m, not nan");
+  CHECK(error_of("width = nan") ==
+        "test.toml:1:9: error: 'width' must be finite and > 0 m, not nan");
+  CHECK(error_of("width = inf") ==
+        "test.toml:1:9: error: 'width' must be finite and > 0 m, not inf");
   CHECK(error_of("width = 1\ncount = 11") ==
         "test.toml:2:9: error: 'count' must be in [1, 10], not 11");
   CHECK(error_of("width = 1\ncount = 2.0") ==
@@ -119,21 +124,77 @@ TEST_CASE("wrong parameters are errors that say what, where and what was expecte
         "test.toml:2:9: error: 'shape' must be one of 'ball', 'cube', not 'cub'; did you mean "
         "'cube'?");
   CHECK(error_of("width = 1\ncorner = [1, 2, 3]") ==
-        "test.toml:2:10: error: 'corner' must be array of 2 numbers, not an array");
+        "test.toml:2:10: error: 'corner' must be an array of 2 numbers, not of 3");
   CHECK(error_of("width = 1\ninner = { dept = 1 }") ==
         "test.toml:2:11: error: unknown key 'dept'; did you mean 'depth'?");
-  CHECK(error_of("width = 3\nlimit = 1") == "test.toml:1:1: error: limit below width");
+  CHECK(error_of("width = 1\ncorner = [1, 'b']") ==
+        "test.toml:2:14: error: 'corner[1]' must be a number, not a string");
+  CHECK(error_of("width = 1\nlist = 2") ==
+        "test.toml:2:8: error: 'list' must be an array of numbers, not an integer");
+  CHECK(error_of("width = 3\n\nlimit = 1") == "test.toml:3:9: error: limit below width");
 }
 
-TEST_CASE("describe tells type, unit, range and default") {
+TEST_CASE("describe tells type, unit, range, default and source") {
   const auto docs = describe<Everything>();
   REQUIRE(docs.size() == 11);
-  CHECK(docs[0].required);
-  CHECK(docs[0].range == "> 0");
-  CHECK(docs[0].unit == "m");
-  CHECK(docs[1].default_value == "3");
-  CHECK(docs[5].choices == std::vector<std::string>{"ball", "cube"});
-  CHECK(docs[6].default_value.empty());
+  const auto doc = [&](std::string_view key) {
+    const auto found = std::find_if(docs.begin(), docs.end(), [&](const ParameterDoc& candidate) {
+      return candidate.key == key;
+    });
+    REQUIRE(found != docs.end());
+    return *found;
+  };
+  CHECK(doc("width").required);
+  CHECK_FALSE(doc("width").default_value);
+  CHECK(doc("width").range.to_string() == "> 0");
+  CHECK(doc("width").unit == "m");
+  CHECK(doc("width").equation == "Eq. 2");
+  CHECK(doc("width").citation == "Somebody 2026");
+  CHECK(doc("count").kind == ValueKind::integer);
+  CHECK(std::get<std::int64_t>(doc("count").default_value->data) == 3);
+  CHECK(doc("small").range.to_string() == "in [0, 255]");
+  CHECK(doc("shape").choices == std::vector<std::string>{"ball", "cube"});
+  CHECK(doc("shape").equation == "Eq. 8");
+  CHECK(doc("shape").citation.empty());
+  CHECK(doc("limit").kind == ValueKind::number);
+  CHECK_FALSE(doc("limit").array);
+  CHECK_FALSE(doc("limit").default_value);
+  CHECK(doc("list").array);
+  CHECK_FALSE(doc("list").length);
+  CHECK(doc("list").type == "array of numbers");
+  CHECK(doc("corner").length == 2);
+  CHECK(doc("corner").type == "array of 2 numbers");
+  CHECK(doc("inner").kind == ValueKind::table);
+  REQUIRE(doc("inner").fields.size() == 1);
+  CHECK(doc("inner").fields[0].key == "depth");
+  CHECK(doc("file").kind == ValueKind::path);
+}
+
+namespace {
+
+struct Outer {
+  Inner inner;
+  static constexpr auto schema() {
+    return std::tuple{optional("inner", &Outer::inner, "", "nested")};
+  }
+  [[nodiscard]] Result<void> validate() const {
+    return fail_at({"inner.depth", "inner"}, "too deep");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what validate refuses has the place of the first of its keys that is written") {
+  const auto place = [](const std::string& toml) {
+    const auto outer = parse<Outer>(test::table(toml));
+    REQUIRE_FALSE(outer.has_value());
+    CHECK(outer.error().keys.empty());
+    return to_string(outer.error());
+  };
+  CHECK(place("\ninner = { depth = 2 }") == "test.toml:2:19: error: too deep");
+  CHECK(place("\n[inner]\n\ndepth = 2").starts_with("test.toml:4:9: "));
+  CHECK(place("\ninner = {}").starts_with("test.toml:2:9: "));
+  CHECK(place("").starts_with("test.toml:1:1: "));
 }
 
 TEST_CASE("TOML mistakes are errors with a place") {
@@ -152,6 +213,18 @@ TEST_CASE("did_you_mean offers only what is near") {
   CHECK(did_you_mean("cel_width", words) == "; did you mean 'cell_width'?");
   CHECK(did_you_mean("orgin", words) == "; did you mean 'origin'?");
   CHECK(did_you_mean("banana", words).empty());
+  CHECK(did_you_mean("CELL_WIDTH", words) == "; did you mean 'cell_width'?");
+  CHECK(did_you_mean("oirgin", words) == "; did you mean 'origin'?");
+  CHECK(did_you_mean("", words).empty());
+  CHECK(did_you_mean("mpa", {"map"}) == "; did you mean 'map'?");
+}
+
+TEST_CASE("did_you_mean: of words equally near, those not written yet; all of them if need be") {
+  const std::vector<std::string> words{"size_x", "size_y"};
+  CHECK(did_you_mean("size_", words) == "; did you mean 'size_x' or 'size_y'?");
+  CHECK(did_you_mean("size_", words, {"size_x"}) == "; did you mean 'size_y'?");
+  CHECK(did_you_mean("size_xx", words, {"size_x"}) == "; did you mean 'size_x'?");
+  CHECK(did_you_mean("d", {"d1", "d2", "d3"}) == "; did you mean 'd1', 'd2' or 'd3'?");
 }
 
 TEST_CASE("numbers and strings survive being written as TOML") {
@@ -191,7 +264,7 @@ params = { root = "out" }
         "'scan_voxel_size'?");
   CHECK(load_config(file, {"schema"}).error().message == "expected key.path=value");
   CHECK(load_config(file, {"schema.x=1"}).error().message == "'schema' is not a table");
-  CHECK(load_config(file, {"schema=2"}).error().message == "'schema' must be in [1, 1], not 2");
+  CHECK(load_config(file, {"schema=2"}).error().message == "'schema' must be 1, not 2");
   CHECK(load_config(folder.path() / "none.toml").error().code == ErrorCode::not_found);
   CHECK(load_config(folder.path()).error().message == "expected a TOML file, found a folder");
 }

@@ -1,0 +1,90 @@
+#include "print_config.hpp"
+
+#include <algorithm>
+
+namespace vantage {
+namespace {
+
+Result<std::vector<ParameterDoc>> params_of(PluginKind kind, const PluginChoice& choice,
+                                            const PluginLoader& loader) {
+  std::filesystem::path path = choice.library.value_or("");
+  if (!choice.library) {
+    for (const PluginFile& file : loader.list()) {
+      if (file.kind == kind && file.name == choice.plugin) path = file.path;
+    }
+  }
+  VANTAGE_TRY(auto plugin, loader.inspect(path));
+  return std::move(plugin.parameters);
+}
+
+/// What is known of the keys of this configuration, down to those of its plugins.
+Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
+                                                   const PluginLoader& loader) {
+  auto docs = describe<Config>();
+  const auto add = [&](PluginKind kind, const std::optional<PluginChoice>& choice) -> Result<void> {
+    if (!choice) return {};
+    VANTAGE_TRY(auto params, params_of(kind, *choice, loader));
+    for (ParameterDoc& section : docs) {
+      if (section.key != to_string(kind)) continue;
+      for (ParameterDoc& field : section.fields) {
+        if (field.key == "params") field.fields = std::move(params);
+      }
+    }
+    return {};
+  };
+  VANTAGE_CHECK(add(PluginKind::partitioner, config.partitioner));
+  VANTAGE_CHECK(add(PluginKind::ground, config.ground));
+  if (config.visibility) {
+    VANTAGE_CHECK(add(PluginKind::visibility, config.visibility->choice()));
+  }
+  VANTAGE_CHECK(add(PluginKind::store, config.store));
+  VANTAGE_CHECK(add(PluginKind::matcher, config.matcher));
+  return docs;
+}
+
+/// A comment must not end before its text does.
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return text;
+}
+
+/// As `to_toml`, with a comment for each key that is left out.
+std::string commented_toml(const Table& table, const std::vector<ParameterDoc>& docs,
+                           const std::string& prefix) {
+  Table values;
+  for (const Entry& entry : table.entries) {
+    if (!std::holds_alternative<Table>(entry.value.data)) values.entries.push_back(entry);
+  }
+  std::string text = to_toml(values);
+  for (const ParameterDoc& p : docs) {
+    if (p.kind != ValueKind::table && table.find(p.key) == nullptr) {
+      text += one_line("# " + p.key + " is left out: " + p.doc) + "\n";
+    }
+  }
+  for (const Entry& entry : table.entries) {
+    const auto* section = std::get_if<Table>(&entry.value.data);
+    if (section == nullptr) continue;
+    const auto doc = std::find_if(docs.begin(), docs.end(),
+                                  [&](const ParameterDoc& p) { return p.key == entry.key; });
+    const std::string name = prefix + entry.key;
+    const bool documented = doc != docs.end() && !doc->fields.empty();
+    text += "\n[" + name + "]\n" +
+            (documented ? commented_toml(*section, doc->fields, name + ".")
+                        : to_toml(*section, name + "."));
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<std::string> printed_config(Config config, const PluginLoader& loader) {
+  config.viewpoints = config.viewpoints.value_or(ViewpointParams{});
+  config.localizer = config.localizer.value_or(LocalizerParams{});
+  VANTAGE_TRY(const std::string text, effective_config(config, loader));
+  VANTAGE_TRY(const Table table, parse_toml(text, config.file));
+  VANTAGE_TRY(const auto docs, documentation_of(config, loader));
+  return commented_toml(table, docs, "");
+}
+
+}  // namespace vantage
