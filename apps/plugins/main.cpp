@@ -7,6 +7,7 @@
 #include "common/command_line.hpp"
 #include "common/table.hpp"
 #include "json_schema.hpp"
+#include "new_plugin.hpp"
 #include "text.hpp"
 #include "vantage/config.hpp"
 
@@ -16,8 +17,8 @@ namespace {
 struct Options {
   std::vector<std::filesystem::path> plugin_dirs;
   bool json = false, toml = false;
-  std::string name;
-  std::filesystem::path file;
+  std::string name, kind;
+  std::filesystem::path file, out;
 };
 
 Result<void> list_plugins(const Options& options) {
@@ -90,6 +91,24 @@ Result<void> check_plugin(const Options& options) {
   return {};
 }
 
+Result<void> new_plugin(const Options& options) {
+  VANTAGE_TRY(const PluginKind kind, plugin_kind(options.kind));
+  for (const PluginFile& file : PluginLoader::with_default_folders(options.plugin_dirs).list()) {
+    if (file.kind == kind && file.name == options.name) {
+      return fail(ErrorCode::already_exists, "there is a " + options.kind + " plugin '" +
+                                                 options.name + "' already: " + file.path.string());
+    }
+  }
+  VANTAGE_CHECK(write_plugin_project(kind, options.name, options.out));
+  const std::string folder = options.out.string();
+  std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
+            << "  cmake -S " << folder << " -B " << folder << "/build"
+            << " -DCMAKE_PREFIX_PATH=<where Vantage is installed>\n"
+            << "  cmake --build " << folder << "/build && ctest --test-dir " << folder
+            << "/build\n";
+  return {};
+}
+
 /// Of the plugins in --plugin-dir, or else of those beside the library: what $VANTAGE_PLUGIN_PATH
 /// adds is not part of this project.
 Result<void> print_reference(const Options& options) {
@@ -142,7 +161,13 @@ int main(int argc, char** argv) {
   auto* reference = app.add_subcommand(
       "reference", "docs/config_reference.md: every key of a configuration file, as Markdown");
   add_folders(reference, "the plugins here instead of those beside the library");
+  auto* create = app.add_subcommand("new", "a project of its own for a new plugin");
+  create->add_option("KIND", options.kind, "partitioner, ground, visibility, store or matcher")
+      ->required();
+  create->add_option("NAME", options.name, "name of the plugin, as in my_split")->required();
+  create->add_option("--out,-o", options.out, "folder to create")->required()->type_name("DIR");
   return vantage::cli::run_program(app, argc, argv, [&] {
+    if (*create) return vantage::new_plugin(options);
     if (*list) return vantage::list_plugins(options);
     if (*check) return vantage::check_plugin(options);
     if (*reference) return vantage::print_reference(options);

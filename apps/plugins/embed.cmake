@@ -1,0 +1,11 @@
+# cmake -DOUT=<file> -DFROM=<folder> -P embed.cmake: the *.in files below the folder as C++ source
+file(GLOB_RECURSE templates RELATIVE "${FROM}" "${FROM}/*.in")
+list(SORT templates)
+set(text "#include \"templates.hpp\"\n\n#include <array>\n\nnamespace vantage::templates {\nnamespace {\n\nconstexpr std::array kFiles{\n")
+foreach(template IN LISTS templates)
+  file(READ "${FROM}/${template}" content)
+  string(REGEX REPLACE "\\.in$" "" path "${template}")
+  string(APPEND text "    File{\"${path}\", R\"~~~~(${content})~~~~\"},\n")
+endforeach()
+string(APPEND text "};\n\n}  // namespace\n\nstd::span<const File> files() { return kFiles; }\n\n}  // namespace vantage::templates\n")
+file(WRITE "${OUT}" "${text}")

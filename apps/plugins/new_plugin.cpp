@@ -1,0 +1,135 @@
+#include "new_plugin.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <map>
+
+#include "templates.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxName = 64;
+
+Result<void> check_name(const std::string& name) {
+  const auto lower = [](char c) { return c >= 'a' && c <= 'z'; };
+  const bool good = !name.empty() && name.size() <= kMaxName && lower(name.front()) &&
+                    std::all_of(name.begin(), name.end(), [&](char c) {
+                      return lower(c) || (c >= '0' && c <= '9') || c == '_';
+                    });
+  if (good) return {};
+  return fail(ErrorCode::invalid_input,
+              "'" + name + "' is no name for a plugin: expected 1 to " + std::to_string(kMaxName) +
+                  " lower-case letters, digits and '_', the first a letter, as in 'my_split'");
+}
+
+/// "MySplit" of "my_split".
+std::string class_name(const std::string& name) {
+  std::string result;
+  bool upper = true;
+  for (const char c : name) {
+    if (c == '_') {
+      upper = true;
+      continue;
+    }
+    result += upper && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    upper = false;
+  }
+  return result;
+}
+
+/// Replaces every @key@ of the map.
+std::string filled(std::string_view text, const std::map<std::string, std::string>& values) {
+  std::string result(text);
+  for (const auto& [key, value] : values) {
+    const std::string place = "@" + key + "@";
+    for (std::size_t at = 0; (at = result.find(place, at)) != std::string::npos;
+         at += value.size()) {
+      result.replace(at, place.size(), value);
+    }
+  }
+  return result;
+}
+
+tl::unexpected<Error> io_error(const fs::path& path, const std::string& reason) {
+  return fail(ErrorCode::io_failure, path.string() + ": cannot be written: " + reason);
+}
+
+Result<void> write_file(const fs::path& path, const std::string& text) {
+  errno = 0;
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  if (!out.flush()) return io_error(path, std::strerror(errno));
+  return {};
+}
+
+/// Which file of the project a template becomes; "" if it belongs to another kind.
+std::string file_of(std::string_view path, const std::string& kind, const std::string& name) {
+  if (path.find('/') == std::string_view::npos) return std::string(path);
+  if (!path.starts_with(kind + "/")) return "";
+  const std::string file(path.substr(kind.size() + 1));
+  if (file == "plugin.cpp") return name + ".cpp";
+  if (file == "test.cpp") return "test_" + name + ".cpp";
+  return file;
+}
+
+}  // namespace
+
+Result<PluginKind> plugin_kind(const std::string& word) {
+  std::vector<std::string> kinds;
+  std::string listed;
+  for (std::size_t k = 0; k < kPluginKinds; ++k) {
+    kinds.emplace_back(to_string(static_cast<PluginKind>(k)));
+    if (kinds.back() == word) return static_cast<PluginKind>(k);
+    listed += (listed.empty() ? "" : ", ") + kinds.back();
+  }
+  return fail(ErrorCode::invalid_input, "no kind '" + word + "'" + did_you_mean(word, kinds) +
+                                            " (there are: " + listed + ")");
+}
+
+Result<void> write_plugin_project(PluginKind kind, const std::string& name,
+                                  const fs::path& folder) {
+  VANTAGE_CHECK(check_name(name));
+  std::error_code error;
+  const fs::path target = fs::absolute(folder, error).lexically_normal();
+  const bool there = fs::exists(fs::symlink_status(target, error));
+  if (there && !(fs::is_directory(target, error) && fs::is_empty(target, error))) {
+    return fail(
+        ErrorCode::already_exists,
+        folder.string() + " is there already; expected a folder to create, or an empty one");
+  }
+  const fs::path parent =
+      target.has_filename() ? target.parent_path() : target.parent_path().parent_path();
+  fs::create_directories(parent, error);
+  std::string partial = (parent / (".vantage-new-" + name + "-XXXXXX")).string();
+  if (error || mkdtemp(partial.data()) == nullptr) {
+    return io_error(folder, error ? error.message() : std::strerror(errno));
+  }
+  const std::map<std::string, std::string> values{{"name", name},
+                                                  {"Class", class_name(name)},
+                                                  {"kind", to_string(kind)},
+                                                  {"version", VANTAGE_MAJOR_MINOR}};
+  Result<void> done{};
+  for (const templates::File& file : templates::files()) {
+    const std::string path = file_of(file.path, to_string(kind), name);
+    if (!path.empty() && done)
+      done = write_file(fs::path(partial) / path, filled(file.text, values));
+  }
+  if (done) {
+    fs::permissions(partial,
+                    fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec |
+                        fs::perms::others_read | fs::perms::others_exec,
+                    error);
+    fs::rename(partial, target, error);  // replaces an empty folder
+    if (error) done = io_error(folder, error.message());
+  }
+  if (!done) fs::remove_all(partial, error);
+  return done;
+}
+
+}  // namespace vantage

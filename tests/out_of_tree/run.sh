@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# What an author of a plugin does, from an installed Vantage that has been moved: a new project for every
+# kind, built in a folder of its own, held to its contract, found through VANTAGE_PLUGIN_PATH and run.
+#
+# usage: run.sh BUILD_DIR DATA_DIR [cmake option...]
+set -euo pipefail
+build=$1 data=$2
+shift 2
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+say() { printf '== %s\n' "$*"; }
+fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
+
+say "installing, and moving what was installed"
+cmake --install "$build" --prefix "$work/first" >/dev/null
+mv "$work/first" "$work/prefix"
+vantage=$work/prefix/bin/vantage
+"$vantage" plugins list | grep -q "$work/prefix/lib.*/vantage/vantage_partitioner_uniform_grid.so" ||
+  fail "the moved installation does not find its own plugins"
+grep -rIl -e "$build" -e "$work/first" "$work/prefix" && fail "the files above name a build folder"
+
+for kind in partitioner ground visibility store matcher; do
+  [ -d "$here/../../apps/plugins/templates/$kind" ] || fail "no template for a $kind plugin"
+  say "a new $kind plugin: my_$kind"
+  project=$work/projects/my_$kind
+  "$vantage" plugins new "$kind" "my_$kind" --out "$project" 2>/dev/null
+  cmake -S "$project" -B "$project/build" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_FLAGS="-Wall -Wextra -Wpedantic -Werror" "$@" >/dev/null
+  cmake --build "$project/build" >"$work/log" 2>&1 || { cat "$work/log"; fail "my_$kind does not build"; }
+  ctest --test-dir "$project/build" --output-on-failure >"$work/log" 2>&1 || { cat "$work/log"; fail "my_$kind does not keep its contract"; }
+  grep "tests passed" "$work/log"
+  "$vantage" plugins check "$project/build/vantage_${kind}_my_$kind.so"
+  VANTAGE_PLUGIN_PATH=$project/build "$vantage" plugins describe "my_$kind" --toml >/dev/null
+done
+
+say "a mistake in using the SDK is told"
+mkdir -p "$work/wrong"
+cat >"$work/wrong/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.25)
+project(wrong LANGUAGES CXX)
+find_package(vantage REQUIRED)
+vantage_add_plugin(partitoner wrong SOURCES wrong.cpp)
+CMAKE
+if cmake -S "$work/wrong" -B "$work/wrong/build" -DCMAKE_PREFIX_PATH="$work/prefix" "$@" >"$work/log" 2>&1; then
+  fail "a kind that does not exist was accepted"
+fi
+grep -q "no kind 'partitoner'" "$work/log" || { cat "$work/log"; fail "the message does not name the kind"; }
+
+if [ ! -d "$data/kitti_street" ]; then
+  say "SKIPPED: no recorded data at $data (set VANTAGE_DATA_DIR): the plugin was not run on kitti_street"
+  exit 0
+fi
+say "the new partitioner builds region maps of kitti_street"
+export VANTAGE_PLUGIN_PATH=$work/projects/my_partitioner/build
+"$vantage" build "$here/../../configs/kitti_street/L20.toml" --quiet \
+  --set partitioner.plugin=my_partitioner --set 'partitioner.params={width=40.0}' \
+  --set "map.files=[\"$data/kitti_street/map.pcd\"]" \
+  --set viewpoints.voxel_size=20.0 --set store.params.root="$work/bundle"
+[ -f "$work/bundle/strip0.pcd" ] || fail "the bundle holds no strip0.pcd"
