@@ -1,0 +1,242 @@
+#include "clustering.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <nanoflann.hpp>
+#include <numeric>
+#include <queue>
+
+namespace vantage::visibility_clusters {
+namespace {
+
+using Eigen::Vector2d;
+
+std::size_t common(const Voxels& a, const Voxels& b) {
+  std::size_t count = 0;
+  for (auto x = a.begin(), y = b.begin(); x != a.end() && y != b.end();) {
+    if (*x == *y) ++count;
+    const bool next_x = *x <= *y, next_y = *y <= *x;
+    x += next_x;
+    y += next_y;
+  }
+  return count;
+}
+
+/// The names are nanoflann's.
+struct Places {
+  std::span<const Vector2d> places;
+
+  [[nodiscard]] std::size_t kdtree_get_point_count() const { return places.size(); }
+  [[nodiscard]] double kdtree_get_pt(std::size_t k, std::size_t axis) const {
+    return places[k][static_cast<Eigen::Index>(axis)];
+  }
+  template <class Box>
+  bool kdtree_get_bbox(Box& /*unused*/) const {
+    return false;
+  }
+};
+
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Places>,
+                                                 Places, 2, std::uint32_t>;
+
+class Grouping {
+ public:
+  Grouping(std::span<const Vector2d> places, std::span<const Voxels> seen,
+           const GroupLimits& limits)
+      : seen_(seen), limits_(limits), groups_(places.size()) {
+    for (std::uint32_t k = 0; k < groups_.size(); ++k) {
+      groups_[k] = {.members = {k},
+                    .links = {},
+                    .min = places[k],
+                    .max = places[k],
+                    .version = 0,
+                    .joined_to = k};
+    }
+  }
+
+  void connect(std::span<const Neighbours> neighbours) {
+    std::vector<double> overlaps(neighbours.size());
+    tbb::parallel_for(std::size_t{0}, neighbours.size(), [&](std::size_t k) {
+      overlaps[k] = overlap(seen_[neighbours[k].first], seen_[neighbours[k].second]);
+    });
+    for (std::size_t k = 0; k < neighbours.size(); ++k) {
+      const auto [a, b] = neighbours[k];
+      if (width(a, b) > limits_.max_width) continue;
+      set_link(a, {b, overlaps[k]});
+      set_link(b, {a, overlaps[k]});
+      propose(a, {b, overlaps[k]});
+    }
+  }
+
+  void join_all() {
+    while (!queue_.empty()) {
+      const Candidate best = queue_.top();
+      queue_.pop();
+      const bool current =
+          groups_[best.a].version == best.version_a && groups_[best.b].version == best.version_b;
+      if (current) join(best.a, best.b);
+    }
+  }
+
+  [[nodiscard]] Groups groups() const {
+    Groups out;
+    out.of_viewpoint.resize(groups_.size());
+    for (std::uint32_t k = 0; k < groups_.size(); ++k) {
+      // A group is joined to one with a lower number, which is settled by now.
+      out.of_viewpoint[k] =
+          groups_[k].joined_to == k ? out.count++ : out.of_viewpoint[groups_[k].joined_to];
+    }
+    return out;
+  }
+
+ private:
+  /// To a neighbouring group: the sum of the overlaps of all pairs of a viewpoint here and one
+  /// there.
+  struct Link {
+    std::uint32_t group;
+    double sum;
+  };
+  struct Group {
+    std::vector<std::uint32_t> members;
+    std::vector<Link> links;  // by group
+    Vector2d min, max;
+    std::uint32_t version;    // counts changes
+    std::uint32_t joined_to;  // itself while it stands
+  };
+  struct Candidate {
+    double overlap;
+    std::uint32_t a, b, version_a, version_b;
+
+    friend bool operator<(const Candidate& x, const Candidate& y) noexcept {  // y goes first
+      if (x.overlap != y.overlap) return x.overlap < y.overlap;
+      return std::pair(x.a, x.b) > std::pair(y.a, y.b);
+    }
+  };
+
+  [[nodiscard]] double width(std::uint32_t a, std::uint32_t b) const {
+    const Group &one = groups_[a], &other = groups_[b];
+    return (one.max.cwiseMax(other.max) - one.min.cwiseMin(other.min)).maxCoeff();
+  }
+
+  [[nodiscard]] double sum_of_overlaps(std::uint32_t a, std::uint32_t b) const {
+    const auto &here = groups_[a].members, &there = groups_[b].members;
+    std::vector<double> sums(here.size());  // summed in order afterwards, whoever computed them
+    tbb::parallel_for(std::size_t{0}, here.size(), [&](std::size_t k) {
+      for (const std::uint32_t other : there) sums[k] += overlap(seen_[here[k]], seen_[other]);
+    });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+  }
+
+  void propose(std::uint32_t a, const Link& link) {
+    const std::uint32_t b = link.group;
+    const auto pairs = static_cast<double>(groups_[a].members.size() * groups_[b].members.size());
+    const double mean = link.sum / pairs;
+    if (mean < limits_.min_overlap) return;
+    const auto [low, high] = std::minmax(a, b);
+    queue_.push({mean, low, high, groups_[low].version, groups_[high].version});
+  }
+
+  void join(std::uint32_t a, std::uint32_t b) {
+    std::vector<Link> links = joined_links(a, b);
+    Group &into = groups_[a], &from = groups_[b];
+    for (const std::uint32_t old : {a, b}) {
+      for (const Link& link : groups_[old].links) {
+        if (link.group != a && link.group != b) drop_link(link.group, old);
+      }
+    }
+    into.members.insert(into.members.end(), from.members.begin(), from.members.end());
+    into.min = into.min.cwiseMin(from.min);
+    into.max = into.max.cwiseMax(from.max);
+    into.links.clear();
+    from.members = {};
+    from.links = {};
+    from.joined_to = a;
+    ++from.version;
+    ++into.version;
+    for (const Link& link : links) {
+      if (width(a, link.group) > limits_.max_width) continue;  // groups only grow: never again
+      set_link(a, link);
+      set_link(link.group, {a, link.sum});
+      propose(a, link);
+    }
+  }
+
+  /// From a and b together to whoever is a neighbour of either.
+  [[nodiscard]] std::vector<Link> joined_links(std::uint32_t a, std::uint32_t b) const {
+    std::vector<Link> links;
+    auto x = groups_[a].links.begin(), y = groups_[b].links.begin();
+    const auto x_end = groups_[a].links.end(), y_end = groups_[b].links.end();
+    while (x != x_end || y != y_end) {
+      const bool of_a = y == y_end || (x != x_end && x->group <= y->group);
+      const bool of_b = x == x_end || (y != y_end && y->group <= x->group);
+      const std::uint32_t group = of_a ? x->group : y->group;
+      if (group != a && group != b) {
+        links.push_back({group, (of_a ? x->sum : sum_of_overlaps(a, group)) +
+                                    (of_b ? y->sum : sum_of_overlaps(b, group))});
+      }
+      x += of_a;
+      y += of_b;
+    }
+    return links;
+  }
+
+  void set_link(std::uint32_t from, const Link& link) {
+    auto& links = groups_[from].links;
+    links.insert(std::ranges::lower_bound(links, link.group, {}, &Link::group), link);
+  }
+  void drop_link(std::uint32_t from, std::uint32_t to) {
+    std::erase_if(groups_[from].links, [&](const Link& link) { return link.group == to; });
+  }
+
+  std::span<const Voxels> seen_;
+  GroupLimits limits_;
+  std::vector<Group> groups_;
+  std::priority_queue<Candidate> queue_;
+};
+
+}  // namespace
+
+double overlap(const Voxels& a, const Voxels& b) {
+  if (a.empty() && b.empty()) return 1.0;
+  const std::size_t both = common(a, b);
+  return static_cast<double>(both) / static_cast<double>(a.size() + b.size() - both);
+}
+
+std::vector<Neighbours> neighbours_of(std::span<const Vector2d> places, std::size_t count) {
+  if (places.size() < 2) return {};
+  const Places adaptor{places};
+  const Tree tree(2, adaptor);
+  const std::size_t k = std::min(count + 1, places.size());  // a place finds itself too
+  std::vector<Neighbours> pairs;
+  std::vector<std::uint32_t> indices(k);
+  std::vector<double> squared(k);
+  for (std::uint32_t here = 0; here < places.size(); ++here) {
+    tree.knnSearch(places[here].data(), k, indices.data(), squared.data());
+    // A search by radius finds what is nearer than it, and which of several as near the search by
+    // number finds depends on the tree.
+    const double radius = std::nextafter(squared.back(), std::numeric_limits<double>::infinity());
+    std::vector<std::pair<std::uint32_t, double>> found;
+    nanoflann::RadiusResultSet<double, std::uint32_t> within(radius, found);
+    tree.findNeighbors(within, places[here].data(), {});
+    for (const auto& [there, unused] : found) {
+      if (there != here) pairs.emplace_back(std::min(here, there), std::max(here, there));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+Groups group(std::span<const Vector2d> places, std::span<const Voxels> seen,
+             std::span<const Neighbours> neighbours, const GroupLimits& limits) {
+  Grouping grouping(places, seen, limits);
+  grouping.connect(neighbours);
+  grouping.join_all();
+  return grouping.groups();
+}
+
+}  // namespace vantage::visibility_clusters

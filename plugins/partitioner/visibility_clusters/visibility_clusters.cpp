@@ -1,0 +1,198 @@
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "clustering.hpp"
+#include "vantage/plugin.hpp"
+#include "vantage/raster_partition.hpp"
+
+namespace {
+
+using Eigen::Vector2d;
+using vantage::ErrorCode, vantage::fail, vantage::PointsView, vantage::Result;
+namespace clusters = vantage::visibility_clusters;
+
+constexpr std::size_t kNeighbours = 8;  // as many as a cell of a square grid has
+
+std::string number(double x) {
+  char text[32];
+  return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
+}
+
+/// A viewpoint is a mean of points, and the last bits of a sum depend on its order: here they are
+/// dropped, so that the order of the map's points does not matter.
+vantage::Point rounded(const vantage::Point& viewpoint) {
+  constexpr double kPerMetre = 0x1p20;
+  return viewpoint.unaryExpr([](double x) { return std::nearbyint(x * kPerMetre) / kPerMetre; });
+}
+
+/// The viewpoints by y, then x, then z.
+Result<vantage::PointCloud> sorted_viewpoints(const vantage::MapObserver& observer) {
+  VANTAGE_TRY(vantage::PointCloud viewpoints, observer.viewpoints());
+  if (viewpoints.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "partitioner 'visibility_clusters' groups viewpoints, but this map has none");
+  }
+  VANTAGE_CHECK(vantage::check_points(viewpoints, "the set of viewpoints"));
+  for (vantage::Point& viewpoint : viewpoints) viewpoint = rounded(viewpoint);
+  std::sort(viewpoints.begin(), viewpoints.end(),
+            [](const vantage::Point& a, const vantage::Point& b) {
+              return std::array{a.y(), a.x(), a.z()} < std::array{b.y(), b.x(), b.z()};
+            });
+  return viewpoints;
+}
+
+/// The voxel of every point of the map, as a number.
+Result<std::vector<std::uint32_t>> voxels_of(PointsView map, double size) {
+  using Voxel = std::array<double, 3>;
+  struct Hash {
+    std::size_t operator()(const Voxel& v) const noexcept {
+      std::uint64_t h = 0;
+      for (const double x : v) {
+        h = (h ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(x))) * 0x9e3779b97f4a7c15U;
+        h ^= h >> 32U;
+      }
+      return h;
+    }
+  };
+  const vantage::Bounds3 bounds = vantage::bounds_of(map);
+  const double farthest =
+      std::max(bounds.min.cwiseAbs().maxCoeff(), bounds.max.cwiseAbs().maxCoeff());
+  if (!(farthest / size < 0x1p50)) {
+    return fail(ErrorCode::invalid_input, "voxel_size = " + number(size) +
+                                              " m is too small for a map that lies up to " +
+                                              number(farthest) + " m from the origin");
+  }
+  std::unordered_map<Voxel, std::uint32_t, Hash> numbers;
+  std::vector<std::uint32_t> voxels;
+  voxels.reserve(map.size());
+  for (const vantage::Point& p : map) {
+    const Voxel voxel{std::floor(p.x() / size), std::floor(p.y() / size), std::floor(p.z() / size)};
+    const auto next = static_cast<std::uint32_t>(numbers.size());
+    voxels.push_back(numbers.try_emplace(voxel, next).first->second);
+  }
+  return voxels;
+}
+
+/// The voxels that hold a point visible from each viewpoint.
+Result<std::vector<clusters::Voxels>> seen_from(const vantage::PointCloud& viewpoints,
+                                                const std::vector<std::uint32_t>& voxel_of_point,
+                                                const vantage::MapObserver& observer) {
+  std::vector<clusters::Voxels> seen(viewpoints.size());
+  std::vector<std::optional<vantage::Error>> errors(viewpoints.size());
+  tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t v) {
+    const auto points = observer.visible(viewpoints[v]);
+    if (!points) {
+      errors[v] = points.error();
+      return;
+    }
+    clusters::Voxels voxels;
+    for (const std::uint32_t k : *points) {
+      if (voxels.empty() || voxels.back() != voxel_of_point[k]) voxels.push_back(voxel_of_point[k]);
+    }
+    std::sort(voxels.begin(), voxels.end());
+    voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
+    seen[v] = clusters::Voxels(voxels.begin(), voxels.end());  // no larger than it must be
+  });
+  for (std::optional<vantage::Error>& error : errors) {
+    if (error) return fail(std::move(*error));
+  }
+  return seen;
+}
+
+std::vector<std::string> labels_of(std::uint32_t count) {
+  const std::size_t digits = std::max<std::size_t>(3, std::to_string(count - 1).size());
+  std::vector<std::string> labels;
+  for (std::uint32_t g = 0; g < count; ++g) {
+    const std::string text = std::to_string(g);
+    labels.push_back("group_" + std::string(digits - text.size(), '0') + text);
+  }
+  return labels;
+}
+
+/// Groups of viewpoints that see alike; the nearest viewpoint's group owns a place.
+class VisibilityClusters final : public vantage::Partitioner {
+ public:
+  struct Params {
+    double min_overlap{};
+    double voxel_size = 2.0, cell_size = 2.0;
+    std::optional<double> max_width, fill_radius;
+
+    static constexpr auto schema() {
+      return std::tuple{
+          vantage::required("min_overlap", &Params::min_overlap, "",
+                            "groups are joined while the mean Jaccard index of what is seen from "
+                            "a viewpoint of each is not below this",
+                            vantage::strictly_between(0.0, 1.0)),
+          vantage::optional("voxel_size", &Params::voxel_size, "m",
+                            "width of the voxels in which what is seen is compared",
+                            vantage::positive),
+          vantage::optional("max_width", &Params::max_width, "m",
+                            "a group's viewpoints reach over no more than this in x and in y; no "
+                            "limit if left out",
+                            vantage::positive),
+          vantage::optional("cell_size", &Params::cell_size, "m",
+                            "width of the cells that regions are made of", vantage::positive),
+          vantage::optional("fill_radius", &Params::fill_radius, "m",
+                            "places of the map's box this near to a viewpoint are owned though "
+                            "they hold no point; two cell_size if left out",
+                            vantage::non_negative),
+      };
+    }
+  };
+
+  static Result<std::unique_ptr<vantage::Partitioner>> create(const Params& params) {
+    return std::make_unique<VisibilityClusters>(params);
+  }
+  explicit VisibilityClusters(const Params& params) : params_(params) {}
+
+  [[nodiscard]] Result<vantage::Partition> partition(
+      PointsView map, PointsView, const vantage::MapObserver& observer) const noexcept override {
+    return vantage::guarded([&] { return groups(map, observer); });
+  }
+
+ private:
+  [[nodiscard]] Result<vantage::Partition> groups(PointsView map,
+                                                  const vantage::MapObserver& observer) const {
+    VANTAGE_CHECK(vantage::check_points(map, "the map"));
+    // What the last step will refuse is refused before anything is computed.
+    VANTAGE_CHECK(vantage::PlanRaster::over(vantage::bounds_of(map), params_.cell_size));
+    VANTAGE_TRY(const vantage::PointCloud viewpoints, sorted_viewpoints(observer));
+    VANTAGE_TRY(const auto voxels, voxels_of(map, params_.voxel_size));
+    VANTAGE_TRY(const auto seen, seen_from(viewpoints, voxels, observer));
+
+    std::vector<Vector2d> places;
+    for (const vantage::Point& viewpoint : viewpoints) places.emplace_back(viewpoint.head<2>());
+    const clusters::GroupLimits limits{
+        .min_overlap = params_.min_overlap,
+        .max_width = params_.max_width.value_or(std::numeric_limits<double>::infinity())};
+    const clusters::Groups found =
+        clusters::group(places, seen, clusters::neighbours_of(places, kNeighbours), limits);
+
+    std::vector<vantage::Seed> seeds;
+    for (std::size_t v = 0; v < places.size(); ++v) {
+      seeds.push_back({places[v], places[v], found.of_viewpoint[v]});
+    }
+    return vantage::partition_by_nearest(
+        map, seeds, labels_of(found.count),
+        {.cell_size = params_.cell_size,
+         .fill_radius = params_.fill_radius.value_or(2.0 * params_.cell_size)});
+  }
+
+  Params params_;
+};
+
+}  // namespace
+
+VANTAGE_PLUGIN(vantage::Partitioner, VisibilityClusters, "visibility_clusters",
+               "groups of viewpoints that see alike; the nearest viewpoint's group owns a place");
