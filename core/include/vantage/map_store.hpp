@@ -34,7 +34,8 @@ struct MapIndex {
 };
 
 /// Keeps region maps. A bundle is written with begin, put for every region, commit; it exists only
-/// after commit. Destroying a store between begin and commit leaves nothing behind.
+/// after commit. Destroying a store between begin and commit leaves nothing behind. What is stored
+/// depends on the bundle alone: not on the place, the time, or the order of the puts.
 /// Thread safety: const methods from many threads at once; begin, put, commit from one.
 class VANTAGE_API MapStore {
  public:

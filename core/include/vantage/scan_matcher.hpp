@@ -44,7 +44,7 @@ class VANTAGE_API MatchTarget {
   /// @param scan              N points, sensor frame [m]; finite
   /// @param T_map_scan_guess  the predicted pose
   /// Errors: `too_few_matches` for an empty scan or one that does not overlap the map at the guess;
-  /// `invalid_input` for non-finite points or pose.
+  /// `invalid_input` for a non-finite point or a pose that is not valid (see is_valid).
   [[nodiscard]] virtual Result<Alignment> align(PointsView scan,
                                                 const Pose& T_map_scan_guess) const noexcept = 0;
 

@@ -13,6 +13,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kFormat = "vantage pcd_tiles";
 constexpr std::uint64_t kVersion = 1;
+constexpr const char* kChecksum = "checksum";
 constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -57,6 +58,15 @@ std::string hexadecimal(std::uint64_t x) {
   char text[16];
   const auto length = static_cast<std::size_t>(std::to_chars(text, text + 16, x, 16).ptr - text);
   return std::string(16 - length, '0') + std::string(text, length);
+}
+
+/// FNV-1a, 64 bit, of all that an index says but its checksum, whatever its layout.
+/// Precondition: valid UTF-8 throughout.
+std::uint64_t checksum_of(Json index) {
+  index.erase(kChecksum);
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const char c : index.dump()) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  return hash;
 }
 
 // ---- reading
@@ -240,7 +250,7 @@ Result<std::string> to_json(const BundleIndex& index) {
   if (map.map_bounds.min.hasNaN() || map.map_bounds.max.hasNaN()) {
     return fail(ErrorCode::invalid_input, "the bounds of the map are NaN");
   }
-  const Json json = {
+  Json json = {
       {"format", kFormat},
       {"version", kVersion},
       {"map",
@@ -250,6 +260,7 @@ Result<std::string> to_json(const BundleIndex& index) {
       {"regions", std::move(regions)},
   };
   try {
+    json[kChecksum] = hexadecimal(checksum_of(json));
     return json.dump(1) + "\n";
   } catch (const Json::type_error&) {
     return fail(ErrorCode::invalid_input, "the configuration text is not valid UTF-8");
@@ -301,6 +312,13 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
   auto partition = Partition::from(std::move(regions));
   if (!partition) return list.refuse(" are no partition: " + partition.error().message);
   index.map.partition = *std::move(partition);
+
+  // Last: what is wrong by itself has a message that says more.
+  VANTAGE_TRY(const Node said, root[kChecksum]);
+  VANTAGE_TRY(const std::uint64_t sum, checksum(said));
+  if (sum != checksum_of(json)) {
+    return said.refuse(" is not that of the rest: the index is damaged or was edited");
+  }
   return index;
 }
 

@@ -23,7 +23,7 @@ struct BundleIndex {
 [[nodiscard]] Result<std::string> to_json(const BundleIndex& index);
 
 /// Errors: `corrupt_data` at the line of a syntax error, or with the name of the member that is
-/// missing, of another type, or contradicts the rest.
+/// missing, of another type, or contradicts the rest, or because the checksum does.
 /// @param file  what error messages call it
 [[nodiscard]] Result<BundleIndex> from_json(std::string_view text, const std::string& file);
 

@@ -1,7 +1,456 @@
+// M: the contract of a ScanMatcher.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <string>
+
 #include "clauses.hpp"
+#include "scenes.hpp"
+#include "vantage/scan_matcher.hpp"
 
 namespace vantage::conformance {
+namespace {
 
-std::span<const Clause> matcher_clauses() { return {}; }
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
+
+/// `density` points a square metre of the parallelogram at `corner`, 1 cm rough.
+void add_face(PointCloud& cloud, Random& random, const Point& corner, const Point& u,
+              const Point& v, double density = 20.0) {
+  const auto n = static_cast<int>(density * u.cross(v).norm());
+  const Point rough = Point::Constant(0.01);
+  for (int i = 0; i < n; ++i) {
+    const double a = random.uniform(0.0, 1.0), b = random.uniform(0.0, 1.0);
+    cloud.push_back(corner + a * u + b * v + random.in(-rough, rough));
+  }
+}
+
+void add_pole(PointCloud& cloud, Random& random, const Point& foot) {
+  for (int i = 0; i < 400; ++i) {
+    const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
+    cloud.push_back(
+        foot + Point(0.15 * std::cos(angle), 0.15 * std::sin(angle), random.uniform(0.0, 4.0)));
+  }
+}
+
+/// A street of 36 m with houses along it and one at its end, a car, a kiosk, poles, askew in the
+/// map frame. All six degrees of freedom show. The same place whatever `random`, other points.
+PointCloud street(Random& random) {
+  PointCloud cloud;
+  const Point z5(0, 0, 5);
+  add_face(cloud, random, {-18, -7, 0}, {36, 0, 0.7}, {0, 14, 0});           // ground, rising
+  add_face(cloud, random, {-18, 7, 0}, {20, 0, 0}, z5);                      // houses on the left
+  add_face(cloud, random, {2, 7, 0}, {0, 3, 0}, z5);                         // a gap
+  add_face(cloud, random, {5, 7, 0}, {0, 3, 0}, z5);                         //
+  add_face(cloud, random, {5, 7, 0}, {13, 0, 0}, z5);                        //
+  add_face(cloud, random, {-18, -7, 0}, {36, 0, 0}, z5);                     // and on the right
+  add_face(cloud, random, {18, -7, 0.7}, {0, 14, 0}, z5);                    // the end
+  add_face(cloud, random, {-6, -5, 0.2}, {4.2, 0, 0}, {0, 0, 1.6}, 60.0);    // a car
+  add_face(cloud, random, {-6, -5, 0.2}, {0, 1.8, 0}, {0, 0, 1.6}, 60.0);    //
+  add_face(cloud, random, {-6, -3.2, 0.2}, {4.2, 0, 0}, {0, 0, 1.6}, 60.0);  //
+  add_face(cloud, random, {7, 2.5, 0.5}, {2, 1, 0}, {0, 0, 2.5}, 60.0);      // a kiosk
+  add_face(cloud, random, {7, 2.5, 0.5}, {-1, 2, 0}, {0, 0, 2.5}, 60.0);     //
+  for (const double x : {-13.0, -4.0, 4.5, 12.0}) add_pole(cloud, random, {x, 5.5, 0.3});
+  const Pose askew = pose_from_xyz_rpy({0.37, -0.21, 0.13}, {0.01, -0.02, 0.35});
+  for (Point& p : cloud) p = askew * p;
+  return cloud;
+}
+
+/// What a sensor at a pose has within 15 m, at most `most` points, in its own frame.
+PointCloud seen_from(PointsView cloud, const Pose& T_map_scan, Random& random,
+                     std::size_t most = 4000) {
+  const Pose T_scan_map = T_map_scan.inverse();
+  PointCloud all;
+  for (const Point& p : cloud) {
+    if (const Point q = T_scan_map * p; q.norm() < 15.0) all.push_back(q);
+  }
+  PointCloud scan = in_order(all, random.order(all.size()));
+  scan.resize(std::min(most, scan.size()));
+  return scan;
+}
+
+const Pose kTruth = pose_from_xyz_rpy({0.4, -0.3, 1.6}, {0.02, -0.01, 0.7});
+
+/// A map, and a scan of the same place made of other points.
+struct Scene {
+  PointCloud map, scan;
+};
+
+Scene some_scene(const Subject& subject) {
+  Random random(subject.seed());
+  PointCloud map = street(random);
+  return {std::move(map), seen_from(street(random), kTruth, random)};
+}
+
+Eigen::Vector3d direction(Random& random) {
+  while (true) {
+    const Eigen::Vector3d v = random.in({-1, -1, -1}, {1, 1, 1});
+    if (v.norm() > 0.1 && v.norm() < 1.0) return v.normalized();
+  }
+}
+
+/// A pose that is off by so much in a random direction.
+Pose off(Random& random, const Pose& pose, double metres, double degrees) {
+  const Eigen::Vector3d shift = metres * direction(random);
+  const Eigen::Vector3d turn = radians(degrees) * direction(random);
+  Pose result = pose;
+  result.translation += shift;
+  result.rotation = rotation_from_vector(turn) * pose.rotation;
+  return result;
+}
+
+Pose off(Random& random, const Pose& pose, const MatcherClaims& claims, double share = 1.0) {
+  return off(random, pose, share * claims.offset, share * claims.rotation);
+}
+
+Result<PluginPtr<MatchTarget>> try_prepare(const PluginPtr<ScanMatcher>& matcher, PointsView map) {
+  VANTAGE_TRY(auto target, matcher->prepare(map));
+  if (!target) FAIL("prepare gives no target and no error");
+  return in_library_of(matcher, std::move(target));
+}
+
+PluginPtr<MatchTarget> prepare(const PluginPtr<ScanMatcher>& matcher, PointsView map) {
+  auto target = try_prepare(matcher, map);
+  if (!target) FAIL("the map is not made ready: " << to_string(target.error()));
+  return *std::move(target);
+}
+
+PluginPtr<MatchTarget> prepare(const Subject& subject, PointsView map) {
+  return prepare(subject.make<ScanMatcher>(), map);
+}
+
+Alignment align(const MatchTarget& target, PointsView scan, const Pose& guess) {
+  auto alignment = target.align(scan, guess);
+  if (!alignment) FAIL("the scan is not aligned: " << to_string(alignment.error()));
+  return *std::move(alignment);
+}
+
+ScanScore score(const MatchTarget& target, PointsView scan, const Pose& pose) {
+  auto score = target.score(scan, pose);
+  if (!score) FAIL("the scan has no score: " << to_string(score.error()));
+  return *score;
+}
+
+/// Whether two poses agree as well as the matcher claims to be accurate.
+void check_close(const Subject& subject, const Pose& a, const Pose& b) {
+  const auto& claims = subject.claims<MatcherClaims>();
+  const double metres = (a.translation - b.translation).norm();
+  const double turn = degrees(rotation_between(a, b));
+  CHECK_MESSAGE(metres <= claims.accuracy, "off by " << metres << " m");
+  CHECK_MESSAGE(turn <= claims.accuracy_rotation, "off by " << turn << " deg");
+}
+
+template <class T>
+void check_fails(const Result<T>& result, ErrorCode code) {
+  REQUIRE_FALSE(result.has_value());
+  CHECK_MESSAGE(result.error().code == code, to_string(result.error()));
+}
+
+template <class T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+bool same(const ScanScore& a, const ScanScore& b) {
+  return a.fitness == b.fitness && a.nvtl == b.nvtl && a.coverage == b.coverage;
+}
+
+bool same(const Alignment& a, const Alignment& b) {
+  return same_bits(a.T_map_scan.translation, b.T_map_scan.translation) &&
+         same_bits(a.T_map_scan.rotation.coeffs(), b.T_map_scan.rotation.coeffs()) &&
+         same_bits(a.hessian, b.hessian) && same(a.score, b.score) &&
+         a.termination == b.termination && a.iterations == b.iterations;
+}
+
+bool is_finite(const ScanScore& s) {
+  return std::isfinite(s.fitness) && std::isfinite(s.nvtl) && s.coverage >= 0.0 &&
+         s.coverage <= 1.0;
+}
+
+void identity(const Subject& subject) {
+  Random random(subject.seed());
+  const PointCloud map = street(random);
+  const auto target = prepare(subject, map);
+  for (const Pose& truth : {kTruth, pose_from_xyz_rpy({-5.2, 1.3, 1.5}, {0, 0, -2.5}),
+                            pose_from_xyz_rpy({6.1, 0.7, 1.8}, {-0.02, 0.03, 0.1})}) {
+    const PointCloud scan = seen_from(map, truth, random);
+    check_close(subject, align(*target, scan, truth).T_map_scan, truth);
+  }
+}
+
+void recovers(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto target = prepare(subject, scene.map);
+  Random random(subject.seed() + 1);
+  for (int i = 0; i < 10; ++i) {
+    CAPTURE(i);
+    const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>());
+    check_close(subject, align(*target, scene.scan, guess).T_map_scan, kTruth);
+  }
+}
+
+void inverse(const Subject& subject) {
+  Random random(subject.seed());
+  constexpr std::size_t kAll = 1'000'000;
+  const Pose other = pose_from_xyz_rpy({-0.8, 0.6, 1.9}, {-0.01, 0.02, 0.9});
+  const PointCloud a = seen_from(street(random), kTruth, random, kAll);
+  const PointCloud b = seen_from(street(random), other, random, kAll);
+  const auto target_a = prepare(subject, a), target_b = prepare(subject, b);
+  const Pose T_a_b = kTruth.inverse() * other;
+  for (int i = 0; i < 3; ++i) {
+    CAPTURE(i);
+    const auto& claims = subject.claims<MatcherClaims>();
+    const Pose forth = align(*target_a, b, off(random, T_a_b, claims, 0.5)).T_map_scan;
+    const Pose back = align(*target_b, a, off(random, T_a_b.inverse(), claims, 0.5)).T_map_scan;
+    check_close(subject, forth * back, Pose{});
+  }
+}
+
+/// By nvtl, the mean over the points that the map has something near. Fitness counts the others as
+/// 0 and bad matches below, and so may rise where a scan leaves the map.
+void best_at_truth(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto target = prepare(subject, scene.map);
+  const ScanScore best = score(*target, scene.scan, kTruth);
+  CHECK(is_finite(best));
+  CHECK(best.coverage > 0.9);
+  Random random(subject.seed() + 1);
+  for (int i = 0; i < 20; ++i) {
+    const Pose pose = off(random, kTruth, subject.claims<MatcherClaims>());
+    const ScanScore other = score(*target, scene.scan, pose);
+    CHECK(is_finite(other));
+    CHECK(other.nvtl <= best.nvtl);
+  }
+}
+
+void nothing_to_match(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto target = prepare(subject, scene.map);
+  check_fails(target->align({}, kTruth), ErrorCode::too_few_matches);
+  check_fails(target->score({}, kTruth), ErrorCode::too_few_matches);
+  for (const Point& by : {Point(200, 0, 0), Point(0, 0, -100), Point(-3e6, 5e6, 0)}) {
+    Pose guess = kTruth;
+    guess.translation += by;
+    check_fails(target->align(scene.scan, guess), ErrorCode::too_few_matches);
+    check_fails(target->align(moved(scene.scan, by), kTruth), ErrorCode::too_few_matches);
+  }
+}
+
+void concurrent(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto matcher = subject.make<ScanMatcher>();
+  const auto target = prepare(matcher, scene.map);
+  constexpr std::size_t kThreads = 4;
+  Random random(subject.seed() + 1);
+  struct Call {
+    PointsView scan;
+    Pose pose;
+    Alignment alignment;
+    ScanScore score;
+  };
+  std::vector<Call> calls;
+  for (std::size_t i = 0; i < kThreads; ++i) {
+    // Of different sizes: scratch memory that is shared does not go unseen.
+    const PointsView scan = PointsView(scene.scan).first(scene.scan.size() - 400 * i);
+    const Pose pose = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
+    calls.push_back({scan, pose, align(*target, scan, pose), score(*target, scan, pose)});
+  }
+  for (int round = 0; round < 3; ++round) {
+    std::vector<Result<Alignment>> alignments(kThreads);
+    std::vector<Result<ScanScore>> scores(kThreads);
+    at_once(kThreads, [&](std::size_t i) {
+      alignments[i] = target->align(calls[i].scan, calls[i].pose);
+      scores[i] = target->score(calls[i].scan, calls[i].pose);
+    });
+    for (std::size_t i = 0; i < kThreads; ++i) {
+      REQUIRE_MESSAGE(alignments[i], to_string(alignments[i].error()));
+      REQUIRE_MESSAGE(scores[i], to_string(scores[i].error()));
+      CHECK(same(*alignments[i], calls[i].alignment));
+      CHECK(same(*scores[i], calls[i].score));
+    }
+  }
+  // Maps that are made ready at once, of which each gives what the one above did.
+  std::vector<Result<std::unique_ptr<MatchTarget>>> made(kThreads);
+  at_once(kThreads, [&](std::size_t i) { made[i] = matcher->prepare(scene.map); });
+  for (std::size_t i = 0; i < kThreads; ++i) {
+    REQUIRE_MESSAGE(made[i], to_string(made[i].error()));
+    CHECK(same(align(**made[i], calls[i].scan, calls[i].pose), calls[i].alignment));
+  }
+}
+
+void far_away(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto near = prepare(subject, scene.map);
+  Random random(subject.seed() + 1);
+  const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
+  const Alignment expected = align(*near, scene.scan, guess);
+  for (const Point& by : {Point(1e6, 5e6, 300), Point(-1e6, 0, 0)}) {
+    const PointCloud map = moved(scene.map, by);
+    const auto target = prepare(subject, map);
+    Pose far_guess = guess;
+    far_guess.translation += by;
+    Alignment got = align(*target, scene.scan, far_guess);
+    got.T_map_scan.translation -= by;
+    check_close(subject, got.T_map_scan, expected.T_map_scan);
+    check_close(subject, got.T_map_scan, kTruth);
+  }
+}
+
+void bad_map(const Subject& subject) {
+  const auto matcher = subject.make<ScanMatcher>();
+  check_fails(matcher->prepare({}), ErrorCode::invalid_input);
+  const Scene scene = some_scene(subject);
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    for (const Eigen::Index axis : {0, 1, 2}) {
+      PointCloud map = scene.map;
+      map[map.size() / 2][axis] = bad;
+      check_fails(matcher->prepare(map), ErrorCode::invalid_input);
+    }
+  }
+}
+
+void bad_scan(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto target = prepare(subject, scene.map);
+  const auto refused = [&](PointsView scan, const Pose& pose) {
+    check_fails(target->align(scan, pose), ErrorCode::invalid_input);
+    check_fails(target->score(scan, pose), ErrorCode::invalid_input);
+  };
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    CAPTURE(bad);
+    for (const Eigen::Index axis : {0, 1, 2}) {
+      PointCloud scan = scene.scan;
+      scan[scan.size() / 2][axis] = bad;
+      refused(scan, kTruth);
+      Pose pose = kTruth;
+      pose.translation[axis] = bad;
+      refused(scene.scan, pose);
+      pose = kTruth;
+      pose.rotation.coeffs()[axis] = bad;
+      refused(scene.scan, pose);
+    }
+  }
+  for (const double length : {0.0, 0.5, 2.0}) {
+    CAPTURE(length);
+    Pose pose = kTruth;
+    pose.rotation.coeffs() *= length;
+    refused(scene.scan, pose);
+  }
+}
+
+void score_without_overlap(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto target = prepare(subject, scene.map);
+  for (const Point& by : {Point(200, 0, 0), Point(0, 0, -100), Point(-3e6, 5e6, 0)}) {
+    Pose pose = kTruth;
+    pose.translation += by;
+    const ScanScore none = score(*target, scene.scan, pose);
+    CHECK(none.fitness == 0.0);
+    CHECK(none.coverage == 0.0);
+    CHECK(std::isfinite(none.nvtl));
+  }
+}
+
+void owns_its_map(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  Random random(subject.seed() + 1);
+  const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
+  const auto kept = prepare(subject, scene.map);
+  const Alignment expected = align(*kept, scene.scan, guess);
+
+  PointCloud map = scene.map;
+  auto matcher = subject.make<ScanMatcher>();
+  const auto target = prepare(matcher, map);
+  matcher.reset();
+  // Other points where they were: who still reads them finds another map.
+  for (Point& p : map) p += Point(0.4, 0.3, 0.2);
+  const Alignment got = align(*target, scene.scan, guess);
+  CHECK(same(got, expected));
+  CHECK(same(score(*target, scene.scan, kTruth), score(*kept, scene.scan, kTruth)));
+}
+
+void degenerate(const Subject& subject) {
+  const auto matcher = subject.make<ScanMatcher>();
+  Random random(subject.seed());
+  const Point p(0.3, 0.4, 0.5);
+  const std::array<PointCloud, 6> clouds{
+      PointCloud{p},
+      PointCloud{p, p + Point(3, 0, 0)},
+      PointCloud(200, p),
+      random_cloud(random, 2000, {-8, 0.4, 0.5}, {8, 0.4, 0.5}),  // a line
+      random_cloud(random, 8000, {-8, -8, 0.5}, {8, 8, 0.5}),     // a plane
+      random_cloud(random, 2000, {0.3, 0.3, 0.3}, {0.4, 0.4, 0.4})};
+  const std::array<Pose, 2> guesses{Pose{},
+                                    pose_from_xyz_rpy({0.1, 0.2, 0.1}, {0.01, -0.01, 0.05})};
+  const auto try_scans = [&](const MatchTarget& target) {
+    for (std::size_t s = 0; s < clouds.size(); ++s) {
+      CAPTURE(s);
+      for (const Pose& guess : guesses) {
+        if (const auto alignment = target.align(clouds[s], guess)) {
+          CHECK(is_valid(alignment->T_map_scan));
+          CHECK(alignment->hessian.allFinite());
+          CHECK(is_finite(alignment->score));
+        }
+        if (const auto score = target.score(clouds[s], guess)) CHECK(is_finite(*score));
+      }
+    }
+  };
+  for (std::size_t m = 0; m < clouds.size(); ++m) {
+    CAPTURE(m);
+    if (const auto target = try_prepare(matcher, clouds[m])) try_scans(**target);
+  }
+  const PointCloud map = street(random);
+  try_scans(*prepare(matcher, map));
+}
+
+void score_of_the_answer(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto target = prepare(subject, scene.map);
+  Random random(subject.seed() + 1);
+  for (int i = 0; i < 3; ++i) {
+    const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>());
+    const Alignment got = align(*target, scene.scan, guess);
+    CHECK(is_valid(got.T_map_scan));
+    CHECK(got.hessian.allFinite());
+    CHECK(got.hessian == got.hessian.transpose());
+    const ScanScore expected = score(*target, scene.scan, got.T_map_scan);
+    CHECK(got.score.fitness == doctest::Approx(expected.fitness).epsilon(1e-6));
+    CHECK(got.score.nvtl == doctest::Approx(expected.nvtl).epsilon(1e-6));
+    CHECK(got.score.coverage == doctest::Approx(expected.coverage).epsilon(1e-3));
+  }
+}
+
+constexpr std::array kClauses{
+    Clause{"M1", "a scan that was cut from the map stays at its place", &identity},
+    Clause{"M2", "a guess as far off as claimed is corrected, as accurately as claimed", &recovers},
+    Clause{"M3", "two clouds matched both ways give inverse poses", &inverse},
+    Clause{"M4", "no pose near the true one has a better nvtl", &best_at_truth},
+    Clause{"M5", "an empty scan and one that does not overlap the map are too_few_matches",
+           &nothing_to_match},
+    Clause{"M6", "calls on one object from several threads agree bit for bit with calls one by one",
+           &concurrent},
+    Clause{"M7", "a map millions of metres away gives the answer of the same map at the origin",
+           &far_away},
+    Clause{"M8", "an empty map and a map point that is not finite are invalid_input", &bad_map},
+    Clause{"M9", "a scan point that is not finite and a pose that is not valid are invalid_input",
+           &bad_scan},
+    Clause{"M10", "without overlap the score is fitness 0 and coverage 0, which is no error",
+           &score_without_overlap},
+    Clause{"M11", "what was made ready needs neither the map's points nor the matcher any more",
+           &owns_its_map},
+    Clause{"M12", "degenerate maps and scans are errors or give a valid pose", &degenerate},
+    Clause{"M13", "an alignment comes with the score of its pose and a symmetric Hessian",
+           &score_of_the_answer},
+};
+
+}  // namespace
+
+std::span<const Clause> matcher_clauses() { return kClauses; }
 
 }  // namespace vantage::conformance

@@ -1,7 +1,501 @@
+// S: the contract of a MapStore.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <string>
+
 #include "clauses.hpp"
+#include "scenes.hpp"
+#include "temporary_folder.hpp"
+#include "vantage/map_store.hpp"
 
 namespace vantage::conformance {
+namespace {
 
-std::span<const Clause> store_clauses() { return {}; }
+namespace fs = std::filesystem;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Where one bundle is kept.
+class Place {
+ public:
+  explicit Place(const Subject& subject) : params_(subject.params_in(folder_.path())) {}
+  [[nodiscard]] const fs::path& folder() const noexcept { return folder_.path(); }
+  [[nodiscard]] PluginPtr<MapStore> open(const Subject& subject) const {
+    auto store = subject.create<MapStore>(params_);
+    if (!store) FAIL("cannot make the plugin: " << to_string(store.error()));
+    return *std::move(store);
+  }
+
+ private:
+  TemporaryFolder folder_;
+  Table params_;
+};
+
+struct Bundle {
+  MapIndex index;
+  std::vector<RegionMap> maps;  // by RegionId
+};
+
+MapIndex index_of(std::vector<Region> regions) {
+  auto partition = Partition::from(std::move(regions));
+  if (!partition) FAIL("the suite's own partition: " << to_string(partition.error()));
+  MapIndex index;
+  index.partition = *std::move(partition);
+  index.map_bounds = {{0, 0, 0}, {30, 10, 5}};
+  index.map_points = 1000;
+  index.config = "schema = 1\n";
+  return index;
+}
+
+/// Three regions side by side.
+Bundle some_bundle(const Subject& subject) {
+  Random random(subject.seed());
+  Bundle bundle;
+  std::vector<Region> regions;
+  for (int r = 0; r < 3; ++r) {
+    const double x = 10.0 * r;
+    regions.push_back({"region_" + std::to_string(r), HalfOpenBox{{x, 0}, {x + 10, 10}}, {}});
+    bundle.maps.push_back(
+        {random_cloud(random, 40 + random.below(20), {x, 0, 0}, {x + 10, 10, 5}), 5U + r});
+  }
+  bundle.index = index_of(std::move(regions));
+  return bundle;
+}
+
+void require(const Result<void>& done, const char* what) {
+  if (!done) FAIL(what << ": " << to_string(done.error()));
+}
+
+void put_all(MapStore& store, const Bundle& bundle) {
+  for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
+    require(store.put(RegionId{r}, bundle.maps[r]), "put");
+  }
+}
+
+void write(MapStore& store, const Bundle& bundle) {
+  require(store.begin(bundle.index), "begin");
+  put_all(store, bundle);
+  require(store.commit(), "commit");
+}
+
+MapIndex index_in(const MapStore& store) {
+  auto index = store.index();
+  if (!index) FAIL("the index is not read: " << to_string(index.error()));
+  return *std::move(index);
+}
+
+RegionMap get(const MapStore& store, std::uint32_t region) {
+  auto map = store.get(RegionId{region});
+  if (!map) FAIL("region " << region << " is not read: " << to_string(map.error()));
+  return *std::move(map);
+}
+
+template <class T>
+void check_fails(const Result<T>& result, ErrorCode code) {
+  REQUIRE_FALSE(result.has_value());
+  CHECK_MESSAGE(result.error().code == code, to_string(result.error()));
+}
+
+bool same_bits(const Point& a, const Point& b) {
+  return std::memcmp(a.data(), b.data(), sizeof(double) * 3) == 0;
+}
+
+bool same(const RegionMap& a, const RegionMap& b) {
+  return a.viewpoints == b.viewpoints && a.points == b.points;
+}
+
+bool same(const MapIndex& a, const MapIndex& b) {
+  return a.partition.regions() == b.partition.regions() && a.map_points == b.map_points &&
+         same_bits(a.map_bounds.min, b.map_bounds.min) &&
+         same_bits(a.map_bounds.max, b.map_bounds.max) && a.config == b.config &&
+         std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
+                    [](const RegionSummary& x, const RegionSummary& y) {
+                      return x.points == y.points && x.viewpoints == y.viewpoints &&
+                             x.bytes == y.bytes;
+                    });
+}
+
+/// Whether points came back in their order, as close as the store claims.
+void check_points_kept(const Subject& subject, const PointCloud& put, const PointCloud& got) {
+  const double precision = subject.claims<StoreClaims>().precision;
+  REQUIRE(got.size() == put.size());
+  double worst = 0.0;
+  for (std::size_t i = 0; i < put.size(); ++i) {
+    // Not std::max, which would overlook a NaN.
+    const double error = (put[i] - got[i]).cwiseAbs().maxCoeff();
+    if (!(error <= worst)) worst = error;
+  }
+  CHECK_MESSAGE(worst <= precision,
+                "a coordinate is off by " << worst << " m, claimed " << precision << " m");
+}
+
+void check_kept(const Subject& subject, const Bundle& bundle, const MapStore& store) {
+  CHECK(index_in(store).partition.size() == bundle.maps.size());
+  for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
+    CAPTURE(r);
+    const RegionMap got = get(store, r);
+    CHECK(got.viewpoints == bundle.maps[r].viewpoints);
+    check_points_kept(subject, bundle.maps[r].points, got.points);
+  }
+}
+
+/// Every file below a folder with its content.
+std::map<fs::path, std::string> files_below(const fs::path& folder) {
+  std::map<fs::path, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    files[fs::relative(entry.path(), folder)] = {std::istreambuf_iterator<char>(in), {}};
+  }
+  return files;
+}
+
+void write_file(const fs::path& path, const std::string& content) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out << content;
+  out.close();
+  if (!out) FAIL("cannot write " << path);
+}
+
+void points(const Subject& subject) {
+  Random random(subject.seed());
+  Bundle bundle;
+  std::vector<Region> regions;
+  const std::array<Point, 3> centres{Point(0, 0, 0), Point(1e6, -1e6, 100), Point(-1e6, 5e6, 300)};
+  for (const Point& c : centres) {
+    const Eigen::Vector2d xy = c.head<2>(), half = {51, 51};
+    regions.push_back(
+        {"region_" + std::to_string(regions.size()), HalfOpenBox{xy - half, xy + half}, {}});
+    const Point low = c - Point(50, 50, 10), high = c + Point(50, 50, 10);
+    PointCloud cloud = random_cloud(random, 500, low, high);
+    cloud.insert(cloud.begin() + 7, {high, low});
+    bundle.maps.push_back({std::move(cloud), 1});
+  }
+  bundle.index = index_of(std::move(regions));
+  const Place place(subject);
+  write(*place.open(subject), bundle);
+  check_kept(subject, bundle, *place.open(subject));
+}
+
+void commits(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place place(subject);
+  const auto reader = place.open(subject);
+  const auto nothing_there = [&](const MapStore& store) {
+    CHECK_FALSE(store.index().has_value());
+    CHECK_FALSE(store.get(RegionId{0}).has_value());
+  };
+  {
+    const auto writer = place.open(subject);
+    require(writer->begin(bundle.index), "begin");
+    nothing_there(*reader);
+    put_all(*writer, bundle);
+    nothing_there(*reader);
+    nothing_there(*writer);
+    nothing_there(*place.open(subject));
+  }
+  nothing_there(*reader);
+  for (const auto& left : fs::directory_iterator(place.folder())) {
+    FAIL_CHECK("a store that went without a commit left " << left.path().filename());
+  }
+  const auto writer = place.open(subject);
+  write(*writer, bundle);
+  check_kept(subject, bundle, *writer);
+  check_kept(subject, bundle, *reader);
+  check_kept(subject, bundle, *place.open(subject));
+}
+
+void unknown_region(const Subject& subject) {
+  const Place place(subject);
+  write(*place.open(subject), some_bundle(subject));
+  const auto store = place.open(subject);
+  for (const std::uint32_t r : {3U, 4U, 1U << 31U, ~0U}) {
+    CAPTURE(r);
+    check_fails(store->get(RegionId{r}), ErrorCode::not_found);
+  }
+}
+
+void existing_bundle(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place place(subject);
+  write(*place.open(subject), bundle);
+  const auto before = files_below(place.folder());
+  check_fails(place.open(subject)->begin(bundle.index), ErrorCode::already_exists);
+  check_fails(place.open(subject)->begin(index_of({{"other", HalfOpenBox{{0, 0}, {1, 1}}, {}}})),
+              ErrorCode::already_exists);
+  check_kept(subject, bundle, *place.open(subject));
+  CHECK_MESSAGE(files_below(place.folder()) == before, "its files have changed");
+}
+
+void concurrent(const Subject& subject) {
+  const Place place(subject);
+  write(*place.open(subject), some_bundle(subject));
+  const auto store = place.open(subject);
+  const MapIndex index = index_in(*store);
+  std::vector<RegionMap> maps;
+  for (std::uint32_t r = 0; r < 3; ++r) maps.push_back(get(*store, r));
+  constexpr std::size_t kThreads = 4;
+  for (int round = 0; round < 5; ++round) {
+    const auto fresh = place.open(subject);  // nothing has been read through it yet
+    std::vector<Result<RegionMap>> got(kThreads);
+    std::vector<Result<MapIndex>> read(kThreads);
+    at_once(kThreads, [&](std::size_t i) {
+      got[i] = fresh->get(RegionId{static_cast<std::uint32_t>(i % 3)});
+      read[i] = fresh->index();
+    });
+    for (std::size_t i = 0; i < kThreads; ++i) {
+      REQUIRE_MESSAGE(got[i], to_string(got[i].error()));
+      REQUIRE_MESSAGE(read[i], to_string(read[i].error()));
+      CHECK(same(*got[i], maps[i % 3]));
+      CHECK(same(*read[i], index));
+    }
+  }
+}
+
+/// A content and what has been done to it.
+struct Damaged {
+  std::string how, content;
+};
+
+std::vector<Damaged> damages(Random& random, const std::string& good) {
+  std::vector<Damaged> all{{"empty", ""}, {"a zero byte longer", good + '\0'}};
+  if (good.empty()) return all;
+  const auto cut = [&](std::size_t n) {
+    all.push_back({"cut to " + std::to_string(n) + " bytes", good.substr(0, n)});
+  };
+  for (const std::size_t n : {good.size() - 1, good.size() / 2, std::size_t{1}}) cut(n);
+  for (int i = 0; i < 5; ++i) cut(random.below(good.size()));
+  for (int i = 0; i < 100; ++i) {
+    const std::size_t byte = random.below(good.size()), bit = random.below(8);
+    std::string bad = good;
+    bad[byte] = static_cast<char>(bad[byte] ^ (1 << bit));
+    all.push_back({"bit " + std::to_string(bit) + " of byte " + std::to_string(byte) + " flipped",
+                   std::move(bad)});
+  }
+  return all;
+}
+
+void damage(const Subject& subject) {
+  const Place place(subject);
+  write(*place.open(subject), some_bundle(subject));
+  const auto files = files_below(place.folder());
+  if (files.empty()) FAIL("the store keeps no file below {folder}: there is nothing to damage");
+  const auto sound = place.open(subject);
+  const MapIndex index = index_in(*sound);
+  std::vector<RegionMap> maps;
+  for (std::uint32_t r = 0; r < 3; ++r) maps.push_back(get(*sound, r));
+
+  const auto check_reads = [&](const fs::path& file, const std::string& how) {
+    CAPTURE(file.string());
+    CAPTURE(how);
+    const auto store = place.open(subject);
+    const auto read = store->index();
+    REQUIRE_MESSAGE((!read || same(*read, index)), "the index is read and wrong");
+    for (std::uint32_t r = 0; r < 3; ++r) {
+      const auto map = store->get(RegionId{r});
+      REQUIRE_MESSAGE((!map || same(*map, maps[r])), "region " << r << " is read and wrong");
+    }
+  };
+  Random random(subject.seed() + 1);
+  for (const auto& [file, good] : files) {
+    for (const Damaged& damaged : damages(random, good)) {
+      write_file(place.folder() / file, damaged.content);
+      check_reads(file, damaged.how);
+    }
+    fs::remove(place.folder() / file);
+    check_reads(file, "missing");
+    write_file(place.folder() / file, good);
+  }
+  check_reads("every file", "as it was");
+  CHECK_MESSAGE(place.open(subject)->index(), "the bundle is not read with its files put back");
+}
+
+void not_finite(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place place(subject);
+  const auto store = place.open(subject);
+  require(store->begin(bundle.index), "begin");
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    for (const Eigen::Index axis : {0, 1, 2}) {
+      RegionMap map = bundle.maps[0];
+      map.points[map.points.size() / 2][axis] = bad;
+      check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input);
+    }
+  }
+  put_all(*store, bundle);
+  require(store->commit(), "commit");
+  check_kept(subject, bundle, *place.open(subject));
+}
+
+void wrong_regions(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place place(subject);
+  const auto store = place.open(subject);
+  require(store->begin(bundle.index), "begin");
+  for (const std::uint32_t r : {3U, ~0U}) {
+    CAPTURE(r);
+    check_fails(store->put(RegionId{r}, bundle.maps[0]), ErrorCode::not_found);
+  }
+  require(store->put(RegionId{0}, bundle.maps[0]), "put");
+  check_fails(store->put(RegionId{0}, bundle.maps[1]), ErrorCode::already_exists);
+  require(store->put(RegionId{1}, bundle.maps[1]), "put");
+  require(store->put(RegionId{2}, bundle.maps[2]), "put");
+  require(store->commit(), "commit");
+  check_kept(subject, bundle, *place.open(subject));
+}
+
+void missing_region(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  for (std::uint32_t missing = 0; missing < 3; ++missing) {
+    CAPTURE(missing);
+    const Place place(subject);
+    const auto store = place.open(subject);
+    require(store->begin(bundle.index), "begin");
+    for (std::uint32_t r = 0; r < 3; ++r) {
+      if (r != missing) require(store->put(RegionId{r}, bundle.maps[r]), "put");
+    }
+    check_fails(store->commit(), ErrorCode::invalid_input);
+    CHECK_FALSE(place.open(subject)->index().has_value());
+  }
+}
+
+/// Regions of every shape with edges that no short decimal hits, and boxes from the seed.
+std::vector<Region> odd_regions(Random& random) {
+  std::vector<Region> regions{
+      {"x+000_y-000", HalfOpenBox{{0.1 + 0.2, -1.0 / 3.0}, {1e6 + 0.1, 5e6 + 1e-9}}, {}},
+      {"storey.1", ConvexPolygon{{{0.0, 0.0}, {4.0, 0.1}, {1.0 / 7.0, 4.0}}}, {-2.5, 1.0 / 3.0}},
+      {"storey.2", HalfOpenBox{{-5e-324, -1.0}, {1e-300, 1.0}}, {1.0 / 3.0, kInfinity}},
+      {"Cellar", BoxUnion{{{{0, 0}, {0.7, 0.7}}, {{0.7, 0}, {1.4, 0.1}}}}, {-kInfinity, 1e-17}}};
+  for (int r = 0; r < 50; ++r) {
+    const double size = std::pow(10.0, random.uniform(-6.0, 7.0));
+    const Eigen::Vector2d min(random.uniform(-size, 0.0), random.uniform(-size, 0.0));
+    const Eigen::Vector2d max(random.uniform(0.1, size + 1.0), random.uniform(0.1, size + 1.0));
+    regions.push_back({"r" + std::to_string(r), HalfOpenBox{min, max}, {min.x(), max.y()}});
+  }
+  return regions;
+}
+
+void index_exact(const Subject& subject) {
+  Random random(subject.seed());
+  Bundle bundle;
+  bundle.index = index_of(odd_regions(random));
+  bundle.index.config =
+      "schema = 1 # \"quoted\" \\ 'text', \xc3\xa4 \xe5\x9c\xb0, \t tab\r\n\n[a]\n";
+  bundle.index.map_points = (1ULL << 53U) + 1;  // the first that no double holds
+  // What it says of regions is for the store to fill in.
+  bundle.index.regions.assign(bundle.index.partition.size(), {77, 77, 77});
+  for (std::size_t r = 0; r < bundle.index.partition.size(); ++r) {
+    bundle.maps.push_back({random_cloud(random, r % 5, {0, 0, 0}, {1, 1, 1}),
+                           static_cast<std::uint32_t>(random.below(1U << 31U))});
+  }
+  bundle.maps[1].viewpoints = ~0U;
+  const Bounds3 odd{Point(-1.0 / 3.0, 0.1, -0.0), Point(1e6, 5e6 + 0.1, 77.7)};
+  for (const Bounds3& bounds : {odd, Bounds3{}}) {
+    bundle.index.map_bounds = bounds;
+    const Place place(subject);
+    write(*place.open(subject), bundle);
+    const MapIndex read = index_in(*place.open(subject));
+    CHECK(read.partition.regions() == bundle.index.partition.regions());
+    CHECK(same_bits(read.map_bounds.min, bounds.min));
+    CHECK(same_bits(read.map_bounds.max, bounds.max));
+    CHECK(read.map_points == bundle.index.map_points);
+    CHECK(read.config == bundle.index.config);
+    REQUIRE(read.regions.size() == bundle.maps.size());
+    for (std::size_t r = 0; r < bundle.maps.size(); ++r) {
+      CAPTURE(r);
+      CHECK(read.regions[r].points == bundle.maps[r].points.size());
+      CHECK(read.regions[r].viewpoints == bundle.maps[r].viewpoints);
+    }
+  }
+}
+
+void few_points(const Subject& subject) {
+  Bundle bundle = some_bundle(subject);
+  const Point p(12.3, 4.56, 0.7);
+  bundle.maps = {{{}, 0}, {{p}, 1}, {PointCloud(50, p), 2}};
+  const Place place(subject);
+  write(*place.open(subject), bundle);
+  check_kept(subject, bundle, *place.open(subject));
+}
+
+void without_begin(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place place(subject);
+  const auto store = place.open(subject);
+  const auto refused = [&] {
+    check_fails(store->put(RegionId{0}, bundle.maps[0]), ErrorCode::invalid_input);
+    check_fails(store->commit(), ErrorCode::invalid_input);
+  };
+  refused();
+  write(*store, bundle);
+  refused();
+  check_kept(subject, bundle, *store);
+}
+
+void no_bundle(const Subject& subject) {
+  const Place place(subject);
+  const auto store = place.open(subject);
+  check_fails(store->index(), ErrorCode::not_found);
+  check_fails(store->get(RegionId{0}), ErrorCode::not_found);
+}
+
+void same_bytes(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place first(subject), second(subject);
+  write(*first.open(subject), bundle);
+  const auto store = second.open(subject);
+  require(store->begin(bundle.index), "begin");
+  for (const std::uint32_t r : {2U, 0U, 1U})
+    require(store->put(RegionId{r}, bundle.maps[r]), "put");
+  require(store->commit(), "commit");
+
+  const auto a = files_below(first.folder()), b = files_below(second.folder());
+  for (const auto& [file, content] : a) {
+    const auto other = b.find(file);
+    REQUIRE_MESSAGE(other != b.end(), file.string() << " is in one place only");
+    CHECK_MESSAGE(other->second == content, file.string() << " differs");
+  }
+  CHECK(a.size() == b.size());
+}
+
+constexpr std::array kClauses{
+    Clause{"S1", "points come back in their order, as close as claimed, far from the origin too",
+           &points},
+    Clause{"S2",
+           "a bundle is there whole after the commit and not before; without, nothing is left",
+           &commits},
+    Clause{"S3", "an unknown region is not_found", &unknown_region},
+    Clause{"S4", "begin where a bundle is is already_exists, and the bundle stays as it was",
+           &existing_bundle},
+    Clause{"S5", "calls on one object from several threads agree with calls one by one",
+           &concurrent},
+    Clause{"S6", "a damaged file is an error or gives the right data, never wrong data", &damage},
+    Clause{"S7", "a point that is not finite is invalid_input, and the region can still be put",
+           &not_finite},
+    Clause{"S8", "to put a region outside the index is not_found, to put one twice already_exists",
+           &wrong_regions},
+    Clause{"S9", "a commit with a region missing is invalid_input and makes no bundle",
+           &missing_region},
+    Clause{"S10", "the index comes back exactly, with the points and viewpoints that were put",
+           &index_exact},
+    Clause{"S11", "regions without points, with one point and with equal points are kept",
+           &few_points},
+    Clause{"S12", "put and commit without begin are invalid_input, after a commit too",
+           &without_begin},
+    Clause{"S13", "without a bundle, index and get are not_found", &no_bundle},
+    Clause{"S14", "the same bundle has the same files byte for byte, whatever the place and order",
+           &same_bytes},
+};
+
+}  // namespace
+
+std::span<const Clause> store_clauses() { return kClauses; }
 
 }  // namespace vantage::conformance

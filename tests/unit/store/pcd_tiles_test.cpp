@@ -510,6 +510,23 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt(replaced(good, "\"inf\"", "1e999"), "damaged");
   corrupt(replaced(good, "\"inf\"", "\"-inf\""), "no partition");
 
+  // A number or a text that is as good as the right one.
+  const std::string checksum = "'checksum' is not that of the rest";
+  corrupt(replaced(good, "\"points\": 123456789", "\"points\": 123456788"), checksum);
+  corrupt(replaced(good, "77.7", "77.8"), checksum);
+  corrupt(replaced(good, "quoted", "Quoted"), checksum);
+  corrupt(replaced(good, "\"viewpoints\": 7", "\"viewpoints\": 6"), checksum);
+  corrupt(replaced(good, "-2.5", "-2.4"), checksum);
+  const std::size_t last = good.rfind("\"checksum\"");
+  corrupt(good.substr(0, last) + "\"checksum\": \"0000000000000000\"}", checksum);
+  corrupt(good.substr(0, last) + "\"checksam\": 0}", "no member 'checksum'");
+
+  // The layout does not matter.
+  std::string other_layout = good;
+  std::replace(other_layout.begin(), other_layout.end(), '\n', ' ');
+  write_text(file, other_layout);
+  CHECK(store_at(root)->index());
+
   // Cut anywhere it is no JSON, but for the newline at its end.
   for (std::size_t length = 0; length + 1 < good.size(); length += 13) {
     write_text(file, good.substr(0, length));

@@ -1,0 +1,133 @@
+// pcd_tiles, but for the clause to be broken.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <utility>
+
+#include "breaks.hpp"
+
+namespace vantage::broken {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Broken final : public MapStore {
+ public:
+  struct Params {
+    fs::path root;
+    static constexpr auto schema() {
+      return std::tuple{required("root", &Params::root, "", "folder of the bundle")};
+    }
+  };
+  static Result<std::unique_ptr<MapStore>> create(const Params& params) {
+    Table table;
+    table.entries.push_back({"root", Value{params.root.string(), {}}, {}});
+    if (breaks("S4")) table.entries.push_back({"overwrite", Value{true, {}}, {}});
+    VANTAGE_TRY(auto sound_store, sound<MapStore>("pcd_tiles", table));
+    return std::make_unique<Broken>(std::move(sound_store), params.root);
+  }
+  Broken(PluginPtr<MapStore> sound, fs::path root)
+      : sound_(std::move(sound)), root_(std::move(root)) {}
+
+  [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
+    return guarded([&] { return begin_with(index); });
+  }
+  [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
+    return guarded([&] { return put_checked(region, map); });
+  }
+  [[nodiscard]] Result<void> commit() noexcept override {
+    return guarded([&]() -> Result<void> {
+      if (breaks("S2") && std::exchange(committed_, false)) return {};
+      if (breaks("S12") && !begun_) return {};
+      if (breaks("S9")) {
+        for (std::uint32_t r = 0; r < regions_; ++r) {
+          if (!put_.contains(r)) VANTAGE_CHECK(sound_->put(RegionId{r}, {}));
+        }
+      }
+      VANTAGE_CHECK(sound_->commit());
+      begun_ = false;
+      put_.clear();
+      if (breaks("S14")) {
+        static std::atomic<int> builds = 0;
+        std::ofstream(root_.parent_path() / "history.txt") << "build " << ++builds << '\n';
+      }
+      return {};
+    });
+  }
+
+  [[nodiscard]] Result<MapIndex> index() const noexcept override {
+    return guarded([&]() -> Result<MapIndex> {
+      auto index = sound_->index();
+      if (breaks("S13") && !index) {
+        return fail(ErrorCode::io_failure, "index.json: no such file");
+      }
+      return index;
+    });
+  }
+  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
+    return guarded([&]() -> Result<RegionMap> {
+      if (breaks("S13")) VANTAGE_CHECK(index());
+      // An end that is counted in.
+      const auto index = breaks("S3") ? sound_->index() : Result<MapIndex>();
+      if (breaks("S3") && index && region.value == index->regions.size()) --region.value;
+      auto map = sound_->get(region);
+      if (breaks("S6") && !map && map.error().code == ErrorCode::corrupt_data) return RegionMap{};
+      // A buffer that all calls share.
+      if (breaks("S5") && Crowded(inside_) && map) std::swap(map->points[0], map->points[1]);
+      return map;
+    });
+  }
+
+ private:
+  [[nodiscard]] Result<void> begin_with(MapIndex index) {
+    if (breaks("S10")) {  // edges with six decimals
+      std::vector<Region> regions = index.partition.regions();
+      for (Region& region : regions) {
+        if (auto* box = std::get_if<HalfOpenBox>(&region.footprint); box && box->max.x() > 1.0) {
+          box->max = (box->max * 1e6).array().round() / 1e6;
+        }
+      }
+      VANTAGE_TRY(index.partition, Partition::from(std::move(regions)));
+    }
+    VANTAGE_CHECK(sound_->begin(index));
+    begun_ = true;
+    regions_ = index.partition.size();
+    put_.clear();
+    return {};
+  }
+
+  [[nodiscard]] Result<void> put_checked(RegionId region, RegionMap map) {
+    PointCloud& points = map.points;
+    if (breaks("S7")) std::erase_if(points, [](const Point& p) { return !p.allFinite(); });
+    if (breaks("S1")) {  // single precision, of absolute coordinates
+      for (Point& p : points) p = p.cast<float>().cast<double>();
+    }
+    if (breaks("S11")) points.erase(std::unique(points.begin(), points.end()), points.end());
+    if (breaks("S8") && put_.contains(region.value)) return {};
+    VANTAGE_CHECK(sound_->put(region, map));
+    put_.insert(region.value);
+    if (breaks("S2") && put_.size() == regions_) {
+      committed_ = true;
+      return sound_->commit();
+    }
+    return {};
+  }
+
+  PluginPtr<MapStore> sound_;
+  fs::path root_;
+  std::size_t regions_ = 0;
+  std::set<std::uint32_t> put_;
+  bool begun_ = false, committed_ = false;
+  mutable std::atomic<int> inside_ = 0;
+};
+
+}  // namespace
+}  // namespace vantage::broken
+
+extern "C" __attribute__((visibility("default"),
+                          used)) constinit const vantage::PluginManifest vantage_plugin{
+    .name = vantage_broken_name,
+    .summary = "a map store that breaks one clause",
+    .factory = vantage::detail::factory_of<vantage::MapStore, vantage::broken::Broken>()};
