@@ -135,12 +135,12 @@ TEST_CASE("the cut is at the value that halves best, and there must be one") {
 }
 
 TEST_CASE("the other axis is cut where one cannot be") {
-  // 4 x 1 m, but x cannot be cut into pieces 3 m wide... and y into 0.5 m it can.
+  // 4 x 7 m: y can be cut, but after that neither axis into pieces 3 m wide.
   const PointCloud map{{0, 0, 0}, {0, 7, 0}, {4, 0, 0}, {4, 7, 0}};
   const Partition partition = made("max_points = 1\nmin_width = 3.0", map);
   CHECK(partition.size() == 2);
   CHECK(box_of(partition, 1).min.y() == doctest::Approx(4.0));  // 7 - 3: as near as may be
-  // All on one line across the longer side of nothing: y is the only choice.
+  // A line along y: x cannot be cut at all.
   CHECK(made("max_points = 1", {{5, 0, 0}, {5, 1, 0}, {5, 2, 0}}).size() == 3);
 }
 
