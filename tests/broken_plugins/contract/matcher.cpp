@@ -56,10 +56,10 @@ class BrokenTarget final : public MatchTarget {
     return found;
   }
 
-  [[nodiscard]] Result<ScanScore> score_scan(PointsView scan, Pose pose) const {
+  [[nodiscard]] Result<ScanScore> score_scan(PointsView scan, const Pose& pose) const {
     if (breaks("M9")) return sound_->score(finite_points(scan), pose);
-    if (breaks("M4") && is_valid(pose)) pose.rotation.setIdentity();
     auto score = sound_->score(scan, pose);
+    if (breaks("M4") && score) score->nvtl = -score->nvtl;  // a cost
     if (breaks("M10") && score && score->coverage == 0.0) {
       return fail(ErrorCode::too_few_matches, "no scan point has a map voxel");
     }
