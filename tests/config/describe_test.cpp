@@ -66,7 +66,11 @@ std::string some_value(const ParameterDoc& p) {
   switch (p.kind) {
     case ValueKind::boolean: value = "true"; break;
     case ValueKind::integer:
-    case ValueKind::number: value = p.range.contains(1.0) ? "1" : "100"; break;
+    case ValueKind::number:
+      for (const char* candidate : {"100", "0.5", "1"}) {
+        if (p.range.contains(std::stod(candidate))) value = candidate;
+      }
+      break;
     case ValueKind::string:
     case ValueKind::path: value = "\"x\""; break;
     case ValueKind::choice: value = "\"" + p.choices.at(0) + "\""; break;
