@@ -195,14 +195,15 @@ double EvaluatedRun::reduction() const {
 }
 
 std::vector<std::vector<std::string>> comparison(const std::vector<EvaluatedRun>& runs) {
-  std::vector<std::vector<std::string>> rows{{"config", "regions", "points/region", "reduction",
-                                              "MB", "error mean [cm]", "p95", "error [deg]", "lost",
-                                              "switches", "T_align [ms]", "fitness", "NVTL",
-                                              "coverage", "LCP x 1e6"}};
+  std::vector<std::vector<std::string>> rows{{"config", "regions", "points/region", "min", "max",
+                                              "reduction", "MB", "error mean [cm]", "p95",
+                                              "error [deg]", "lost", "switches", "T_align [ms]",
+                                              "fitness", "NVTL", "coverage", "LCP x 1e6"}};
+  const auto whole = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
   for (const EvaluatedRun& r : runs) {
     const RunSummary& s = r.summary;
-    rows.push_back({r.name, cli::grouped(r.run.index.partition.size()),
-                    cli::grouped(static_cast<std::uint64_t>(r.region_points.mean + 0.5)),
+    rows.push_back({r.name, cli::grouped(r.run.index.partition.size()), whole(r.region_points.mean),
+                    whole(r.region_points.min), whole(r.region_points.max),
                     fmt::format("{:.1f} %", 100.0 * r.reduction()),
                     fmt::format("{:.1f}", static_cast<double>(r.bundle_bytes) / 1e6),
                     fmt::format("{:.2f}", 100.0 * s.error_m.mean),

@@ -28,5 +28,10 @@ function(vantage_install_package)
     "${PROJECT_SOURCE_DIR}/core/cmake/VantageAddConformanceTest.cmake"
     "${PROJECT_SOURCE_DIR}/core/cmake/plugin.map"
     DESTINATION "${package_dir}")
-  install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+  install(FILES
+    "${PROJECT_SOURCE_DIR}/LICENSE"
+    "${PROJECT_SOURCE_DIR}/docs/config_reference.md"
+    "${PROJECT_SOURCE_DIR}/docs/contracts.md"
+    "${PROJECT_SOURCE_DIR}/docs/plugin_author.md"
+    DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 endfunction()

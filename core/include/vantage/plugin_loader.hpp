@@ -26,7 +26,7 @@ struct PluginChoice {
   std::string plugin;                            ///< name, as in the file name
   std::optional<std::filesystem::path> library;  ///< a file to load instead of searching
   Table params;
-  SourceLocation where;  ///< of the name
+  SourceLocation where;  ///< of the name, or of the library if given
 
   static constexpr auto schema() {
     return std::tuple{

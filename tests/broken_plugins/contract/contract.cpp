@@ -84,6 +84,19 @@ TEST_CASE("docs/contracts.md lists the clauses, word for word") {
     }
   }
   std::set<std::string> kept;
+  const auto keep_claims = [&](const std::vector<ParameterDoc>& claims) {
+    for (const ParameterDoc& p : claims) {
+      CHECK_MESSAGE(
+          text.find("| `" + p.key + "` | " + p.unit + (p.unit.empty() ? "| `" : " | `") +
+                    to_toml(p.default_value.value()) + "` | " + p.doc + " |") != std::string::npos,
+          "no such line for the claim " << p.key);
+    }
+  };
+  keep_claims(describe<conformance::PartitionerClaims>());
+  keep_claims(describe<conformance::GroundClaims>());
+  keep_claims(describe<conformance::VisibilityClaims>());
+  keep_claims(describe<conformance::StoreClaims>());
+  keep_claims(describe<conformance::MatcherClaims>());
   for (std::size_t kind = 0; kind < kPluginKinds; ++kind) {
     for (const auto& clause : conformance::clauses_of(static_cast<PluginKind>(kind))) {
       kept.insert("| " + std::string(clause.id) + " | " + std::string(clause.text) + " |");
