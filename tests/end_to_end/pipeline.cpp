@@ -196,6 +196,43 @@ TEST_CASE(
         test::read_text(street.folder() / "run2/trajectory.tum"));
 }
 
+TEST_CASE("every partitioner makes maps to localize in, and budget keeps its budget") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 10, "unused");
+  constexpr int kBudget = 25000;
+  const std::vector<std::pair<std::string, std::string>> partitioners{
+      {"kd_split", "{ max_points = 12000 }"},
+      {"budget", "{ max_points = " + std::to_string(kBudget) + " }"},
+      {"trajectory", "{ segment_length = 8.0 }"},
+      {"visibility_clusters", "{ min_overlap = 0.4 }"}};
+  for (const auto& [plugin, params] : partitioners) {
+    CAPTURE(plugin);
+    std::vector<std::string> use;
+    for (const std::string& set : {"partitioner.plugin=" + plugin, "partitioner.params=" + params,
+                                   "map.trajectory=" + street.path("reference.tum"),
+                                   "store.params.root=" + street.path("maps/" + plugin)}) {
+      use.insert(use.end(), {"--set", set});
+    }
+    std::vector<std::string> build{config, "--json", "--quiet"};
+    build.insert(build.end(), use.begin(), use.end());
+    const auto built = test::run("vantage-build", build);
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    const auto report = nlohmann::json::parse(built.out);
+    CHECK(report["regions"].size() >= 2);
+    if (plugin == "budget") {
+      for (const auto& region : report["regions"]) CHECK(region["points"] <= kBudget);
+    }
+    use.push_back("--quiet");
+    const auto localized = street.localize(config, "run_" + plugin, use);
+    REQUIRE_MESSAGE(localized.exit_code == 0, localized.err);
+    const auto summary = nlohmann::json::parse(
+        test::read_text(street.folder() / ("run_" + plugin) / "summary.json"));
+    CHECK(summary["scans"]["tracked"] == test::Street::kScans);
+    CHECK(summary["scans"]["switches"] >= 1);
+    CHECK(summary["error_m"]["mean"] < 0.1);
+  }
+}
+
 TEST_CASE("--initial-pose and --odometry stand in for the reference") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 0, "bundle");
