@@ -1,6 +1,7 @@
 #include "common/command_line.hpp"
 
 #include <tbb/global_control.h>
+#include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
@@ -10,18 +11,30 @@ namespace vantage::cli {
 namespace {
 constexpr const char* kUsageContext = "reading the command line; see --help";
 
+/// Set while a program does its job: who calls exit() then is not the program.
+std::atomic<bool> at_work{false};
+
+void refuse_to_exit() {
+  if (!at_work) return;
+  std::cerr << "error: the program was ended by exit(), most likely by a plugin" << std::endl;
+  std::_Exit(kFailed);
+}
+
 /// The last words of a process in which an exception has left a noexcept function. The message is
 /// what its user needs; without this, it would end with a signal and a core dump, or with nothing.
 [[noreturn]] void end_with_message() {
-  std::string what = "no exception";
-  if (const std::exception_ptr exception = std::current_exception()) {
-    try {
-      std::rethrow_exception(exception);
-    } catch (const std::exception& e) {
-      what = e.what();
-    } catch (...) {
-      what = "an exception of unknown type";
-    }
+  const std::exception_ptr exception = std::current_exception();
+  if (!exception) {
+    std::cerr << "error: the program was ended from inside (std::terminate without an exception)"
+              << std::endl;
+    std::_Exit(kFailed);
+  }
+  std::string what = "an exception of unknown type";
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& e) {
+    what = e.what();
+  } catch (...) {  // its type is all that is not known
   }
   std::cerr << "error: an exception left a function that must not throw, most likely a plugin's: "
             << what << std::endl;
@@ -66,8 +79,11 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? EXIT_SUCCESS : kUsage;
   }
+  std::atexit(&refuse_to_exit);
   try {
+    at_work = true;
     const Result<void> done = run();
+    at_work = false;
     if (done) {
       std::cout.flush();
       if (std::cout) return EXIT_SUCCESS;
@@ -78,8 +94,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
     const auto& context = done.error().context;
     return !context.empty() && context.front() == kUsageContext ? kUsage : kFailed;
   } catch (const std::bad_alloc&) {
+    at_work = false;
     std::cerr << "error: out of memory\n";
   } catch (const std::exception& e) {
+    at_work = false;
     std::cerr << "error: " << e.what() << '\n';
   }
   return kFailed;

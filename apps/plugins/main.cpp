@@ -87,8 +87,21 @@ Result<void> check_plugin(const Options& options) {
   } else {
     std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
               << info.name << "'\n";
+    const std::string found_as =
+        std::string("vantage_") + to_string(info.kind) + "_" + info.name + ".so";
+    if (options.file.filename() != found_as) {
+      std::cerr << "note: programs find a plugin by its file name, which should be " << found_as
+                << '\n';
+    }
   }
   return {};
+}
+
+/// The prefix that this program is installed below.
+std::string installation() {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? "WHERE_VANTAGE_IS" : program.parent_path().parent_path().string();
 }
 
 Result<void> new_plugin(const Options& options) {
@@ -100,10 +113,10 @@ Result<void> new_plugin(const Options& options) {
     }
   }
   VANTAGE_CHECK(write_plugin_project(kind, options.name, options.out));
-  const std::string folder = options.out.string();
+  const std::string folder = "'" + (options.out / "").parent_path().string() + "'";
   std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
             << "  cmake -S " << folder << " -B " << folder << "/build"
-            << " -DCMAKE_PREFIX_PATH=<where Vantage is installed>\n"
+            << " -DCMAKE_PREFIX_PATH='" << installation() << "'\n"
             << "  cmake --build " << folder << "/build && ctest --test-dir " << folder
             << "/build\n";
   return {};

@@ -1,5 +1,7 @@
 #include "new_plugin.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -28,8 +30,9 @@ Result<void> check_name(const std::string& name) {
                   " lower-case letters, digits and '_', the first a letter, as in 'my_split'");
 }
 
-/// "MySplit" of "my_split".
-std::string class_name(const std::string& name) {
+/// "MySplitPartitioner" of "my_split". The kind in it keeps it apart from what a template calls its
+/// own, whatever the name.
+std::string class_name(const std::string& name, PluginKind kind) {
   std::string result;
   bool upper = true;
   for (const char c : name) {
@@ -39,6 +42,13 @@ std::string class_name(const std::string& name) {
     }
     result += upper && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     upper = false;
+  }
+  switch (kind) {
+    case PluginKind::partitioner: return result + "Partitioner";
+    case PluginKind::ground: return result + "GroundFilter";
+    case PluginKind::visibility: return result + "Operator";
+    case PluginKind::store: return result + "Store";
+    case PluginKind::matcher: return result + "Matcher";
   }
   return result;
 }
@@ -95,6 +105,7 @@ Result<PluginKind> plugin_kind(const std::string& word) {
 Result<void> write_plugin_project(PluginKind kind, const std::string& name,
                                   const fs::path& folder) {
   VANTAGE_CHECK(check_name(name));
+  if (folder.empty()) return fail(ErrorCode::invalid_input, "the folder to create has no name");
   std::error_code error;
   const fs::path target = fs::absolute(folder, error).lexically_normal();
   const bool there = fs::exists(fs::symlink_status(target, error));
@@ -111,7 +122,7 @@ Result<void> write_plugin_project(PluginKind kind, const std::string& name,
     return io_error(folder, error ? error.message() : std::strerror(errno));
   }
   const std::map<std::string, std::string> values{{"name", name},
-                                                  {"Class", class_name(name)},
+                                                  {"Class", class_name(name, kind)},
                                                   {"kind", to_string(kind)},
                                                   {"version", VANTAGE_MAJOR_MINOR}};
   Result<void> done{};
@@ -121,10 +132,10 @@ Result<void> write_plugin_project(PluginKind kind, const std::string& name,
       done = write_file(fs::path(partial) / path, filled(file.text, values));
   }
   if (done) {
-    fs::permissions(partial,
-                    fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec |
-                        fs::perms::others_read | fs::perms::others_exec,
-                    error);
+    // mkdtemp's folders are for their owner only; this one is as any other.
+    const mode_t mask = umask(0);
+    umask(mask);
+    fs::permissions(partial, static_cast<fs::perms>(0777U & ~mask), error);
     fs::rename(partial, target, error);  // replaces an empty folder
     if (error) done = io_error(folder, error.message());
   }

@@ -2,8 +2,6 @@
 #
 # Builds vantage_<kind>_<name>.so, which exports the manifest symbol `vantage_plugin` and nothing else.
 # Kinds: partitioner, ground, visibility, store, matcher. The target has the name of the file.
-set(VANTAGE_PLUGIN_EXPORTS "${CMAKE_CURRENT_LIST_DIR}/plugin.map")
-
 function(vantage_add_plugin kind name)
   cmake_parse_arguments(PARSE_ARGV 2 ARG "" "" "SOURCES;LIBRARIES")
   set(kinds partitioner ground visibility store matcher)
@@ -14,6 +12,7 @@ function(vantage_add_plugin kind name)
     message(FATAL_ERROR "vantage_add_plugin(${kind} ${name}): SOURCES <file>... is missing")
   endif()
   set(target vantage_${kind}_${name})
+  set(exports "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/plugin.map")
   add_library(${target} MODULE ${ARG_SOURCES})
   target_link_libraries(${target} PRIVATE vantage::core ${ARG_LIBRARIES})
   if(TARGET vantage_warnings)
@@ -23,11 +22,11 @@ function(vantage_add_plugin kind name)
     PREFIX "" OUTPUT_NAME ${target}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     INSTALL_RPATH "$ORIGIN/.."
-    LINK_DEPENDS "${VANTAGE_PLUGIN_EXPORTS}")
+    LINK_DEPENDS "${exports}")
   # nodelete: a TBB worker may still be on its way out of a task's code here when parallel_for has
   # returned and the caller lets the plugin go, so the code stays mapped.
   target_link_options(${target} PRIVATE
-    "LINKER:--version-script=${VANTAGE_PLUGIN_EXPORTS}" LINKER:--as-needed LINKER:-z,nodelete)
+    "LINKER:--version-script=${exports}" LINKER:--as-needed LINKER:-z,nodelete)
   if(VANTAGE_PLUGIN_OUTPUT_DIRECTORY)
     set_target_properties(${target} PROPERTIES
       LIBRARY_OUTPUT_DIRECTORY "${VANTAGE_PLUGIN_OUTPUT_DIRECTORY}")

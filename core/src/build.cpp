@@ -140,9 +140,15 @@ class BuildObserver final : public MapObserver {
     scope.own_points = select(map_, inside);
     scope.points = scope.own_points;
     VANTAGE_TRY(auto prepared, plugins_.visibility->prepare(scope.points, limits_));
+    if (!prepared) return no_scene();
     scope.own_scene = in_library_of(plugins_.visibility, std::move(prepared));
     scope.scene = scope.own_scene.get();
     return scope;
+  }
+
+  static tl::unexpected<Error> no_scene() {
+    return fail(ErrorCode::internal,
+                "the visibility plugin broke its contract: prepare gave no scene and no error");
   }
 
   /// The scene of the whole map, prepared when it is first asked for.
@@ -154,6 +160,7 @@ class BuildObserver final : public MapObserver {
       auto prepared = tbb::this_task_arena::isolate(
           [&] { return plugins_.visibility->prepare(map_, limits_); });
       if (!prepared) return fail(std::move(prepared).error());
+      if (!*prepared) return no_scene();
       map_scene_ = in_library_of(plugins_.visibility, *std::move(prepared));
     }
     return map_scene_.get();

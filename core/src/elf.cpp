@@ -20,6 +20,14 @@ static_assert(offsetof(PluginManifest, abi) == offsetof(ManifestHead, abi));
 
 constexpr std::uint64_t kMaxTable = 1U << 26U;  // [bytes]; symbol tables of plugins are kilobytes
 
+/// That of the running program: a library must be for the same processor.
+ElfW(Ehdr) own_header() {
+  ElfW(Ehdr) header{};
+  std::ifstream("/proc/self/exe", std::ios::binary)
+      .read(reinterpret_cast<char*>(&header), sizeof header);
+  return header;
+}
+
 /// Reads parts of a file; what lies beyond its end is never read.
 class File {
  public:
@@ -74,6 +82,13 @@ std::string defect(const std::filesystem::path& file) {
   if (error || std::string_view(reinterpret_cast<const char*>(header.e_ident), SELFMAG) != magic) {
     return "is no shared library (it does not begin as an ELF file)";
   }
+  const ElfW(Ehdr) own = own_header();
+  if (in &&
+      (header.e_ident[EI_CLASS] != own.e_ident[EI_CLASS] ||
+       header.e_ident[EI_DATA] != own.e_ident[EI_DATA] || header.e_machine != own.e_machine)) {
+    return "is built for another processor";
+  }
+  if (in && header.e_type != ET_DYN) return "is no shared library (its ELF type is another)";
   const std::string cut =
       "is cut short: its ELF headers promise more than its " + std::to_string(size) + " bytes";
   if (!in || header.e_phentsize != sizeof(ElfW(Phdr))) return cut;

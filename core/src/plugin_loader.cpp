@@ -122,9 +122,12 @@ struct Checked {
 Result<Checked> open_checked(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::path absolute = std::filesystem::absolute(file, error);
-  if (error || !std::filesystem::exists(absolute)) {
-    return fail(ErrorCode::not_found, "no plugin file at " + file.string());
+  if (error || !std::filesystem::exists(absolute, error)) {
+    const bool missing = !error || error == std::errc::no_such_file_or_directory;
+    return fail(ErrorCode::not_found,
+                "no plugin file at " + file.string() + (missing ? "" : ": " + error.message()));
   }
+  if (!std::filesystem::is_regular_file(absolute, error)) return refuse(file, "is no file");
   if (const std::string defect = elf::defect(absolute); !defect.empty())
     return refuse(file, defect);
   // From the bytes first: opening a library of another ABI runs its constructors.

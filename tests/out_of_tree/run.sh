@@ -34,6 +34,27 @@ for kind in partitioner ground visibility store matcher; do
   VANTAGE_PLUGIN_PATH=$project/build "$vantage" plugins describe "my_$kind" --toml >/dev/null
 done
 
+say "the mistake of docs/plugin_author.md is found by the clause that it names"
+project=$work/projects/my_partitioner
+cp -r "$project" "$work/mistaken"
+rm -rf "$work/mistaken/build"
+sed -i 's/above(bounds.max.y())/bounds.max.y()/' "$work/mistaken/my_partitioner.cpp"
+cmp -s "$project/my_partitioner.cpp" "$work/mistaken/my_partitioner.cpp" && fail "the template has no such line"
+cmake -S "$work/mistaken" -B "$work/mistaken/build" -DCMAKE_PREFIX_PATH="$work/prefix" "$@" >/dev/null
+cmake --build "$work/mistaken/build" --target vantage_partitioner_my_partitioner >/dev/null
+"$vantage" conformance "$work/mistaken/build/vantage_partitioner_my_partitioner.so" "$project/params.toml" \
+  >"$work/log" 2>&1 && fail "the suite did not see the mistake"
+grep -q "^FAILED   P2 " "$work/log" || { cat "$work/log"; fail "P2 does not fail"; }
+
+say "a plugin may have the name of something in its template"
+for pair in "partitioner params" "ground point" "visibility scene" "store bundle" "matcher target"; do
+  read -r kind name <<<"$pair"
+  "$vantage" plugins new "$kind" "$name" --out "$work/names/$kind" 2>/dev/null
+  # shellcheck disable=SC2046
+  g++ -std=c++20 -fsyntax-only -I"$work/prefix/include" $(pkg-config --cflags eigen3 2>/dev/null || echo -I/usr/include/eigen3) \
+    "$work/names/$kind/$name.cpp" || fail "a $kind plugin called $name does not compile"
+done
+
 say "a mistake in using the SDK is told"
 mkdir -p "$work/wrong"
 cat >"$work/wrong/CMakeLists.txt" <<'CMAKE'

@@ -17,6 +17,7 @@ using Eigen::Vector2d;
 using vantage::ErrorCode, vantage::fail, vantage::HalfOpenBox, vantage::PointsView, vantage::Result;
 
 constexpr std::size_t kMaxRegions = 1'000'000;
+constexpr std::size_t kMaxLabel = 200;  // of a Region; a path of cuts so long has run into a corner
 constexpr auto kExact = std::numeric_limits<std::uint64_t>::max();
 
 /// A part of the plan and its points, whose order means nothing.
@@ -153,6 +154,7 @@ class Budget final : public vantage::Partitioner {
                                       [&](const Vector2d& p) { return p[axis] < at; });
     const auto count = static_cast<std::size_t>(above - cell.points.begin());
     const std::string path = cell.label == "cell" ? "cell_" : cell.label;
+    if (path.size() >= kMaxLabel) return std::nullopt;
     Pieces pieces{{cell.box, cell.points.first(count), path + "0"},
                   {cell.box, cell.points.subspan(count), path + "1"}};
     pieces.below.box.max[axis] = at;

@@ -12,7 +12,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kFormat = "vantage pcd_tiles";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 constexpr const char* kChecksum = "checksum";
 constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

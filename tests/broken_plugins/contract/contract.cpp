@@ -74,6 +74,20 @@ TEST_CASE("every clause is broken by its own plugin and by no other") {
   CHECK(clauses >= 35);
 }
 
+TEST_CASE("a plugin that ends the process, or does not come back, has kept no clause") {
+  const fs::path folder(CONTRACT_PLUGIN_DIR),
+      params = fs::path(CONTRACT_PARAMS_DIR) / "partitioner.toml";
+  const fs::path exits = folder / "vantage_partitioner_breaks_exits.so";
+  for (const auto& [id, outcome] : outcomes(exits, params)) {
+    CHECK_MESSAGE(outcome == (id[0] == 'C' ? "ok" : "failed"), id);
+  }
+  const auto hangs =
+      test::run("vantage-conformance", {(folder / "vantage_partitioner_breaks_hangs.so").string(),
+                                        params.string(), "--clause", "P1", "--timeout", "0.5"});
+  CHECK(hangs.exit_code == 1);
+  CHECK(hangs.out.find("did not end within 0.5 s") != std::string::npos);
+}
+
 TEST_CASE("docs/contracts.md lists the clauses, word for word") {
   const std::string text = test::read_text(fs::path(VANTAGE_SOURCE_DIR) / "docs/contracts.md");
   std::set<std::string> listed;

@@ -2,10 +2,12 @@
 // of its own, so one that crashes or hangs fails and the others are still checked.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +15,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -37,6 +40,9 @@ struct Options {
 
 enum class Outcome { ok, failed, skipped };
 
+/// What a plugin prints need not be text.
+constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
+
 const char* to_string(Outcome outcome) {
   switch (outcome) {
     case Outcome::ok: return "ok";
@@ -59,48 +65,140 @@ struct Job {
 };
 Job job{};
 
-/// In the child: one clause through doctest, and the end of the process.
-[[noreturn]] void run_clause_and_exit(const Subject& subject, const Clause& clause) {
+/// An open file descriptor, closed at the end.
+class Descriptor {
+ public:
+  explicit Descriptor(int value) : value_(value) {}
+  ~Descriptor() {
+    if (value_ >= 0) close(value_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int get() const noexcept { return value_; }
+  [[nodiscard]] bool good() const noexcept { return value_ >= 0; }
+
+ private:
+  int value_;
+};
+
+/// What a process leaves when it has run a clause to its end: a plugin that ends the process has
+/// not kept the clause, whatever the exit code.
+constexpr char kFinished = 'F';
+
+/// One clause through doctest; what it exits with.
+int check_clause(const Subject& subject, const Clause& clause) {
   job = {&subject, &clause};
   doctest::Context context;
   context.setOption("no-intro", true);
   context.setOption("no-version", true);
   context.setOption("no-path-filenames", true);
   context.setOption("colors", "false");
-  const int failed = context.run();
-  std::cout.flush();
-  std::_Exit(failed);
+  return context.run();
 }
 
-/// What a process writes until it closes its end; none if it goes on for longer than `seconds`.
-std::optional<std::string> read_all(int descriptor, double seconds) {
+/// Whether a process ends within so many seconds.
+bool ends_within(const Descriptor& process, double seconds) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
-  std::string text;
-  std::array<char, 4096> buffer{};
   while (true) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
-    if (left.count() <= 0) return std::nullopt;
-    pollfd waiting{descriptor, POLLIN, 0};
-    const int ready = poll(&waiting, 1, static_cast<int>(std::min<long>(left.count(), 1 << 30)));
-    if (ready < 0 && errno != EINTR) return text;
-    if (ready <= 0) continue;
-    const ssize_t n = read(descriptor, buffer.data(), buffer.size());
-    if (n <= 0) return text;
-    text.append(buffer.data(), static_cast<std::size_t>(n));
+    if (left.count() <= 0) return false;
+    pollfd waiting{process.get(), POLLIN, 0};
+    if (poll(&waiting, 1, static_cast<int>(left.count())) > 0) return true;
   }
 }
 
-/// doctest's report of one test case, without its head, its rule lines and its totals.
-std::string failures_in(const std::string& report) {
+/// All of a file, from its beginning.
+std::string content(const Descriptor& file) {
+  std::string text;
+  std::array<char, 4096> buffer{};
+  off_t at = 0;
+  while (true) {
+    const ssize_t n = pread(file.get(), buffer.data(), buffer.size(), at);
+    if (n <= 0) return text;
+    text.append(buffer.data(), static_cast<std::size_t>(n));
+    at += n;
+  }
+}
+
+/// doctest's report of one test case, without its head, its rule lines, its totals, and the clause,
+/// which stands above it.
+std::string failures_in(const std::string& report, const std::string& name) {
   std::istringstream in(report);
   std::string text;
   for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("main.cpp:") || line.starts_with("  " + name)) continue;
     if (line.starts_with("===") || line.starts_with("[doctest]") || line.empty()) continue;
     if (line.starts_with("TEST CASE:") || line.starts_with("(0)") || line == "(0):") continue;
     text += line + "\n";
   }
   return text;
+}
+
+/// What became of work in a process of its own.
+struct Finished {
+  bool ok;
+  std::string output, defect;  // why it is not ok, if it did not say so itself
+};
+
+/// Runs `work` in a process of its own; ok if it comes back, in time, with 0.
+Result<Finished> in_process(const std::function<int()>& work, double timeout) {
+  // Files in memory, not pipes: who holds a pipe's end open, or closes it, would decide when this
+  // ends.
+  const Descriptor output(memfd_create("output", MFD_CLOEXEC));
+  const Descriptor verdict(memfd_create("verdict", MFD_CLOEXEC));
+  std::cout.flush();
+  const pid_t child = output.good() && verdict.good() ? fork() : -1;
+  if (child == 0) {
+    setpgid(0, 0);  // what the plugin may start ends with it
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    dup2(output.get(), STDOUT_FILENO);
+    dup2(output.get(), STDERR_FILENO);
+    const int failed = work();
+    std::cout.flush();
+    std::_Exit(write(verdict.get(), &kFinished, 1) == 1 ? failed : EXIT_FAILURE);
+  }
+  const Descriptor process(child > 0 ? static_cast<int>(syscall(SYS_pidfd_open, child, 0)) : -1);
+  if (!process.good()) {
+    return fail(ErrorCode::io_failure,
+                std::string("cannot start a process: ") + std::strerror(errno));
+  }
+  const bool ended = ends_within(process, timeout);
+  kill(-child, SIGKILL);
+  kill(child, SIGKILL);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  Finished finished{false, content(output), ""};
+  if (!ended) {
+    finished.defect = fmt::format("did not end within {} s", timeout);
+  } else if (WIFSIGNALED(status)) {
+    finished.defect =
+        fmt::format("ended by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+  } else if (content(verdict) != std::string(1, kFinished)) {
+    finished.defect =
+        fmt::format("the plugin ended the process, with exit code {}", WEXITSTATUS(status));
+  } else {
+    finished.ok = WEXITSTATUS(status) == 0;
+  }
+  return finished;
+}
+
+/// Opening a plugin runs its constructors: first where they can do no harm.
+Result<Subject> load(const Options& options) {
+  const auto open = [&] { return Subject::from(options.plugin, options.params, options.seed); };
+  VANTAGE_TRY(const Finished tried, in_process(
+                                        [&] {
+                                          // An error is told by the second time.
+                                          static_cast<void>(open());
+                                          return 0;
+                                        },
+                                        options.timeout));
+  if (!tried.ok) {
+    return fail(ErrorCode::incompatible_plugin,
+                options.plugin.string() + ": cannot be loaded: " + tried.defect);
+  }
+  return open();
 }
 
 Result<ClauseResult> run_clause(const Subject& subject, const Clause& clause, double timeout) {
@@ -109,36 +207,13 @@ Result<ClauseResult> run_clause(const Subject& subject, const Clause& clause, do
       return ClauseResult{clause, Outcome::skipped, std::move(reason)};
     }
   }
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-    return fail(ErrorCode::io_failure, std::string("pipe: ") + std::strerror(errno));
-  }
-  std::cout.flush();
-  const pid_t child = fork();
-  if (child < 0) return fail(ErrorCode::io_failure, std::string("fork: ") + std::strerror(errno));
-  if (child == 0) {
-    dup2(ends[1], STDOUT_FILENO);
-    dup2(ends[1], STDERR_FILENO);
-    run_clause_and_exit(subject, clause);
-  }
-  close(ends[1]);
-  const auto report = read_all(ends[0], timeout);
-  close(ends[0]);
-  if (!report) kill(child, SIGKILL);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!report) {
-    return ClauseResult{clause, Outcome::failed, fmt::format("did not end within {} s\n", timeout)};
-  }
-  if (WIFSIGNALED(status)) {
-    return ClauseResult{
-        clause, Outcome::failed,
-        failures_in(*report) + fmt::format("ended by signal {} ({})\n", WTERMSIG(status),
-                                           strsignal(WTERMSIG(status)))};
-  }
-  const bool ok = WEXITSTATUS(status) == 0;
-  return ClauseResult{clause, ok ? Outcome::ok : Outcome::failed, ok ? "" : failures_in(*report)};
+  VANTAGE_TRY(const Finished finished,
+              in_process([&] { return check_clause(subject, clause); }, timeout));
+  if (finished.ok) return ClauseResult{clause, Outcome::ok, ""};
+  std::string detail = failures_in(finished.output, conformance::subcase_name(clause));
+  if (!finished.defect.empty()) detail += finished.defect + "\n";
+  if (detail.empty()) detail = "failed without saying why\n";
+  return ClauseResult{clause, Outcome::failed, std::move(detail)};
 }
 
 void print(const ClauseResult& result) {
@@ -194,7 +269,7 @@ Result<void> run(const Options& options) {
   if (options.plugin.empty() || options.params.empty()) {
     return cli::usage_error("PLUGIN and PARAMS are required");
   }
-  VANTAGE_TRY(const Subject subject, Subject::from(options.plugin, options.params, options.seed));
+  VANTAGE_TRY(const Subject subject, load(options));
   const auto clauses = conformance::clauses_of(subject.info().kind);
   std::vector<std::string> ids;
   for (const Clause& clause : clauses) ids.emplace_back(clause.id);
@@ -224,7 +299,7 @@ Result<void> run(const Options& options) {
                          [&](const ClauseResult& r) { return r.outcome == outcome; });
   };
   if (options.json) {
-    std::cout << to_json(subject, results).dump(2) << '\n';
+    std::cout << to_json(subject, results).dump(2, ' ', false, kReplace) << '\n';
   } else {
     std::cout << fmt::format("\n{} clauses: {} ok, {} failed, {} skipped\n", results.size(),
                              count(Outcome::ok), count(Outcome::failed), count(Outcome::skipped));
@@ -256,7 +331,7 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("--timeout", options.timeout, "a clause that takes longer has failed [s]")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(0.01, 1e6));
   app.add_flag("--list", options.list, "list the clauses of every kind and check nothing");
   app.add_flag("--json", options.json, "results as JSON on stdout");
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

@@ -200,6 +200,7 @@ void box_top(const Subject& subject) {
       ++around;
       lost += labels[i] == 0 ? 1U : 0U;
     }
+    REQUIRE(around > 0);
     CHECK_MESSAGE(on_top == 0, on_top << " of " << scene.tops - scene.terrain
                                       << " points of the top are ground");
     CHECK_MESSAGE(lost == 0, lost << " of " << around << " points around it are not");

@@ -50,10 +50,21 @@ Result<Subject> Subject::from(const std::filesystem::path& library,
   VANTAGE_TRY(subject.info_, PluginLoader({}).inspect(library));
   VANTAGE_TRY(const Table root, load_toml(params_file));
   VANTAGE_TRY(ParamsFile file, parse<ParamsFile>(root));
-  VANTAGE_TRY(subject.claims_, claims_of(subject.info_.kind, file.claims));
+  for (Table* table : {&file.params, &file.claims}) {
+    if (table->where.file.empty()) table->where = root.where;
+  }
+  auto claims = claims_of(subject.info_.kind, file.claims);
+  if (!claims) {
+    return fail(std::move(claims).error().during(std::string("reading [claims] of a ") +
+                                                 to_string(subject.info_.kind) + " plugin"));
+  }
+  subject.claims_ = *std::move(claims);
   subject.params_ = std::move(file.params);
   subject.seed_ = seed;
-  VANTAGE_CHECK(subject.effective_params(subject.params_));
+  if (auto effective = subject.effective_params(subject.params_); !effective) {
+    return fail(std::move(effective).error().during("reading [params] of plugin '" +
+                                                    subject.info_.name + "'"));
+  }
   return subject;
 }
 

@@ -43,6 +43,10 @@ struct GroundClaims {
         optional("cell", &GroundClaims::cell, "m", "distance between the points it is tried with",
                  positive)};
   }
+  [[nodiscard]] Result<void> validate() const {
+    if (4.0 * cell <= box_width) return {};
+    return fail_at({"cell", "box_width"}, "'cell' must be at most a quarter of 'box_width'");
+  }
 };
 struct VisibilityClaims {
   bool occlusion = true;
@@ -74,6 +78,17 @@ struct MatcherClaims {
         optional("accuracy", &MatcherClaims::accuracy, "m", "to within this", positive),
         optional("accuracy_rotation", &MatcherClaims::accuracy_rotation, "deg", "and this",
                  positive)};
+  }
+  /// A matcher that returns the guess must not come through.
+  [[nodiscard]] Result<void> validate() const {
+    if (2.0 * accuracy > offset) {
+      return fail_at({"accuracy", "offset"}, "'accuracy' must be at most half of 'offset'");
+    }
+    if (2.0 * accuracy_rotation > rotation) {
+      return fail_at({"accuracy_rotation", "rotation"},
+                     "'accuracy_rotation' must be at most half of 'rotation'");
+    }
+    return {};
   }
 };
 /// The index is the kind.
