@@ -119,11 +119,14 @@ Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   const PluginLoader loader = options.common.loader();
-  // All of it, the matcher's too: a slip is told now, not when the robot drives.
-  VANTAGE_CHECK(effective_config(config, loader));
-  if (options.print_config) return print_config(options, loader);
+  if (options.print_config) {
+    VANTAGE_CHECK(effective_config(config, loader));  // errors name the file as it was given
+    return print_config(options, loader);
+  }
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   VANTAGE_TRY(auto plugins, load_build_plugins(config, loader));
+  // The matcher's part too: a slip is told now, not when the robot drives.
+  VANTAGE_CHECK(effective_config(config, loader));
 
   // The bundle keeps what made its content; where it lies and how it is used may change.
   Config kept = config;

@@ -486,8 +486,8 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt("[]", "the index must be an object, found array");
   corrupt("{}", "no member 'format'");
   corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
-  corrupt(replaced(good, "\"version\": 1", "\"version\": 2"), "'version' must be 1, not 2");
-  corrupt(replaced(good, "\"version\": 1", "\"version\": \"1\""), "'version' must be 1");
+  corrupt(replaced(good, "\"version\": 2", "\"version\": 1"), "'version' must be 2, not 1");
+  corrupt(replaced(good, "\"version\": 2", "\"version\": \"2\""), "'version' must be 2");
   corrupt(replaced(good, "\"regions\"", "\"region\""), "no member 'regions'");
   corrupt(replaced(good, "\"config\": \"", "\"config\": 7, \"x\": \""),
           "'config' must be a string");
