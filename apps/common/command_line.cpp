@@ -50,6 +50,7 @@ void CommonOptions::add_to(CLI::App& app) {
   app.add_option("--plugin-dir", plugin_dirs,
                  "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
       ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
       ->allow_extra_args(false);
   app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")->capture_default_str();
   app.add_flag("--quiet,-q", quiet, "no progress on stderr");

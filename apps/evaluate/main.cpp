@@ -42,6 +42,18 @@ Result<EvaluatedRun> evaluate(const std::filesystem::path& file, const RunInputs
   return evaluated;
 }
 
+/// A bundle that is missing or damaged is told before any scan is localized.
+Result<void> check_bundle(const std::filesystem::path& file, const Options& options) {
+  VANTAGE_TRY(const Config config, load_config(file, options.common.overrides));
+  VANTAGE_TRY(const auto choice, config.need(config.store, "store", "evaluating"));
+  VANTAGE_TRY(const auto store, options.common.loader().load<MapStore>(choice));
+  auto index = store->index();
+  if (index) return {};
+  Error error = std::move(index).error();
+  if (error.code == ErrorCode::not_found) error.message += "; `vantage build` makes it";
+  return fail(std::move(error));
+}
+
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   std::set<std::string> names;
@@ -49,6 +61,11 @@ Result<void> run(const Options& options) {
     if (!names.insert(config.stem().string()).second) {
       return cli::usage_error("two configurations are called '" + config.stem().string() +
                               "'; their results would overwrite each other");
+    }
+  }
+  for (const auto& config : options.configs) {
+    if (auto there = check_bundle(config, options); !there) {
+      return fail(std::move(there).error().during("evaluating " + config.string()));
     }
   }
   VANTAGE_TRY(const auto inputs, options.inputs.open());

@@ -157,6 +157,7 @@ int main(int argc, char** argv) {
   const auto add_folders = [&](CLI::App* job, const char* what = "look for plugins here first") {
     job->add_option("--plugin-dir", options.plugin_dirs, what)
         ->type_name("DIR")
+        ->check(CLI::ExistingDirectory)
         ->allow_extra_args(false);
   };
   auto* list = app.add_subcommand("list", "every plugin file that would be found; opens none");

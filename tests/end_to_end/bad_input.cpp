@@ -234,6 +234,53 @@ TEST_CASE("localize: a pose outside every region keeps the nearest map, and the 
   CHECK(summary["scans"]["lost"] == test::Street::kScans);
 }
 
+TEST_CASE("evaluate: a missing bundle is told before any scan is localized") {
+  const test::Street street;
+  const std::string there = street.write_config("there.toml", 0, "maps/there");
+  const std::string missing = street.write_config("missing.toml", 20, "maps/missing");
+  REQUIRE(test::run("vantage-build", {there, "--quiet"}).exit_code == 0);
+  const auto done = test::run("vantage-evaluate",
+                              {there, missing, "--scans", street.path("scans"), "--reference",
+                               street.path("reference.tum"), "--out", street.path("evaluation")});
+  const std::string message = failure(done);
+  CHECK(has(message, "there is no bundle"));
+  CHECK(has(message, "`vantage build` makes it (while evaluating " + missing + ")"));
+  CHECK_FALSE(fs::exists(street.path("evaluation")));
+}
+
+TEST_CASE("plugins new: what cannot be made is refused, and nothing is left") {
+  const test::TemporaryFolder folder;
+  const std::string out = (folder.path() / "p").string();
+  const auto refused = [&](const std::string& kind, const std::string& name) {
+    return failure(test::run("vantage-plugins", {"new", kind, name, "--out", out}));
+  };
+  CHECK(refused("partitoner", "mine") ==
+        "error: no kind 'partitoner'; did you mean 'partitioner'? (there are: partitioner, ground, "
+        "visibility, store, matcher)");
+  for (const std::string name : {"", "My", "1st", "a-b", "a/b", "..", "a b", "\xc3\xa4"}) {
+    CHECK(refused("ground", name) ==
+          "error: '" + name +
+              "' is no name for a plugin: expected 1 to 64 lower-case letters, "
+              "digits and '_', the first a letter, as in 'my_split'");
+  }
+  CHECK(has(refused("partitioner", "uniform_grid"),
+            "error: there is a partitioner plugin 'uniform_grid' already: "));
+  CHECK_FALSE(fs::exists(out));
+
+  test::write_text(out, "a file of somebody's");
+  CHECK(refused("store", "mine") ==
+        "error: " + out + " is there already; expected a folder to create, or an empty one");
+  CHECK(test::read_text(out) == "a file of somebody's");
+  fs::remove(out);
+
+  REQUIRE(test::run("vantage-plugins", {"new", "store", "mine", "--out", out}).exit_code == 0);
+  CHECK(fs::exists(fs::path(out) / "mine.cpp"));
+  CHECK(has(test::read_text(fs::path(out) / "mine.cpp"), "class MineStore final"));
+  CHECK(has(refused("store", "other"), " is there already"));
+  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);
+  CHECK(test::run("vantage-plugins", {"list", "--plugin-dir", out + "/none"}).exit_code == 2);
+}
+
 TEST_CASE("plugins: list, describe and check answer a person and a program") {
   const auto listed = test::run("vantage", {"plugins", "list", "--json"});
   REQUIRE(listed.exit_code == 0);
