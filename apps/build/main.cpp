@@ -140,6 +140,8 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const auto map, read_map(source));
   BuildReport report;
   {
+    // A partitioner may take longer than all the rest, and cannot say how far it is.
+    if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
     cli::Progress progress("building (viewpoints)", options.common.quiet);
     VANTAGE_TRY(report, build_region_maps(map.points, map.trajectory, plugins, params,
                                           [&](const BuildProgress& p) {

@@ -14,9 +14,6 @@
 namespace vantage::conformance {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
@@ -144,12 +141,6 @@ void check_close(const Subject& subject, const Pose& a, const Pose& b) {
   const double turn = degrees(rotation_between(a, b));
   CHECK_MESSAGE(metres <= claims.accuracy, "off by " << metres << " m");
   CHECK_MESSAGE(turn <= claims.accuracy_rotation, "off by " << turn << " deg");
-}
-
-template <class T>
-void check_fails(const Result<T>& result, ErrorCode code) {
-  REQUIRE_FALSE(result.has_value());
-  CHECK_MESSAGE(result.error().code == code, to_string(result.error()));
 }
 
 template <class T>

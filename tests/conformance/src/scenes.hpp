@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <random>
 #include <thread>
 #include <vector>
@@ -10,6 +11,11 @@
 
 /// Made-up places that the clauses try plugins with, and ways to vary them.
 namespace vantage::conformance {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Where coordinates are as large as UTM's.
+inline const Point kFarAway(1e6, 5e6, 300.0);
 
 /// Uniform numbers that are the same on every platform.
 class Random {

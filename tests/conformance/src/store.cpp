@@ -19,9 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// Where one bundle is kept.
 class Place {
  public:
@@ -95,12 +92,6 @@ RegionMap get(const MapStore& store, std::uint32_t region) {
   auto map = store.get(RegionId{region});
   if (!map) FAIL("region " << region << " is not read: " << to_string(map.error()));
   return *std::move(map);
-}
-
-template <class T>
-void check_fails(const Result<T>& result, ErrorCode code) {
-  REQUIRE_FALSE(result.has_value());
-  CHECK_MESSAGE(result.error().code == code, to_string(result.error()));
 }
 
 bool same_bits(const Point& a, const Point& b) {
