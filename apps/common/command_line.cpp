@@ -2,10 +2,12 @@
 
 #include <tbb/global_control.h>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <optional>
+#include <thread>
 
 namespace vantage::cli {
 namespace {
@@ -23,6 +25,9 @@ void refuse_to_exit() {
 /// The last words of a process in which an exception has left a noexcept function. The message is
 /// what its user needs; without this, it would end with a signal and a core dump, or with nothing.
 [[noreturn]] void end_with_message() {
+  // Several threads may come here at once; one speaks, and ends them all.
+  static std::atomic_flag speaking;
+  while (speaking.test_and_set()) std::this_thread::sleep_for(std::chrono::seconds(1));
   const std::exception_ptr exception = std::current_exception();
   if (!exception) {
     std::cerr << "error: the program was ended from inside (std::terminate without an exception)"

@@ -116,7 +116,7 @@ Result<void> new_plugin(const Options& options) {
   const std::string folder = "'" + (options.out / "").parent_path().string() + "'";
   std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
             << "  cmake -S " << folder << " -B " << folder << "/build"
-            << " -DCMAKE_PREFIX_PATH='" << installation() << "'\n"
+            << " -G Ninja -DCMAKE_PREFIX_PATH='" << installation() << "'\n"
             << "  cmake --build " << folder << "/build && ctest --test-dir " << folder
             << "/build\n";
   return {};
