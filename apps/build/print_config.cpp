@@ -2,20 +2,10 @@
 
 #include <algorithm>
 
+#include "common/table.hpp"
+
 namespace vantage {
 namespace {
-
-Result<std::vector<ParameterDoc>> params_of(PluginKind kind, const PluginChoice& choice,
-                                            const PluginLoader& loader) {
-  std::filesystem::path path = choice.library.value_or("");
-  if (!choice.library) {
-    for (const PluginFile& file : loader.list()) {
-      if (file.kind == kind && file.name == choice.plugin) path = file.path;
-    }
-  }
-  VANTAGE_TRY(auto plugin, loader.inspect(path));
-  return std::move(plugin.parameters);
-}
 
 /// What is known of the keys of this configuration, down to those of its plugins.
 Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
@@ -23,7 +13,7 @@ Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
   auto docs = describe<Config>();
   const auto add = [&](PluginKind kind, const std::optional<PluginChoice>& choice) -> Result<void> {
     if (!choice) return {};
-    VANTAGE_TRY(auto params, params_of(kind, *choice, loader));
+    VANTAGE_TRY(auto params, loader.parameters(kind, *choice));
     for (ParameterDoc& section : docs) {
       if (section.key != to_string(kind)) continue;
       for (ParameterDoc& field : section.fields) {
@@ -42,13 +32,6 @@ Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
   return docs;
 }
 
-/// A comment must not end before its text does.
-std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
-  return text;
-}
-
 /// As `to_toml`, with a comment for each key that is left out.
 std::string commented_toml(const Table& table, const std::vector<ParameterDoc>& docs,
                            const std::string& prefix) {
@@ -59,7 +42,7 @@ std::string commented_toml(const Table& table, const std::vector<ParameterDoc>& 
   std::string text = to_toml(values);
   for (const ParameterDoc& p : docs) {
     if (p.kind != ValueKind::table && table.find(p.key) == nullptr) {
-      text += one_line("# " + p.key + " is left out: " + p.doc) + "\n";
+      text += cli::one_line("# " + p.key + " is left out: " + p.doc) + "\n";
     }
   }
   for (const Entry& entry : table.entries) {

@@ -16,6 +16,11 @@ constexpr const char* kUsageContext = "reading the command line; see --help";
 /// Set while a program does its job: who calls exit() then is not the program.
 std::atomic<bool> at_work{false};
 
+struct AtWork {
+  AtWork() { at_work = true; }
+  ~AtWork() { at_work = false; }
+};
+
 void refuse_to_exit() {
   if (!at_work) return;
   std::cerr << "error: the program was ended by exit(), most likely by a plugin" << std::endl;
@@ -87,9 +92,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
   }
   std::atexit(&refuse_to_exit);
   try {
-    at_work = true;
-    const Result<void> done = run();
-    at_work = false;
+    const Result<void> done = [&] {
+      const AtWork now;
+      return run();
+    }();
     if (done) {
       std::cout.flush();
       if (std::cout) return EXIT_SUCCESS;
@@ -100,10 +106,8 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
     const auto& context = done.error().context;
     return !context.empty() && context.front() == kUsageContext ? kUsage : kFailed;
   } catch (const std::bad_alloc&) {
-    at_work = false;
     std::cerr << "error: out of memory\n";
   } catch (const std::exception& e) {
-    at_work = false;
     std::cerr << "error: " << e.what() << '\n';
   }
   return kFailed;

@@ -35,4 +35,11 @@ std::string grouped(std::uint64_t number) {
   return digits;
 }
 
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  return text;
+}
+
 }  // namespace vantage::cli

@@ -25,4 +25,8 @@ class TextTable {
 /// 1234567 as "1,234,567".
 [[nodiscard]] std::string grouped(std::uint64_t number);
 
+/// Text of any author on one line: control characters become spaces. A comment must not end before
+/// its text does.
+[[nodiscard]] std::string one_line(std::string text);
+
 }  // namespace vantage::cli

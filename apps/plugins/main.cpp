@@ -87,8 +87,7 @@ Result<void> check_plugin(const Options& options) {
   } else {
     std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
               << info.name << "'\n";
-    const std::string found_as =
-        std::string("vantage_") + to_string(info.kind) + "_" + info.name + ".so";
+    const std::string found_as = plugin_file_name(info.kind, info.name);
     if (options.file.filename() != found_as) {
       std::cerr << "note: programs find a plugin by its file name, which should be " << found_as
                 << '\n';

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "common/table.hpp"
+
 namespace vantage::documentation {
 namespace {
 
@@ -12,14 +14,6 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
   for (const std::string& word : words) {
     if (word.empty()) continue;
     text += (text.empty() ? "" : separator) + word;
-  }
-  return text;
-}
-
-/// Text of any author on one line.
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
   }
   return text;
 }
@@ -46,7 +40,7 @@ std::string description(const PluginInfo& plugin) {
   if (plugin.parameters.empty()) return text + "\nno parameters\n";
   for (const ParameterDoc& p : plugin.parameters) {
     text += fmt::format("\n  {}: {}{}\n      {}\n", p.key, p.type,
-                        p.unit.empty() ? "" : " [" + p.unit + "]", one_line(p.doc));
+                        p.unit.empty() ? "" : " [" + p.unit + "]", cli::one_line(p.doc));
     text += "      default: " +
             (p.required        ? "none, required"
              : p.default_value ? default_of(p)
@@ -75,8 +69,8 @@ std::string placeholder(const ParameterDoc& p) {
 /// "# number, m, > 0: grid width L (Eq. 2, ...)".
 std::string comment(const ParameterDoc& p) {
   const std::string source = source_of(p);
-  return one_line(fmt::format("# {}: {}{}", joined({p.type, p.unit, allowed_values(p)}, ", "),
-                              p.doc, source.empty() ? "" : " (" + source + ")")) +
+  return cli::one_line(fmt::format("# {}: {}{}", joined({p.type, p.unit, allowed_values(p)}, ", "),
+                                   p.doc, source.empty() ? "" : " (" + source + ")")) +
          "\n";
 }
 
@@ -84,7 +78,7 @@ std::string comment(const ParameterDoc& p) {
 
 std::string toml_template(const PluginInfo& plugin) {
   const std::string kind = to_string(plugin.kind);
-  std::string text = fmt::format("# {}\n[{}]\nplugin = {}\n", one_line(plugin.summary), kind,
+  std::string text = fmt::format("# {}\n[{}]\nplugin = {}\n", cli::one_line(plugin.summary), kind,
                                  to_toml(Value{plugin.name, {}}));
   if (plugin.parameters.empty()) return text;
   text += fmt::format("\n[{}.params]\n", kind);
@@ -106,7 +100,7 @@ namespace {
 /// Text as one cell of a Markdown table.
 std::string cell(const std::string& text) {
   std::string escaped;
-  for (const char c : one_line(text)) {
+  for (const char c : cli::one_line(text)) {
     if (std::string_view("\\|*<>[]`_").find(c) != std::string_view::npos) escaped += '\\';
     escaped += c;
   }
@@ -117,7 +111,7 @@ std::string cell(const std::string& text) {
 std::string code(const std::string& text) {
   if (text.empty()) return "";
   std::string escaped;
-  for (const char c : one_line(text)) {
+  for (const char c : cli::one_line(text)) {
     if (c == '|') escaped += '\\';
     escaped += c;
   }

@@ -32,10 +32,6 @@ namespace {
 constexpr std::array kKindNames{"partitioner", "ground", "visibility", "store", "matcher"};
 static_assert(kKindNames.size() == kPluginKinds);
 
-std::string file_name(PluginKind kind, const std::string& name) {
-  return std::string("vantage_") + to_string(kind) + "_" + name + ".so";
-}
-
 /// Kind and name from `vantage_<kind>_<name>.so`.
 std::optional<PluginFile> parse_file_name(const std::filesystem::path& path) {
   const std::string file = path.filename().string();
@@ -181,6 +177,10 @@ const char* to_string(PluginKind kind) noexcept {
   return kKindNames.at(static_cast<std::size_t>(kind));
 }
 
+std::string plugin_file_name(PluginKind kind, const std::string& name) {
+  return std::string("vantage_") + to_string(kind) + "_" + name + ".so";
+}
+
 PluginLoader::PluginLoader(std::vector<std::filesystem::path> folders)
     : folders_(std::move(folders)) {}
 
@@ -240,7 +240,7 @@ Result<PluginLoader::Opened> PluginLoader::open(PluginKind kind, const PluginCho
           .message = std::string("no ") + to_string(kind) + " plugin '" + choice.plugin + "'" +
                      did_you_mean(choice.plugin, names) +
                      (listed.empty() ? " (none found" : " (there are: " + listed) + "; searched " +
-                     searched + " for " + file_name(kind, choice.plugin) + ")",
+                     searched + " for " + plugin_file_name(kind, choice.plugin) + ")",
           .where = {},
           .context = {}});
     }
@@ -270,6 +270,13 @@ Result<PluginLoader::Opened> PluginLoader::open(PluginKind kind, const PluginCho
 Result<Table> PluginLoader::effective_params(PluginKind kind, const PluginChoice& choice) const {
   VANTAGE_TRY(const Opened opened, open(kind, choice));
   return std::visit([&](const auto& factory) { return factory.effective_params(choice.params); },
+                    opened.manifest->factory);
+}
+
+Result<std::vector<ParameterDoc>> PluginLoader::parameters(PluginKind kind,
+                                                           const PluginChoice& choice) const {
+  VANTAGE_TRY(const Opened opened, open(kind, choice));
+  return std::visit([](const auto& factory) { return factory.describe(); },
                     opened.manifest->factory);
 }
 

@@ -37,6 +37,9 @@ struct PluginChoice {
   }
 };
 
+/// "vantage_partitioner_uniform_grid.so": the name by which the loader finds a plugin.
+[[nodiscard]] VANTAGE_API std::string plugin_file_name(PluginKind kind, const std::string& name);
+
 class SharedLibrary;  // an open plugin file; closed when the last owner goes
 
 /// Deletes an object of a plugin first, then lets its library go.
@@ -98,6 +101,10 @@ class VANTAGE_API PluginLoader {
 
   /// The choice's params with the plugin's defaults filled in. Errors: as `load`.
   [[nodiscard]] Result<Table> effective_params(PluginKind kind, const PluginChoice& choice) const;
+
+  /// What the choice's plugin says of its parameters. Errors: as `load`.
+  [[nodiscard]] Result<std::vector<ParameterDoc>> parameters(PluginKind kind,
+                                                             const PluginChoice& choice) const;
 
   /// Opens a plugin and asks what it is. Errors: as `load`.
   [[nodiscard]] Result<PluginInfo> inspect(const std::filesystem::path& file) const;
