@@ -1,8 +1,10 @@
 // vantage-build: a wide-area map and a configuration in, a bundle of region maps out.
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/command_line.hpp"
 #include "common/progress.hpp"
@@ -51,6 +53,13 @@ Result<WideAreaMap> read_map(const MapSource& source) {
   return map;
 }
 
+/// The most memory that the process has had at once [bytes].
+std::uint64_t peak_memory() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
+}
+
 void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map) {
   std::vector<double> points;
   std::uint64_t bytes = 0;
@@ -73,6 +82,11 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
       "s\n",
       cli::grouped(report.ground_points), cli::grouped(report.viewpoints), report.seconds_partition,
       report.seconds_ground, report.seconds_visibility);
+  std::cout << fmt::format(
+      "{:.1f} core-seconds for visibility, {:.3g} for each viewpoint and million points; peak "
+      "memory {} MB\n",
+      report.core_seconds_visibility, report.core_seconds_a_viewpoint_and_million_points(),
+      cli::grouped((peak_memory() + 500'000) / 1'000'000));
   if (map.dropped > 0) {
     std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
                              cli::grouped(map.dropped));
@@ -92,16 +106,21 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
                        {"viewpoints", index.regions[r].viewpoints},
                        {"bytes", index.regions[r].bytes}});
   }
-  return {{"map_points", report.map_points},
-          {"dropped_points", map.dropped},
-          {"ground_points", report.ground_points},
-          {"viewpoints", report.viewpoints},
-          {"regions_without_viewpoints", report.regions_without_viewpoints},
-          {"seconds",
-           {{"partition", report.seconds_partition},
-            {"ground", report.seconds_ground},
-            {"visibility", report.seconds_visibility}}},
-          {"regions", std::move(regions)}};
+  return {
+      {"map_points", report.map_points},
+      {"dropped_points", map.dropped},
+      {"ground_points", report.ground_points},
+      {"viewpoints", report.viewpoints},
+      {"regions_without_viewpoints", report.regions_without_viewpoints},
+      {"seconds",
+       {{"partition", report.seconds_partition},
+        {"ground", report.seconds_ground},
+        {"visibility", report.seconds_visibility}}},
+      {"core_seconds",
+       {{"visibility", report.core_seconds_visibility},
+        {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
+      {"peak_memory_bytes", peak_memory()},
+      {"regions", std::move(regions)}};
 }
 
 /// The output means the same wherever it is saved: a configuration that is read by its absolute
@@ -142,11 +161,15 @@ Result<void> run(const Options& options) {
   {
     // A partitioner may take longer than all the rest, and cannot say how far it is.
     if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
-    cli::Progress progress("building (viewpoints)", options.common.quiet);
-    VANTAGE_TRY(report, build_region_maps(map.points, map.trajectory, plugins, params,
-                                          [&](const BuildProgress& p) {
-                                            progress.update(p.viewpoints_done, p.viewpoints);
-                                          }));
+    std::optional<cli::Progress> progress;  // its clock starts after the cutting
+    VANTAGE_TRY(
+        report,
+        build_region_maps(map.points, map.trajectory, plugins, params, [&](const BuildProgress& p) {
+          if (!progress) {
+            progress.emplace("building (viewpoints)", options.common.quiet);
+          }
+          progress->update(p.viewpoints_done, p.viewpoints);
+        }));
   }
   VANTAGE_TRY(const MapIndex index, plugins.store->index());
   if (options.common.json) {

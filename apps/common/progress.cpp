@@ -9,14 +9,51 @@
 namespace vantage::cli {
 namespace {
 
+constexpr double kLongestSilence = 300.0;  // [s]
+
 std::string duration(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
+  const auto whole = static_cast<long long>(seconds + 0.5);
   if (whole >= 3600)
     return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
+double share_of(std::size_t done, std::size_t total) {
+  return static_cast<double>(done) / static_cast<double>(total);
+}
+
+std::string numbers(std::size_t done, std::size_t total, double elapsed) {
+  const double share = share_of(done, total);
+  std::string text = fmt::format("{}/{}  {} %  {}", done, total, static_cast<int>(100.0 * share),
+                                 duration(elapsed));
+  if (done > 0 && done < total) {
+    text += fmt::format(", {} left", duration(elapsed / share - elapsed));
+  }
+  return text;
+}
+
 }  // namespace
+
+std::string progress_line(std::string_view label, std::size_t done, std::size_t total,
+                          double elapsed) {
+  return fmt::format("{}: {}", label, numbers(done, total, elapsed));
+}
+
+std::string progress_bar(std::string_view label, std::size_t done, std::size_t total,
+                         double elapsed) {
+  constexpr std::size_t kWidth = 30;
+  const auto filled = static_cast<std::size_t>(share_of(done, total) * kWidth);
+  return fmt::format("{} [{}{}] {}", label, std::string(filled, '#'),
+                     std::string(kWidth - filled, '.'), numbers(done, total, elapsed));
+}
+
+bool ProgressLines::due(std::size_t done, std::size_t total, double elapsed) noexcept {
+  const auto tenths = static_cast<std::size_t>(share_of(done, total) * 10.0);
+  if (tenths == tenths_ && elapsed - last_ < kLongestSilence) return false;
+  tenths_ = tenths;
+  last_ = elapsed;
+  return true;
+}
 
 Progress::Progress(std::string label, bool quiet)
     : label_(std::move(label)),
@@ -32,26 +69,17 @@ void Progress::update(std::size_t done, std::size_t total) {
   if (quiet_ || total == 0) return;
   const auto now = Clock::now();
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const double share = static_cast<double>(done) / static_cast<double>(total);
-  const std::string left = done == 0 ? "" : "  ETA " + duration(elapsed / share - elapsed);
-  if (terminal_) {
-    if (drawn_ && done < total && now - last_draw_ < std::chrono::milliseconds(100)) return;
-    constexpr std::size_t kWidth = 30;
-    const auto filled = std::min(kWidth, static_cast<std::size_t>(share * kWidth));
-    fmt::print(stderr, "\r{} [{}{}] {}/{}  {}{}\033[K", label_, std::string(filled, '#'),
-               std::string(kWidth - filled, '.'), done, total, duration(elapsed),
-               done < total ? left : "");
-    std::fflush(stderr);
-    drawn_ = true;
-    last_draw_ = now;
+  if (!terminal_) {
+    if (lines_.due(done, total, elapsed)) {
+      fmt::print(stderr, "{}\n", progress_line(label_, done, total, elapsed));
+    }
     return;
   }
-  const auto tenth = static_cast<std::size_t>(share * 10.0);
-  if (tenth > last_tenth_) {
-    fmt::print(stderr, "{}: {}/{}  {}{}\n", label_, done, total, duration(elapsed),
-               done < total ? left : "");
-    last_tenth_ = tenth;
-  }
+  if (drawn_ && done < total && now - last_draw_ < std::chrono::milliseconds(100)) return;
+  fmt::print(stderr, "\r{}\033[K", progress_bar(label_, done, total, elapsed));
+  std::fflush(stderr);
+  drawn_ = true;
+  last_draw_ = now;
 }
 
 }  // namespace vantage::cli

@@ -3,10 +3,33 @@
 #include <chrono>
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace vantage::cli {
 
-/// Progress on stderr: a bar with the time to go on a terminal, a plain line every tenth elsewhere.
+/// "label: 300/1000  30 %  1:05, 2:32 left": what is done, the time taken, and the time to go if
+/// the rest takes as long for each. Without the time to go where nothing is done yet, or all.
+/// @param elapsed  [s]
+/// Precondition: done <= total, total > 0.
+[[nodiscard]] std::string progress_line(std::string_view label, std::size_t done, std::size_t total,
+                                        double elapsed);
+/// The same for a terminal: "label [####......] 300/1000  30 %  1:05, 2:32 left".
+[[nodiscard]] std::string progress_bar(std::string_view label, std::size_t done, std::size_t total,
+                                       double elapsed);
+
+/// Says when a line is due where lines stay: at every tenth, and every five minutes in between.
+class ProgressLines {
+ public:
+  /// @param elapsed  [s] since the start
+  [[nodiscard]] bool due(std::size_t done, std::size_t total, double elapsed) noexcept;
+
+ private:
+  std::size_t tenths_ = 0;
+  double last_ = 0.0;  // [s]
+};
+
+/// Progress on stderr: a bar on a terminal, a few plain lines elsewhere. The clock starts when the
+/// object is made.
 class Progress {
  public:
   /// @param label  what is being counted: "localizing (scans)"
@@ -23,7 +46,7 @@ class Progress {
   bool quiet_, terminal_;
   bool drawn_ = false;
   Clock::time_point start_, last_draw_;
-  std::size_t last_tenth_ = 0;
+  ProgressLines lines_;
 };
 
 }  // namespace vantage::cli

@@ -1,25 +1,37 @@
 #include "vantage/build.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
+#include <utility>
+#include <variant>
 
+#include "index_set.hpp"
+#include "plan_index.hpp"
 #include "stopwatch.hpp"
 #include "vantage/map_observer.hpp"
 
 namespace vantage {
 namespace {
 
-/// What one region needs from the map.
-struct RegionWork {
-  IndexList inside;       // P_ij of Eq. 3, only for VisibilityScope::region
-  PointCloud viewpoints;  // Eq. 5
+// A region's viewpoints are tested in as few calls as progress allows: a scene may use within one
+// call what it has learnt about the viewpoints before.
+constexpr std::size_t kViewpointsBetweenReports = 512;
+
+/// What the regions need from the map.
+struct Work {
+  Groups inside;                       // P_ij of Eq. 3, only for VisibilityScope::region
+  std::vector<PointCloud> viewpoints;  // Eq. 5, by RegionId
 };
 
 /// A plugin is not trusted to keep its promise about indices: a wrong one would read past the map.
@@ -35,29 +47,69 @@ Result<void> check_indices(const IndexList& indices, std::size_t size, const cha
   return {};
 }
 
-/// Eq. 3, and the viewpoints of every region (Eqs. 4-5).
-Result<std::vector<RegionWork>> cut(PointsView map, const IndexList& ground,
-                                    const Partition& partition, const BuildParams& params) {
-  std::vector<RegionWork> work(partition.size());
+/// The region that owns each map point.
+Result<std::vector<std::uint32_t>> regions_of(PointsView map, const Partition& partition) {
   std::vector<std::uint32_t> region_of(map.size());
-  for (std::size_t k = 0; k < map.size(); ++k) {
-    const auto region = partition.locate(map[k]);
-    if (!region) {
-      return fail(ErrorCode::internal,
-                  "the partitioner plugin broke its contract: no region owns map point " +
-                      std::to_string(k));
+  std::atomic<std::size_t> first_without = map.size();
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, map.size()), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+      if (const auto region = partition.locate(map[k])) {
+        region_of[k] = region->value;
+        continue;
+      }
+      std::size_t first = first_without;
+      while (k < first && !first_without.compare_exchange_weak(first, k)) {
+      }
     }
-    region_of[k] = region->value;
-    if (params.scope == VisibilityScope::region) {
-      work[region->value].inside.push_back(static_cast<std::uint32_t>(k));
-    }
+  });
+  if (first_without != map.size()) {
+    return fail(ErrorCode::internal,
+                "the partitioner plugin broke its contract: no region owns map point " +
+                    std::to_string(first_without));
   }
-  std::vector<PointCloud> ground_of(partition.size());  // g_ij
-  for (const std::uint32_t k : ground) ground_of[region_of[k]].push_back(map[k]);
-  for (std::size_t r = 0; r < work.size(); ++r) {
-    VANTAGE_TRY(work[r].viewpoints, viewpoints_over(ground_of[r], params.viewpoints));
+  return region_of;
+}
+
+/// Eq. 3, and the viewpoints of every region (Eqs. 4-5).
+Result<Work> cut(PointsView map, const IndexList& ground, const Partition& partition,
+                 const BuildParams& params) {
+  VANTAGE_TRY(const auto region_of, regions_of(map, partition));
+  const auto owner = [&](std::uint32_t k) { return region_of[k]; };
+  Work work;
+  if (params.scope == VisibilityScope::region) {
+    work.inside = grouped(
+        map.size(), partition.size(), [](std::size_t k) { return static_cast<std::uint32_t>(k); },
+        owner);
+  }
+  const Groups ground_of = grouped(
+      ground.size(), partition.size(), [&](std::size_t i) { return ground[i]; }, owner);  // g_ij
+  std::vector<Result<PointCloud>> viewpoints(partition.size());
+  tbb::parallel_for(std::size_t{0}, partition.size(), [&](std::size_t r) {
+    viewpoints[r] = viewpoints_over(map, ground_of[r], params.viewpoints);
+  });
+  work.viewpoints.reserve(partition.size());
+  for (auto& of_region : viewpoints) {
+    VANTAGE_TRY(work.viewpoints.emplace_back(), std::move(of_region));
   }
   return work;
+}
+
+/// A box around a footprint, whatever a partitioner put in there.
+std::pair<Eigen::Vector2d, Eigen::Vector2d> plan_bounds(const Footprint& footprint) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d min = Eigen::Vector2d::Constant(kInfinity), max = -min;
+  const auto extend = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    min = min.cwiseMin(a);
+    max = max.cwiseMax(b);
+  };
+  if (const auto* box = std::get_if<HalfOpenBox>(&footprint)) extend(box->min, box->max);
+  if (const auto* polygon = std::get_if<ConvexPolygon>(&footprint)) {
+    for (const Eigen::Vector2d& corner : polygon->corners) extend(corner, corner);
+  }
+  if (const auto* shape = std::get_if<BoxUnion>(&footprint)) {
+    for (const HalfOpenBox& box : shape->boxes) extend(box.min, box.max);
+  }
+  return {min, max};
 }
 
 /// What the build knows before it cuts: the ground, and what can be seen. Answers the partitioner
@@ -87,7 +139,7 @@ class BuildObserver final : public MapObserver {
   [[nodiscard]] const VisibilityLimits& limits() const noexcept { return limits_; }
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override {
-    return guarded([&] { return viewpoints_over(select(map_, ground_), params_.viewpoints); });
+    return guarded([&] { return viewpoints_over(map_, ground_, params_.viewpoints); });
   }
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
@@ -104,16 +156,23 @@ class BuildObserver final : public MapObserver {
     return guarded([&] { return count(region, enough); });
   }
 
-  /// V_ij, Eq. 10.
-  [[nodiscard]] Result<RegionMap> observable_map(const RegionWork& work) const {
-    RegionMap region_map;
-    region_map.viewpoints = static_cast<std::uint32_t>(work.viewpoints.size());
-    if (work.viewpoints.empty()) return region_map;
-    VANTAGE_TRY(const Scope scope, scope_of(work.inside));
-    VANTAGE_TRY(const IndexList seen, scope.seen_from(work.viewpoints));
-    region_map.points = select(scope.points, seen);
-    return region_map;
+  /// V_ij of Eq. 10, as indices into the map.
+  /// @param inside  P_ij; only VisibilityScope::region looks at it
+  /// @param tested  told how many viewpoints more are done, unless they are the last
+  [[nodiscard]] Result<IndexList> observable_map(
+      std::span<const std::uint32_t> inside, std::span<const Point> viewpoints,
+      const std::function<void(std::size_t)>& tested) const {
+    if (viewpoints.empty()) return IndexList{};
+    VANTAGE_TRY(const Scope scope, scope_of(inside));
+    VANTAGE_TRY(IndexList seen, in_batches(scope, viewpoints, tested));
+    if (params_.scope == VisibilityScope::region) {
+      for (std::uint32_t& k : seen) k = inside[k];
+    }
+    return seen;
   }
+
+  /// Frees what `observable_map` has prepared. Precondition: nobody asks anything meanwhile.
+  void release_scene() { map_scene_.reset(); }
 
  private:
   /// The points among which a region's visibility is decided, ready to be asked.
@@ -130,7 +189,21 @@ class BuildObserver final : public MapObserver {
     }
   };
 
-  [[nodiscard]] Result<Scope> scope_of(const IndexList& inside) const {
+  static Result<IndexList> in_batches(const Scope& scope, std::span<const Point> viewpoints,
+                                      const std::function<void(std::size_t)>& tested) {
+    if (viewpoints.size() <= kViewpointsBetweenReports) return scope.seen_from(viewpoints);
+    IndexSet seen(scope.points.size());
+    while (!viewpoints.empty()) {
+      const auto batch = viewpoints.first(std::min(viewpoints.size(), kViewpointsBetweenReports));
+      VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
+      seen.add(indices);
+      viewpoints = viewpoints.subspan(batch.size());
+      if (!viewpoints.empty()) tested(batch.size());
+    }
+    return seen.ascending();
+  }
+
+  [[nodiscard]] Result<Scope> scope_of(std::span<const std::uint32_t> inside) const {
     Scope scope;
     if (params_.scope == VisibilityScope::map) {
       scope.points = map_;
@@ -167,50 +240,57 @@ class BuildObserver final : public MapObserver {
   }
 
   [[nodiscard]] Result<std::uint64_t> count(const Region& region, std::uint64_t enough) const {
-    const auto owns = [&](const Point& p) {
-      return region.height.contains(p.z()) && contains(region.footprint, p.head<2>());
-    };
-    PointCloud ground;  // g_ij
-    for (const std::uint32_t k : ground_) {
-      if (owns(map_[k])) ground.push_back(map_[k]);
-    }
-    VANTAGE_TRY(const PointCloud viewpoints, viewpoints_over(ground, params_.viewpoints));
+    const IndexList ground = owned(region, index_of_ground());  // g_ij
+    VANTAGE_TRY(const PointCloud viewpoints, viewpoints_over(map_, ground, params_.viewpoints));
     if (viewpoints.empty()) return 0;
     IndexList inside;  // P_ij
-    if (params_.scope == VisibilityScope::region) {
-      for (std::uint32_t k = 0; k < map_.size(); ++k) {
-        if (owns(map_[k])) inside.push_back(k);
-      }
-    }
+    if (params_.scope == VisibilityScope::region) inside = owned(region, index_of_map());
     VANTAGE_TRY(const Scope scope, scope_of(inside));
 
     // Far-apart viewpoints first, and more of them each time: a region that shows too much is found
     // out early.
-    std::vector<bool> seen(scope.points.size());
-    std::uint64_t total = 0;
+    IndexSet seen(scope.points.size());
     PointCloud batch;
     std::size_t batch_size = 1;
     for (const std::size_t i : spread_order(viewpoints.size())) {
       batch.push_back(viewpoints[i]);
       if (batch.size() < batch_size) continue;
-      VANTAGE_CHECK(add(scope, batch, seen, total));
-      if (total > enough) return total;
+      VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
+      seen.add(indices);
+      if (const std::size_t total = seen.size(); total > enough) return total;
       batch.clear();
       batch_size *= 2;
     }
-    VANTAGE_CHECK(add(scope, batch, seen, total));
-    return total;
+    if (!batch.empty()) {
+      VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
+      seen.add(indices);
+    }
+    return seen.size();
   }
 
-  static Result<void> add(const Scope& scope, const PointCloud& batch, std::vector<bool>& seen,
-                          std::uint64_t& total) {
-    if (batch.empty()) return {};
-    VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
-    for (const std::uint32_t k : indices) {
-      if (!seen[k]) ++total;
-      seen[k] = true;
-    }
-    return {};
+  /// What a region owns of the points in an index.
+  [[nodiscard]] IndexList owned(const Region& region, const PlanIndex& index) const {
+    const auto [min, max] = plan_bounds(region.footprint);
+    IndexList points = index.near(min, max);
+    std::erase_if(points, [&](std::uint32_t k) {
+      const Point& p = map_[k];
+      return !region.height.contains(p.z()) || !contains(region.footprint, p.head<2>());
+    });
+    return points;
+  }
+
+  [[nodiscard]] const PlanIndex& index_of_ground() const {
+    std::call_once(ground_indexed_, [&] {
+      ground_index_.emplace(map_, ground_.size(), [&](std::size_t i) { return ground_[i]; });
+    });
+    return *ground_index_;
+  }
+  [[nodiscard]] const PlanIndex& index_of_map() const {
+    std::call_once(map_indexed_, [&] {
+      map_index_.emplace(map_, map_.size(),
+                         [](std::size_t k) { return static_cast<std::uint32_t>(k); });
+    });
+    return *map_index_;
   }
 
   /// 0 .. n - 1, every prefix of it spread over the whole: counting with the bits reversed.
@@ -233,7 +313,99 @@ class BuildObserver final : public MapObserver {
   IndexList ground_;
   mutable std::mutex mutex_;
   mutable PluginPtr<VisibilityScene> map_scene_;
+  // Only a partitioner that asks about regions needs these.
+  mutable std::once_flag ground_indexed_, map_indexed_;
+  mutable std::optional<PlanIndex> ground_index_, map_index_;
 };
+
+/// Says how far a build is, whoever gets on.
+class Meter {
+ public:
+  Meter(const BuildProgress& start, const std::function<void(const BuildProgress&)>& listener)
+      : now_(start), listener_(listener) {
+    add(0, 0);
+  }
+  void add(std::size_t regions, std::size_t viewpoints) {
+    if (!listener_) return;
+    const std::scoped_lock lock(mutex_);
+    now_.regions_done += regions;
+    now_.viewpoints_done += viewpoints;
+    listener_(now_);
+  }
+
+ private:
+  std::mutex mutex_;
+  BuildProgress now_;
+  const std::function<void(const BuildProgress&)>& listener_;
+};
+
+/// Regions in parallel, stored in order; the first failing region decides the error. What waits to
+/// be stored are indices: points are copied for one region at a time.
+Result<std::vector<RegionSummary>> build_all(
+    PointsView map, BuildObserver& observer, const Work& work, const BuildReport& report,
+    MapStore& store, const std::function<void(const BuildProgress&)>& progress) {
+  const auto regions = static_cast<std::uint32_t>(work.viewpoints.size());
+  std::vector<RegionSummary> summaries(regions);
+  Meter meter({.regions_done = 0,
+               .regions = regions,
+               .viewpoints_done = 0,
+               .viewpoints = report.viewpoints},
+              progress);
+  Result<void> outcome{};
+  std::atomic<bool> stop{false};
+  std::atomic<std::uint32_t> tested{0};
+  std::uint32_t next = 0;
+  struct Item {
+    RegionId region;
+    Result<IndexList> seen;
+    std::size_t viewpoints_to_report;
+  };
+
+  const auto test = [&](std::uint32_t r) {
+    const PointCloud& viewpoints = work.viewpoints[r];
+    std::size_t unreported = viewpoints.size();
+    const auto inside =
+        work.inside.begin.empty() ? std::span<const std::uint32_t>{} : work.inside[r];
+    auto seen = observer.observable_map(inside, viewpoints, [&](std::size_t more) {
+      unreported -= more;
+      meter.add(0, more);
+    });
+    ++tested;
+    return std::make_shared<Item>(Item{RegionId{r}, std::move(seen), unreported});
+  };
+  const auto put = [&](Item& item) -> Result<void> {
+    VANTAGE_TRY(const IndexList seen, std::move(item.seen));
+    if (tested == regions) observer.release_scene();
+    const std::uint32_t r = item.region.value;
+    RegionMap region_map{.points = select(map, seen),
+                         .viewpoints = static_cast<std::uint32_t>(work.viewpoints[r].size())};
+    VANTAGE_CHECK(store.put(item.region, region_map));
+    summaries[r] = {
+        .points = region_map.points.size(), .viewpoints = region_map.viewpoints, .bytes = 0};
+    meter.add(1, item.viewpoints_to_report);
+    return {};
+  };
+  const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;
+  tbb::parallel_pipeline(
+      tokens,
+      tbb::make_filter<void, std::uint32_t>(tbb::filter_mode::serial_in_order,
+                                            [&](tbb::flow_control& flow) {
+                                              if (next == regions || stop) flow.stop();
+                                              return next++;
+                                            }) &
+          tbb::make_filter<std::uint32_t, std::shared_ptr<Item>>(tbb::filter_mode::parallel, test) &
+          tbb::make_filter<std::shared_ptr<Item>, void>(
+              tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Item>& item) {
+                if (!outcome) return;
+                outcome = put(*item);
+                if (outcome) return;
+                outcome = fail(std::move(outcome).error().during(
+                    "building region '" + report.partition[item->region].label + "'"));
+                stop = true;
+              }));
+  VANTAGE_CHECK(outcome);
+  return summaries;
+}
 
 }  // namespace
 
@@ -270,75 +442,35 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   report.map_points = map.size();
   Stopwatch stopwatch;
   VANTAGE_TRY(const auto observer, BuildObserver::over(map, plugins, params));
-  const IndexList& ground = observer->ground();
-  report.ground_points = ground.size();
+  report.ground_points = observer->ground().size();
   report.seconds_ground = stopwatch.seconds();
 
   stopwatch = {};
   VANTAGE_TRY(report.partition, plugins.partitioner->partition(map, trajectory, *observer));
-  VANTAGE_TRY(const std::vector<RegionWork> work, cut(map, ground, report.partition, params));
-  for (const RegionWork& region : work) {
-    report.viewpoints += region.viewpoints.size();
-    if (region.viewpoints.empty()) ++report.regions_without_viewpoints;
+  VANTAGE_TRY(const Work work, cut(map, observer->ground(), report.partition, params));
+  const std::size_t regions = report.partition.size();
+  for (std::size_t r = 0; r < regions; ++r) {
+    const std::size_t viewpoints = work.viewpoints[r].size();
+    report.viewpoints += viewpoints;
+    if (viewpoints == 0) ++report.regions_without_viewpoints;
+    const bool whole = params.scope == VisibilityScope::map;
+    report.points_times_viewpoints +=
+        static_cast<double>(viewpoints) *
+        static_cast<double>(whole ? map.size() : work.inside[r].size());
   }
   report.seconds_partition = stopwatch.seconds();
 
   stopwatch = {};
+  const CpuStopwatch cpu;
   VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = report.partition,
                                               .regions = {},
                                               .map_bounds = observer->limits().map_bounds,
                                               .map_points = report.map_points,
                                               .config = params.effective_config}));
-
-  // Regions in parallel, stored in order; the first failing region decides the error.
-  report.regions.resize(work.size());
-  BuildProgress done{.regions = work.size(), .viewpoints = report.viewpoints};
-  if (progress) progress(done);
-  Result<void> outcome{};
-  std::atomic<bool> stop{false};
-  std::uint32_t next = 0;
-  struct Item {
-    RegionId region;
-    Result<RegionMap> map;
-  };
-  const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;
-  tbb::parallel_pipeline(
-      tokens,
-      tbb::make_filter<void, std::uint32_t>(tbb::filter_mode::serial_in_order,
-                                            [&](tbb::flow_control& flow) {
-                                              if (next == work.size() || stop) flow.stop();
-                                              return next++;
-                                            }) &
-          tbb::make_filter<std::uint32_t, std::shared_ptr<Item>>(
-              tbb::filter_mode::parallel,
-              [&](std::uint32_t r) {
-                return std::make_shared<Item>(Item{RegionId{r}, observer->observable_map(work[r])});
-              }) &
-          tbb::make_filter<std::shared_ptr<Item>, void>(
-              tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Item>& item) {
-                if (!outcome) return;
-                const std::uint32_t r = item->region.value;
-                if (item->map) {
-                  outcome = plugins.store->put(item->region, *item->map);
-                } else {
-                  outcome = fail(std::move(item->map).error());
-                }
-                if (!outcome) {
-                  outcome = fail(std::move(outcome).error().during(
-                      "building region '" + report.partition[item->region].label + "'"));
-                  stop = true;
-                  return;
-                }
-                report.regions[r] = {.points = item->map->points.size(),
-                                     .viewpoints = item->map->viewpoints,
-                                     .bytes = 0};
-                ++done.regions_done;
-                done.viewpoints_done += item->map->viewpoints;
-                if (progress) progress(done);
-              }));
-  VANTAGE_CHECK(outcome);
+  VANTAGE_TRY(report.regions, build_all(map, *observer, work, report, *plugins.store, progress));
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();
+  report.core_seconds_visibility = cpu.seconds();
   return report;
 }
 

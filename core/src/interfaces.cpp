@@ -1,14 +1,14 @@
 // Home of every interface's vtable and type_info: one of each, in core.
 #include <tbb/parallel_for.h>
+
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "index_set.hpp"
 #include "vantage/ground_filter.hpp"
 #include "vantage/map_observer.hpp"
 #include "vantage/map_store.hpp"
@@ -38,9 +38,9 @@ const char* to_string(Termination termination) noexcept {
 
 Result<IndexList> VisibilityScene::visible_from_any(
     std::span<const Point> viewpoints) const noexcept {
-  // Every thread only ever writes the same 1, so the union does not depend on who comes first; of
-  // several errors the one of the first viewpoint is reported.
-  std::vector<std::atomic<std::uint8_t>> seen(map_size_);
+  // A union does not depend on who comes first; of several errors the one of the first viewpoint is
+  // reported.
+  IndexSet seen(map_size_);
   std::mutex mutex;
   std::optional<Error> error;
   std::size_t error_at = viewpoints.size();
@@ -59,15 +59,11 @@ Result<IndexList> VisibilityScene::visible_from_any(
       }
       return;
     }
-    for (const std::uint32_t k : *indices) seen[k].store(1, std::memory_order_relaxed);
+    seen.add(*indices);
   });
   if (error) return fail(*std::move(error));
 
-  IndexList all;
-  for (std::size_t k = 0; k < seen.size(); ++k) {
-    if (seen[k].load(std::memory_order_relaxed) != 0) all.push_back(static_cast<std::uint32_t>(k));
-  }
-  return all;
+  return seen.ascending();
 }
 
 }  // namespace vantage

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <unordered_map>
 
 namespace vantage {
 namespace {
@@ -11,56 +13,89 @@ struct VoxelKey {
   friend auto operator<=>(const VoxelKey&, const VoxelKey&) = default;
 };
 
-struct KeyedPoint {
-  VoxelKey key;
-  std::uint32_t index;
+struct Hash {
+  std::size_t operator()(const VoxelKey& key) const noexcept {
+    std::uint64_t h = 0;
+    for (const std::int64_t k : {key.z, key.y, key.x}) {
+      h = (h ^ static_cast<std::uint64_t>(k)) * 0x9e3779b97f4a7c15U;
+      h ^= h >> 32U;
+    }
+    return h;
+  }
 };
 
-}  // namespace
+/// The points of one voxel. Offsets from its first point: no digits are lost far from the origin.
+struct Voxel {
+  VoxelKey key;
+  Point first;
+  Point sum_of_offsets = Point::Zero();
+  std::uint64_t count = 0;
 
-Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
+  [[nodiscard]] Point centroid() const {
+    return first + sum_of_offsets / static_cast<double>(count);
+  }
+};
+
+/// @param number_of  the number of the i-th point in `points`, in ascending order
+template <class NumberOf>
+Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberOf& number_of,
+                             double voxel_size) {
   if (!(voxel_size > 0.0) || !std::isfinite(voxel_size)) {
     return fail(ErrorCode::invalid_input,
                 "voxel size must be positive, not " + std::to_string(voxel_size));
   }
   constexpr double kLimit = 0x1p50;
-  std::vector<KeyedPoint> keyed;
-  keyed.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point voxel = (points[i] / voxel_size).array().floor();
+  std::vector<Voxel> voxels;
+  std::unordered_map<VoxelKey, std::size_t, Hash> place_of;  // in `voxels`
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = number_of(i);
+    const Point voxel = (points[k] / voxel_size).array().floor();
     if (!(voxel.cwiseAbs().maxCoeff() < kLimit)) {
       return fail(ErrorCode::invalid_input,
-                  "point " + std::to_string(i) +
+                  "point " + std::to_string(k) +
                       " is not finite or too far from the origin for voxels of " +
                       std::to_string(voxel_size) + " m");
     }
-    keyed.push_back({{static_cast<std::int64_t>(voxel.z()), static_cast<std::int64_t>(voxel.y()),
-                      static_cast<std::int64_t>(voxel.x())},
-                     static_cast<std::uint32_t>(i)});
+    const VoxelKey key{static_cast<std::int64_t>(voxel.z()), static_cast<std::int64_t>(voxel.y()),
+                       static_cast<std::int64_t>(voxel.x())};
+    const auto [place, is_new] = place_of.try_emplace(key, voxels.size());
+    if (is_new) voxels.push_back({.key = key, .first = points[k]});
+    Voxel& one = voxels[place->second];
+    one.sum_of_offsets += points[k] - one.first;
+    ++one.count;
   }
-  std::sort(keyed.begin(), keyed.end(), [](const KeyedPoint& a, const KeyedPoint& b) {
-    return std::pair{a.key, a.index} < std::pair{b.key, b.index};
-  });
+  std::sort(voxels.begin(), voxels.end(),
+            [](const Voxel& a, const Voxel& b) { return a.key < b.key; });
+  PointCloud result;
+  result.reserve(voxels.size());
+  for (const Voxel& voxel : voxels) result.push_back(voxel.centroid());
+  return result;
+}
 
-  PointCloud centroids;
-  for (std::size_t begin = 0; begin < keyed.size();) {
-    // Sum of offsets from the voxel's first point: no digits are lost far from the origin.
-    const Point& first = points[keyed[begin].index];
-    Point sum = Point::Zero();
-    std::size_t end = begin;
-    for (; end < keyed.size() && keyed[end].key == keyed[begin].key; ++end) {
-      sum += points[keyed[end].index] - first;
-    }
-    centroids.push_back(first + sum / static_cast<double>(end - begin));
-    begin = end;
+Result<PointCloud> raised(Result<PointCloud> centroids, double height) {
+  if (centroids) {
+    for (Point& q : *centroids) q.z() += height;
   }
   return centroids;
 }
 
+}  // namespace
+
+Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
+  return centroids(
+      points, points.size(), [](std::size_t i) { return i; }, voxel_size);
+}
+
 Result<PointCloud> viewpoints_over(PointsView ground, const ViewpointParams& params) {
-  VANTAGE_TRY(PointCloud viewpoints, voxel_centroids(ground, params.voxel_size));
-  for (Point& q : viewpoints) q.z() += params.sensor_height;
-  return viewpoints;
+  return raised(voxel_centroids(ground, params.voxel_size), params.sensor_height);
+}
+
+Result<PointCloud> viewpoints_over(PointsView map, std::span<const std::uint32_t> ground,
+                                   const ViewpointParams& params) {
+  return raised(
+      centroids(
+          map, ground.size(), [&](std::size_t i) { return ground[i]; }, params.voxel_size),
+      params.sensor_height);
 }
 
 }  // namespace vantage

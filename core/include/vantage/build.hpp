@@ -37,8 +37,8 @@ struct BuildParams {
 };
 
 struct BuildProgress {
-  std::size_t regions_done = 0, regions = 0;
-  std::size_t viewpoints_done = 0, viewpoints = 0;
+  std::size_t regions_done = 0, regions = 0;        ///< done: stored
+  std::size_t viewpoints_done = 0, viewpoints = 0;  ///< of regions under way too
 };
 
 /// What a build made and what it cost (Table 1 comes from here).
@@ -50,6 +50,14 @@ struct BuildReport {
   std::uint64_t viewpoints = 0;
   std::uint64_t regions_without_viewpoints = 0;  ///< no ground in them: their maps are empty
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
+  double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
+  double points_times_viewpoints = 0;  ///< each viewpoint counts the points it was decided among
+
+  /// What visibility costs, whatever the size of the map and the number of viewpoints [s].
+  [[nodiscard]] double core_seconds_a_viewpoint_and_million_points() const noexcept {
+    return points_times_viewpoints > 0 ? 1e6 * core_seconds_visibility / points_times_viewpoints
+                                       : 0.0;
+  }
 };
 
 /// Loads the four plugins a build needs. Errors: a missing table, plugin or wrong parameter.
@@ -61,7 +69,8 @@ struct BuildReport {
 /// on the number of threads.
 /// @param map         N points of P, map frame, z up [m]; finite
 /// @param trajectory  where the sensor was while mapping [m]; may be empty
-/// @param progress    called in region order from one thread at a time; may be empty
+/// @param progress    called from one thread at a time, first with nothing done, then with counts
+///                    that never fall; must not use TBB; may be empty
 /// Errors: `invalid_input` for an empty or non-finite map, or one without any ground; what the
 /// plugins report; `internal` for a plugin that breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(

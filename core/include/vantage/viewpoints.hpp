@@ -42,4 +42,9 @@ struct ViewpointParams {
 [[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView ground,
                                                              const ViewpointParams& params);
 
+/// The same over the points of `map` that `ground` names. Precondition: every index < map.size().
+[[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView map,
+                                                             std::span<const std::uint32_t> ground,
+                                                             const ViewpointParams& params);
+
 }  // namespace vantage

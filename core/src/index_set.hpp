@@ -1,0 +1,59 @@
+#pragma once
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vantage/point_cloud.hpp"
+
+namespace vantage {
+
+/// A set of indices, one bit each: joining what many viewpoints see costs little even where they
+/// see little of a large map.
+class IndexSet {
+ public:
+  /// @param limit  above every index
+  explicit IndexSet(std::size_t limit) : words_((limit + kBits - 1) / kBits) {}
+
+  /// May run from many threads at once. Quick for indices that ascend.
+  void add(std::span<const std::uint32_t> indices) noexcept {
+    for (std::size_t i = 0; i < indices.size();) {
+      const std::size_t word = indices[i] / kBits;
+      std::uint64_t bits = 0;
+      for (; i < indices.size() && indices[i] / kBits == word; ++i) {
+        bits |= std::uint64_t{1} << (indices[i] % kBits);
+      }
+      const std::atomic_ref<std::uint64_t> shared(words_[word]);
+      if ((shared.load(std::memory_order_relaxed) & bits) != bits) {
+        shared.fetch_or(bits, std::memory_order_relaxed);
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const noexcept {
+    std::size_t count = 0;
+    for (const std::uint64_t word : words_) count += static_cast<std::size_t>(std::popcount(word));
+    return count;
+  }
+
+  [[nodiscard]] IndexList ascending() const {
+    IndexList indices;
+    indices.reserve(size());
+    for (std::size_t word = 0; word < words_.size(); ++word) {
+      for (std::uint64_t bits = words_[word]; bits != 0; bits &= bits - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
+        indices.push_back(static_cast<std::uint32_t>(word * kBits + bit));
+      }
+    }
+    return indices;
+  }
+
+ private:
+  static constexpr std::size_t kBits = 64;
+  std::vector<std::uint64_t> words_;
+};
+
+}  // namespace vantage
