@@ -171,7 +171,13 @@ class BuildObserver final : public MapObserver {
     return seen;
   }
 
-  /// Frees what `observable_map` has prepared. Precondition: nobody asks anything meanwhile.
+  /// Frees what only a partitioner and `cut` need. Precondition: nobody asks anything any more.
+  void release_ground() {
+    ground_ = {};
+    ground_index_.reset();
+    map_index_.reset();
+  }
+  /// Frees what `observable_map` needs. Precondition: nobody asks anything any more.
   void release_scene() { map_scene_.reset(); }
 
  private:
@@ -374,11 +380,11 @@ Result<std::vector<RegionSummary>> build_all(
     return std::make_shared<Item>(Item{RegionId{r}, std::move(seen), unreported});
   };
   const auto put = [&](Item& item) -> Result<void> {
-    VANTAGE_TRY(const IndexList seen, std::move(item.seen));
+    VANTAGE_TRY(IndexList seen, std::move(item.seen));
     if (tested == regions) observer.release_scene();
     const std::uint32_t r = item.region.value;
-    RegionMap region_map{.points = select(map, seen),
-                         .viewpoints = static_cast<std::uint32_t>(work.viewpoints[r].size())};
+    const RegionMap region_map{.points = select(map, std::exchange(seen, {})),
+                               .viewpoints = static_cast<std::uint32_t>(work.viewpoints[r].size())};
     VANTAGE_CHECK(store.put(item.region, region_map));
     summaries[r] = {
         .points = region_map.points.size(), .viewpoints = region_map.viewpoints, .bytes = 0};
@@ -448,6 +454,7 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   stopwatch = {};
   VANTAGE_TRY(report.partition, plugins.partitioner->partition(map, trajectory, *observer));
   VANTAGE_TRY(const Work work, cut(map, observer->ground(), report.partition, params));
+  observer->release_ground();
   const std::size_t regions = report.partition.size();
   for (std::size_t r = 0; r < regions; ++r) {
     const std::size_t viewpoints = work.viewpoints[r].size();

@@ -66,17 +66,21 @@ Result<std::string> read_file(const std::filesystem::path& path) {
   return content;
 }
 
-Result<void> write_file(const std::filesystem::path& path, std::string_view content) {
-  const Descriptor file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC);
+Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
+  Descriptor file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.open()) return system_error(path, "the file cannot be created", errno);
+  return OutputFile(path, std::move(file));
+}
+
+OutputFile::~OutputFile() {
+  if (!path_.empty()) ::unlink(path_.c_str());
+}
+
+Result<void> OutputFile::write(std::string_view content) const {
   while (!content.empty()) {
-    const ssize_t written = ::write(file.get(), content.data(), content.size());
+    const ssize_t written = ::write(file_.get(), content.data(), content.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) {
-      const int reason = errno;
-      ::unlink(path.c_str());
-      return system_error(path, "the file cannot be written", reason);
-    }
+    if (written < 0) return system_error(path_, "the file cannot be written", errno);
     content.remove_prefix(static_cast<std::size_t>(written));
   }
   return {};

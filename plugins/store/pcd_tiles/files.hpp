@@ -35,9 +35,28 @@ class Descriptor {
 /// Errors: `not_found`; `io_failure`, also for what is no regular file.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path);
 
-/// Creates or replaces a file; removes it again if it cannot be written whole.
-/// Errors: `io_failure`.
-[[nodiscard]] Result<void> write_file(const std::filesystem::path& path, std::string_view content);
+/// A file that is created or replaced, and removed again unless it was written whole.
+class OutputFile {
+ public:
+  /// Errors: `io_failure`.
+  [[nodiscard]] static Result<OutputFile> create(const std::filesystem::path& path);
+  OutputFile(OutputFile&& other) noexcept
+      : path_(std::exchange(other.path_, {})), file_(std::move(other.file_)) {}
+  OutputFile& operator=(OutputFile&&) = delete;
+  ~OutputFile();
+
+  /// Errors: `io_failure`.
+  [[nodiscard]] Result<void> write(std::string_view content) const;
+  /// That was all: the file stays.
+  void keep() noexcept { path_.clear(); }
+
+ private:
+  OutputFile(const std::filesystem::path& path, Descriptor file)
+      : path_(path), file_(std::move(file)) {}
+
+  std::filesystem::path path_;
+  Descriptor file_;
+};
 
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);

@@ -140,8 +140,22 @@ class PartialFolder {
   [[nodiscard]] const fs::path& path() const noexcept { return path_; }
 
   [[nodiscard]] Result<void> write(const std::string& name, std::string_view content) {
-    files_.push_back(name);
-    return write_file(path_ / name, content);
+    VANTAGE_TRY(OutputFile file, create_file(name));
+    VANTAGE_CHECK(file.write(content));
+    file.keep();
+    return {};
+  }
+  [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, PointsView points) {
+    std::optional<OutputFile> file;  // from the first byte on: nothing for points that are refused
+    VANTAGE_TRY(const TileInfo info, encode(points, [&](std::string_view bytes) -> Result<void> {
+                  if (!file) {
+                    VANTAGE_TRY(OutputFile created, create_file(name));
+                    file.emplace(std::move(created));
+                  }
+                  return file->write(bytes);
+                }));
+    file->keep();
+    return info;
   }
   /// The index gets its name only when all is on the disk.
   [[nodiscard]] Result<void> finish(std::string_view index) {
@@ -164,6 +178,11 @@ class PartialFolder {
 
  private:
   PartialFolder() = default;
+
+  [[nodiscard]] Result<OutputFile> create_file(const std::string& name) {
+    files_.push_back(name);
+    return OutputFile::create(path_ / name);
+  }
 
   [[nodiscard]] static Result<Descriptor> locked(const fs::path& marker, int flags) {
     Descriptor file(::open(marker.c_str(), O_RDWR | O_CLOEXEC | flags, 0666));
@@ -311,14 +330,13 @@ class PcdTiles final : public MapStore {
       if (writing_->done[r]) {
         return fail(ErrorCode::already_exists, "region '" + which.label + "' was already put");
       }
-      auto tile = encode(map.points);
+      auto tile = writing_->folder.write_tile(tile_name(which), map.points);
       if (!tile) {
         return fail(std::move(tile).error().during("storing region '" + which.label + "'"));
       }
-      VANTAGE_CHECK(writing_->folder.write(tile_name(which), tile->content));
-      writing_->index.tiles[r] = tile->info;
+      writing_->index.tiles[r] = *tile;
       writing_->index.map.regions[r] = {
-          .points = tile->info.points, .viewpoints = map.viewpoints, .bytes = tile->info.bytes};
+          .points = tile->points, .viewpoints = map.viewpoints, .bytes = tile->bytes};
       writing_->done[r] = true;
       return {};
     });

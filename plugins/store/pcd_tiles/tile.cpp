@@ -30,9 +30,11 @@ std::string header(std::uint64_t points, const Point& origin) {
          "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA binary\n";
 }
 
+constexpr std::uint64_t kEmptyChecksum = 0xcbf29ce484222325U;
+
 /// Every step is a bijection of the state and of the word: no single wrong word goes unseen.
-std::uint64_t checksum_of(std::string_view data) noexcept {
-  std::uint64_t hash = 0xcbf29ce484222325U;
+/// @param data  goes on where the data that `hash` is of ended
+std::uint64_t checksum_of(std::string_view data, std::uint64_t hash = kEmptyChecksum) noexcept {
   for (std::size_t i = 0; i + 4 <= data.size(); i += 4) {
     std::uint32_t word = 0;
     std::memcpy(&word, data.data() + i, sizeof word);
@@ -41,42 +43,51 @@ std::uint64_t checksum_of(std::string_view data) noexcept {
   return hash;
 }
 
+/// Errors: `invalid_input` for what float32 cannot hold.
+Result<Point> origin_of(PointsView points) {
+  if (!all_finite(points)) {
+    return fail(ErrorCode::invalid_input, "a point of the region map is not finite");
+  }
+  if (points.empty()) return Point(Point::Zero());
+  const Bounds3 bounds = bounds_of(points);
+  // Whole metres: the same origin comes out of every compiler, and it is short to read.
+  const Point origin = (0.5 * bounds.min + 0.5 * bounds.max).array().round() + 0.0;
+  const double reach = std::max((bounds.max - origin).maxCoeff(), (origin - bounds.min).maxCoeff());
+  if (!(reach <= static_cast<double>(std::numeric_limits<float>::max()))) {
+    return fail(ErrorCode::invalid_input, "the region map is too large for float32: it reaches " +
+                                              shortest(reach) + " m from its centre");
+  }
+  return origin;
+}
+
 }  // namespace
 
 std::uint64_t file_size(std::uint64_t points, const Point& origin) {
   return header(points, origin).size() + points * sizeof(Coordinates);
 }
 
-Result<Tile> encode(PointsView points) {
-  if (!all_finite(points)) {
-    return fail(ErrorCode::invalid_input, "a point of the region map is not finite");
-  }
-  const Bounds3 bounds = bounds_of(points);
-  Tile tile;
-  if (!points.empty()) {
-    // Whole metres: the same origin comes out of every compiler, and it is short to read.
-    tile.info.origin = (0.5 * bounds.min + 0.5 * bounds.max).array().round() + 0.0;
-    const double reach = std::max((bounds.max - tile.info.origin).maxCoeff(),
-                                  (tile.info.origin - bounds.min).maxCoeff());
-    if (!(reach <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      return fail(ErrorCode::invalid_input, "the region map is too large for float32: it reaches " +
-                                                shortest(reach) + " m from its centre");
+Result<TileInfo> encode(PointsView points, const Sink& sink) {
+  constexpr std::size_t kBlock = 16'384;  // [points]
+  TileInfo info{.points = points.size(), .checksum = kEmptyChecksum};
+  VANTAGE_TRY(info.origin, origin_of(points));
+  info.bytes = file_size(info.points, info.origin);
+  VANTAGE_CHECK(sink(header(info.points, info.origin)));
+  std::string block;
+  while (!points.empty()) {
+    const PointsView now = points.first(std::min(points.size(), kBlock));
+    block.resize(now.size() * sizeof(Coordinates));
+    char* out = block.data();
+    for (const Point& p : now) {
+      const Eigen::Vector3f relative = (p - info.origin).cast<float>();
+      const Coordinates xyz{relative.x(), relative.y(), relative.z()};
+      std::memcpy(out, xyz.data(), sizeof xyz);
+      out += sizeof xyz;
     }
+    info.checksum = checksum_of(block, info.checksum);
+    VANTAGE_CHECK(sink(block));
+    points = points.subspan(now.size());
   }
-  const std::string head = header(points.size(), tile.info.origin);
-  tile.content.resize(head.size() + points.size() * sizeof(Coordinates));
-  std::copy(head.begin(), head.end(), tile.content.begin());
-  char* out = tile.content.data() + head.size();
-  for (const Point& p : points) {
-    const Eigen::Vector3f relative = (p - tile.info.origin).cast<float>();
-    const Coordinates xyz{relative.x(), relative.y(), relative.z()};
-    std::memcpy(out, xyz.data(), sizeof xyz);
-    out += sizeof xyz;
-  }
-  tile.info.points = points.size();
-  tile.info.bytes = tile.content.size();
-  tile.info.checksum = checksum_of(std::string_view(tile.content).substr(head.size()));
-  return tile;
+  return info;
 }
 
 Result<PointCloud> decode(std::string_view content, const TileInfo& info, const std::string& file) {

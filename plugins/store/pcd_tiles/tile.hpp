@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -17,14 +18,13 @@ struct TileInfo {
   std::uint64_t checksum = 0;    ///< FNV-1a, 64 bit, over the 32-bit words after the header
 };
 
-struct Tile {
-  TileInfo info;
-  std::string content;  ///< binary PCD v0.7, x y z float32, little endian
-};
+/// Takes the next bytes of a file.
+using Sink = std::function<Result<void>(std::string_view)>;
 
-/// Errors: `invalid_input` for a coordinate that is not finite, or too far from the others for
-/// float32.
-[[nodiscard]] Result<Tile> encode(PointsView points);
+/// Writes a binary PCD v0.7, x y z float32, little endian, in blocks: the file is never in memory
+/// as a whole. Errors: `invalid_input`, before anything is written, for a coordinate that is not
+/// finite, or too far from the others for float32; those of the sink.
+[[nodiscard]] Result<TileInfo> encode(PointsView points, const Sink& sink);
 
 /// Every byte is checked. Errors: `corrupt_data` for a content that is not what `info` says of it.
 /// @param file  what error messages call it
