@@ -6,15 +6,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "written_index.hpp"
+
 namespace vantage::pcd_tiles {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kFormat = "vantage pcd_tiles";
-constexpr std::uint64_t kVersion = 2;
 constexpr const char* kChecksum = "checksum";
-constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- writing
@@ -64,9 +63,9 @@ std::string hexadecimal(std::uint64_t x) {
 /// Precondition: valid UTF-8 throughout.
 std::uint64_t checksum_of(Json index) {
   index.erase(kChecksum);
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : index.dump()) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  return hash;
+  Checksum sum;
+  for (const char c : index.dump()) sum.add(c);
+  return sum.value();
 }
 
 // ---- reading
@@ -227,15 +226,30 @@ SourceLocation place_of(std::string_view text, std::size_t byte, const std::stri
 
 std::string tile_name(const Region& region) { return region.label + ".pcd"; }
 
+Result<void> check_writable(const MapIndex& index) {
+  for (const Region& region : index.partition.regions()) {
+    if (std::isnan(region.height.min) || std::isnan(region.height.max)) {
+      return fail(ErrorCode::invalid_input, "the height of region '" + region.label + "' is NaN");
+    }
+  }
+  if (index.map_bounds.min.hasNaN() || index.map_bounds.max.hasNaN()) {
+    return fail(ErrorCode::invalid_input, "the bounds of the map are NaN");
+  }
+  try {
+    (void)Json(index.config).dump();
+  } catch (const Json::type_error&) {
+    return fail(ErrorCode::invalid_input, "the configuration text is not valid UTF-8");
+  }
+  return {};
+}
+
 Result<std::string> to_json(const BundleIndex& index) {
   const MapIndex& map = index.map;
+  VANTAGE_CHECK(check_writable(map));
   Json regions = Json::array();
   for (std::size_t r = 0; r < map.partition.size(); ++r) {
     const Region& region = map.partition.regions()[r];
     const TileInfo& tile = index.tiles.at(r);
-    if (std::isnan(region.height.min) || std::isnan(region.height.max)) {
-      return fail(ErrorCode::invalid_input, "the height of region '" + region.label + "' is NaN");
-    }
     regions.push_back({{"label", region.label},
                        {"file", tile_name(region)},
                        {"footprint", std::visit([](const auto& shape) { return footprint(shape); },
@@ -247,9 +261,6 @@ Result<std::string> to_json(const BundleIndex& index) {
                        {"origin", numbers(tile.origin)},
                        {"checksum", hexadecimal(tile.checksum)}});
   }
-  if (map.map_bounds.min.hasNaN() || map.map_bounds.max.hasNaN()) {
-    return fail(ErrorCode::invalid_input, "the bounds of the map are NaN");
-  }
   Json json = {
       {"format", kFormat},
       {"version", kVersion},
@@ -259,15 +270,12 @@ Result<std::string> to_json(const BundleIndex& index) {
       {"config", map.config},
       {"regions", std::move(regions)},
   };
-  try {
-    json[kChecksum] = hexadecimal(checksum_of(json));
-    return json.dump(1) + "\n";
-  } catch (const Json::type_error&) {
-    return fail(ErrorCode::invalid_input, "the configuration text is not valid UTF-8");
-  }
+  json[kChecksum] = hexadecimal(checksum_of(json));
+  return json.dump(1) + "\n";
 }
 
 Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
+  if (auto index = read_as_written(text)) return *std::move(index);
   Json json;
   try {
     json = Json::parse(text);

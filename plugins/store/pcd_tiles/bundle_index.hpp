@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,20 @@
 
 namespace vantage::pcd_tiles {
 
+inline constexpr std::string_view kFormat = "vantage pcd_tiles";
+inline constexpr std::uint64_t kVersion = 2;
+inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;  ///< of a region
+
+/// FNV-1a, 64 bit.
+class Checksum {
+ public:
+  void add(char c) noexcept { value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3U; }
+  [[nodiscard]] std::uint64_t value() const noexcept { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325U;
+};
+
 /// The content of `index.json`.
 struct BundleIndex {
   MapIndex map;
@@ -19,7 +34,11 @@ struct BundleIndex {
 /// `<label>.pcd`.
 [[nodiscard]] std::string tile_name(const Region& region);
 
-/// Errors: `invalid_input` for a config that is not UTF-8 and for NaN.
+/// Whether `to_json` can write such an index. Errors: `invalid_input` for a config that is not
+/// UTF-8 and for NaN.
+[[nodiscard]] Result<void> check_writable(const MapIndex& index);
+
+/// Errors: those of `check_writable`.
 [[nodiscard]] Result<std::string> to_json(const BundleIndex& index);
 
 /// Errors: `corrupt_data` at the line of a syntax error, or with the name of the member that is

@@ -303,7 +303,7 @@ class PcdTiles final : public MapStore {
       if (index.partition.size() == 0) {
         return fail(ErrorCode::invalid_input, "a bundle needs a region");
       }
-      VANTAGE_CHECK(to_json(started));
+      VANTAGE_CHECK(check_writable(index));
 
       // Behind a symbolic link the folder itself is replaced, not the link.
       std::error_code error;
