@@ -211,7 +211,8 @@ class BuildObserver final : public MapObserver {
 
   [[nodiscard]] Result<Scope> scope_of(std::span<const std::uint32_t> inside) const {
     Scope scope;
-    if (params_.scope == VisibilityScope::map) {
+    // A region that owns every point has the map's scene, without a copy of the map.
+    if (params_.scope == VisibilityScope::map || inside.size() == map_.size()) {
       scope.points = map_;
       VANTAGE_TRY(scope.scene, map_scene());
       return scope;

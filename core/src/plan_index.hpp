@@ -68,12 +68,15 @@ class PlanIndex {
     const std::size_t x1 = along(max.x() - min_.x(), columns_);
     const std::size_t y0 = along(min.y() - min_.y(), rows_);
     const std::size_t y1 = along(max.y() - min_.y(), rows_);
+    const auto first_of_row = [&](std::size_t y) { return groups_.begin[y * columns_ + x0]; };
+    const auto end_of_row = [&](std::size_t y) { return groups_.begin[y * columns_ + x1 + 1]; };
+    std::size_t count = 0;
+    for (std::size_t y = y0; y <= y1; ++y) count += end_of_row(y) - first_of_row(y);
     IndexList found;
+    found.reserve(count);
     for (std::size_t y = y0; y <= y1; ++y) {
-      for (std::size_t x = x0; x <= x1; ++x) {
-        const auto bucket = groups_[y * columns_ + x];
-        found.insert(found.end(), bucket.begin(), bucket.end());
-      }
+      found.insert(found.end(), groups_.members.begin() + first_of_row(y),
+                   groups_.members.begin() + end_of_row(y));
     }
     std::sort(found.begin(), found.end());
     return found;

@@ -436,14 +436,20 @@ class Tiles {
     width_ = std::max(kTileWidth, 4 * reach_);
     const Bounds3 bounds = bounds_of(cloud);
     origin_ = cell_of(bounds.min, cell_size_);
-    for (std::uint32_t k = 0; k < cloud_.size(); ++k) {
-      const Cell tile = tile_of(cell_of(cloud_[k], cell_size_));
-      const auto [at, is_new] = number_.try_emplace(tile, points_.size());
+    std::vector<std::size_t> sizes;
+    for (const Point& p : cloud_) {
+      const Cell tile = tile_of(cell_of(p, cell_size_));
+      const auto [at, is_new] = number_.try_emplace(tile, tiles_.size());
       if (is_new) {
         tiles_.push_back(tile);
-        points_.emplace_back();
+        sizes.push_back(0);
       }
-      points_[at->second].push_back(k);
+      ++sizes[at->second];
+    }
+    points_.resize(tiles_.size());
+    for (std::size_t tile = 0; tile < tiles_.size(); ++tile) points_[tile].reserve(sizes[tile]);
+    for (std::uint32_t k = 0; k < cloud_.size(); ++k) {
+      points_[number_.at(tile_of(cell_of(cloud_[k], cell_size_)))].push_back(k);
     }
   }
 
@@ -533,6 +539,7 @@ class Pmf final : public GroundFilter {
         if (error) return fail(*std::move(error));
       }
       IndexList indices;
+      indices.reserve(static_cast<std::size_t>(std::count(is_ground.begin(), is_ground.end(), 1)));
       for (std::uint32_t k = 0; k < cloud.size(); ++k) {
         if (is_ground[k] != 0) indices.push_back(k);
       }

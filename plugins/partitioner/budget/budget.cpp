@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +24,7 @@ constexpr auto kExact = std::numeric_limits<std::uint64_t>::max();
 /// A part of the plan and its points, whose order means nothing.
 struct Cell {
   HalfOpenBox box;
-  std::span<Vector2d> points;
+  std::span<std::uint32_t> points;
   std::string label;
 
   [[nodiscard]] vantage::Region region() const { return {label, box, {}}; }
@@ -38,26 +39,33 @@ struct TightBox {
   Vector2d min, max;
 };
 
-/// The points in plan. -0 becomes 0: they are one place, so a cut there must be one number.
-std::vector<Vector2d> plan_of(PointsView map) {
-  std::vector<Vector2d> plan;
-  plan.reserve(map.size());
-  for (const vantage::Point& p : map) plan.emplace_back(p.x() + 0.0, p.y() + 0.0);
-  return plan;
-}
-
-TightBox tight_box_of(std::span<const Vector2d> points) {
-  TightBox box{points.front(), points.front()};
-  for (const Vector2d& p : points) {
-    box.min = box.min.cwiseMin(p);
-    box.max = box.max.cwiseMax(p);
+/// The map in plan. -0 becomes 0: they are one place, so a cut there must be one number.
+class Plan {
+ public:
+  explicit Plan(PointsView map) noexcept : map_(map) {}
+  [[nodiscard]] Vector2d operator[](std::uint32_t k) const noexcept {
+    return {map_[k].x() + 0.0, map_[k].y() + 0.0};
   }
-  return box;
-}
+  [[nodiscard]] double along(Eigen::Index axis, std::uint32_t k) const noexcept {
+    return map_[k][axis] + 0.0;
+  }
+
+  [[nodiscard]] TightBox tight_box_of(std::span<const std::uint32_t> points) const {
+    TightBox box{(*this)[points.front()], (*this)[points.front()]};
+    for (const std::uint32_t k : points) {
+      const Vector2d p = (*this)[k];
+      box.min = box.min.cwiseMin(p);
+      box.max = box.max.cwiseMax(p);
+    }
+    return box;
+  }
+
+ private:
+  PointsView map_;
+};
 
 /// The whole map: half-open, so it ends one step beyond the greatest point.
-HalfOpenBox box_of(std::span<const Vector2d> points) {
-  const TightBox tight = tight_box_of(points);
+HalfOpenBox box_of(const TightBox& tight) {
   return {tight.min, tight.max.unaryExpr([](double x) {
             return std::nextafter(x, std::numeric_limits<double>::infinity());
           })};
@@ -109,15 +117,17 @@ class Budget final : public vantage::Partitioner {
   [[nodiscard]] Result<vantage::Partition> regions_of(PointsView map,
                                                       const vantage::MapObserver& observer) const {
     VANTAGE_CHECK(vantage::check_points(map, "the map"));
-    std::vector<Vector2d> plan = plan_of(map);
-    std::vector<Cell> open{{box_of(plan), plan, "cell"}};  // the next one last
+    const Plan plan(map);
+    std::vector<std::uint32_t> points(map.size());
+    std::iota(points.begin(), points.end(), 0U);
+    std::vector<Cell> open{{box_of(plan.tight_box_of(points)), points, "cell"}};  // the next last
     std::vector<vantage::Region> regions;
     while (!open.empty()) {
       const Cell cell = std::move(open.back());
       open.pop_back();
       VANTAGE_TRY(const auto seen, observer.observable_points(cell.region(), params_.max_points));
       if (seen > params_.max_points) {
-        auto pieces = cut(cell);
+        auto pieces = cut(plan, cell);
         if (!pieces) return over_budget(cell, observer);
         open.push_back(std::move(pieces->above));
         open.push_back(std::move(pieces->below));
@@ -134,16 +144,16 @@ class Budget final : public vantage::Partitioner {
   }
 
   /// In the middle of the points' longer side, of the other one where that cannot be.
-  [[nodiscard]] std::optional<Pieces> cut(const Cell& cell) const {
-    const TightBox tight = tight_box_of(cell.points);
+  [[nodiscard]] std::optional<Pieces> cut(const Plan& plan, const Cell& cell) const {
+    const TightBox tight = plan.tight_box_of(cell.points);
     const Vector2d size = tight.max - tight.min;
     const Eigen::Index longer = size.x() >= size.y() ? 0 : 1;
-    auto pieces = cut_across(cell, tight, longer);
-    return pieces ? std::move(pieces) : cut_across(cell, tight, 1 - longer);
+    auto pieces = cut_across(plan, cell, tight, longer);
+    return pieces ? std::move(pieces) : cut_across(plan, cell, tight, 1 - longer);
   }
 
-  [[nodiscard]] std::optional<Pieces> cut_across(const Cell& cell, const TightBox& tight,
-                                                 Eigen::Index axis) const {
+  [[nodiscard]] std::optional<Pieces> cut_across(const Plan& plan, const Cell& cell,
+                                                 const TightBox& tight, Eigen::Index axis) const {
     const double first = cell.box.min[axis] + params_.min_width;
     const double last = cell.box.max[axis] - params_.min_width;
     if (first > last || tight.min[axis] == tight.max[axis]) return std::nullopt;
@@ -151,7 +161,7 @@ class Budget final : public vantage::Partitioner {
     if (at <= tight.min[axis] || at > tight.max[axis]) return std::nullopt;
 
     const auto above = std::partition(cell.points.begin(), cell.points.end(),
-                                      [&](const Vector2d& p) { return p[axis] < at; });
+                                      [&](std::uint32_t k) { return plan.along(axis, k) < at; });
     const auto count = static_cast<std::size_t>(above - cell.points.begin());
     const std::string path = cell.label == "cell" ? "cell_" : cell.label;
     if (path.size() >= kMaxLabel) return std::nullopt;
