@@ -8,35 +8,28 @@
 #include <cerrno>
 #include <new>
 #include <system_error>
+#include <utility>
 
 namespace vantage::io {
-namespace {
-
-class Descriptor {
- public:
-  explicit Descriptor(int value) noexcept : value_(value) {}
-  ~Descriptor() {
-    if (value_ >= 0) ::close(value_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int value() const noexcept { return value_; }
-
- private:
-  int value_;
-};
-
-}  // namespace
-
 std::string system_message(int error_number) {
   return std::generic_category().message(error_number);
 }
 
-Result<FileContent> read_file(const std::filesystem::path& path, std::string_view expected) {
+InputFile::InputFile(int descriptor, std::size_t size, std::string name) noexcept
+    : descriptor_(descriptor), size_(size), name_(std::move(name)) {}
+InputFile::InputFile(InputFile&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_),
+      name_(std::move(other.name_)) {}
+InputFile::~InputFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<InputFile> InputFile::open(const std::filesystem::path& path, std::string_view expected) {
   const SourceLocation where{path.string(), 0, 0};
   // Not blocking: opening a pipe that nobody writes to would otherwise never return.
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.value() < 0) {
+  InputFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK), 0, path.string());
+  if (file.descriptor_ < 0) {
     const int reason = errno;
     const bool absent = reason == ENOENT || reason == ENOTDIR;
     return fail(absent ? ErrorCode::not_found : ErrorCode::io_failure,
@@ -44,7 +37,7 @@ Result<FileContent> read_file(const std::filesystem::path& path, std::string_vie
                 where);
   }
   struct stat status {};
-  if (::fstat(file.value(), &status) != 0) {
+  if (::fstat(file.descriptor_, &status) != 0) {
     return fail(ErrorCode::io_failure,
                 fmt::format("cannot be examined ({})", system_message(errno)), where);
   }
@@ -59,35 +52,51 @@ Result<FileContent> read_file(const std::filesystem::path& path, std::string_vie
     return fail(ErrorCode::corrupt_data, fmt::format("the file is empty, expected {}", expected),
                 where);
   }
+  file.size_ = static_cast<std::size_t>(status.st_size);
+  return file;
+}
 
-  FileContent content;
-  const auto size = static_cast<std::size_t>(status.st_size);
-  try {
-    content.bytes = std::make_unique_for_overwrite<char[]>(size);
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::io_failure,
-                fmt::format("not enough memory to read the file's {} bytes", size), where);
-  }
-  while (content.size < size) {
+Result<void> InputFile::read(std::size_t offset, std::span<char> bytes) const {
+  const SourceLocation where{name_, 0, 0};
+  while (!bytes.empty()) {
     const ssize_t got =
-        ::read(file.value(), content.bytes.get() + content.size, size - content.size);
+        ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {
+      return fail(ErrorCode::io_failure,
+                  fmt::format("reading failed at byte {} ({})", offset, system_message(errno)),
+                  where);
+    }
+    if (got == 0) {
       return fail(
           ErrorCode::io_failure,
-          fmt::format("reading failed at byte {} ({})", content.size, system_message(errno)),
+          fmt::format("the file shrank while it was read: ends at byte {}, expected {} bytes",
+                      offset, size_),
           where);
     }
-    if (got == 0) break;
-    content.size += static_cast<std::size_t>(got);
+    offset += static_cast<std::size_t>(got);
+    bytes = bytes.subspan(static_cast<std::size_t>(got));
   }
-  if (content.size < size) {
+  return {};
+}
+
+Result<FileContent> InputFile::content() const {
+  FileContent content;
+  try {
+    content.bytes = std::make_unique_for_overwrite<char[]>(size_);
+  } catch (const std::bad_alloc&) {
     return fail(ErrorCode::io_failure,
-                fmt::format("the file shrank while it was read: ends at byte {}, expected {} bytes",
-                            content.size, size),
-                where);
+                fmt::format("not enough memory to read the file's {} bytes", size_),
+                SourceLocation{name_, 0, 0});
   }
+  content.size = size_;
+  VANTAGE_CHECK(read(0, {content.bytes.get(), size_}));
   return content;
+}
+
+Result<FileContent> read_file(const std::filesystem::path& path, std::string_view expected) {
+  VANTAGE_TRY(const InputFile file, InputFile::open(path, expected));
+  return file.content();
 }
 
 }  // namespace vantage::io

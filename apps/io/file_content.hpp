@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -16,6 +17,32 @@ struct FileContent {
   std::size_t size = 0;
 
   [[nodiscard]] std::string_view view() const noexcept { return {bytes.get(), size}; }
+};
+
+/// A regular, non-empty file, open for reading.
+class InputFile {
+ public:
+  /// `expected` completes "expected ..." in messages.
+  /// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file.
+  [[nodiscard]] static Result<InputFile> open(const std::filesystem::path& path,
+                                              std::string_view expected);
+  InputFile(InputFile&& other) noexcept;
+  InputFile& operator=(InputFile&&) = delete;
+  ~InputFile();
+
+  /// When it was opened [bytes].
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// Reads so many bytes from `offset` on. Errors: `io_failure`, also for a file that has shrunk.
+  [[nodiscard]] Result<void> read(std::size_t offset, std::span<char> bytes) const;
+  /// Reads all of it. Errors: `io_failure`.
+  [[nodiscard]] Result<FileContent> content() const;
+
+ private:
+  InputFile(int descriptor, std::size_t size, std::string name) noexcept;
+
+  int descriptor_;
+  std::size_t size_;
+  std::string name_;
 };
 
 /// Reads a regular, non-empty file in one go; `expected` completes "expected ..." in messages.

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "io/point_cloud_io.hpp"
+#include "io/point_fields.hpp"
 
 namespace vantage::io {
 
@@ -16,5 +18,12 @@ namespace vantage::io {
 [[nodiscard]] Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file);
 [[nodiscard]] Result<LoadedCloud> parse_kitti_bin(std::string_view content,
                                                   const std::string& file);
+
+/// Where the points of a sound binary file are that need not be read whole; nothing for any other
+/// file.
+/// @param head  the beginning of the file
+/// @param size  of the file [bytes]
+[[nodiscard]] std::optional<Records> pcd_records(std::string_view head, std::size_t size);
+[[nodiscard]] std::optional<Records> ply_records(std::string_view head, std::size_t size);
 
 }  // namespace vantage::io

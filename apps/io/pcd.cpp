@@ -427,6 +427,22 @@ bool looks_like_pcd(std::string_view content) noexcept {
   return false;
 }
 
+std::optional<Records> pcd_records(std::string_view head, std::size_t size) {
+  const std::string nameless;
+  const auto header = HeaderReader(head, nameless).read();
+  if (!header || header->encoding != Encoding::binary) return std::nullopt;
+  const auto needed = product(header->points, header->point_size);
+  if (!needed || *needed > size - header->data_offset) return std::nullopt;
+  Records records{.offset = header->data_offset,
+                  .size = header->point_size,
+                  .count = header->points,
+                  .axes = {}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    records.axes[axis] = {header->axes[axis].offset, reader_of(header->axes[axis])};
+  }
+  return records;
+}
+
 Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file) {
   VANTAGE_TRY(const Header header, HeaderReader(content, file).read());
   switch (header.encoding) {

@@ -442,6 +442,32 @@ bool looks_like_ply(std::string_view content) noexcept {
          (content.size() == 3 || kBlank.find(content[3]) != std::string_view::npos);
 }
 
+std::optional<Records> ply_records(std::string_view head, std::size_t size) {
+  const std::string nameless;
+  const auto header = HeaderReader(head, nameless).read();
+  if (!header || header->encoding == Encoding::ascii) return std::nullopt;
+  Records records;
+  std::size_t offset = header->data_offset;
+  for (const Element& element : header->elements) {
+    std::uint64_t bytes = 0;
+    if (element.has_list || __builtin_mul_overflow(element.count, element.size, &bytes) ||
+        bytes > size - offset) {
+      return std::nullopt;
+    }
+    if (element.name == kVertex) {
+      records.offset = offset;
+      records.size = element.size;
+      records.count = element.count;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Property& property = element.properties[element.axes[axis]];
+        records.axes[axis] = {property.offset, property.type->reader(header->encoding)};
+      }
+    }
+    offset += bytes;
+  }
+  return records;
+}
+
 Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file) {
   VANTAGE_TRY(const Header header, HeaderReader(content, file).read());
   if (header.encoding == Encoding::ascii) return AsciiReader(content, file, header).read();

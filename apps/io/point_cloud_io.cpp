@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "io/file_content.hpp"
@@ -11,6 +13,40 @@
 #include "io/point_fields.hpp"
 
 namespace vantage::io {
+
+namespace {
+
+/// What can be told from the beginning of a file, whose header may end where it likes.
+constexpr std::size_t kHead = 64 * 1024;  // [bytes]
+
+std::optional<Records> records_in(std::string_view head, std::size_t size) {
+  if (looks_like_pcd(head)) return pcd_records(head, size);
+  if (looks_like_ply(head)) return ply_records(head, size);
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<LoadedCloud> load_records(const InputFile& file, const Records& records) {
+  constexpr std::size_t kBlock = std::size_t{1} << 20U;  // [bytes]
+  const std::size_t most = std::max<std::size_t>(1, kBlock / records.size);
+  std::string block;
+  LoadedCloud cloud;
+  cloud.points.reserve(records.count);
+  for (std::size_t done = 0; done < records.count;) {
+    const std::size_t count = std::min(most, records.count - done);
+    block.resize(count * records.size);
+    VANTAGE_CHECK(file.read(records.offset + done * records.size, block));
+    CoordinateColumns columns;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Records::Axis& where = records.axes[axis];
+      columns[axis] = {block.data() + where.offset, records.size, where.read};
+    }
+    add_columns(cloud, columns, count);
+    done += count;
+  }
+  return cloud;
+}
 
 Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string& file) {
   constexpr std::size_t kPointSize = 4 * sizeof(float);  // x y z intensity
@@ -33,10 +69,14 @@ Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string&
 Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path) {
   const std::string file = path.string();
   constexpr std::string_view kExpected = "a point cloud (PCD, PLY or KITTI .bin)";
-  VANTAGE_TRY(const auto content, read_file(path, kExpected));
-  const std::string_view bytes = content.view();
+  VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
   const std::string suffix = lower_case_suffix(path);
   try {
+    std::string head(std::min(input.size(), kHead), '\0');
+    VANTAGE_CHECK(input.read(0, head));
+    if (const auto records = records_in(head, input.size())) return load_records(input, *records);
+    VANTAGE_TRY(const auto content, input.content());
+    const std::string_view bytes = content.view();
     if (looks_like_pcd(bytes)) return parse_pcd(bytes, file);
     if (looks_like_ply(bytes)) return parse_ply(bytes, file);
     // The suffix decides only for content that says nothing, or names the reader that can say best

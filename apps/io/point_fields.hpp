@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "io/file_content.hpp"
 #include "io/point_cloud_io.hpp"
 
 namespace vantage::io {
@@ -37,23 +38,45 @@ struct CoordinateColumn {
 
 using CoordinateColumns = std::array<CoordinateColumn, 3>;  // x, y, z
 
-/// Precondition: the columns hold `count` points.
-[[nodiscard]] inline LoadedCloud load_columns(const CoordinateColumns& columns, std::size_t count) {
-  LoadedCloud cloud;
-  cloud.points.resize(count);
-  std::size_t kept = 0;
+/// Adds the finite ones of `count` points. Precondition: the columns hold them.
+inline void add_columns(LoadedCloud& cloud, const CoordinateColumns& columns, std::size_t count) {
+  std::size_t kept = cloud.points.size();
+  cloud.points.resize(kept + count);
   for (std::size_t i = 0; i < count; ++i) {
     Point& point = cloud.points[kept];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const CoordinateColumn& column = columns[axis];
       point[static_cast<Eigen::Index>(axis)] = column.read(column.first + i * column.stride);
     }
-    kept += point.allFinite() ? 1 : 0;
+    const bool finite = point.allFinite();
+    kept += finite ? 1 : 0;
+    cloud.dropped += finite ? 0 : 1;
   }
   cloud.points.resize(kept);
-  cloud.dropped = count - kept;
+}
+
+/// Precondition: the columns hold `count` points.
+[[nodiscard]] inline LoadedCloud load_columns(const CoordinateColumns& columns, std::size_t count) {
+  LoadedCloud cloud;
+  add_columns(cloud, columns, count);
   return cloud;
 }
+
+/// Points of equal size in a row in a file.
+struct Records {
+  struct Axis {
+    std::size_t offset = 0;  // in a point [bytes]
+    ReadCoordinate read = nullptr;
+  };
+  std::size_t offset = 0;  // of the first one in the file [bytes]
+  std::size_t size = 0;    // of one [bytes]
+  std::size_t count = 0;
+  std::array<Axis, 3> axes;  // x, y, z
+};
+
+/// Reads points in blocks: the file is never in memory as a whole.
+/// Errors: `io_failure`. Precondition: the file has them all.
+[[nodiscard]] Result<LoadedCloud> load_records(const InputFile& file, const Records& records);
 
 inline constexpr std::array<std::string_view, 3> kAxisNames{"x", "y", "z"};
 inline constexpr std::array<std::string_view, 3> kUpperAxisNames{"X", "Y", "Z"};

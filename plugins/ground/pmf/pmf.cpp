@@ -463,6 +463,7 @@ class Tiles {
     const Cell min{origin_.x + t.x * width_ - reach_, origin_.y + t.y * width_ - reach_};
     const std::int64_t extent = width_ + 2 * reach_;
     IndexList members;
+    members.reserve(points_[tile].size());
     for (std::int64_t y = t.y - 1; y <= t.y + 1; ++y) {
       for (std::int64_t x = t.x - 1; x <= t.x + 1; ++x) {
         const auto found = number_.find({x, y});
