@@ -135,6 +135,12 @@ TEST_CASE("build, localize, evaluate: region maps with switches and the wide-are
     CHECK(built.err.empty());
     const auto report = nlohmann::json::parse(built.out);
     CHECK(report["regions"].size() == (config == wide ? 1 : 14));
+    const double core_seconds = report["core_seconds"]["visibility"];
+    CHECK(core_seconds > 0.0);
+    CHECK(report["core_seconds"]["a_viewpoint_and_million_points"].get<double>() ==
+          doctest::Approx(1e6 * core_seconds / report["viewpoints"].get<double>() /
+                          report["map_points"].get<double>()));
+    CHECK(report["peak_memory_bytes"] > 1'000'000);
   }
 
   const auto localized = street.localize(regions, "run");

@@ -3,7 +3,9 @@
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <limits>
+#include <mutex>
 
 #include "fakes.hpp"
 
@@ -180,6 +182,135 @@ TEST_CASE("what the observer tells a partitioner is what the bundle then holds")
       CHECK(answers->visible[i] == expected);
     }
   }
+}
+
+namespace {
+
+/// SeesNear that keeps what it was asked.
+class Asked final : public VisibilityOperator {
+ public:
+  struct Log {
+    std::mutex mutex;
+    std::vector<const Point*> prepared;  // the first point of each map
+    PointCloud viewpoints;
+  };
+  explicit Asked(std::shared_ptr<Log> log) : log_(std::move(log)) {}
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept override {
+    class Scene final : public VisibilityScene {
+     public:
+      Scene(PointsView map, std::unique_ptr<VisibilityScene> sees, std::shared_ptr<Log> log)
+          : VisibilityScene(map.size()), sees_(std::move(sees)), log_(std::move(log)) {}
+      [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
+        const std::scoped_lock lock(log_->mutex);
+        log_->viewpoints.push_back(viewpoint);
+        return sees_->visible(viewpoint);
+      }
+
+     private:
+      std::unique_ptr<VisibilityScene> sees_;
+      std::shared_ptr<Log> log_;
+    };
+    VANTAGE_TRY(auto sees, test::SeesNear().prepare(map, limits));
+    const std::scoped_lock lock(log_->mutex);
+    log_->prepared.push_back(map.data());
+    return std::make_unique<Scene>(map, std::move(sees), log_);
+  }
+
+ private:
+  std::shared_ptr<Log> log_;
+};
+
+/// A floor of 10 x 100 points a metre apart, then 10 x 10.
+PointCloud long_floor() {
+  PointCloud map;
+  for (int y = 0; y < 100; ++y) {
+    for (int x = 0; x < (y < 10 ? 20 : 10); ++x) map.push_back({x + 0.5, y - 50 + 0.5, 0.0});
+  }
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("regions share no work: one scene, no viewpoint twice, and the cost is counted") {
+  const PointCloud map = map_with_a_gap();
+  for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
+    const auto log = std::make_shared<Asked::Log>();
+    auto p = plugins(std::make_shared<test::Memory>());
+    p.visibility = test::in_process<Asked, VisibilityOperator>(log);
+    const auto report = build_region_maps(map, {}, p, params(scope));
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    PointCloud& asked = log->viewpoints;
+    CHECK(asked.size() == report->viewpoints);
+    const auto before = [](const Point& a, const Point& b) {
+      return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
+    };
+    std::sort(asked.begin(), asked.end(), before);
+    CHECK(std::adjacent_find(asked.begin(), asked.end()) == asked.end());
+    const bool whole = scope == VisibilityScope::map;
+    CHECK(log->prepared.size() == (whole ? 1 : 2));  // the middle strip has no viewpoint
+    // 10 viewpoints in each of two strips, which own 40 and 44 points.
+    CHECK(report->points_times_viewpoints == (whole ? 20.0 * 85.0 : 10.0 * 40.0 + 10.0 * 44.0));
+    CHECK(report->core_seconds_visibility > 0.0);
+    CHECK(report->core_seconds_a_viewpoint_and_million_points() ==
+          doctest::Approx(1e6 * report->core_seconds_visibility / report->points_times_viewpoints));
+  }
+  CHECK(BuildReport{}.core_seconds_a_viewpoint_and_million_points() == 0.0);
+}
+
+TEST_CASE("a region that owns the whole map is decided on the map itself, not on a copy") {
+  const PointCloud map = long_floor();
+  const auto log = std::make_shared<Asked::Log>();
+  auto p = plugins(std::make_shared<test::Memory>());
+  p.partitioner = test::in_process<test::Strips, Partitioner>(2);
+  p.visibility = test::in_process<Asked, VisibilityOperator>(log);
+  REQUIRE(build_region_maps(map, {}, p, params(VisibilityScope::region)));
+  CHECK(std::count(log->prepared.begin(), log->prepared.end(), map.data()) == 0);
+  log->prepared.clear();
+  const PointCloud one_strip(map.end() - 10, map.end());
+  REQUIRE(build_region_maps(one_strip, {}, p, params(VisibilityScope::region)));
+  CHECK(log->prepared == std::vector<const Point*>{one_strip.data()});
+}
+
+TEST_CASE("progress moves within a region of many viewpoints, and the map is none the worse") {
+  const PointCloud map = long_floor();
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory, 0, 1e9, 2);
+  BuildParams one_metre = params();
+  one_metre.viewpoints.voxel_size = 1.0;
+  one_metre.max_range = 3.0;
+  std::vector<BuildProgress> seen;
+  const auto report = build_region_maps(map, {}, p, one_metre,
+                                        [&](const BuildProgress& now) { seen.push_back(now); });
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->viewpoints == 1100);
+  REQUIRE(seen.size() >= 4);
+  CHECK(seen.front().viewpoints_done == 0);
+  CHECK(seen.back().viewpoints_done == 1100);
+  CHECK(seen.back().regions_done == 2);
+  for (std::size_t i = 1; i < seen.size(); ++i) {
+    CHECK(seen[i].viewpoints_done >= seen[i - 1].viewpoints_done);
+    CHECK(seen[i].regions_done >= seen[i - 1].regions_done);
+  }
+  const auto within = std::count_if(seen.begin(), seen.end(), [](const BuildProgress& now) {
+    return now.regions_done == 0 && now.viewpoints_done > 0;
+  });
+  CHECK(within >= 1);
+
+  // Two regions of fewer viewpoints each, joined, see the same.
+  PointCloud expected;
+  for (const Point& point : map) {
+    const double dx = std::max(0.0, point.x() - 9.5);  // of the last viewpoint of strip 0
+    if (dx * dx + 1.0 <= 9.0) expected.push_back(point);
+  }
+  CHECK(memory->maps[0].points == expected);
+}
+
+TEST_CASE("more points than an index can count are refused before any is looked at") {
+  const Point only = Point::Zero();
+  const PointsView too_many(&only, std::size_t{0xffff'ffff});  // never read
+  CHECK(check_points(too_many, "the map").error().message ==
+        "the map has 4294967295 points, more than the 4294967295 that can be indexed");
 }
 
 TEST_CASE("a visibility plugin's wrong index is an error also where core joins viewpoints") {

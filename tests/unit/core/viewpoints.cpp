@@ -44,6 +44,19 @@ TEST_CASE("Eq. 5: viewpoints stand h_s above the ground's centroids") {
   CHECK(((*viewpoints)[1] - Point(5.5, 0.5, 3.4)).norm() < 1e-12);
 }
 
+TEST_CASE("viewpoints over indices are those over the points that they name") {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> u(-9.0, 9.0);
+  PointCloud map(3000);
+  for (Point& p : map) p = {u(random), u(random), u(random)};
+  IndexList ground;
+  for (std::uint32_t k = 1; k < map.size(); k += 3) ground.push_back(k);
+  const ViewpointParams params{.voxel_size = 0.7, .sensor_height = 1.5};
+  CHECK(viewpoints_over(map, ground, params).value() ==
+        viewpoints_over(select(map, ground), params).value());
+  CHECK(viewpoints_over(map, IndexList{}, params)->empty());
+}
+
 TEST_CASE("point order and a far origin change nothing but the last digits") {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> u(0.0, 8.0);

@@ -380,5 +380,31 @@ TEST_CASE("PCD: random damage gives points or an error, never a crash") {
   CHECK(refused > 1000);
 }
 
+TEST_CASE("PCD: a binary file of many blocks keeps its order and drops what is not finite") {
+  constexpr std::size_t kPoints = 200'000;  // 3.2 MB: blocks of 1 MiB end inside of it
+  std::string content = header("x y i z", "4 4 4 4", "F F U F", "1 1 1 1", kPoints, "binary");
+  PointCloud expected;
+  for (std::uint32_t k = 0; k < kPoints; ++k) {
+    const auto x = static_cast<float>(k);
+    const bool bad = k % 65'536 == 0 || k + 1 == kPoints;
+    content += raw(x) + raw(0.5F) + raw(k) + raw(bad ? std::nanf("") : -x);
+    if (!bad) expected.push_back({x, 0.5, -x});
+  }
+  const auto cloud = read_as("a.pcd", content);
+  REQUIRE_MESSAGE(cloud, to_string(cloud.error()));
+  CHECK(cloud->points == expected);
+  CHECK(cloud->dropped == 5);
+  check_refused("a.pcd", content.substr(0, content.size() - 1),
+                "expected 200000 points of 16 bytes");
+}
+
+TEST_CASE("PCD: a header longer than what is read first") {
+  std::string content = xyz_header(1, "binary");
+  content.insert(0, "# .PCD v0.7\n" + std::string(100'000, '#') + "\n");
+  const auto cloud = read_as("a.pcd", content + raw(1.0F) + raw(2.0F) + raw(3.0F));
+  REQUIRE_MESSAGE(cloud, to_string(cloud.error()));
+  CHECK(cloud->points == PointCloud{{1, 2, 3}});
+}
+
 }  // namespace
 }  // namespace vantage

@@ -225,5 +225,26 @@ TEST_CASE("PLY: random damage gives points or an error, never a crash") {
   CHECK(refused > 1000);
 }
 
+TEST_CASE("PLY: a binary file of many blocks, between other elements") {
+  constexpr int kPoints = 100'000;  // 2.4 MB
+  std::string content =
+      ply("binary_big_endian",
+          "element sensor 2\nproperty uchar id\nelement vertex 100000\nproperty double z\n"
+          "property double y\nproperty double x\nelement end 1\nproperty int16 mark\n");
+  content += "ab";
+  PointCloud expected;
+  for (int k = 0; k < kPoints; ++k) {
+    const bool bad = k % 40'000 == 0;
+    const double x = bad ? std::numeric_limits<double>::infinity() : 0.1 * k;
+    content += reversed(1.5) + reversed(-1.0 * k) + reversed(x);
+    if (!bad) expected.push_back({0.1 * k, -1.0 * k, 1.5});
+  }
+  check_refused("a.ply", content + "c", "inside element 'end'");
+  const auto cloud = read_as("a.ply", content + "cd");
+  REQUIRE_MESSAGE(cloud, to_string(cloud.error()));
+  CHECK(cloud->points == expected);
+  CHECK(cloud->dropped == 3);
+}
+
 }  // namespace
 }  // namespace vantage

@@ -608,6 +608,49 @@ TEST_CASE("a damaged region file is corrupt_data that names the file") {
   }
 }
 
+TEST_CASE("a region loads without touching the files of the others") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  fs::remove(root / "storey.1.pcd");
+  write_text(root / "storey.2.pcd", "damaged");
+  const auto store = store_at(root);
+  const auto index = store->index();
+  REQUIRE_MESSAGE(index, to_string(index.error()));
+  CHECK(index->partition.size() == 3);
+  const auto map = store->get(RegionId{0});
+  REQUIRE_MESSAGE(map, to_string(map.error()));
+  CHECK(map->points.size() == 1000);
+  check_fails(store->get(RegionId{1}), ErrorCode::corrupt_data, "missing");
+  check_fails(store->get(RegionId{2}), ErrorCode::corrupt_data, "bytes");
+}
+
+TEST_CASE("a region of many blocks comes back whole, and thousands of regions do") {
+  const test::TemporaryFolder folder;
+  std::vector<Region> regions;
+  for (int r = 0; r < 2000; ++r) {
+    const double x = 2.7 * r;
+    regions.push_back({"r" + std::to_string(r), HalfOpenBox{{x, 0.0}, {x + 2.7, 1.0}}, {}});
+  }
+  MapIndex index;
+  index.partition = Partition::from(std::move(regions)).value();
+  std::vector<RegionMap> maps(2000);
+  for (const std::size_t n : {16'383U, 16'384U, 16'385U, 50'000U}) {
+    maps[n % 7 + 100].points = random_cloud(n, {0, 0, 0}, 20.0);
+  }
+  maps[1999] = {random_cloud(3, {1, 2, 3}, 1.0), 9};
+  write_bundle(store_at(folder.path() / "bundle"), index, maps);
+  const auto store = store_at(folder.path() / "bundle");
+  REQUIRE(store->index());
+  CHECK(store->index()->partition.regions() == index.partition.regions());
+  for (const std::uint32_t r : {0U, 100U, 101U, 102U, 103U, 104U, 105U, 106U, 1999U}) {
+    const auto map = store->get(RegionId{r});
+    REQUIRE_MESSAGE(map, to_string(map.error()));
+    CHECK(map->viewpoints == maps[r].viewpoints);
+    CHECK(worst(map->points, maps[r].points) < 2e-6);
+  }
+}
+
 TEST_CASE("a folder in the place of a file is an error") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";

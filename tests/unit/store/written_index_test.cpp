@@ -1,0 +1,136 @@
+#include "written_index.hpp"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+#include <random>
+
+namespace vantage::pcd_tiles {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Footprints of every sort, numbers of every size.
+BundleIndex sample(std::size_t regions) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> exponent(-12.0, 12.0), mantissa(-1.0, 1.0);
+  const auto number = [&] { return mantissa(random) * std::pow(10.0, exponent(random)); };
+  const auto box = [&] {
+    const Eigen::Vector2d a(number(), number()), b(number(), number());
+    return HalfOpenBox{a.cwiseMin(b), a.cwiseMax(b)};
+  };
+  std::vector<Region> list;
+  BundleIndex index;
+  for (std::size_t r = 0; r < regions; ++r) {
+    Region region{"r" + std::to_string(r), box(), {}};
+    if (r % 3 == 1) region.footprint = BoxUnion{{box(), box()}};
+    if (r % 3 == 2) region.footprint = ConvexPolygon{{{0.1, 0.0}, {1e6, 0.0}, {0.3, 5e-3}}};
+    if (r % 2 == 1) region.height = {-1.0 / 3.0, kInfinity};
+    list.push_back(region);
+    TileInfo tile{.points = random() % 1000, .origin = {number(), -0.0, number()}};
+    tile.bytes = file_size(tile.points, tile.origin);
+    tile.checksum = random();
+    index.tiles.push_back(tile);
+    index.map.regions.push_back(
+        {.points = tile.points, .viewpoints = random() % 100, .bytes = tile.bytes});
+  }
+  index.map.partition = Partition::from(std::move(list)).value();
+  index.map.map_bounds = {Point(-1.0 / 3.0, 0.1, -0.0), Point(1e6, 5e6 + 0.1, kInfinity)};
+  index.map.map_points = std::numeric_limits<std::uint64_t>::max();
+  index.map.config = "schema = 1\n# \"quoted\" \\ text, {[ä]}, \t tab, \x01\n";
+  return index;
+}
+
+void check_equal(const BundleIndex& a, const BundleIndex& b) {
+  CHECK(a.map.partition.regions() == b.map.partition.regions());
+  CHECK(a.map.map_bounds.min == b.map.map_bounds.min);
+  CHECK(std::signbit(a.map.map_bounds.min.z()) == std::signbit(b.map.map_bounds.min.z()));
+  CHECK(a.map.map_bounds.max == b.map.map_bounds.max);
+  CHECK(a.map.map_points == b.map.map_points);
+  CHECK(a.map.config == b.map.config);
+  REQUIRE(a.tiles.size() == b.tiles.size());
+  for (std::size_t r = 0; r < a.tiles.size(); ++r) {
+    CHECK(a.tiles[r].points == b.tiles[r].points);
+    CHECK(a.tiles[r].origin == b.tiles[r].origin);
+    CHECK(a.tiles[r].bytes == b.tiles[r].bytes);
+    CHECK(a.tiles[r].checksum == b.tiles[r].checksum);
+    CHECK(a.map.regions[r].points == b.map.regions[r].points);
+    CHECK(a.map.regions[r].viewpoints == b.map.regions[r].viewpoints);
+    CHECK(a.map.regions[r].bytes == b.map.regions[r].bytes);
+  }
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, what.size(), by);
+}
+
+TEST_CASE("what a build writes is read in one pass, bit for bit, in any layout") {
+  const BundleIndex index = sample(200);
+  const std::string text = to_json(index).value();
+  const auto read = read_as_written(text);
+  REQUIRE(read);
+  check_equal(*read, index);
+
+  std::string one_line;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"' && text[i - 1] != '\\') in_string = !in_string;
+    if (in_string || (text[i] != '\n' && text[i] != ' ')) one_line += text[i];
+  }
+  REQUIRE(one_line.size() < text.size());
+  const auto again = read_as_written(one_line);
+  REQUIRE(again);
+  check_equal(*again, index);
+}
+
+TEST_CASE("what is spelt another way is left to the reader of any JSON, which gives the same") {
+  const BundleIndex index = sample(5);
+  const std::string text = to_json(index).value();
+  for (const std::string& other :
+       {replaced(text, "1000000.0", "1e6"), replaced(text, "\"r1\"", "\"\\u00721\""),
+        replaced(text, "\\t", "\\u0009")}) {
+    const auto read = from_json(other, "index.json");
+    REQUIRE_MESSAGE(read, to_string(read.error()));
+    check_equal(*read, index);
+  }
+  CHECK_FALSE(read_as_written(replaced(text, "1000000.0", "1e6")));
+}
+
+TEST_CASE("an index that contradicts itself is not read, whatever its checksum says") {
+  BundleIndex index = sample(3);
+  index.tiles[1].bytes += 1;
+  CHECK_FALSE(read_as_written(to_json(index).value()));
+  index = sample(3);
+  index.tiles[2].origin.x() = kInfinity;
+  CHECK_FALSE(read_as_written(to_json(index).value()));
+  index = sample(3);
+  index.tiles[0].points = (std::uint64_t{1} << 40U) + 1;
+  index.tiles[0].bytes = file_size(index.tiles[0].points, index.tiles[0].origin);
+  CHECK_FALSE(read_as_written(to_json(index).value()));
+  index = sample(3);
+  index.map.regions[0].viewpoints = std::uint64_t{1} << 32U;
+  CHECK_FALSE(read_as_written(to_json(index).value()));
+}
+
+TEST_CASE("no damage is read: every byte but white space counts") {
+  const BundleIndex index = sample(3);
+  const std::string text = to_json(index).value();
+  std::mt19937 random(4);
+  int refused = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    std::string bad = text;
+    bad[at] = "\"{}[]:,09a-. \n\\\xff"[random() % 16];
+    const auto read = read_as_written(bad);
+    if (read) check_equal(*read, index);  // white space for white space
+    refused += read ? 0 : 1;
+    if (at + 1 < text.size()) {  // without its last line feed it is whole
+      CHECK_FALSE(read_as_written(std::string_view(text).substr(0, at)));
+    }
+  }
+  CHECK(refused > 100);
+}
+
+}  // namespace
+}  // namespace vantage::pcd_tiles
