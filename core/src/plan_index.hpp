@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "index_set.hpp"
 #include "vantage/point_cloud.hpp"
 
 namespace vantage {
@@ -45,7 +46,7 @@ class PlanIndex {
   /// @param map       finite points
   /// @param index_of  gives the k-th of `count` indices into `map`, strictly ascending
   template <class IndexOf>
-  PlanIndex(PointsView map, std::size_t count, const IndexOf& index_of) {
+  PlanIndex(PointsView map, std::size_t count, const IndexOf& index_of) : limit_(map.size()) {
     Bounds3 bounds;
     for (std::size_t k = 0; k < count; ++k) bounds.extend(map[index_of(k)]);
     if (bounds.empty()) bounds = {Point::Zero(), Point::Zero()};
@@ -78,6 +79,11 @@ class PlanIndex {
       found.insert(found.end(), groups_.members.begin() + first_of_row(y),
                    groups_.members.begin() + end_of_row(y));
     }
+    if (found.size() > limit_ / 64) {  // then walking over all bits is cheaper than sorting
+      IndexSet set(limit_);
+      set.add(found);
+      return set.ascending();
+    }
     std::sort(found.begin(), found.end());
     return found;
   }
@@ -92,6 +98,7 @@ class PlanIndex {
     return static_cast<std::size_t>(std::min(bucket, static_cast<double>(buckets - 1)));
   }
 
+  std::size_t limit_;  // above every index
   Eigen::Vector2d min_;
   double width_;
   std::size_t columns_, rows_;
