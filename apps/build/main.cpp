@@ -40,7 +40,7 @@ PointCloud joined(std::vector<PointCloud> parts) {
   all.reserve(count);
   for (PointCloud& part : parts) {
     all.insert(all.end(), part.begin(), part.end());
-    part = {};
+    part = PointCloud();  // `= {}` would keep the memory
   }
   return all;
 }

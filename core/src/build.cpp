@@ -173,7 +173,7 @@ class BuildObserver final : public MapObserver {
 
   /// Frees what only a partitioner and `cut` need. Precondition: nobody asks anything any more.
   void release_ground() {
-    ground_ = {};
+    ground_ = IndexList();
     ground_index_.reset();
     map_index_.reset();
   }
@@ -346,6 +346,18 @@ class Meter {
   const std::function<void(const BuildProgress&)>& listener_;
 };
 
+/// The points that were seen. While many are copied, bits stand for the indices: they are smaller.
+PointCloud points_of(PointsView map, IndexList seen) {
+  if (seen.size() < map.size() / 32) return select(map, seen);
+  IndexSet set(map.size());
+  set.add(seen);
+  PointCloud points;
+  points.reserve(seen.size());
+  seen = IndexList();
+  set.for_each([&](std::uint32_t k) { points.push_back(map[k]); });
+  return points;
+}
+
 /// Regions in parallel, stored in order; the first failing region decides the error. What waits to
 /// be stored are indices: points are copied for one region at a time.
 Result<std::vector<RegionSummary>> build_all(
@@ -384,7 +396,7 @@ Result<std::vector<RegionSummary>> build_all(
     VANTAGE_TRY(IndexList seen, std::move(item.seen));
     if (tested == regions) observer.release_scene();
     const std::uint32_t r = item.region.value;
-    const RegionMap region_map{.points = select(map, std::exchange(seen, {})),
+    const RegionMap region_map{.points = points_of(map, std::move(seen)),
                                .viewpoints = static_cast<std::uint32_t>(work.viewpoints[r].size())};
     VANTAGE_CHECK(store.put(item.region, region_map));
     summaries[r] = {

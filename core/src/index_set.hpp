@@ -39,15 +39,21 @@ class IndexSet {
     return count;
   }
 
-  [[nodiscard]] IndexList ascending() const {
-    IndexList indices;
-    indices.reserve(size());
+  /// Calls visit(index) in ascending order.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
     for (std::size_t word = 0; word < words_.size(); ++word) {
       for (std::uint64_t bits = words_[word]; bits != 0; bits &= bits - 1) {
         const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
-        indices.push_back(static_cast<std::uint32_t>(word * kBits + bit));
+        visit(static_cast<std::uint32_t>(word * kBits + bit));
       }
     }
+  }
+
+  [[nodiscard]] IndexList ascending() const {
+    IndexList indices;
+    indices.reserve(size());
+    for_each([&](std::uint32_t k) { indices.push_back(k); });
     return indices;
   }
 
