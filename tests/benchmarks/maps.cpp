@@ -42,11 +42,4 @@ Result<PointCloud> viewpoints_over_ground(PointsView map, const ViewpointParams&
   return viewpoints_over(select(map, ground), params);
 }
 
-PointCloud thinned(const PointCloud& cloud, std::size_t size) {
-  if (cloud.size() <= size) return cloud;
-  PointCloud kept;
-  for (std::size_t i = 0; i < size; ++i) kept.push_back(cloud[i * cloud.size() / size]);
-  return kept;
-}
-
 }  // namespace vantage::benchmarks

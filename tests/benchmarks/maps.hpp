@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -31,6 +32,12 @@ inline const std::array kStreetViewpoints{Point(0.34, 0.01, 0.0), Point(30.0, 2.
                                                         const ViewpointParams& params);
 
 /// Every n-th, so that `size` remain; all if there are no more than that.
-[[nodiscard]] PointCloud thinned(const PointCloud& cloud, std::size_t size);
+template <class T>
+[[nodiscard]] std::vector<T> thinned(const std::vector<T>& from, std::size_t size) {
+  if (from.size() <= size) return from;
+  std::vector<T> kept;
+  for (std::size_t i = 0; i < size; ++i) kept.push_back(from[i * from.size() / size]);
+  return kept;
+}
 
 }  // namespace vantage::benchmarks

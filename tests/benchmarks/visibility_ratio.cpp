@@ -231,17 +231,46 @@ Result<void> single(const std::string& name, PointsView map, const PointCloud& v
 
 // ---- all viewpoints of a map
 
-/// The viewpoints of each call of `visible_from_any`: of each L x L m cell, as a build asks, or
-/// all.
-std::vector<PointCloud> calls_for(const PointCloud& viewpoints, std::optional<double> cell) {
-  if (!cell) return {viewpoints};
+/// The viewpoints of each L x L m cell, in which a build asks for them.
+std::vector<PointCloud> by_cells(const PointCloud& viewpoints, double cell) {
   std::map<std::pair<double, double>, PointCloud> cells;
   for (const Point& q : viewpoints) {
-    cells[{std::floor(q.x() / *cell), std::floor(q.y() / *cell)}].push_back(q);
+    cells[{std::floor(q.x() / cell), std::floor(q.y() / cell)}].push_back(q);
   }
+  std::vector<PointCloud> all;
+  for (auto& [where, inside] : cells) all.push_back(std::move(inside));
+  return all;
+}
+
+/// What hpr is asked: the viewpoints of each call of `visible_from_any`.
+struct Questions {
   std::vector<PointCloud> calls;
-  for (auto& [where, inside] : cells) calls.push_back(std::move(inside));
-  return calls;
+  PointCloud viewpoints;  // of all calls
+  std::string sampling, how;
+};
+
+/// Of cells whole ones are sampled: what neighbouring viewpoints share is shared then, too.
+Questions questions_for(const PointCloud& viewpoints, const Options& options) {
+  const std::size_t wanted = options.sample == 0 ? viewpoints.size() : options.sample;
+  Questions asked;
+  if (options.cell) {
+    const auto cells = by_cells(viewpoints, *options.cell);
+    const std::size_t share = (wanted * cells.size() + viewpoints.size() - 1) / viewpoints.size();
+    asked.calls = thinned(cells, std::max<std::size_t>(1, share));
+    asked.how =
+        fmt::format("{} of {} cells of {:g} m", asked.calls.size(), cells.size(), *options.cell);
+  } else {
+    asked.calls = {thinned(viewpoints, wanted)};
+    asked.how = "1";
+  }
+  for (const PointCloud& call : asked.calls) {
+    asked.viewpoints.insert(asked.viewpoints.end(), call.begin(), call.end());
+  }
+  asked.sampling = asked.viewpoints.size() == viewpoints.size()
+                       ? "all"
+                       : grouped(asked.viewpoints.size()) + ", evenly sampled" +
+                             (options.cell ? " by whole cells" : "");
+  return asked;
 }
 
 struct Union {
@@ -303,11 +332,11 @@ Result<Reference> reference_of(PointsView map, const PointCloud& viewpoints,
 
 Result<void> whole(const std::string& name, PointsView map, const PointCloud& viewpoints,
                    const Options& options) {
-  const PointCloud sample = options.sample == 0 ? viewpoints : thinned(viewpoints, options.sample);
+  const Questions asked = questions_for(viewpoints, options);
+  const PointCloud& sample = asked.viewpoints;
   const PointCloud of_open3d = thinned(sample, options.open3d_sample);
-  const auto calls = calls_for(sample, options.cell);
-  VANTAGE_TRY(const auto one, union_of(map, calls, options, 1));
-  VANTAGE_TRY(const auto two, union_of(map, calls, options, 2));
+  VANTAGE_TRY(const auto one, union_of(map, asked.calls, options, 1));
+  VANTAGE_TRY(const auto two, union_of(map, asked.calls, options, 2));
   VANTAGE_TRY(const auto reference, reference_of(map, of_open3d, options));
 
   const auto all = static_cast<double>(viewpoints.size());
@@ -326,10 +355,8 @@ Result<void> whole(const std::string& name, PointsView map, const PointCloud& vi
   print_row({"points of the map", grouped(map.size())});
   print_row({fmt::format("viewpoints, every {:g} m", options.viewpoints.voxel_size),
              grouped(viewpoints.size())});
-  print_row(
-      {"of these asked of hpr", complete ? "all" : grouped(sample.size()) + ", evenly sampled"});
-  print_row({"calls of visible_from_any",
-             options.cell ? fmt::format("{}, cells of {:g} m", calls.size(), *options.cell) : "1"});
+  print_row({"of these asked of hpr", asked.sampling});
+  print_row({"calls of visible_from_any", asked.how});
   print_row({"points seen from any", grouped(one.seen.size())});
   print_row({"hpr, prepare: 1 thread, CPU time", seconds(one.prepare.cpu)});
   print_row({"hpr, visible_from_any: 1 thread, CPU time", seconds(one.visible.cpu)});
@@ -463,7 +490,8 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->type_name("M")
       ->capture_default_str();
-  app.add_option("--viewpoints", options.sample, "ask this many, evenly sampled; 0: all")
+  app.add_option("--viewpoints", options.sample,
+                 "ask this many, evenly sampled, with --cell by whole cells; 0: all")
       ->type_name("N")
       ->capture_default_str();
   app.add_option("--open3d", options.open3d_sample, "ask Open3D this many of them")
