@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "vantage/conformance/range_observer.hpp"
 #include "vantage/plugin_loader.hpp"
 
 namespace vantage::test {
@@ -21,13 +20,6 @@ template <class Interface>
       PluginChoice{.plugin = name, .library = {}, .params = table(toml), .where = {}});
   if (!loaded) throw std::runtime_error(to_string(loaded.error()));
   return *std::move(loaded);
-}
-
-/// What a partitioner makes of a map in which a viewpoint sees what is within `range` [m].
-[[nodiscard]] inline Result<Partition> cut(const PluginPtr<Partitioner>& partitioner,
-                                           PointsView map, PointsView trajectory = {},
-                                           double range = 15.0) {
-  return partitioner->partition(map, trajectory, conformance::RangeObserver(map, range));
 }
 
 }  // namespace vantage::test

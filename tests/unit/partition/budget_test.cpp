@@ -5,6 +5,7 @@
 #include <functional>
 #include <random>
 
+#include "support/cut.hpp"
 #include "support/plugins.hpp"
 
 namespace vantage {

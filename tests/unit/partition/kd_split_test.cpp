@@ -5,6 +5,7 @@
 #include <random>
 #include <set>
 
+#include "support/cut.hpp"
 #include "support/plugins.hpp"
 
 namespace vantage {

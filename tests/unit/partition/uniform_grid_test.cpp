@@ -6,6 +6,7 @@
 #include <set>
 #include <thread>
 
+#include "support/cut.hpp"
 #include "support/plugins.hpp"
 
 namespace vantage {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "clustering.hpp"
+#include "support/cut.hpp"
 #include "support/plugins.hpp"
 #include "vantage/map_observer.hpp"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "support/cut.hpp"
 #include "support/plugins.hpp"
 
 namespace vantage {
