@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/multiprecision/cpp_int.hpp>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -41,9 +40,7 @@ class ExactHull {
   [[nodiscard]] bool is_vertex_by(const Point& n, const Point& p) const;
 
  private:
-  using Integer = boost::multiprecision::cpp_int;
-  struct Vector;  // integers, and what they are as doubles
-  class Apex;     // p and the signs that are asked of it
+  class Apex;
 
   int power_;                 // every coordinate is an integer times 2^power_
   std::vector<Point> hints_;  // points of the set that decided lately; only to be fast
