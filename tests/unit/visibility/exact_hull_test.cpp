@@ -152,7 +152,7 @@ TEST_CASE("the exact hull equals the definition on turned points, in fractions")
     }
   };
   std::mt19937 random(2);
-  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+  for (std::uint32_t seed = 1; seed <= 2; ++seed) {
     compare(ball(seed, 10, 10.0), {0.3, -0.2, 0.1});
     compare(ball(seed, 8, 10.0), {9, 8, 7});
     compare(grid_points(random, 10, {1, 1, 1}, Point::Zero()), Point::Zero());

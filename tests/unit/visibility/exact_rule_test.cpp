@@ -201,17 +201,17 @@ TEST_CASE("exact: every point twice, some thrice") {
 
 TEST_CASE("exact: all points in one plane, the viewpoint in it and beside it") {
   PointCloud flat;  // z = 0
-  for (int x = -10; x <= 10; ++x) {
-    for (int y = -10; y <= 10; ++y) flat.emplace_back(0.5 * x, 0.5 * y, 0.0);
+  for (int x = -6; x <= 6; ++x) {
+    for (int y = -6; y <= 6; ++y) flat.emplace_back(0.5 * x, 0.5 * y, 0.0);
   }
-  const PointCloud in_plane{{0, 0, 0},      {0.5, 1, 0},     {5, 5, 0},     {5, 0, 0},
+  const PointCloud in_plane{{0, 0, 0},      {0.5, 1, 0},     {3, 3, 0},     {3, 0, 0},
                             {0.25, 0, 0},   {0.25, 0.25, 0}, {0.1, 0.2, 0}, {0.1, 0.1, 0},
-                            {5, 0.3, 0},    {6, 0, 0},       {6, 6, 0},     {7, 1.3, 0},
-                            {2.1, -3.3, 0}, {0, 0, 1},       {0.25, 0, 2},  {0.5, 0.5, 0.5},
-                            {0, 6, 1},      {0.3, 0.2, 3},   {1, 2, 1e-9},  {4, 4, -1}};
+                            {3, 0.3, 0},    {4, 0, 0},       {4, 4, 0},     {5, 1.3, 0},
+                            {2.1, -2.3, 0}, {0, 0, 1},       {0.25, 0, 2},  {0.5, 0.5, 0.5},
+                            {0, 4, 1},      {0.3, 0.2, 3},   {1, 2, 1e-9},  {2.5, 2.5, -1}};
   SUBCASE("level, a lattice") { check_everywhere({flat, in_plane, 2.0}); }
   SUBCASE("level, random") {
-    PointCloud map = ball(35, 500, 5.0);
+    PointCloud map = ball(35, 200, 5.0);
     for (Point& p : map) p.z() = 0.0;
     check_everywhere({map, in_plane, 2.0});
   }
@@ -249,18 +249,11 @@ TEST_CASE("exact: larger maps") {
   };
   SUBCASE("31^3 lattice") {
     const Question flip{}, inversion{.kernel = hpr::Kernel::inversion};
-    check_here({lattice(15, 0.5),
-                {{0, 0, 0},
-                 {0.25, 0.25, 0.25},
-                 {0.1, 0, 0},
-                 {7.5, 0.2, 0.7},
-                 {0.11, 0.07, 0.19},
-                 {9, 0, 0}},
-                4.0},
+    check_here({lattice(15, 0.5), {{0, 0, 0}, {7.5, 0.2, 0.7}, {0.11, 0.07, 0.19}}, 4.0},
                {flip, inversion});
   }
   SUBCASE("ball of 20,000") {
-    check_here({ball(36, 20'000, 10.0), ball(37, 3, 10.0), 5.0}, few_questions(5.0));
+    check_here({ball(36, 20'000, 10.0), ball(37, 2, 10.0), 5.0}, few_questions(5.0));
   }
 }
 
