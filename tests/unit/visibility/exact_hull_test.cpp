@@ -208,5 +208,34 @@ TEST_CASE("all points of a lattice's corners are vertices, the rest of its surfa
   for (const std::uint32_t k : vertices) CHECK(cube[k].cwiseAbs() == Point(15, 15, 15));
 }
 
+TEST_CASE("what differs from Qhull is judged exactly") {
+  SUBCASE("Qhull is right: one point left out, one hidden point put in") {
+    const PointCloud map = ball(61, 500, 10.0);
+    const hpr::Settings settings = flip(map, 1.0);
+    auto seen = exactly_seen(map, Point::Zero(), settings).value();
+    const auto same = compare_with_qhull(seen, map, Point::Zero(), settings).value();
+    CHECK(same.differences == 0);
+    CHECK(same.seen == seen.size());
+    std::uint32_t hidden = 0;
+    while (std::binary_search(seen.begin(), seen.end(), hidden)) ++hidden;
+    REQUIRE(hidden < map.size());
+    seen.erase(seen.begin() + 7);
+    seen.insert(std::lower_bound(seen.begin(), seen.end(), hidden), hidden);
+    const auto wrong = compare_with_qhull(seen, map, Point::Zero(), settings).value();
+    CHECK(wrong.differences == 2);
+    CHECK(wrong.for_qhull == 2);
+    CHECK(wrong.for_us == 0);
+  }
+  SUBCASE("Qhull's tolerance decides wrongly: a lattice turned about one of its points") {
+    const PointCloud map = lattice(4, 0.5);
+    const auto seen = exactly_seen(map, Point::Zero(), inversion()).value();
+    const auto all = compare_with_qhull(seen, map, Point::Zero(), inversion()).value();
+    CHECK(all.differences > 0);
+    CHECK(all.for_us == all.differences);
+    const auto none = compare_with_qhull({}, map, Point::Zero(), inversion()).value();
+    CHECK(none.for_qhull == none.differences);
+  }
+}
+
 }  // namespace
 }  // namespace vantage::test
