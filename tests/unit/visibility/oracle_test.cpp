@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "scenes.hpp"
+#include "support/plugins.hpp"
 
 namespace vantage::test {
 namespace {
@@ -22,14 +25,22 @@ bool sees_behind(PointCloud surface, double d, double g, const hpr::Settings& se
   return indices->back() == surface.size() - 1;
 }
 
-PointCloud plane(double d, double delta) { return wall(d, 6, 2.0 * d * std::tan(delta)); }
+// Where the x axis meets the surface.
+enum class Amid : bool { two, four };
+
+PointCloud plane(double d, double delta, Amid samples = Amid::two) {
+  const double half_spacing = d * std::tan(delta);
+  PointCloud cloud = wall(d, 6, 2.0 * half_spacing);
+  return samples == Amid::two ? cloud : translated(std::move(cloud), {0, 0, half_spacing});
+}
 
 // Samples at one distance, 2 delta apart along the equator.
-PointCloud shell(double d, double delta) {
+PointCloud shell(double d, double delta, Amid samples = Amid::two) {
   PointCloud cloud;
   for (int azimuth = -6; azimuth < 6; ++azimuth) {
     for (int elevation = -6; elevation <= 6; ++elevation) {
-      const double a = (2.0 * azimuth + 1.0) * delta, e = 2.0 * elevation * delta;
+      const double up = samples == Amid::two ? 0.0 : 1.0;
+      const double a = (2.0 * azimuth + 1.0) * delta, e = (2.0 * elevation + up) * delta;
       cloud.emplace_back(d * std::cos(e) * std::cos(a), d * std::cos(e) * std::sin(a),
                          d * std::sin(e));
     }
@@ -94,15 +105,87 @@ TEST_CASE("the inversion hides a point behind a shell iff g > d delta^2 / 2, for
   }
 }
 
+TEST_CASE("amid four samples of a square pattern the gap is twice that amid two") {
+  const auto check = [](PointCloud (*surface)(double, double, Amid), double d, double delta,
+                        double gap, const hpr::Settings& settings) {
+    CAPTURE(d);
+    CAPTURE(delta);
+    CAPTURE(settings.radius);
+    CHECK(sees_behind(surface(d, delta, Amid::two), d, 0.99 * gap, settings));
+    CHECK(!sees_behind(surface(d, delta, Amid::two), d, 1.01 * gap, settings));
+    CHECK(sees_behind(surface(d, delta, Amid::four), d, 0.99 * 2.0 * gap, settings));
+    CHECK(!sees_behind(surface(d, delta, Amid::four), d, 1.01 * 2.0 * gap, settings));
+  };
+  for (const double d : {2.0, 10.0, 50.0}) {
+    for (const double delta : {0.002, 0.005}) {
+      const double squared = delta * delta;
+      for (const double radius : {200.0, 2000.0, 20000.0}) {
+        const hpr::Settings settings{.kernel = hpr::Kernel::spherical_flip, .radius = radius};
+        check(plane, d, delta, radius * squared, settings);
+        check(shell, d, delta, (radius - 0.5 * d) * squared, settings);
+      }
+      check(plane, d, delta, d * squared, inversion());
+      check(shell, d, delta, 0.5 * d * squared, inversion());
+    }
+  }
+}
+
+// Whether the plugin sees the point at (d + g, 0, 0) in a map whose box is a cube of that diagonal.
+bool plugin_sees_behind(PointCloud surface, double d, double g, double diagonal,
+                        const std::string& params) {
+  surface.emplace_back(d + g, 0.0, 0.0);
+  const double half = 0.5 * diagonal / std::sqrt(3.0);
+  const auto hpr = plugin<VisibilityOperator>("hpr", params);
+  const auto scene =
+      hpr->prepare(surface, {.map_bounds = {Point::Constant(-half), Point::Constant(half)}});
+  REQUIRE(scene);
+  const auto indices = (*scene)->visible(Point::Zero());
+  REQUIRE(indices);
+  return indices->back() == surface.size() - 1;
+}
+
+TEST_CASE(
+    "alpha makes R of the diagonal of the map's box: the gap behind a plane is alpha D delta^2") {
+  const double d = 5.0, delta = 0.004;
+  for (const double diagonal : {40.0, 200.0}) {
+    for (const double alpha : {10.0, 100.0, 1000.0, 10000.0}) {
+      CAPTURE(diagonal);
+      CAPTURE(alpha);
+      const double gap = alpha * diagonal * delta * delta;
+      if (d + 2.02 * gap > 0.5 * diagonal / std::sqrt(3.0)) continue;
+      const std::string params = "alpha = " + std::to_string(alpha);
+      CHECK(plugin_sees_behind(plane(d, delta), d, 0.99 * gap, diagonal, params));
+      CHECK(!plugin_sees_behind(plane(d, delta), d, 1.01 * gap, diagonal, params));
+      CHECK(plugin_sees_behind(plane(d, delta, Amid::four), d, 1.98 * gap, diagonal, params));
+      CHECK(!plugin_sees_behind(plane(d, delta, Amid::four), d, 2.02 * gap, diagonal, params));
+      const std::string inverted = "kernel = \"inversion\"\n" + params;
+      const double small_gap = d * delta * delta;  // whatever alpha is
+      CHECK(plugin_sees_behind(plane(d, delta), d, 0.99 * small_gap, diagonal, inverted));
+      CHECK(!plugin_sees_behind(plane(d, delta), d, 1.01 * small_gap, diagonal, inverted));
+    }
+  }
+}
+
 TEST_CASE("the parameters gap and angular_spacing hide what is farther behind than the gap") {
-  const double spacing_degrees = 0.4, delta = 0.5 * spacing_degrees * std::numbers::pi / 180.0;
-  const std::string params = "gap = 0.3\nangular_spacing = 0.4";
-  for (const double d : {5.0, 20.0}) {
-    PointCloud map = plane(d, delta);
-    map.emplace_back(d + 0.29, 0.0, 0.0);
-    CHECK(seen(map, Point::Zero(), params).size() == map.size());
-    map.back().x() = d + 0.31;
-    CHECK(seen(map, Point::Zero(), params).size() == map.size() - 1);
+  for (const double spacing : {0.2, 0.4, 1.0}) {  // degrees
+    const double delta = 0.5 * spacing * std::numbers::pi / 180.0;
+    for (const double gap : {0.05, 0.3, 1.0}) {
+      const double radius = gap / (delta * delta);
+      const std::string params =
+          "gap = " + std::to_string(gap) + "\nangular_spacing = " + std::to_string(spacing);
+      for (const double d : {5.0, 20.0}) {
+        CAPTURE(spacing);
+        CAPTURE(gap);
+        CAPTURE(d);
+        const double diagonal = 100.0;  // no part in it
+        if (diagonal > radius) continue;
+        CHECK(plugin_sees_behind(plane(d, delta), d, 0.98 * gap, diagonal, params));
+        CHECK(!plugin_sees_behind(plane(d, delta), d, 1.02 * gap, diagonal, params));
+        const double behind_shell = gap * (1.0 - 0.5 * d / radius);
+        CHECK(plugin_sees_behind(shell(d, delta), d, 0.98 * behind_shell, diagonal, params));
+        CHECK(!plugin_sees_behind(shell(d, delta), d, 1.02 * behind_shell, diagonal, params));
+      }
+    }
   }
 }
 

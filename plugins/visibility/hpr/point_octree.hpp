@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::hpr {
+
+/// The points of a map in the order of an octree's leaves, and the boxes around them. A point is
+/// spoken of by its place in that order, its `position`.
+class PointOctree {
+ public:
+  using Index = std::uint32_t;
+  static constexpr Index kNone = 0xffff'ffffU;
+
+  struct Node {
+    Eigen::Vector3f min, max;  ///< box around the points, from `origin` [m]; rounded outward
+    Index first, last;         ///< positions [first, last)
+    Index children_first, children_last;  ///< nodes; none for a leaf
+    Index parent;                         ///< kNone for the root
+
+    [[nodiscard]] bool is_leaf() const { return children_first == children_last; }
+    [[nodiscard]] Index size() const { return last - first; }
+  };
+
+  /// @param map  1 to 2^32 - 2 finite points [m]; not kept
+  explicit PointOctree(PointsView map);
+
+  [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }  ///< [0] is the root
+  [[nodiscard]] std::span<const Point> points() const { return points_; }
+  [[nodiscard]] const Point& origin() const { return origin_; }
+  /// Where the point at that position is in the map.
+  [[nodiscard]] Index map_index(Index position) const { return map_index_[position]; }
+
+ private:
+  struct Entry {
+    std::uint64_t key;  // interleaved bits of the cell
+    Index index;        // into the map
+  };
+  void split(Index node, std::span<const Entry> entries, int shift);
+
+  Point origin_;
+  std::vector<Point> points_;
+  std::vector<Index> map_index_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace vantage::hpr

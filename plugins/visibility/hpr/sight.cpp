@@ -1,0 +1,503 @@
+#include "sight.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "flat_hull.hpp"
+
+namespace vantage::hpr {
+namespace {
+
+// Covers the rounding of distances, lengths and scalar products, relative to the largest of them.
+constexpr double kRounding = 1e-13;
+
+// A node that appears larger than this [rad] is looked into at once.
+constexpr double kWide = 0.06;
+
+// Occluders of earlier viewpoints are put into the hull by buckets of directions, as far as they
+// are needed.
+constexpr DirectionBins kBuckets(16);
+constexpr int kFinerShift = 2;
+constexpr DirectionBins kFineBins(16U << kFinerShift);
+
+// The farthest occluders are all taken along; of the others, the nearest of each fine bin: what is
+// close hides much.
+constexpr std::size_t kFarOccluders = 32768;
+
+// Before the first viewpoint, one point of each node that appears this small [rad] must do.
+constexpr double kSmall = 0.01;
+
+}  // namespace
+
+Sight::Sight(const PointOctree& octree, const Settings& settings)
+    : octree_(octree),
+      settings_(settings),
+      leaf_stamp_(octree.nodes().size(), 0),
+      leaf_first_(octree.nodes().size(), 0),
+      children_stamp_(octree.nodes().size(), 0),
+      children_place_(octree.nodes().size(), 0) {}
+
+void Sight::look_from(const Point& viewpoint) {
+  eye_ = Eye(viewpoint, settings_);
+  const PointOctree::Node& root = octree_.nodes()[0];
+  slack_ = kRounding * ((octree_.origin() - viewpoint).norm() +
+                        (root.max - root.min).cast<double>().norm());
+  ++stamp_;
+  grid_.clear();
+  turned_.clear();
+  children_.clear();
+  vertices_.clear();
+  coincident_.clear();
+  if (occluders_.empty()) occluders_ = representatives();
+  sort_occluders();
+}
+
+// ---- nodes
+
+Sight::Sighting Sight::sighting(const PointOctree::Node& node) const {
+  const Eigen::Vector3d offset = octree_.origin() - eye_.viewpoint();
+  const Eigen::Vector3d low = node.min.cast<double>() + offset;
+  const Eigen::Vector3d high = node.max.cast<double>() + offset;
+  const Eigen::Vector3d centre = 0.5 * (low + high);
+  const Eigen::Vector3d gap = low.cwiseMax(-high).cwiseMax(0.0);
+  return {.centre = centre,
+          .distance = centre.norm(),
+          .radius = 0.5 * (high - low).norm() + slack_,
+          .nearest = std::max(0.0, gap.norm() - slack_)};
+}
+
+// Depth first, the nearest child first, within range; `enter` is asked before a node is gone into.
+template <class Enter, class Visit>
+void Sight::traverse(const Enter& enter, const Visit& visit_leaf) const {
+  std::vector<std::pair<Index, Sighting>> stack{{0, sighting(octree_.nodes()[0])}};
+  std::array<std::pair<Index, Sighting>, 8> children;
+  while (!stack.empty()) {
+    const auto [at, s] = stack.back();
+    stack.pop_back();
+    if (s.nearest > settings_.max_range || !enter(at, s)) continue;
+    const PointOctree::Node& node = octree_.nodes()[at];
+    if (node.is_leaf()) {
+      visit_leaf(at, s);
+      continue;
+    }
+    auto* end = children.data();
+    for (Index c = node.children_first; c < node.children_last; ++c) {
+      *end++ = {c, sighting(octree_.nodes()[c])};
+    }
+    std::sort(children.data(), end, [](const auto& a, const auto& b) {
+      return a.second.nearest > b.second.nearest;
+    });
+    stack.insert(stack.end(), children.data(), end);
+  }
+}
+
+StarHull::Cone Sight::cone_of(const Sighting& s) const {
+  const double sine = s.radius / s.distance;
+  return {.axis = s.centre / s.distance,
+          .sine = sine,
+          .cosine = std::sqrt(1.0 - sine * sine),
+          .length = eye_.turned_length(s.nearest) * (1.0 + kRounding)};
+}
+
+// Whether all points of a node are inside the hull.
+bool Sight::surely_hidden(const Sighting& s) {
+  return s.radius < kWide * s.distance && grid_.surely_holds(cone_of(s), hull_);
+}
+
+// ---- occluders
+
+// One point of each node that appears small, and of each leaf that does not.
+std::vector<Sight::PointRef> Sight::representatives() const {
+  std::vector<PointRef> refs;
+  const auto first_of = [&](Index at, const Sighting&) {
+    while (!octree_.nodes()[at].is_leaf()) at = octree_.nodes()[at].children_first;
+    refs.push_back({octree_.nodes()[at].first, at});
+  };
+  traverse(
+      [&](Index at, const Sighting& s) {
+        if (!(s.radius < 0.02 * s.distance)) return true;
+        first_of(at, s);
+        return false;
+      },
+      first_of);
+  return refs;
+}
+
+std::vector<Sight::PointRef> Sight::participants() const {
+  std::vector<PointRef> refs;
+  traverse([](Index, const Sighting&) { return true; },
+           [&](Index leaf, const Sighting&) {
+             const PointOctree::Node& node = octree_.nodes()[leaf];
+             for (Index k = node.first; k < node.last; ++k) {
+               if (eye_.takes_part(eye_.relative(octree_.points()[k]).squaredNorm())) {
+                 refs.push_back({k, leaf});
+               }
+             }
+           });
+  return refs;
+}
+
+// Thins the occluders out and sorts them, bucket by bucket and nearly from neighbour to neighbour.
+void Sight::sort_occluders() {
+  struct Entry {
+    PointRef ref;
+    std::uint32_t bin;  // a bucket's fine bins follow one another
+    double squared;
+  };
+  std::vector<Entry> entries;
+  entries.reserve(occluders_.size());
+  for (const PointRef& ref : occluders_) {
+    const Point p = eye_.relative(octree_.points()[ref.position]);
+    const double squared = p.squaredNorm();
+    if (!eye_.takes_part(squared)) continue;
+    const std::uint32_t fine = kFineBins.bin_of(p);
+    entries.push_back({ref,
+                       (kFineBins.coarser_bin(fine, kFinerShift) << (2 * kFinerShift)) |
+                           kFineBins.place_in_coarser(fine, kFinerShift),
+                       squared});
+  }
+  double far = 0.0;
+  if (entries.size() > kFarOccluders) {
+    const auto middle = entries.end() - kFarOccluders;
+    std::nth_element(entries.begin(), middle, entries.end(),
+                     [](const Entry& a, const Entry& b) { return a.squared < b.squared; });
+    far = middle->squared;
+  }
+  std::vector<double> nearest(kFineBins.size(), std::numeric_limits<double>::infinity());
+  std::vector<std::uint32_t> first(kFineBins.size() + 1, 0);
+  for (const Entry& e : entries) nearest[e.bin] = std::min(nearest[e.bin], e.squared);
+  std::erase_if(entries, [&](const Entry& e) { return e.squared < far && e.squared > nearest[e.bin]; });
+  for (const Entry& e : entries) ++first[e.bin + 1];
+  for (std::size_t b = 0; b < kFineBins.size(); ++b) first[b + 1] += first[b];
+  bucket_first_.resize(kBuckets.size() + 1);
+  for (std::size_t b = 0; b <= kBuckets.size(); ++b) bucket_first_[b] = first[b << (2 * kFinerShift)];
+  bucket_is_in_.assign(kBuckets.size(), 0);
+  occluders_.resize(entries.size());
+  for (const Entry& e : entries) occluders_[first[e.bin]++] = e.ref;
+}
+
+// For the next viewpoint: what is on the hull, and what has not been needed here.
+void Sight::keep_occluders() {
+  std::vector<PointRef> kept;
+  for (const StarHull::Index v : hull_.vertices()) kept.push_back(vertices_[v]);
+  for (std::size_t b = 0; b < kBuckets.size(); ++b) {
+    if (bucket_is_in_[b] != 0) continue;
+    kept.insert(kept.end(), occluders_.begin() + bucket_first_[b],
+                occluders_.begin() + bucket_first_[b + 1]);
+  }
+  occluders_ = std::move(kept);
+}
+
+// ---- the hull
+
+bool Sight::start_hull(const std::vector<PointRef>& among) {
+  if (among.size() < 3) return false;
+  const auto best = [&](const auto& measure) {
+    return *std::max_element(among.begin(), among.end(), [&](const auto& i, const auto& j) {
+      return measure(turned(i.position)) < measure(turned(j.position));
+    });
+  };
+  const PointRef i = best([](const Point& p) { return p.squaredNorm(); });
+  const Point a = turned(i.position);
+  const PointRef j = best([&](const Point& p) { return a.cross(p).squaredNorm(); });
+  const Point b = turned(j.position);
+  const Eigen::Vector3d ab = a.cross(b);
+  const PointRef k = best([&](const Point& p) { return std::abs(ab.dot(p)); });
+  if (!hull_.start(a, b, turned(k.position))) return false;
+  vertices_ = {PointRef{PointOctree::kNone, 0}, i, j, k};
+  return true;
+}
+
+// From a few of the occluders, wherever they are; else from any three points that span space with
+// the viewpoint. False if there are none.
+bool Sight::start_hull() {
+  std::vector<PointRef> few;
+  const std::size_t step = 1 + occluders_.size() / 1024;
+  for (std::size_t k = 0; k < occluders_.size(); k += step) few.push_back(occluders_[k]);
+  bool started = start_hull(few);
+  if (!started) {
+    const std::vector<PointRef> all = participants();
+    started = start_hull(all);
+    for (std::size_t j = 1; !started && j < all.size(); ++j) {
+      // Rounding hid the span, or there is none: the second point must span a plane with the first.
+      const Point a = turned(all[0].position), b = turned(all[j].position);
+      bool plane = false;
+      for (int axis = 0; axis < 3 && !plane; ++axis) {
+        plane = sign_of_triple(a, b, Eigen::Vector3d::Unit(axis)) != Sign::zero;
+      }
+      if (!plane) continue;
+      for (std::size_t k = j + 1; !started && k < all.size(); ++k) {
+        started = hull_.start(a, b, turned(all[k].position));
+        if (started) vertices_ = {PointRef{PointOctree::kNone, 0}, all[0], all[j], all[k]};
+      }
+      break;
+    }
+  }
+  if (!started) return false;
+  for (const PointRef& ref : few) put_in(ref, turned(ref.position));
+  return true;
+}
+
+StarHull::Location Sight::put_in(const PointRef& ref, const Point& turned) {
+  const StarHull::Location location = hull_.locate(turned);
+  if (location.place == StarHull::Place::outside) {
+    hull_.add(turned, location);
+    vertices_.push_back(ref);
+  }
+  return location;
+}
+
+void Sight::put_in_bucket(std::uint32_t bucket) {
+  if (bucket_is_in_[bucket] != 0) return;
+  bucket_is_in_[bucket] = 1;
+  for (std::uint32_t k = bucket_first_[bucket]; k < bucket_first_[bucket + 1]; ++k) {
+    put_in(occluders_[k], turned(occluders_[k].position));
+  }
+}
+
+// ---- all that is visible
+
+std::vector<Sight::PointRef> Sight::seen_refs(const Point& viewpoint) {
+  look_from(viewpoint);
+  if (!start_hull()) {
+    const std::vector<PointRef> all = participants();
+    PointCloud points;
+    for (const PointRef& ref : all) points.push_back(turned(ref.position));
+    std::vector<PointRef> seen;
+    for (const std::size_t i : flat_hull_vertices(points)) seen.push_back(all[i]);
+    return seen;
+  }
+  for (std::uint32_t b = 0; b < kBuckets.size(); ++b) put_in_bucket(b);
+  traverse([&](Index, const Sighting& s) { return !surely_hidden(s); },
+           [&](Index leaf, const Sighting&) {
+             const PointOctree::Node& node = octree_.nodes()[leaf];
+             for (Index k = node.first; k < node.last; ++k) {
+               const Point p = eye_.relative(octree_.points()[k]);
+               const double squared = p.squaredNorm();
+               if (!eye_.takes_part(squared)) continue;
+               const PointRef ref{k, leaf};
+               const StarHull::Location location = put_in(ref, eye_.turned(p, p.norm()));
+               if (location.place == StarHull::Place::vertex &&
+                   vertices_[location.at].position != k) {
+                 coincident_.emplace_back(ref, location.at);
+               }
+             }
+           });
+  std::vector<PointRef> seen;
+  for (const StarHull::Index v : hull_.vertices()) seen.push_back(vertices_[v]);
+  for (const auto& [ref, v] : coincident_) {
+    if (hull_.is_on_hull(v)) seen.push_back(ref);
+  }
+  keep_occluders();
+  return seen;
+}
+
+std::vector<Sight::Index> Sight::visible_from(const Point& viewpoint) {
+  std::vector<Index> positions;
+  for (const PointRef& ref : seen_refs(viewpoint)) positions.push_back(ref.position);
+  return positions;
+}
+
+void Sight::mark_all_visible(const Point& viewpoint, UnknownPoints& unknown) {
+  for (const PointRef& ref : seen_refs(viewpoint)) unknown.mark_seen(ref.position, ref.leaf);
+}
+
+// ---- the visible among the unknown
+
+void Sight::mark_visible(const Point& viewpoint, UnknownPoints& unknown) {
+  if (!unknown.any_in(0)) return;
+  look_from(viewpoint);
+  if (!start_hull()) {
+    mark_all_visible(viewpoint, unknown);
+    return;
+  }
+  traverse(
+      [&](Index at, const Sighting& s) {
+        if (!unknown.any_in(at)) return false;
+        if (!(s.radius < kWide * s.distance)) return true;
+        put_in_bucket(kBuckets.bin_of(s.centre));
+        return !surely_hidden(s);
+      },
+      [&](Index leaf, const Sighting& s) { mark_visible_of(leaf, s, unknown); });
+  keep_occluders();
+}
+
+void Sight::mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknown) {
+  std::span<const StarHull::Plane> planes;
+  if (s.radius < kWide * s.distance) {
+    const StarHull::Cover cover = hull_.cover(cone_of(s));
+    if (cover.holds_cone) return;
+    planes = cover.planes;
+  }
+  const PointOctree::Node& node = octree_.nodes()[leaf];
+  const TurnedLeaf turned = turned_leaf(leaf);
+  for (Index k = 0; k < node.size(); ++k) {
+    if (!unknown.holds(node.first + k) || !(turned.rounding[k] > 0.0)) continue;
+    const bool hidden = !planes.empty() && std::all_of(planes.begin(), planes.end(), [&](const StarHull::Plane& plane) {
+      return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] + plane.normal.z() * turned.z[k] < plane.offset;
+    });
+    if (!hidden && is_visible({node.first + k, leaf})) unknown.mark_seen(node.first + k, leaf);
+  }
+}
+
+// Whether a point is a vertex of the hull of all points. The hull at hand is of few; it is grown
+// where the answer needs it: a point of the map that is above all others in the direction in which
+// this one sticks out is a vertex of the hull of all, and so is this one if none is above it.
+bool Sight::is_visible(const PointRef& ref) {
+  const Point relative = eye_.relative(octree_.points()[ref.position]);
+  const Point p = eye_.turned(relative, relative.norm());
+  while (true) {
+    const StarHull::Location location = hull_.locate(p);
+    if (location.place == StarHull::Place::inside) return false;
+    const std::uint32_t bucket = kBuckets.bin_of(relative);
+    if (bucket_is_in_[bucket] == 0) {
+      put_in_bucket(bucket);
+      continue;
+    }
+    const bool outside = location.place == StarHull::Place::outside;
+    const Eigen::Vector3d direction =
+        outside ? hull_.normal(location.at).normalized() : hull_.normal_at(location.at);
+    const PointRef above = support(direction, p, ref.leaf);
+    if (above.position == PointOctree::kNone) {
+      if (outside) {
+        hull_.add(p, location);
+        vertices_.push_back(ref);
+      }
+      return true;
+    }
+    const StarHull::Location of_above = put_in(above, turned(above.position));
+    if (of_above.place != StarHull::Place::outside) return is_vertex_among_all(ref, p);
+  }
+}
+
+// The same where rounding leaves it in doubt: no point may be above any facet about this vertex.
+bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
+  const StarHull::Location location = put_in(ref, p);
+  if (location.place == StarHull::Place::inside) return false;
+  const StarHull::Index vertex = location.place == StarHull::Place::vertex
+                                     ? location.at
+                                     : static_cast<StarHull::Index>(vertices_.size() - 1);
+  for (bool grown = true; grown;) {
+    grown = false;
+    const auto facets = hull_.facets_about(vertex);
+    for (const StarHull::Index f : std::vector(facets.begin(), facets.end())) {
+      const Eigen::Vector3d direction = hull_.normal(f).normalized();
+      double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
+      std::vector<PointRef> near;
+      visit_beyond(0, direction, floor, [&](const PointRef& other, double) { near.push_back(other); }, [] { return false; });
+      for (const PointRef& other : near) {
+        if (put_in(other, turned(other.position)).place == StarHull::Place::outside) grown = true;
+      }
+      if (!hull_.is_on_hull(vertex)) return false;
+      if (grown) break;
+    }
+  }
+  return true;
+}
+
+// The point other than p that reaches farthest in a direction, if it may reach as far as p.
+Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p, Index own_leaf) {
+  double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
+  PointRef farthest{PointOctree::kNone, 0};
+  const auto take = [&](const PointRef& other, double height) {
+    if (turned(other.position) == p) return;
+    floor = height;
+    farthest = other;
+  };
+  const auto enough = [&] { return farthest.position != PointOctree::kNone; };
+  visit_beyond(own_leaf, direction, floor, take, enough);
+  if (enough()) return farthest;
+  visit_beyond(0, direction, floor, take, enough);
+  return farthest;
+}
+
+// Visits points that may reach farther than `floor` in a direction, a unit vector; `visit` may
+// raise it, and gets a bound on how far the point reaches.
+template <class Visit, class Enough>
+void Sight::visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor, const Visit& visit, const Enough& enough) {
+  const auto nodes = octree_.nodes();
+  stack_.assign(1, {std::numeric_limits<double>::infinity(), start});
+  while (!stack_.empty()) {
+    const auto [far, at] = stack_.back();
+    stack_.pop_back();
+    if (far < floor) continue;
+    const PointOctree::Node& node = nodes[at];
+    if (!node.is_leaf()) {
+      const Children& c = children(at);
+      std::array<double, 8> reach;
+      for (std::size_t k = 0; k < 8; ++k) {
+        const double cosine = direction.x() * c.x[k] + direction.y() * c.y[k] + direction.z() * c.z[k];
+        const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+        const double slanted = cosine * c.cosine[k] + sine * c.sine[k] + kRounding;
+        reach[k] = c.length[k] * (cosine >= c.cosine[k] ? 1.0 : slanted);
+      }
+      const std::size_t before = stack_.size();
+      for (Index k = 0; k < node.children_last - node.children_first; ++k) {
+        if (reach[k] >= floor) stack_.emplace_back(reach[k], node.children_first + k);
+      }
+      std::sort(stack_.begin() + before, stack_.end());
+      continue;
+    }
+    const TurnedLeaf leaf = turned_leaf(at);
+    for (Index k = 0; k < node.size(); ++k) {
+      const double height = direction.x() * leaf.x[k] + direction.y() * leaf.y[k] +
+                            direction.z() * leaf.z[k] + leaf.rounding[k];
+      if (height >= floor) visit(PointRef{node.first + k, at}, height);
+    }
+    if (enough()) return;
+  }
+}
+
+const Sight::Children& Sight::children(Index parent) {
+  if (children_stamp_[parent] != stamp_) {
+    children_stamp_[parent] = stamp_;
+    children_place_[parent] = static_cast<std::uint32_t>(children_.size());
+    Children& c = children_.emplace_back();
+    const PointOctree::Node& node = octree_.nodes()[parent];
+    for (Index k = 0; k < 8; ++k) {
+      c.x[k] = c.y[k] = c.z[k] = c.sine[k] = 0.0;
+      c.cosine[k] = -1.0;
+      c.length[k] = -std::numeric_limits<double>::infinity();
+      if (node.children_first + k >= node.children_last) continue;
+      const Sighting s = sighting(octree_.nodes()[node.children_first + k]);
+      if (s.nearest > settings_.max_range) continue;
+      c.length[k] = eye_.turned_length(s.nearest) * (1.0 + kRounding);
+      if (!(s.radius < s.distance)) continue;
+      const Eigen::Vector3d toward = s.centre / s.distance;
+      c.x[k] = toward.x();
+      c.y[k] = toward.y();
+      c.z[k] = toward.z();
+      c.sine[k] = s.radius / s.distance;
+      c.cosine[k] = std::sqrt(1.0 - c.sine[k] * c.sine[k]);
+    }
+  }
+  return children_[children_place_[parent]];
+}
+
+Sight::TurnedLeaf Sight::turned_leaf(Index leaf) {
+  const PointOctree::Node& node = octree_.nodes()[leaf];
+  const std::size_t size = node.size();
+  if (leaf_stamp_[leaf] != stamp_) {
+    leaf_stamp_[leaf] = stamp_;
+    leaf_first_[leaf] = turned_.size();
+    turned_.resize(turned_.size() + 4 * size);
+    double* const block = turned_.data() + leaf_first_[leaf];
+    for (std::size_t k = 0; k < size; ++k) {
+      const Point p = eye_.relative(octree_.points()[node.first + k]);
+      const bool takes_part = eye_.takes_part(p.squaredNorm());
+      const Point t = takes_part ? eye_.turned(p, p.norm()) : Point::Zero();
+      block[k] = t.x();
+      block[size + k] = t.y();
+      block[2 * size + k] = t.z();
+      block[3 * size + k] =
+          takes_part ? kRounding * t.lpNorm<1>() : -std::numeric_limits<double>::infinity();
+    }
+  }
+  const double* const block = turned_.data() + leaf_first_[leaf];
+  return {block, block + size, block + 2 * size, block + 3 * size};
+}
+
+}  // namespace vantage::hpr

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "direction_bins.hpp"
+#include "eye.hpp"
+#include "point_octree.hpp"
+#include "reach_grid.hpp"
+#include "star_hull.hpp"
+#include "unknown_points.hpp"
+
+namespace vantage::hpr {
+
+/// Looks at the map from one viewpoint after another, and takes along what occluded last: from a
+/// viewpoint nearby nearly the same points do. What it sees never depends on where it was before.
+/// Not for several threads at once.
+class Sight {
+ public:
+  using Index = PointOctree::Index;
+
+  /// Both are borrowed.
+  Sight(const PointOctree& octree, const Settings& settings);
+
+  /// Positions of all points seen from the viewpoint, in no order.
+  [[nodiscard]] std::vector<Index> visible_from(const Point& viewpoint);
+
+  /// Marks those of the unknown points that are seen from the viewpoint.
+  void mark_visible(const Point& viewpoint, UnknownPoints& unknown);
+
+  /// As `mark_visible`, by way of `visible_from`: faster while most points are unknown.
+  void mark_all_visible(const Point& viewpoint, UnknownPoints& unknown);
+
+ private:
+  struct PointRef {
+    Index position, leaf;
+  };
+  // A node as it looks from the viewpoint [m].
+  struct Sighting {
+    Eigen::Vector3d centre;
+    double distance, radius, nearest;  // of the centre; of a ball about it; of the box
+  };
+  // A node's children, ready to be asked how far they reach in a direction.
+  struct Children {
+    double x[8], y[8], z[8];  // unit vectors to their centres
+    double sine[8], cosine[8];  // of the angle that they fill; cosine -1: all directions
+    double length[8];           // of their longest turned point
+  };
+  // The turned points of a leaf, and a bound on how much rounding may add to a scalar product.
+  struct TurnedLeaf {
+    const double *x, *y, *z, *rounding;
+  };
+
+  void look_from(const Point& viewpoint);
+  [[nodiscard]] Point turned(Index position) const {
+    return eye_.turned(octree_.points()[position]);
+  }
+  template <class Enter, class Visit>
+  void traverse(const Enter& enter, const Visit& visit_leaf) const;
+  [[nodiscard]] Sighting sighting(const PointOctree::Node& node) const;
+  [[nodiscard]] StarHull::Cone cone_of(const Sighting& s) const;
+  [[nodiscard]] bool surely_hidden(const Sighting& s);
+
+  [[nodiscard]] bool start_hull();
+  [[nodiscard]] bool start_hull(const std::vector<PointRef>& among);
+  StarHull::Location put_in(const PointRef& ref, const Point& turned);
+  void put_in_bucket(std::uint32_t bucket);
+  [[nodiscard]] std::vector<PointRef> representatives() const;
+  [[nodiscard]] std::vector<PointRef> participants() const;
+  void sort_occluders();
+  void keep_occluders();
+  [[nodiscard]] std::vector<PointRef> seen_refs(const Point& viewpoint);
+
+  void mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknown);
+  [[nodiscard]] bool is_visible(const PointRef& ref);
+  [[nodiscard]] bool is_vertex_among_all(const PointRef& ref, const Point& turned);
+  [[nodiscard]] PointRef support(const Eigen::Vector3d& direction, const Point& turned, Index own_leaf);
+  template <class Visit, class Enough>
+  void visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor, const Visit& visit, const Enough& enough);
+  [[nodiscard]] TurnedLeaf turned_leaf(Index leaf);
+  [[nodiscard]] const Children& children(Index node);
+
+  const PointOctree& octree_;
+  Settings settings_;
+  Eye eye_;
+  double slack_ = 0.0;  // [m], covers the rounding of any distance to a box
+
+  StarHull hull_;
+  ReachGrid grid_;  // of the hull
+  std::vector<PointRef> vertices_;                                // of the hull, by their number
+  std::vector<std::pair<PointRef, StarHull::Index>> coincident_;  // with that vertex
+
+  std::vector<PointRef> occluders_;          // of earlier viewpoints, bucket by bucket
+  std::vector<std::uint32_t> bucket_first_;  // into occluders_, one more than there are buckets
+  std::vector<std::uint8_t> bucket_is_in_;   // the hull
+
+  std::vector<double> turned_;  // the leaves looked at from here, one after the other
+  std::vector<std::uint32_t> leaf_stamp_;
+  std::vector<std::size_t> leaf_first_;  // into turned_, where the stamp is this viewpoint's
+  std::vector<Children> children_;
+  std::vector<std::uint32_t> children_stamp_, children_place_;  // in children_
+  std::uint32_t stamp_ = 0;
+  std::vector<std::pair<double, Index>> stack_;
+};
+
+}  // namespace vantage::hpr

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "point_octree.hpp"
+
+namespace vantage::hpr {
+
+/// Which points no viewpoint is known to see so far. Threads may ask and mark at the same time: who
+/// still takes a seen point for unknown only tests it once more.
+class UnknownPoints {
+ public:
+  using Index = PointOctree::Index;
+
+  explicit UnknownPoints(const PointOctree& octree)
+      : octree_(octree), left_in_(octree.nodes().size()), seen_(octree.points().size() / 64 + 1) {
+    for (std::size_t k = 0; k < left_in_.size(); ++k) {
+      left_in_[k].store(octree.nodes()[k].size(), std::memory_order_relaxed);
+    }
+  }
+
+  [[nodiscard]] bool any_in(Index node) const {
+    return left_in_[node].load(std::memory_order_relaxed) != 0;
+  }
+  [[nodiscard]] bool holds(Index position) const {
+    return (seen_[position / 64].load(std::memory_order_relaxed) >> (position % 64) & 1U) == 0;
+  }
+  void mark_seen(Index position, Index leaf) {
+    const std::uint64_t bit = std::uint64_t{1} << (position % 64);
+    if ((seen_[position / 64].fetch_or(bit, std::memory_order_relaxed) & bit) != 0) return;
+    for (Index node = leaf; node != PointOctree::kNone; node = octree_.nodes()[node].parent) {
+      left_in_[node].fetch_sub(1, std::memory_order_relaxed);
+    }
+  }
+
+ private:
+  const PointOctree& octree_;
+  std::vector<std::atomic<Index>> left_in_;  // of each node
+  std::vector<std::atomic<std::uint64_t>> seen_;  // a bit for each position
+};
+
+}  // namespace vantage::hpr
