@@ -7,7 +7,8 @@
 namespace vantage::hpr {
 namespace {
 
-/// A number as the exact sum of doubles that do not overlap, in ascending magnitude (Shewchuk 1997).
+/// A number as the exact sum of doubles that do not overlap, in ascending magnitude (Shewchuk
+/// 1997).
 template <std::size_t Capacity>
 class Expansion {
  public:
@@ -41,7 +42,7 @@ class Expansion {
   }
 
  private:
-  std::array<double, Capacity> terms_;
+  std::array<double, Capacity> terms_{};
   std::size_t size_ = 0;
 };
 
@@ -51,10 +52,10 @@ void add_triple(Expansion<N>& sum, const Eigen::Vector3d& a, const Eigen::Vector
                 const Eigen::Vector3d& c, double factor) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     const Eigen::Index j = (i + 1) % 3, k = (i + 2) % 3;
-    Expansion<4> minor;
-    minor.add_product(b[j], c[k]);
-    minor.add_product(-b[k], c[j]);
-    sum.add_scaled(minor, factor * a[i]);
+    Expansion<4> cofactor;
+    cofactor.add_product(b[j], c[k]);
+    cofactor.add_product(-b[k], c[j]);
+    sum.add_scaled(cofactor, factor * a[i]);
   }
 }
 

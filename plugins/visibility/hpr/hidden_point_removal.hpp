@@ -1,58 +1,49 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <limits>
-#include <string_view>
-#include <utility>
+#include <span>
 
+#include "point_octree.hpp"
+#include "settings.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::hpr {
 
-/// How a point p, seen from the viewpoint, is turned inside out.
-enum class Kernel : std::uint8_t {
-  spherical_flip,  ///< p + 2 (R - |p|) p / |p| (Katz, Tal, Basri 2007)
-  inversion,       ///< R^2 / |p|^2 p (Eq. 8 as printed)
-};
-
-constexpr auto enum_names(Kernel) {
-  using namespace std::string_view_literals;
-  return std::array{std::pair{"spherical_flip"sv, Kernel::spherical_flip},
-                    std::pair{"inversion"sv, Kernel::inversion}};
-}
-
-struct Settings {
-  Kernel kernel = Kernel::spherical_flip;
-  double radius = 0.0;  ///< R [m]; only the flip depends on it: under inversion it scales the hull
-  double max_range = std::numeric_limits<double>::infinity();  ///< [m]
-};
-
-/// The points seen from a viewpoint: those that become vertices of the convex hull of all turned
-/// points and the viewpoint (Eqs. 7-9). Only points at a distance in (0, max_range] take part.
-/// Points at one place are all seen or all hidden. The order of the points does not matter.
+/// The points of a map, ready to be asked which of them are seen from where: those whose turned
+/// image p* (Eqs. 7-8, in double) is a vertex of the convex hull of all turned images and the
+/// viewpoint, taken as exact numbers. Only points at a distance in (1e-30 m, max_range] take part.
+/// So a point in a facet, on an edge or behind another one in the same direction is hidden, and
+/// points at one place are all seen or all hidden; nothing depends on the order of the points, on
+/// other viewpoints or on threads. If all that take part are at one place, they are seen.
 ///
-/// Where all turned points and the viewpoint lie in one plane or on one line, the hull is taken in
-/// that plane or on that line.
-/// @param map        finite points [m]
-/// @param viewpoint  finite [m]
-/// @return           strictly ascending indices; empty if no point takes part
-/// Errors: `invalid_input` where a point that takes part is farther than R (flip, at least two
-/// places); `internal` with Qhull's message if it finds no hull.
-/// Thread safety: may run in many threads at once.
+/// Thread safety: const methods may run on one object from many threads at once.
+class HiddenPointRemoval {
+ public:
+  /// @param map  1 to 2^32 - 2 finite points [m]; not kept
+  HiddenPointRemoval(PointsView map, const Settings& settings);
+
+  /// B_q of Eq. 9.
+  /// @param viewpoint  finite [m]
+  /// @return           strictly ascending indices; empty if no point takes part
+  /// Errors: `invalid_input` where a point that takes part is farther than R (flip, at least two
+  /// places).
+  [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const;
+
+  /// The union of `visible`, in parallel. Viewpoints share what they find: a point that one sees
+  /// is not tested again, and what occludes from one is tried first from the next.
+  /// Errors: that of the first viewpoint that has one.
+  [[nodiscard]] Result<IndexList> visible_from_any(std::span<const Point> viewpoints) const;
+
+ private:
+  [[nodiscard]] Result<void> check_radius(const Point& viewpoint) const;
+  [[nodiscard]] IndexList map_indices(std::span<const PointOctree::Index> positions) const;
+
+  PointOctree octree_;
+  Settings settings_;
+};
+
+/// One viewpoint of one map.
 [[nodiscard]] Result<IndexList> hidden_point_removal(PointsView map, const Point& viewpoint,
                                                      const Settings& settings);
-
-/// The same answer from Qhull on all points that take part; for tests.
-[[nodiscard]] Result<IndexList> hidden_point_removal_by_qhull(PointsView map,
-                                                              const Point& viewpoint,
-                                                              const Settings& settings);
-
-/// The same answer from Qhull on the points that StarHull cannot prove to be hidden by a margin:
-/// what `hidden_point_removal` does where a sign is uncertain; apart for tests.
-[[nodiscard]] Result<IndexList> hidden_point_removal_by_culled_qhull(PointsView map,
-                                                                     const Point& viewpoint,
-                                                                     const Settings& settings);
 
 }  // namespace vantage::hpr

@@ -22,21 +22,35 @@ constexpr double kMaxRadius = 1e12;      // [m]; 2R - |p| is then rounded to 0.1
 
 class Scene final : public VisibilityScene {
  public:
-  Scene(PointsView map, const vantage::hpr::Settings& settings) noexcept
-      : VisibilityScene(map.size()), map_(map), settings_(settings) {}
+  Scene(PointsView map, const vantage::hpr::Settings& settings)
+      : VisibilityScene(map.size()), hpr_(map, settings) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
-      if (!viewpoint.allFinite()) {
-        return fail(ErrorCode::invalid_input, "the viewpoint has a coordinate that is not finite");
-      }
-      return vantage::hpr::hidden_point_removal(map_, viewpoint, settings_);
+      VANTAGE_CHECK(check({&viewpoint, 1}));
+      return hpr_.visible(viewpoint);
+    });
+  }
+
+  [[nodiscard]] Result<IndexList> visible_from_any(
+      std::span<const Point> viewpoints) const noexcept override {
+    return vantage::guarded([&]() -> Result<IndexList> {
+      VANTAGE_CHECK(check(viewpoints));
+      return hpr_.visible_from_any(viewpoints);
     });
   }
 
  private:
-  PointsView map_;
-  vantage::hpr::Settings settings_;
+  [[nodiscard]] static Result<void> check(std::span<const Point> viewpoints) {
+    for (const Point& viewpoint : viewpoints) {
+      if (!viewpoint.allFinite()) {
+        return fail(ErrorCode::invalid_input, "the viewpoint has a coordinate that is not finite");
+      }
+    }
+    return {};
+  }
+
+  vantage::hpr::HiddenPointRemoval hpr_;
 };
 
 /// Hidden point removal (Katz, Tal, Basri 2007; Eqs. 6-9).

@@ -54,13 +54,7 @@ PointOctree::PointOctree(PointsView map) {
     tbb::parallel_for(std::size_t{0}, map.size(),
                       [&](std::size_t k) { map_index_[k] = entries[k].index; });
     nodes_.reserve(map.size() / 10 + 16);
-    nodes_.push_back({.min = {},
-                      .max = {},
-                      .first = 0,
-                      .last = static_cast<Index>(map.size()),
-                      .children_first = 0,
-                      .children_last = 0,
-                      .parent = kNone});
+    nodes_.push_back(node_over(0, static_cast<Index>(map.size()), kNone));
     split(0, entries, 3 * (kBits - 1));
   }
   points_.resize(map.size());
@@ -87,6 +81,14 @@ PointOctree::PointOctree(PointsView map) {
   }
 }
 
+PointOctree::Node PointOctree::node_over(Index first, Index last, Index parent) {
+  Node node;
+  node.first = first;
+  node.last = last;
+  node.parent = parent;
+  return node;
+}
+
 void PointOctree::split(Index parent, std::span<const Entry> entries, int shift) {
   const Index first = nodes_[parent].first, last = nodes_[parent].last;
   if (last - first <= kLeafSize) return;
@@ -100,13 +102,7 @@ void PointOctree::split(Index parent, std::span<const Entry> entries, int shift)
         entries.begin() + begin, entries.begin() + last,
         [&](const Entry& e) { return ((e.key >> shift) & 7U) <= octant(begin); });
     const auto end = static_cast<Index>(beyond - entries.begin());
-    nodes_.push_back({.min = {},
-                      .max = {},
-                      .first = begin,
-                      .last = end,
-                      .children_first = 0,
-                      .children_last = 0,
-                      .parent = parent});
+    nodes_.push_back(node_over(begin, end, parent));
     begin = end;
   }
   const auto children_last = static_cast<Index>(nodes_.size());

@@ -17,10 +17,11 @@ class PointOctree {
   static constexpr Index kNone = 0xffff'ffffU;
 
   struct Node {
-    Eigen::Vector3f min, max;  ///< box around the points, from `origin` [m]; rounded outward
-    Index first, last;         ///< positions [first, last)
-    Index children_first, children_last;  ///< nodes; none for a leaf
-    Index parent;                         ///< kNone for the root
+    Eigen::Vector3f min = Eigen::Vector3f::Zero();  ///< of the box around the points, from `origin`
+    Eigen::Vector3f max = Eigen::Vector3f::Zero();  ///< [m]; both rounded outward
+    Index first = 0, last = 0;                      ///< positions [first, last)
+    Index children_first = 0, children_last = 0;    ///< nodes; none for a leaf
+    Index parent = kNone;                           ///< kNone for the root
 
     [[nodiscard]] bool is_leaf() const { return children_first == children_last; }
     [[nodiscard]] Index size() const { return last - first; }
@@ -40,6 +41,7 @@ class PointOctree {
     std::uint64_t key;  // interleaved bits of the cell
     Index index;        // into the map
   };
+  [[nodiscard]] static Node node_over(Index first, Index last, Index parent);
   void split(Index node, std::span<const Entry> entries, int shift);
 
   Point origin_;

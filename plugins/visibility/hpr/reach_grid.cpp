@@ -14,7 +14,8 @@ ReachGrid::ReachGrid() {
 
 double ReachGrid::reach_at(int level, int face, int column, int row, StarHull& hull) {
   const int n = 1 << level, line = n + 1;
-  Corner& corner = corners_[level - kCoarsest][static_cast<std::size_t>((face * line + row) * line + column)];
+  Corner& corner =
+      corners_[level - kCoarsest][static_cast<std::size_t>((face * line + row) * line + column)];
   if (corner.stamp != stamp_) {
     const int axis = face / 2;
     Eigen::Vector3d direction;

@@ -28,7 +28,7 @@ constexpr DirectionBins kFineBins(16U << kFinerShift);
 constexpr std::size_t kFarOccluders = 32768;
 
 // Before the first viewpoint, one point of each node that appears this small [rad] must do.
-constexpr double kSmall = 0.01;
+constexpr double kSmall = 0.02;
 
 }  // namespace
 
@@ -43,8 +43,8 @@ Sight::Sight(const PointOctree& octree, const Settings& settings)
 void Sight::look_from(const Point& viewpoint) {
   eye_ = Eye(viewpoint, settings_);
   const PointOctree::Node& root = octree_.nodes()[0];
-  slack_ = kRounding * ((octree_.origin() - viewpoint).norm() +
-                        (root.max - root.min).cast<double>().norm());
+  slack_ = kRounding *
+           ((octree_.origin() - viewpoint).norm() + (root.max - root.min).cast<double>().norm());
   ++stamp_;
   grid_.clear();
   turned_.clear();
@@ -73,7 +73,6 @@ Sight::Sighting Sight::sighting(const PointOctree::Node& node) const {
 template <class Enter, class Visit>
 void Sight::traverse(const Enter& enter, const Visit& visit_leaf) const {
   std::vector<std::pair<Index, Sighting>> stack{{0, sighting(octree_.nodes()[0])}};
-  std::array<std::pair<Index, Sighting>, 8> children;
   while (!stack.empty()) {
     const auto [at, s] = stack.back();
     stack.pop_back();
@@ -83,14 +82,12 @@ void Sight::traverse(const Enter& enter, const Visit& visit_leaf) const {
       visit_leaf(at, s);
       continue;
     }
-    auto* end = children.data();
+    const auto before = static_cast<std::ptrdiff_t>(stack.size());
     for (Index c = node.children_first; c < node.children_last; ++c) {
-      *end++ = {c, sighting(octree_.nodes()[c])};
+      stack.emplace_back(c, sighting(octree_.nodes()[c]));
     }
-    std::sort(children.data(), end, [](const auto& a, const auto& b) {
-      return a.second.nearest > b.second.nearest;
-    });
-    stack.insert(stack.end(), children.data(), end);
+    std::sort(stack.begin() + before, stack.end(),
+              [](const auto& x, const auto& y) { return x.second.nearest > y.second.nearest; });
   }
 }
 
@@ -118,7 +115,7 @@ std::vector<Sight::PointRef> Sight::representatives() const {
   };
   traverse(
       [&](Index at, const Sighting& s) {
-        if (!(s.radius < 0.02 * s.distance)) return true;
+        if (!(s.radius < kSmall * s.distance)) return true;
         first_of(at, s);
         return false;
       },
@@ -169,11 +166,13 @@ void Sight::sort_occluders() {
   std::vector<double> nearest(kFineBins.size(), std::numeric_limits<double>::infinity());
   std::vector<std::uint32_t> first(kFineBins.size() + 1, 0);
   for (const Entry& e : entries) nearest[e.bin] = std::min(nearest[e.bin], e.squared);
-  std::erase_if(entries, [&](const Entry& e) { return e.squared < far && e.squared > nearest[e.bin]; });
+  std::erase_if(entries,
+                [&](const Entry& e) { return e.squared < far && e.squared > nearest[e.bin]; });
   for (const Entry& e : entries) ++first[e.bin + 1];
   for (std::size_t b = 0; b < kFineBins.size(); ++b) first[b + 1] += first[b];
   bucket_first_.resize(kBuckets.size() + 1);
-  for (std::size_t b = 0; b <= kBuckets.size(); ++b) bucket_first_[b] = first[b << (2 * kFinerShift)];
+  for (std::size_t b = 0; b <= kBuckets.size(); ++b)
+    bucket_first_[b] = first[b << (2 * kFinerShift)];
   bucket_is_in_.assign(kBuckets.size(), 0);
   occluders_.resize(entries.size());
   for (const Entry& e : entries) occluders_[first[e.bin]++] = e.ref;
@@ -271,21 +270,21 @@ std::vector<Sight::PointRef> Sight::seen_refs(const Point& viewpoint) {
     return seen;
   }
   for (std::uint32_t b = 0; b < kBuckets.size(); ++b) put_in_bucket(b);
-  traverse([&](Index, const Sighting& s) { return !surely_hidden(s); },
-           [&](Index leaf, const Sighting&) {
-             const PointOctree::Node& node = octree_.nodes()[leaf];
-             for (Index k = node.first; k < node.last; ++k) {
-               const Point p = eye_.relative(octree_.points()[k]);
-               const double squared = p.squaredNorm();
-               if (!eye_.takes_part(squared)) continue;
-               const PointRef ref{k, leaf};
-               const StarHull::Location location = put_in(ref, eye_.turned(p, p.norm()));
-               if (location.place == StarHull::Place::vertex &&
-                   vertices_[location.at].position != k) {
-                 coincident_.emplace_back(ref, location.at);
-               }
-             }
-           });
+  traverse(
+      [&](Index, const Sighting& s) { return !surely_hidden(s); },
+      [&](Index leaf, const Sighting&) {
+        const PointOctree::Node& node = octree_.nodes()[leaf];
+        for (Index k = node.first; k < node.last; ++k) {
+          const Point p = eye_.relative(octree_.points()[k]);
+          const double squared = p.squaredNorm();
+          if (!eye_.takes_part(squared)) continue;
+          const PointRef ref{k, leaf};
+          const StarHull::Location location = put_in(ref, eye_.turned(p, p.norm()));
+          if (location.place == StarHull::Place::vertex && vertices_[location.at].position != k) {
+            coincident_.emplace_back(ref, location.at);
+          }
+        }
+      });
   std::vector<PointRef> seen;
   for (const StarHull::Index v : hull_.vertices()) seen.push_back(vertices_[v]);
   for (const auto& [ref, v] : coincident_) {
@@ -336,9 +335,13 @@ void Sight::mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknow
   const TurnedLeaf turned = turned_leaf(leaf);
   for (Index k = 0; k < node.size(); ++k) {
     if (!unknown.holds(node.first + k) || !(turned.rounding[k] > 0.0)) continue;
-    const bool hidden = !planes.empty() && std::all_of(planes.begin(), planes.end(), [&](const StarHull::Plane& plane) {
-      return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] + plane.normal.z() * turned.z[k] < plane.offset;
-    });
+    const bool hidden =
+        !planes.empty() &&
+        std::all_of(planes.begin(), planes.end(), [&](const StarHull::Plane& plane) {
+          return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] +
+                     plane.normal.z() * turned.z[k] <
+                 plane.offset;
+        });
     if (!hidden && is_visible({node.first + k, leaf})) unknown.mark_seen(node.first + k, leaf);
   }
 }
@@ -387,7 +390,9 @@ bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
       const Eigen::Vector3d direction = hull_.normal(f).normalized();
       double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
       std::vector<PointRef> near;
-      visit_beyond(0, direction, floor, [&](const PointRef& other, double) { near.push_back(other); }, [] { return false; });
+      visit_beyond(
+          0, direction, floor, [&](const PointRef& other, double) { near.push_back(other); },
+          [] { return false; });
       for (const PointRef& other : near) {
         if (put_in(other, turned(other.position)).place == StarHull::Place::outside) grown = true;
       }
@@ -417,7 +422,8 @@ Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p,
 // Visits points that may reach farther than `floor` in a direction, a unit vector; `visit` may
 // raise it, and gets a bound on how far the point reaches.
 template <class Visit, class Enough>
-void Sight::visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor, const Visit& visit, const Enough& enough) {
+void Sight::visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor,
+                         const Visit& visit, const Enough& enough) {
   const auto nodes = octree_.nodes();
   stack_.assign(1, {std::numeric_limits<double>::infinity(), start});
   while (!stack_.empty()) {
@@ -429,7 +435,8 @@ void Sight::visit_beyond(Index start, const Eigen::Vector3d& direction, double& 
       const Children& c = children(at);
       std::array<double, 8> reach;
       for (std::size_t k = 0; k < 8; ++k) {
-        const double cosine = direction.x() * c.x[k] + direction.y() * c.y[k] + direction.z() * c.z[k];
+        const double cosine =
+            direction.x() * c.x[k] + direction.y() * c.y[k] + direction.z() * c.z[k];
         const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
         const double slanted = cosine * c.cosine[k] + sine * c.sine[k] + kRounding;
         reach[k] = c.length[k] * (cosine >= c.cosine[k] ? 1.0 : slanted);

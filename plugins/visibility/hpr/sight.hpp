@@ -44,7 +44,7 @@ class Sight {
   };
   // A node's children, ready to be asked how far they reach in a direction.
   struct Children {
-    double x[8], y[8], z[8];  // unit vectors to their centres
+    double x[8], y[8], z[8];    // unit vectors to their centres
     double sine[8], cosine[8];  // of the angle that they fill; cosine -1: all directions
     double length[8];           // of their longest turned point
   };
@@ -76,9 +76,11 @@ class Sight {
   void mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknown);
   [[nodiscard]] bool is_visible(const PointRef& ref);
   [[nodiscard]] bool is_vertex_among_all(const PointRef& ref, const Point& turned);
-  [[nodiscard]] PointRef support(const Eigen::Vector3d& direction, const Point& turned, Index own_leaf);
+  [[nodiscard]] PointRef support(const Eigen::Vector3d& direction, const Point& turned,
+                                 Index own_leaf);
   template <class Visit, class Enough>
-  void visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor, const Visit& visit, const Enough& enough);
+  void visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor,
+                    const Visit& visit, const Enough& enough);
   [[nodiscard]] TurnedLeaf turned_leaf(Index leaf);
   [[nodiscard]] const Children& children(Index node);
 
@@ -88,7 +90,7 @@ class Sight {
   double slack_ = 0.0;  // [m], covers the rounding of any distance to a box
 
   StarHull hull_;
-  ReachGrid grid_;  // of the hull
+  ReachGrid grid_;                                                // of the hull
   std::vector<PointRef> vertices_;                                // of the hull, by their number
   std::vector<std::pair<PointRef, StarHull::Index>> coincident_;  // with that vertex
 

@@ -13,8 +13,8 @@ namespace {
 // two products, a difference, a product, two sums); twice that bounds also the products of errors.
 constexpr double kDeterminantError = 8.0 * std::numeric_limits<double>::epsilon();
 
-// A walk takes a few steps on average; one longer than the hull has facets is given up.
-constexpr std::size_t kSpareSteps = 1000;
+// Covers the rounding of what is computed of cones, relatively.
+constexpr double kMargin = 1e-12;
 
 // The sum of the magnitudes in each component of the cross product a x b.
 Eigen::Vector3d cross_magnitude(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -23,32 +23,29 @@ Eigen::Vector3d cross_magnitude(const Eigen::Vector3d& a, const Eigen::Vector3d&
           p.x() * q.y() + p.y() * q.x()};
 }
 
-}  // namespace
-
-StarHull::StarHull(double extent, std::size_t expected_size)
-    : extent_(extent), side_error_(6.0 * kDeterminantError * extent * extent * extent) {
-  points_.reserve(expected_size + 4);
-  leaving_.reserve(expected_size + 4);
-  facets_.reserve(2 * expected_size + 8);
+Eigen::Vector2d without(Eigen::Index axis, const Eigen::Vector3d& p) {
+  return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
 }
 
-std::optional<StarHull> StarHull::from(const Point& a, const Point& b, const Point& c,
-                                       double extent, std::size_t expected_size) {
-  StarHull hull(extent, expected_size);
-  hull.points_ = {Point::Zero(), a, b, c};
-  hull.leaving_.resize(4);
-  Index u = 1, v = 2;
-  const Sign orientation = hull.height(hull.facet(1, 2, 3), Point::Zero());
-  if (orientation == Sign::uncertain) return std::nullopt;
-  if (orientation == Sign::positive) std::swap(u, v);
+}  // namespace
 
-  hull.facets_ = {hull.facet(u, v, 3), hull.facet(v, u, 0), hull.facet(3, v, 0),
-                  hull.facet(u, 3, 0)};
-  hull.facets_[0].neighbours = {1, 2, 3};
-  hull.facets_[1].neighbours = {0, 3, 2};
-  hull.facets_[2].neighbours = {0, 1, 3};
-  hull.facets_[3].neighbours = {0, 2, 1};
-  return hull;
+bool StarHull::start(const Point& a, const Point& b, const Point& c) {
+  const Sign orientation = sign_of_triple(a, b, c);
+  if (orientation == Sign::zero) return false;
+  points_ = {Point::Zero(), a, b, c};
+  max_squared_ = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
+  leaving_.assign(4, 0);
+  facet_of_.assign(4, 0);
+  spare_.clear();
+  last_ = epoch_ = 0;
+  const Index u = orientation == Sign::positive ? 1 : 2, v = 3 - u;
+  facets_ = {facet(u, v, 3), facet(v, u, 0), facet(3, v, 0), facet(u, 3, 0)};
+  facets_[0].neighbours = {1, 2, 3};
+  facets_[1].neighbours = {0, 3, 2};
+  facets_[2].neighbours = {0, 1, 3};
+  facets_[3].neighbours = {0, 2, 1};
+  facet_of_[0] = 1;
+  return true;
 }
 
 StarHull::Facet StarHull::facet(Index a, Index b, Index c) const {
@@ -63,7 +60,6 @@ StarHull::Facet StarHull::facet(Index a, Index b, Index c) const {
   const Eigen::Vector3d pq = q - p, pr = r - p;
   return {.normal = pq.cross(pr),
           .error = kDeterminantError * cross_magnitude(pq, pr).maxCoeff(),
-          .sides = {p.cross(q), q.cross(r), r.cross(p)},
           .vertices = {a, b, c},
           .neighbours = {},
           .epoch = 0,
@@ -72,45 +68,76 @@ StarHull::Facet StarHull::facet(Index a, Index b, Index c) const {
           .spare = false};
 }
 
-StarHull::Sign StarHull::height(const Facet& f, const Point& p) const {
-  const Eigen::Vector3d d = p - points_[f.vertices[0]];
+Sign StarHull::height(const Facet& f, const Point& p) const {
+  const Point& a = points_[f.vertices[0]];
+  const Eigen::Vector3d d = p - a;
   const double h = f.normal.dot(d);
   const double error = f.error * d.lpNorm<1>();
   if (h > error) return Sign::positive;
   if (h < -error) return Sign::negative;
-  return Sign::uncertain;
+  return sign_of_volume(a, points_[f.vertices[1]], points_[f.vertices[2]], p);
 }
 
-StarHull::Sign StarHull::side(const Facet& f, std::size_t i, const Point& p) const {
-  const double coarse = f.sides[i].dot(p);
-  if (coarse > side_error_) return Sign::positive;
-  if (coarse < -side_error_) return Sign::negative;
-  // det(a, b, p) = det(a, b - a, p - a), whose error is smaller by the distances' ratio squared.
+double StarHull::coarse_error(const Point& p) const {
+  return 6.0 * kDeterminantError * max_squared_ * p.lpNorm<Eigen::Infinity>();
+}
+
+Sign StarHull::side(const Facet& f, std::size_t i, const Point& p, double coarse_error) const {
   const Point& a = points_[f.vertices[i]];
-  const Eigen::Vector3d ab = points_[f.vertices[(i + 1) % 3]] - a, ap = p - a;
+  const Point& b = points_[f.vertices[(i + 1) % 3]];
+  const double coarse = a.cross(b).dot(p);
+  if (coarse > coarse_error) return Sign::positive;
+  if (coarse < -coarse_error) return Sign::negative;
+  // det(a, b, p) = det(a, b - a, p - a), whose error is smaller by the distances' ratio squared.
+  const Eigen::Vector3d ab = b - a, ap = p - a;
   const double fine = a.cross(ab).dot(ap);
   const double error = kDeterminantError * cross_magnitude(a, ab).dot(ap.cwiseAbs());
   if (fine > error) return Sign::positive;
   if (fine < -error) return Sign::negative;
-  return Sign::uncertain;
+  return sign_of_triple(a, b, p);
 }
 
-std::optional<StarHull::Index> StarHull::walk(const Point& p) {
+// Whether p, in the plane of a lateral facet, is on its edge's line or on the far side of it from
+// the origin: the facet of the origin moved outward then is below p.
+bool StarHull::beyond_edge(const Facet& lateral, const Point& p) const {
+  const Point &a = points_[lateral.vertices[0]], &b = points_[lateral.vertices[1]];
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector2d u = without(axis, a), v = without(axis, b);
+    const Sign of_origin = sign_of_turn(u, v, Eigen::Vector2d::Zero());
+    if (of_origin == Sign::zero) continue;  // seen edge-on along this axis
+    return sign_of_turn(u, v, without(axis, p)) != of_origin;
+  }
+  return false;
+}
+
+bool StarHull::seen_from(const Facet& f, const Point& p) const {
+  switch (height(f, p)) {
+    case Sign::positive: return true;
+    case Sign::negative: return false;
+    case Sign::zero: return !f.lateral || beyond_edge(f, p);
+  }
+  return false;
+}
+
+// Ends at a facet whose cone holds p, or at a lateral one that p is strictly above. Every step
+// leaves through an edge that separates strictly, so a hull without cycles of such steps ends the
+// walk; a varying first choice of the edge breaks the cycles there may be.
+StarHull::Index StarHull::walk(const Point& p) {
   Index at = last_, from = last_;
+  const double error = coarse_error(p);
   if (facets_[at].lateral) {
-    if (side(facets_[at], 0, p) == Sign::positive) return at;
+    if (side(facets_[at], 0, p, error) == Sign::positive) return at;
     at = facets_[at].neighbours[0];
   }
   std::uint32_t turn = 0;
-  for (std::size_t steps = facets_.size() + kSpareSteps; steps > 0; --steps) {
+  while (true) {
     const Facet& f = facets_[at];
     if (f.lateral) return last_ = at;
-    // Always leaving by the same edge could run in circles; a varying first choice cannot for long.
     turn = turn * 1664525U + 1013904223U;
     Index next = at;
     for (std::size_t k = 0, i = turn >> 16U; k < 3 && next == at; ++k, ++i) {
       const std::size_t edge = i % 3;
-      if (f.neighbours[edge] != from && side(f, edge, p) == Sign::negative) {
+      if (f.neighbours[edge] != from && side(f, edge, p, error) == Sign::negative) {
         next = f.neighbours[edge];
       }
     }
@@ -118,89 +145,97 @@ std::optional<StarHull::Index> StarHull::walk(const Point& p) {
     from = at;
     at = next;
   }
-  return std::nullopt;
 }
 
-// Facets whose cones together certainly hold p, given the one where the walk ended: usually that
-// one; both beside an edge that p is too close to; all around a vertex that p is too close to.
-// Empty if none of these is certain.
-std::span<const StarHull::Index> StarHull::facets_around(Index start, const Point& p) {
-  const Facet& f = facets_[start];
-  around_.assign(1, start);
-  if (f.lateral) return around_;
-  std::size_t uncertain = 0, edge = 0, certain = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    switch (side(f, i, p)) {
-      case Sign::positive: certain = i; break;
-      case Sign::negative: return {};
-      case Sign::uncertain:
-        ++uncertain;
-        edge = i;
-        break;
-    }
+StarHull::Location StarHull::locate(const Point& p) {
+  const Index end = walk(p);
+  const Facet& f = facets_[end];
+  if (f.lateral) return {Place::outside, end};
+  for (const Index v : f.vertices) {
+    if (points_[v] == p) return {Place::vertex, v};
   }
-  if (uncertain == 0) return around_;
-  if (uncertain == 1) {
-    const Index beside = f.neighbours[edge];
-    const Facet& g = facets_[beside];
-    if (!g.lateral) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        if (g.neighbours[i] != start && side(g, i, p) != Sign::positive) return {};
-      }
-    }
-    around_.push_back(beside);
-    return around_;
-  }
-  if (uncertain == 2) return star_of(start, (certain + 2) % 3, p);
-  return {};
+  if (height(f, p) == Sign::positive) return {Place::outside, end};
+  return {Place::inside, end};
 }
 
-// The facets around a vertex, if p is on the inner side of all edges opposite to it: the arc from
-// the vertex to p then crosses none of them, so p is in one of the cones.
-std::span<const StarHull::Index> StarHull::star_of(Index start, std::size_t corner,
-                                                   const Point& p) {
-  const Index vertex = facets_[start].vertices[corner];
-  around_.clear();
-  Index at = start;
-  do {
-    const Facet& f = facets_[at];
-    if (f.lateral) return {};
-    const auto here = static_cast<std::size_t>(
-        std::find(f.vertices.begin(), f.vertices.end(), vertex) - f.vertices.begin());
-    if (side(f, (here + 1) % 3, p) != Sign::positive) return {};
-    around_.push_back(at);
-    at = f.neighbours[here];
-  } while (at != start);
-  return around_;
+double StarHull::reach(const Eigen::Vector3d& u) {
+  const Facet& f = facets_[walk(u)];
+  if (f.lateral) return 0.0;
+  const Point& a = points_[f.vertices[0]];
+  const double offset = f.normal.dot(a) - f.error * a.lpNorm<1>();
+  const double slope = f.normal.dot(u) + f.error * u.lpNorm<1>();
+  return offset > 0.0 && slope > 0.0 ? offset / slope : 0.0;
 }
 
-StarHull::Insertion StarHull::insert(const Point& p) {
-  const std::optional<Index> end = walk(p);
-  if (!end) return {Verdict::undecided, 0};
-  for (const Index v : facets_[*end].vertices) {
-    if (v != 0 && points_[v] == p) return {Verdict::coincident, v};
-  }
-  bool undecided = true;
-  for (const Index f : facets_around(*end, p)) {
-    undecided = false;
-    switch (height(facets_[f], p)) {
-      case Sign::positive: return insert_above(f, p);
-      case Sign::negative: break;
-      case Sign::uncertain: return {Verdict::undecided, 0};
-    }
-  }
-  if (undecided || facets_[*end].lateral) return {Verdict::undecided, 0};
-  return {Verdict::inside, 0};
-}
-
-// The facets that p sees are connected; they make way for the cone of p over their rim.
-StarHull::Insertion StarHull::insert_above(Index visible_facet, const Point& p) {
+// Visits the facets that the cone is behind, in whole or in part, while `visit` agrees; false if it
+// does not, if they are too many, or if the cone is not all behind the hull.
+template <class Visit>
+bool StarHull::visit_facets_over(const Cone& cone, const Visit& visit) {
+  constexpr std::size_t kMostFacets = 64;
+  const double squared_sine = cone.sine * cone.sine * (1.0 + kMargin);
   ++epoch_;
-  stack_.assign(1, visible_facet);
+  around_.assign(1, walk(cone.axis));
+  facets_[around_[0]].epoch = epoch_;
+  for (std::size_t k = 0; k < around_.size(); ++k) {
+    const Facet& f = facets_[around_[k]];
+    if (f.lateral || !visit(f)) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      Facet& beside = facets_[f.neighbours[i]];
+      if (beside.epoch == epoch_) continue;
+      const Eigen::Vector3d side = points_[f.vertices[i]].cross(points_[f.vertices[(i + 1) % 3]]);
+      const double inward = side.dot(cone.axis);
+      if (inward > 0.0 && inward * inward > squared_sine * side.squaredNorm()) continue;
+      if (around_.size() == kMostFacets) return false;
+      beside.epoch = epoch_;
+      around_.push_back(f.neighbours[i]);
+    }
+  }
+  return true;
+}
+
+// Whether the plane of a facet is above all of the cone for certain.
+bool StarHull::is_above(const Facet& f, const Cone& cone) const {
+  const Point& a = points_[f.vertices[0]];
+  const double along = f.normal.dot(cone.axis), squared_length = f.normal.squaredNorm();
+  const double across = std::sqrt(std::max(0.0, squared_length - along * along));
+  const bool points_along = along > 0.0 && across * cone.cosine <= along * cone.sine;
+  const double reach =
+      points_along ? std::sqrt(squared_length) : along * cone.cosine + across * cone.sine;
+  const double rounding = f.error * (a.lpNorm<1>() + 2.0 * cone.length);
+  return cone.length * reach * (1.0 + kMargin) + rounding < f.normal.dot(a);
+}
+
+// It is inside if it is below the plane of every facet that it is behind.
+bool StarHull::surely_holds(const Cone& cone) {
+  return visit_facets_over(cone, [&](const Facet& f) { return is_above(f, cone); });
+}
+
+StarHull::Cover StarHull::cover(const Cone& cone) {
+  planes_.clear();
+  bool holds = true;
+  const bool plain = visit_facets_over(cone, [&](const Facet& f) {
+    const Point& a = points_[f.vertices[0]];
+    const double rounding = f.error * (a.lpNorm<1>() + 2.0 * cone.length);
+    planes_.push_back({.normal = f.normal, .offset = f.normal.dot(a) - rounding});
+    holds = holds && is_above(f, cone);
+    return true;
+  });
+  if (!plain) return {.holds_cone = false, .planes = {}};
+  return {.holds_cone = holds, .planes = planes_};
+}
+
+bool StarHull::above(Index facet, const Point& p) const {
+  return height(facets_[facet], p) == Sign::positive;
+}
+
+// The facets that p sees are connected; their rim, edge by edge, goes to horizon_.
+void StarHull::find_horizon(const Point& p, Index facet) {
+  ++epoch_;
+  stack_.assign(1, facet);
   visible_.clear();
   horizon_.clear();
-  facets_[visible_facet].epoch = epoch_;
-  facets_[visible_facet].visible = true;
+  facets_[facet].epoch = epoch_;
+  facets_[facet].visible = true;
   while (!stack_.empty()) {
     const Index at = stack_.back();
     stack_.pop_back();
@@ -209,10 +244,8 @@ StarHull::Insertion StarHull::insert_above(Index visible_facet, const Point& p) 
       const Index beside = facets_[at].neighbours[i];
       Facet& g = facets_[beside];
       if (g.epoch != epoch_) {
-        const Sign sign = height(g, p);
-        if (sign == Sign::uncertain) return {Verdict::undecided, 0};
         g.epoch = epoch_;
-        g.visible = sign == Sign::positive;
+        g.visible = seen_from(g, p);
         if (g.visible) stack_.push_back(beside);
       }
       if (!g.visible) {
@@ -221,10 +254,15 @@ StarHull::Insertion StarHull::insert_above(Index visible_facet, const Point& p) 
       }
     }
   }
+}
 
+StarHull::Index StarHull::add(const Point& p, Location outside) {
+  find_horizon(p, outside.at);
   const auto vertex = static_cast<Index>(points_.size());
   points_.push_back(p);
+  max_squared_ = std::max(max_squared_, p.squaredNorm());
   leaving_.push_back(0);
+  facet_of_.push_back(0);
   spare_.insert(spare_.end(), visible_.begin(), visible_.end());
   for (const Index f : visible_) facets_[f].spare = true;
   for (const HorizonEdge& edge : horizon_) {
@@ -235,7 +273,7 @@ StarHull::Insertion StarHull::insert_above(Index visible_facet, const Point& p) 
     const Index slot = spare_.back();
     spare_.pop_back();
     facets_[slot] = facet(edge.from, edge.to, vertex);
-    leaving_[edge.from] = slot;
+    leaving_[edge.from] = facet_of_[edge.from] = slot;
   }
   const auto edge_of = [this](const Facet& f, Index from) {
     return static_cast<std::size_t>(std::find(f.vertices.begin(), f.vertices.end(), from) -
@@ -251,46 +289,38 @@ StarHull::Insertion StarHull::insert_above(Index visible_facet, const Point& p) 
     f.neighbours[edge_of(f, edge.to)] = next;
     g.neighbours[edge_of(g, vertex)] = inner;
   }
-  last_ = leaving_[horizon_.front().from];
-  return {Verdict::inserted, vertex};
+  last_ = facet_of_[vertex] = leaving_[horizon_.front().from];
+  return vertex;
 }
 
-double StarHull::reach(const Eigen::Vector3d& u) {
-  const Point far = extent_ * u;
-  const std::optional<Index> end = walk(far);
-  if (!end || facets_[*end].lateral) return 0.0;
-  const Facet& f = facets_[*end];
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (side(f, i, far) != Sign::positive) return 0.0;
-  }
-  const Point& a = points_[f.vertices[0]];
-  const double offset = f.normal.dot(a) - f.error * a.lpNorm<1>();
-  const double slope = f.normal.dot(u) + f.error * u.lpNorm<1>();
-  return offset > 0.0 && slope > 0.0 ? offset / slope : 0.0;
+std::span<const StarHull::Index> StarHull::facets_about(Index vertex) {
+  around_.clear();
+  Index at = facet_of_[vertex];
+  do {
+    around_.push_back(at);
+    const Facet& f = facets_[at];
+    const auto here = static_cast<std::size_t>(
+        std::find(f.vertices.begin(), f.vertices.end(), vertex) - f.vertices.begin());
+    at = f.neighbours[here];
+  } while (at != around_.front());
+  return around_;
 }
 
-bool StarHull::holds_ball(const Point& p, double radius) {
-  const std::optional<Index> end = walk(p);
-  if (!end || facets_[*end].lateral) return false;
-  const Facet& f = facets_[*end];
-  if (-f.normal.dot(p - points_[f.vertices[0]]) < radius * f.normal.norm()) return false;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Point& a = points_[f.vertices[i]];
-    const Eigen::Vector3d normal = a.cross(points_[f.vertices[(i + 1) % 3]] - a);
-    if (normal.dot(p - a) < radius * normal.norm()) return false;
-  }
-  return true;
+Eigen::Vector3d StarHull::normal_at(Index vertex) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Index f : facets_about(vertex)) sum += facets_[f].normal.normalized();
+  return sum.normalized();
 }
 
-std::vector<std::uint32_t> StarHull::vertices() const {
-  std::vector<std::uint8_t> on_hull(points_.size(), 0);
-  for (const Facet& f : facets_) {
-    if (f.spare) continue;
-    for (const Index v : f.vertices) on_hull[v] = 1;
-  }
-  std::vector<std::uint32_t> result;
-  for (Index v = 1; v < on_hull.size(); ++v) {
-    if (on_hull[v] != 0) result.push_back(v);
+bool StarHull::is_on_hull(Index vertex) const {
+  const Facet& f = facets_[facet_of_[vertex]];
+  return !f.spare && std::find(f.vertices.begin(), f.vertices.end(), vertex) != f.vertices.end();
+}
+
+std::vector<StarHull::Index> StarHull::vertices() const {
+  std::vector<Index> result;
+  for (Index v = 1; v < points_.size(); ++v) {
+    if (is_on_hull(v)) result.push_back(v);
   }
   return result;
 }

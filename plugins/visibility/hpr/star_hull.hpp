@@ -4,95 +4,128 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
+#include "exact_sign.hpp"
 #include "vantage/point_cloud.hpp"
 
 namespace vantage::hpr {
 
-/// The convex hull of the origin and of points that are put in one after the other.
+/// The convex hull of the origin and of points that are added one after the other, exact for the
+/// numbers it is given: every decision is the sign of a determinant, evaluated in double and, where
+/// its rounding error could hide the sign (Shewchuk 1997, Sec. 4.3), without rounding.
 ///
-/// Every decision that shapes the hull is the sign of a determinant whose rounding error is bounded
-/// (Shewchuk 1997, Sec. 4.3, stage A); a point for which a sign is not certain is left out and
-/// reported as `undecided`. So the hull is at any time exactly the hull of the origin and of the
-/// points that were inserted, and `inside` is a proof.
+/// Degenerate cases follow one rule, a symbolic perturbation: the origin counts as moved outward by
+/// an infinitesimal length, and each added point by a far smaller one. So a point in a facet, on an
+/// edge or at a vertex is inside; no vertex of the hull lies between others; and the origin always
+/// is a vertex or inside, never amid a facet.
 ///
 /// The hull is star-shaped about the origin: a point is located by walking over the cones that the
 /// origin forms with the facets. Where the origin itself is on the hull, the facets that hold it
 /// (`lateral` ones) end the walk.
 class StarHull {
  public:
-  enum class Verdict : std::uint8_t {
-    inserted,    ///< outside: now a vertex (until later points bury it)
-    inside,      ///< strictly inside or on the way of no facet: no vertex of any larger hull
-    coincident,  ///< at exactly the place of a vertex
-    undecided,   ///< too close to a facet to tell; the hull is unchanged
+  using Index = std::uint32_t;
+  enum class Place : std::uint8_t {
+    inside,   ///< in the hull or on it, and no vertex
+    vertex,   ///< at exactly the place of a vertex
+    outside,  ///< strictly
   };
-  struct Insertion {
-    Verdict verdict;
-    std::uint32_t vertex;  ///< for `inserted` and `coincident`
+  struct Location {
+    Place place;
+    Index at;  ///< `vertex`: its number; `outside`: a facet that the point is strictly above
   };
 
-  /// The tetrahedron of the origin and three points; nothing if it may be flat.
-  /// @param extent         bound on every coordinate of every point that will be inserted
-  /// @param expected_size  how many vertices to make room for
-  [[nodiscard]] static std::optional<StarHull> from(const Point& a, const Point& b, const Point& c,
-                                                    double extent, std::size_t expected_size);
+  /// Starts anew with the tetrahedron of the origin and three points, vertices 1, 2, 3; the origin
+  /// is vertex 0. Returns false, and must not be used, if the tetrahedron is flat.
+  [[nodiscard]] bool start(const Point& a, const Point& b, const Point& c);
 
-  /// Puts one more point in. Cheapest where consecutive points have nearby directions.
-  [[nodiscard]] Insertion insert(const Point& p);
+  /// Cheapest where consecutive points have nearby directions.
+  [[nodiscard]] Location locate(const Point& p);
 
-  /// A length not larger than how far the hull reaches from the origin in direction u, and usually
-  /// the same; 0 where the facet is not certain.
+  /// Adds a point that was just located outside. Returns its number: they are counted up.
+  Index add(const Point& p, Location outside);
+
+  /// A length not larger than how far the hull reaches from the origin in a direction, and usually
+  /// the same; 0 where that is not plain.
   /// @param u  unit vector
   [[nodiscard]] double reach(const Eigen::Vector3d& u);
 
-  /// Whether a ball of that radius about p fits into one of the tetrahedra (origin, facet).
-  [[nodiscard]] bool holds_ball(const Point& p, double radius);
+  /// All points within an angle of an axis and up to a length from the origin.
+  struct Cone {
+    Eigen::Vector3d axis;  // unit vector
+    double sine, cosine;   // of the angle, < 90 degrees
+    double length;
+  };
+  /// Whether all points of the cone are inside: false also where that is not plain.
+  [[nodiscard]] bool surely_holds(const Cone& cone);
 
-  /// Vertices on the hull now: numbers counted in the order of insertion; a, b, c are 1, 2, 3 and
-  /// the origin, which is 0, is not listed. Strictly ascending.
-  [[nodiscard]] std::vector<std::uint32_t> vertices() const;
+  struct Plane {
+    Eigen::Vector3d normal;
+    double offset;
+  };
+  struct Cover {
+    bool holds_cone;                ///< as `surely_holds`
+    std::span<const Plane> planes;  ///< valid until the next call
+  };
+  /// Planes that bound the hull over the cone: a point p of the cone is inside if, for each,
+  /// normal.p, rounded, is less than the offset. None where they are not plain or too many.
+  [[nodiscard]] Cover cover(const Cone& cone);
+
+  /// Outward normal of a facet: any length, rounded.
+  [[nodiscard]] const Eigen::Vector3d& normal(Index facet) const { return facets_[facet].normal; }
+  /// A direction in which the hull reaches farthest at that vertex, rounded; a unit vector unless
+  /// there is none. Precondition: the vertex is on the hull.
+  [[nodiscard]] Eigen::Vector3d normal_at(Index vertex);
+  /// The normals of the facets about a vertex on the hull, valid until the next call.
+  [[nodiscard]] std::span<const Index> facets_about(Index vertex);
+
+  /// Whether p is strictly above a facet.
+  [[nodiscard]] bool above(Index facet, const Point& p) const;
+
+  /// Vertices on the hull now, strictly ascending, without the origin.
+  [[nodiscard]] std::vector<Index> vertices() const;
+  [[nodiscard]] bool is_on_hull(Index vertex) const;
+  [[nodiscard]] std::size_t points() const { return points_.size(); }
 
  private:
-  using Index = std::uint32_t;
-  enum class Sign : std::int8_t { negative = -1, uncertain = 0, positive = 1 };
-
   struct Facet {
-    Eigen::Vector3d normal;                // outward, (v1 - v0) x (v2 - v0)
-    double error;                          // of height(), for |p - v0|_1 = 1
-    std::array<Eigen::Vector3d, 3> sides;  // sides[i] = v[i] x v[i+1], toward the facet's cone
-    std::array<Index, 3> vertices;         // counter-clockwise from outside; the origin is the last
-    std::array<Index, 3> neighbours;       // neighbours[i] across the edge v[i] v[i+1]
-    Index epoch;                           // of the insertion that last looked here
-    bool visible;                          // from the point of that insertion
-    bool lateral;                          // holds the origin
-    bool spare;                            // no part of the hull; waits to be used again
+    Eigen::Vector3d normal;           // outward, (v1 - v0) x (v2 - v0)
+    double error;                     // of normal.(p - v0), for |p - v0|_1 = 1
+    std::array<Index, 3> vertices;    // counter-clockwise from outside; the origin is the last
+    std::array<Index, 3> neighbours;  // neighbours[i] across the edge v[i] v[i+1]
+    Index epoch;                      // of the search that last looked here
+    bool visible;                     // from the point of that search
+    bool lateral;                     // holds the origin
+    bool spare;                       // no part of the hull; waits to be used again
   };
   struct HorizonEdge {
     Index from, to, outer;
   };
 
-  StarHull(double extent, std::size_t expected_size);
-
   [[nodiscard]] Facet facet(Index a, Index b, Index c) const;
   [[nodiscard]] Sign height(const Facet& f, const Point& p) const;
-  [[nodiscard]] Sign side(const Facet& f, std::size_t i, const Point& p) const;
-  [[nodiscard]] std::optional<Index> walk(const Point& p);
-  [[nodiscard]] std::span<const Index> facets_around(Index start, const Point& p);
-  [[nodiscard]] std::span<const Index> star_of(Index start, std::size_t corner, const Point& p);
-  [[nodiscard]] Insertion insert_above(Index visible_facet, const Point& p);
+  /// On which side of the plane of the origin and an edge p is; positive where the facet is.
+  [[nodiscard]] Sign side(const Facet& f, std::size_t i, const Point& p, double coarse_error) const;
+  [[nodiscard]] double coarse_error(const Point& p) const;
+  [[nodiscard]] bool beyond_edge(const Facet& lateral, const Point& p) const;
+  [[nodiscard]] bool seen_from(const Facet& f, const Point& p) const;
+  [[nodiscard]] Index walk(const Point& p);
+  void find_horizon(const Point& p, Index facet);
+  [[nodiscard]] bool is_above(const Facet& f, const Cone& cone) const;
+  template <class Visit>
+  [[nodiscard]] bool visit_facets_over(const Cone& cone, const Visit& visit);
 
-  std::vector<Point> points_;  // [0] is the origin
+  std::vector<Point> points_;    // [0] is the origin
+  std::vector<Index> facet_of_;  // of each point: a facet about it, while it is on the hull
   std::vector<Facet> facets_;
   std::vector<Index> leaving_;  // leaving_[v]: the new facet whose horizon edge starts in v
   std::vector<Index> stack_, visible_, around_, spare_;
   std::vector<HorizonEdge> horizon_;
-  double extent_;
-  double side_error_;  // of sides[i].dot(p), whatever the facet and the point
-  Index last_ = 0;     // where the last walk ended
+  std::vector<Plane> planes_;
+  double max_squared_ = 0.0;  // of the added points' lengths
+  Index last_ = 0;            // where the last walk ended
   Index epoch_ = 0;
 };
 

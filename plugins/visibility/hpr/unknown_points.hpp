@@ -1,6 +1,8 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -35,9 +37,22 @@ class UnknownPoints {
     }
   }
 
+  /// Positions, ascending.
+  [[nodiscard]] std::vector<Index> seen() const {
+    std::vector<Index> positions;
+    for (std::size_t word = 0; word < seen_.size(); ++word) {
+      for (std::uint64_t bits = seen_[word].load(std::memory_order_relaxed); bits != 0;
+           bits &= bits - 1) {
+        positions.push_back(
+            static_cast<Index>(64 * word + static_cast<unsigned>(std::countr_zero(bits))));
+      }
+    }
+    return positions;
+  }
+
  private:
   const PointOctree& octree_;
-  std::vector<std::atomic<Index>> left_in_;  // of each node
+  std::vector<std::atomic<Index>> left_in_;       // of each node
   std::vector<std::atomic<std::uint64_t>> seen_;  // a bit for each position
 };
 

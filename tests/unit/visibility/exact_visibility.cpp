@@ -74,7 +74,7 @@ TurnedPoints turned_points(PointsView map, const Point& viewpoint, const hpr::Se
   for (std::uint32_t i = 0; i < map.size(); ++i) {
     const Point p = map[i] - viewpoint;  // Eq. 7
     const double squared = p.squaredNorm();
-    if (!(squared > std::numeric_limits<double>::min() &&
+    if (!(squared > 1e-60 &&
           squared <= settings.max_range * settings.max_range)) {
       continue;
     }
