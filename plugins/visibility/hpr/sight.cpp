@@ -25,7 +25,10 @@ constexpr DirectionBins kFineBins(16U << kFinerShift);
 
 // The farthest occluders are all taken along; of the others, the nearest of each fine bin: what is
 // close hides much.
-constexpr std::size_t kFarOccluders = 32768;
+constexpr std::size_t kFarOccluders = 32'768;
+
+// Turned leaves and nodes are kept until they take this much room: 8 MB and 6 MB.
+constexpr std::size_t kMostTurned = 1'000'000, kMostChildren = 16'000;
 
 // Before the first viewpoint, one point of each node that appears this small [rad] must do.
 constexpr double kSmall = 0.02;
@@ -38,21 +41,28 @@ Sight::Sight(const PointOctree& octree, const Settings& settings)
       leaf_stamp_(octree.nodes().size(), 0),
       leaf_first_(octree.nodes().size(), 0),
       children_stamp_(octree.nodes().size(), 0),
-      children_place_(octree.nodes().size(), 0) {}
+      children_place_(octree.nodes().size(), 0) {
+  turned_.reserve(kMostTurned + 10'000);
+  children_.reserve(kMostChildren + 1'000);
+}
 
 void Sight::look_from(const Point& viewpoint) {
   eye_ = Eye(viewpoint, settings_);
   const PointOctree::Node& root = octree_.nodes()[0];
   slack_ = kRounding *
            ((octree_.origin() - viewpoint).norm() + (root.max - root.min).cast<double>().norm());
-  ++stamp_;
+  forget_turned();
   grid_.clear();
-  turned_.clear();
-  children_.clear();
   vertices_.clear();
   coincident_.clear();
   if (occluders_.empty()) occluders_ = representatives();
   sort_occluders();
+}
+
+void Sight::forget_turned() {
+  ++stamp_;
+  turned_.clear();
+  children_.clear();
 }
 
 // ---- nodes
@@ -332,17 +342,22 @@ void Sight::mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknow
     planes = cover.planes;
   }
   const PointOctree::Node& node = octree_.nodes()[leaf];
+  // Which are in doubt is found out before any of them is looked at more closely: that may turn
+  // other leaves, and this one's points move.
+  doubtful_.clear();
   const TurnedLeaf turned = turned_leaf(leaf);
   for (Index k = 0; k < node.size(); ++k) {
-    if (!unknown.holds(node.first + k) || !(turned.rounding[k] > 0.0)) continue;
-    const bool hidden =
-        !planes.empty() &&
-        std::all_of(planes.begin(), planes.end(), [&](const StarHull::Plane& plane) {
-          return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] +
-                     plane.normal.z() * turned.z[k] <
-                 plane.offset;
-        });
-    if (!hidden && is_visible({node.first + k, leaf})) unknown.mark_seen(node.first + k, leaf);
+    if (!unknown.holds(node.first + k) || std::isnan(turned.x[k])) continue;
+    const auto below = [&](const StarHull::Plane& plane) {
+      return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] +
+                 plane.normal.z() * turned.z[k] <
+             plane.offset;
+    };
+    const bool hidden = !planes.empty() && std::all_of(planes.begin(), planes.end(), below);
+    if (!hidden) doubtful_.push_back({node.first + k, leaf});
+  }
+  for (const PointRef& ref : doubtful_) {
+    if (is_visible(ref)) unknown.mark_seen(ref.position, ref.leaf);
   }
 }
 
@@ -390,8 +405,9 @@ bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
       const Eigen::Vector3d direction = hull_.normal(f).normalized();
       double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
       std::vector<PointRef> near;
+      stack_.assign(1, {std::numeric_limits<double>::infinity(), 0});
       visit_beyond(
-          0, direction, floor, [&](const PointRef& other, double) { near.push_back(other); },
+          direction, floor, [&](const PointRef& other, double) { near.push_back(other); },
           [] { return false; });
       for (const PointRef& other : near) {
         if (put_in(other, turned(other.position)).place == StarHull::Place::outside) grown = true;
@@ -403,8 +419,11 @@ bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
   return true;
 }
 
-// The point other than p that reaches farthest in a direction, if it may reach as far as p.
+// A point other than p that may reach as far as p in a direction, found by going outward from p's
+// leaf: what occludes a point usually is close to it. The first such leaf is enough; of its points
+// the one that reaches farthest.
 Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p, Index own_leaf) {
+  if (turned_.size() > kMostTurned || children_.size() > kMostChildren) forget_turned();
   double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
   PointRef farthest{PointOctree::kNone, 0};
   const auto take = [&](const PointRef& other, double height) {
@@ -412,50 +431,65 @@ Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p,
     floor = height;
     farthest = other;
   };
-  const auto enough = [&] { return farthest.position != PointOctree::kNone; };
-  visit_beyond(own_leaf, direction, floor, take, enough);
-  if (enough()) return farthest;
-  visit_beyond(0, direction, floor, take, enough);
+  const auto found = [&] { return farthest.position != PointOctree::kNone; };
+  stack_.assign(1, {std::numeric_limits<double>::infinity(), own_leaf});
+  for (Index at = own_leaf; !found();) {
+    visit_beyond(direction, floor, take, found);
+    const Index parent = octree_.nodes()[at].parent;
+    if (parent == PointOctree::kNone) break;
+    push_children(parent, at, direction, floor);
+    at = parent;
+  }
   return farthest;
 }
 
-// Visits points that may reach farther than `floor` in a direction, a unit vector; `visit` may
-// raise it, and gets a bound on how far the point reaches.
+// Visits points that may reach farther than `floor` in a direction, a unit vector, in the nodes on
+// the stack, until it is enough after a leaf. `visit` may raise the floor, and gets a bound on how
+// far the point reaches.
 template <class Visit, class Enough>
-void Sight::visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor,
-                         const Visit& visit, const Enough& enough) {
-  const auto nodes = octree_.nodes();
-  stack_.assign(1, {std::numeric_limits<double>::infinity(), start});
+void Sight::visit_beyond(const Eigen::Vector3d& direction, double& floor, const Visit& visit,
+                         const Enough& enough) {
   while (!stack_.empty()) {
     const auto [far, at] = stack_.back();
     stack_.pop_back();
     if (far < floor) continue;
-    const PointOctree::Node& node = nodes[at];
+    const PointOctree::Node& node = octree_.nodes()[at];
     if (!node.is_leaf()) {
-      const Children& c = children(at);
-      std::array<double, 8> reach;
-      for (std::size_t k = 0; k < 8; ++k) {
-        const double cosine =
-            direction.x() * c.x[k] + direction.y() * c.y[k] + direction.z() * c.z[k];
-        const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-        const double slanted = cosine * c.cosine[k] + sine * c.sine[k] + kRounding;
-        reach[k] = c.length[k] * (cosine >= c.cosine[k] ? 1.0 : slanted);
-      }
-      const std::size_t before = stack_.size();
-      for (Index k = 0; k < node.children_last - node.children_first; ++k) {
-        if (reach[k] >= floor) stack_.emplace_back(reach[k], node.children_first + k);
-      }
-      std::sort(stack_.begin() + before, stack_.end());
+      push_children(at, PointOctree::kNone, direction, floor);
       continue;
     }
     const TurnedLeaf leaf = turned_leaf(at);
+    const auto height = [&](Index k) {
+      return direction.x() * leaf.x[k] + direction.y() * leaf.y[k] + direction.z() * leaf.z[k] +
+             leaf.rounding;
+    };
+    bool any = false;
+    for (Index k = 0; k < node.size(); ++k) any |= height(k) >= floor;
+    if (!any) continue;
     for (Index k = 0; k < node.size(); ++k) {
-      const double height = direction.x() * leaf.x[k] + direction.y() * leaf.y[k] +
-                            direction.z() * leaf.z[k] + leaf.rounding[k];
-      if (height >= floor) visit(PointRef{node.first + k, at}, height);
+      if (height(k) >= floor) visit(PointRef{node.first + k, at}, height(k));
     }
     if (enough()) return;
   }
+}
+
+// Puts the children but one that may reach farther than `floor` on the stack, the farthest on top.
+void Sight::push_children(Index parent, Index but, const Eigen::Vector3d& direction, double floor) {
+  const Children& c = children(parent);
+  std::array<double, 8> reach;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const double cosine = direction.x() * c.x[k] + direction.y() * c.y[k] + direction.z() * c.z[k];
+    const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+    const double slanted = cosine * c.cosine[k] + sine * c.sine[k] + kRounding;
+    reach[k] = c.length[k] * (cosine >= c.cosine[k] ? 1.0 : slanted);
+  }
+  const PointOctree::Node& node = octree_.nodes()[parent];
+  const auto before = static_cast<std::ptrdiff_t>(stack_.size());
+  for (Index k = 0; k < node.children_last - node.children_first; ++k) {
+    const Index child = node.children_first + k;
+    if (child != but && reach[k] >= floor) stack_.emplace_back(reach[k], child);
+  }
+  std::sort(stack_.begin() + before, stack_.end());
 }
 
 const Sight::Children& Sight::children(Index parent) {
@@ -490,21 +524,23 @@ Sight::TurnedLeaf Sight::turned_leaf(Index leaf) {
   if (leaf_stamp_[leaf] != stamp_) {
     leaf_stamp_[leaf] = stamp_;
     leaf_first_[leaf] = turned_.size();
-    turned_.resize(turned_.size() + 4 * size);
-    double* const block = turned_.data() + leaf_first_[leaf];
+    turned_.resize(turned_.size() + 1 + 3 * size);
+    double* const x = turned_.data() + leaf_first_[leaf] + 1;
+    double longest = 0.0;
     for (std::size_t k = 0; k < size; ++k) {
       const Point p = eye_.relative(octree_.points()[node.first + k]);
       const bool takes_part = eye_.takes_part(p.squaredNorm());
-      const Point t = takes_part ? eye_.turned(p, p.norm()) : Point::Zero();
-      block[k] = t.x();
-      block[size + k] = t.y();
-      block[2 * size + k] = t.z();
-      block[3 * size + k] =
-          takes_part ? kRounding * t.lpNorm<1>() : -std::numeric_limits<double>::infinity();
+      const Point t = takes_part ? eye_.turned(p, p.norm())
+                                 : Point::Constant(std::numeric_limits<double>::quiet_NaN());
+      x[k] = t.x();
+      x[size + k] = t.y();
+      x[2 * size + k] = t.z();
+      if (takes_part) longest = std::max(longest, t.lpNorm<1>());
     }
+    x[-1] = kRounding * longest;
   }
   const double* const block = turned_.data() + leaf_first_[leaf];
-  return {block, block + size, block + 2 * size, block + 3 * size};
+  return {.rounding = block[0], .x = block + 1, .y = block + 1 + size, .z = block + 1 + 2 * size};
 }
 
 }  // namespace vantage::hpr

@@ -48,12 +48,15 @@ class Sight {
     double sine[8], cosine[8];  // of the angle that they fill; cosine -1: all directions
     double length[8];           // of their longest turned point
   };
-  // The turned points of a leaf, and a bound on how much rounding may add to a scalar product.
+  // The turned points of a leaf, NaN for those that take no part, and a bound on how much rounding
+  // may take from their scalar products with a unit vector.
   struct TurnedLeaf {
-    const double *x, *y, *z, *rounding;
+    double rounding;
+    const double *x, *y, *z;
   };
 
   void look_from(const Point& viewpoint);
+  void forget_turned();
   [[nodiscard]] Point turned(Index position) const {
     return eye_.turned(octree_.points()[position]);
   }
@@ -79,8 +82,9 @@ class Sight {
   [[nodiscard]] PointRef support(const Eigen::Vector3d& direction, const Point& turned,
                                  Index own_leaf);
   template <class Visit, class Enough>
-  void visit_beyond(Index start, const Eigen::Vector3d& direction, double& floor,
-                    const Visit& visit, const Enough& enough);
+  void visit_beyond(const Eigen::Vector3d& direction, double& floor, const Visit& visit,
+                    const Enough& enough);
+  void push_children(Index parent, Index but, const Eigen::Vector3d& direction, double floor);
   [[nodiscard]] TurnedLeaf turned_leaf(Index leaf);
   [[nodiscard]] const Children& children(Index node);
 
@@ -105,6 +109,7 @@ class Sight {
   std::vector<std::uint32_t> children_stamp_, children_place_;  // in children_
   std::uint32_t stamp_ = 0;
   std::vector<std::pair<double, Index>> stack_;
+  std::vector<PointRef> doubtful_;
 };
 
 }  // namespace vantage::hpr

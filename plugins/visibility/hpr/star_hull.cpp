@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace vantage::hpr {
@@ -22,6 +23,9 @@ Eigen::Vector3d cross_magnitude(const Eigen::Vector3d& a, const Eigen::Vector3d&
   return {p.y() * q.z() + p.z() * q.y(), p.z() * q.x() + p.x() * q.z(),
           p.x() * q.y() + p.y() * q.x()};
 }
+
+// The edge after each edge of a triangle.
+constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
 
 Eigen::Vector2d without(Eigen::Index axis, const Eigen::Vector3d& p) {
   return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
@@ -123,28 +127,49 @@ bool StarHull::seen_from(const Facet& f, const Point& p) const {
 // leaves through an edge that separates strictly, so a hull without cycles of such steps ends the
 // walk; a varying first choice of the edge breaks the cycles there may be.
 StarHull::Index StarHull::walk(const Point& p) {
-  Index at = last_, from = last_;
   const double error = coarse_error(p);
+  Index at = last_;
   if (facets_[at].lateral) {
     if (side(facets_[at], 0, p, error) == Sign::positive) return at;
     at = facets_[at].neighbours[0];
   }
-  std::uint32_t turn = 0;
-  while (true) {
-    const Facet& f = facets_[at];
-    if (f.lateral) return last_ = at;
-    turn = turn * 1664525U + 1013904223U;
-    Index next = at;
-    for (std::size_t k = 0, i = turn >> 16U; k < 3 && next == at; ++k, ++i) {
-      const std::size_t edge = i % 3;
-      if (f.neighbours[edge] != from && side(f, edge, p, error) == Sign::negative) {
-        next = f.neighbours[edge];
-      }
-    }
-    if (next == at) return last_ = at;
-    from = at;
-    at = next;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (side(facets_[at], i, p, error) != Sign::negative) continue;
+    at = walk_through(at, i, p, error);
+    break;
   }
+  return last_ = at;
+}
+
+// The walk's way on from a facet whose edge p is beyond. In each facet on the way p is known to be
+// on the inner side of the edge just crossed; both other edges meet in the vertex opposite to it.
+StarHull::Index StarHull::walk_through(Index from, std::size_t edge, const Point& p, double error) {
+  std::uint32_t turn = 0;
+  Index at = facets_[from].neighbours[edge];
+  while (!facets_[at].lateral) {
+    const Facet& f = facets_[at];
+    const std::size_t entry = f.neighbours[0] == from ? 0 : (f.neighbours[1] == from ? 1 : 2);
+    const std::size_t next = kNext[entry], last = kNext[next];
+    // det(u, c, p) = -u . (p x c) and det(c, v, p) = v . (p x c)
+    const Eigen::Vector3d turned = p.cross(points_[f.vertices[last]]);
+    const double of_next = -turned.dot(points_[f.vertices[next]]);
+    const double of_last = turned.dot(points_[f.vertices[entry]]);
+    const auto beyond = [&](std::size_t i, double coarse) {
+      if (std::abs(coarse) > error) return coarse < 0.0;
+      return side(f, i, p, error) == Sign::negative;
+    };
+    turn = turn * 1664525U + 1013904223U;
+    std::size_t exit = 3;
+    if ((turn >> 31U) != 0) {
+      exit = beyond(next, of_next) ? next : (beyond(last, of_last) ? last : 3);
+    } else {
+      exit = beyond(last, of_last) ? last : (beyond(next, of_next) ? next : 3);
+    }
+    if (exit == 3) return at;
+    from = at;
+    at = f.neighbours[exit];
+  }
+  return at;
 }
 
 StarHull::Location StarHull::locate(const Point& p) {
@@ -171,11 +196,15 @@ double StarHull::reach(const Eigen::Vector3d& u) {
 // does not, if they are too many, or if the cone is not all behind the hull.
 template <class Visit>
 bool StarHull::visit_facets_over(const Cone& cone, const Visit& visit) {
-  constexpr std::size_t kMostFacets = 64;
+  constexpr std::size_t kMostFacets = 48;
   const double squared_sine = cone.sine * cone.sine * (1.0 + kMargin);
   ++epoch_;
   around_.assign(1, walk(cone.axis));
-  facets_[around_[0]].epoch = epoch_;
+  Facet& central = facets_[around_[0]];
+  central.epoch = epoch_;
+  // Twice the solid angle of the facet, about; a cone much wider is not worth a beginning.
+  const double angle = central.normal.norm() / points_[central.vertices[0]].squaredNorm();
+  if (2.0 * std::numbers::pi * cone.sine * cone.sine > kMostFacets * angle) return false;
   for (std::size_t k = 0; k < around_.size(); ++k) {
     const Facet& f = facets_[around_[k]];
     if (f.lateral || !visit(f)) return false;

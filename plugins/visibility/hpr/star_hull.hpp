@@ -112,6 +112,7 @@ class StarHull {
   [[nodiscard]] bool beyond_edge(const Facet& lateral, const Point& p) const;
   [[nodiscard]] bool seen_from(const Facet& f, const Point& p) const;
   [[nodiscard]] Index walk(const Point& p);
+  [[nodiscard]] Index walk_through(Index from, std::size_t edge, const Point& p, double error);
   void find_horizon(const Point& p, Index facet);
   [[nodiscard]] bool is_above(const Facet& f, const Cone& cone) const;
   template <class Visit>
