@@ -97,12 +97,13 @@ class Random {
     }
     return p;
   }
-  /// One coordinate a last digit up or down, or none.
+  /// One coordinate a last digit up or down, or none; a zero stays.
   Vector3d nudged(Vector3d p) {
     const auto axis = static_cast<Eigen::Index>(engine_() % 3);
     const auto way = engine_() % 3;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    if (way != 0) p[axis] = std::nextafter(p[axis], way == 1 ? kInfinity : -kInfinity);
+    if (way != 0 && p[axis] != 0.0)
+      p[axis] = std::nextafter(p[axis], way == 1 ? kInfinity : -kInfinity);
     return p;
   }
 

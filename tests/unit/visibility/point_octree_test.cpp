@@ -17,12 +17,11 @@ namespace {
 using hpr::PointOctree;
 using Index = PointOctree::Index;
 
+// p from the origin, in double.
 bool holds(const PointOctree& octree, const PointOctree::Node& node, const Point& p) {
-  // As fractions of the box's numbers: p - origin is rounded, so both sides keep their digits.
-  const Eigen::Matrix<long double, 3, 1> from_origin =
-      p.cast<long double>() - octree.origin().cast<long double>();
-  return (from_origin.array() >= node.min.cast<long double>().array()).all() &&
-         (from_origin.array() <= node.max.cast<long double>().array()).all();
+  const Point from_origin = p - octree.origin();
+  return (from_origin.array() >= node.min.cast<double>().array()).all() &&
+         (from_origin.array() <= node.max.cast<double>().array()).all();
 }
 
 // Every clause of the header; returns the largest leaf's size.

@@ -195,7 +195,7 @@ TEST_CASE("a Sight sees the same after places with few points in reach, or flat 
 }
 
 TEST_CASE("a Sight sees the same where more points occlude than it takes along") {
-  const PointCloud map = joined(sphere(45'000, 10.0), ball(12, 5'000, 9.0, 8.0));
+  const PointCloud map = joined(sphere(45'000, 10.0), ball(12, 5'000, 14.0, 12.0));
   const PointCloud stops{{0, 0, 0}, {1, 2, -0.5}, {7, 0, 0}, {0.01, 0, 0}};
   const PointOctree octree(map);
   for (const Settings& settings : {flip(map, 100.0), flip(map, 1.0)}) {
