@@ -74,7 +74,8 @@ TurnedPoints turned_points(PointsView map, const Point& viewpoint, const hpr::Se
   for (std::uint32_t i = 0; i < map.size(); ++i) {
     const Point p = map[i] - viewpoint;  // Eq. 7
     const double squared = p.squaredNorm();
-    if (!(squared > 1e-60 &&
+    constexpr double kAtViewpoint = 1e-30;  // [m]
+    if (!(squared > kAtViewpoint * kAtViewpoint &&
           squared <= settings.max_range * settings.max_range)) {
       continue;
     }

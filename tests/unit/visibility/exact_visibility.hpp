@@ -35,7 +35,7 @@ using Answers = std::function<Result<IndexList>(const Point& viewpoint)>;
                                                               const Question& question);
 [[nodiscard]] Answers by_scene(std::shared_ptr<const VisibilityScene> scene);
 
-/// The points that take part, 1e-60 m^2 < |p~|^2 <= max_range^2, and their p* (Eqs. 7, 8).
+/// The points that take part, 1e-30 m < |p~| <= max_range, and their p* (Eqs. 7, 8).
 struct TurnedPoints {
   IndexList indices;
   std::vector<Point> turned;

@@ -8,6 +8,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "exact_visibility.hpp"
+#include "qhull.hpp"
 #include "scenes.hpp"
 
 namespace vantage::test {
@@ -63,16 +65,16 @@ hpr::Settings reaching_flip(PointsView map, const Point& viewpoint, double alpha
   return settings;
 }
 
-void check_all_ways_agree(PointsView map, const Point& viewpoint, const hpr::Settings& settings) {
+void check_equals_qhull(PointsView map, const Point& viewpoint, const hpr::Settings& settings) {
   const auto ours = hpr::hidden_point_removal(map, viewpoint, settings);
-  const auto culled = hpr::hidden_point_removal_by_culled_qhull(map, viewpoint, settings);
-  const auto plain = hpr::hidden_point_removal_by_qhull(map, viewpoint, settings);
   REQUIRE_MESSAGE(ours, to_string(ours.error()));
-  REQUIRE_MESSAGE(culled, to_string(culled.error()));
-  REQUIRE_MESSAGE(plain, to_string(plain.error()));
-  CHECK(!plain->empty());
-  CHECK(*ours == *plain);
-  CHECK(*culled == *plain);
+  const TurnedPoints points = turned_points(map, viewpoint, settings);
+  const auto vertices = qhull_vertices(points.turned);
+  REQUIRE_MESSAGE(vertices, to_string(vertices.error()));
+  IndexList by_qhull;
+  for (const RoughVertex& v : *vertices) by_qhull.push_back(points.indices[v.index]);
+  CHECK(!by_qhull.empty());
+  CHECK(*ours == by_qhull);
 }
 
 TEST_CASE("hpr equals a brute-force hull on random clouds") {
@@ -102,13 +104,15 @@ TEST_CASE("hpr equals a brute-force hull on random clouds") {
   CHECK(hidden > 1000);
 }
 
-TEST_CASE("the fast hull, the culled one and Qhull on all points agree") {
+// Where no four turned points are in a plane; where they are, Qhull's tolerance decides, and the
+// exact rule is tested instead.
+TEST_CASE("hpr equals Qhull on all points") {
   const auto check = [](const PointCloud& cloud, const Point& viewpoint) {
     for (const double alpha : {1.0, 100.0, 1e4}) {
       CAPTURE(alpha);
-      check_all_ways_agree(cloud, viewpoint, reaching_flip(cloud, viewpoint, alpha));
+      check_equals_qhull(cloud, viewpoint, reaching_flip(cloud, viewpoint, alpha));
     }
-    check_all_ways_agree(cloud, viewpoint, inversion());
+    check_equals_qhull(cloud, viewpoint, inversion());
   };
   SUBCASE("random ball, viewpoint inside") { check(ball(1, 20000, 30.0), {0.1, 0.2, 0.3}); }
   SUBCASE("random ball, viewpoint near its rim") { check(ball(2, 20000, 30.0), {29, 1, 2}); }
@@ -117,18 +121,11 @@ TEST_CASE("the fast hull, the culled one and Qhull on all points agree") {
   SUBCASE("two parallel walls") {
     check(joined(wall(10.0, 40, 0.1), wall(12.0, 40, 0.1)), {0.01, 0.02, 0.03});
   }
-  SUBCASE("two parallel walls, viewpoint on the axis of symmetry") {
-    check(joined(wall(10.0, 30, 0.1), wall(12.0, 30, 0.1)), Point::Zero());
-  }
   SUBCASE("ground only, viewpoint above it") {
     PointCloud ground;
     for (const Point& p : wall(0.0, 60, 0.25)) ground.emplace_back(p.y(), p.z(), 0.0);
     check(ground, {0.03, 0.04, 1.0});
   }
-  SUBCASE("lattice, viewpoint anywhere") { check(lattice(8, 0.5), {0.11, 0.07, 0.19}); }
-  SUBCASE("lattice, viewpoint amid eight points") { check(lattice(8, 0.5), {0.25, 0.25, 0.25}); }
-  SUBCASE("lattice, viewpoint on a point") { check(lattice(8, 0.5), Point::Zero()); }
-  SUBCASE("lattice, viewpoint on a face of the cube") { check(lattice(8, 0.5), {4.0, 0.0, 0.0}); }
   SUBCASE("5,000 km from the origin") {
     const Eigen::Vector3d far(5e6, -5e6, 100.0);
     check(translated(ball(4, 20000, 30.0), far), far + Eigen::Vector3d(0.1, 0.2, 0.3));
