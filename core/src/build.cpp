@@ -322,6 +322,7 @@ class Meter {
   /// May run from many threads at once. What the listener throws waits for `region_done`, because
   /// plugins call this.
   void viewpoints_done(std::size_t more) noexcept {
+    if (!listener_) return;
     viewpoints_done_ += more;
     if (!due()) return;
     const std::unique_lock lock(mutex_, std::try_to_lock);
