@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <chrono>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -23,10 +25,6 @@
 
 namespace vantage {
 namespace {
-
-// A region's viewpoints are tested in as few calls as progress allows: a scene may use within one
-// call what it has learnt about the viewpoints before.
-constexpr std::size_t kViewpointsBetweenReports = 512;
 
 /// What the regions need from the map.
 struct Work {
@@ -158,13 +156,13 @@ class BuildObserver final : public MapObserver {
 
   /// V_ij of Eq. 10, as indices into the map.
   /// @param inside  P_ij; only VisibilityScope::region looks at it
-  /// @param tested  told how many viewpoints more are done, unless they are the last
-  [[nodiscard]] Result<IndexList> observable_map(
-      std::span<const std::uint32_t> inside, std::span<const Point> viewpoints,
-      const std::function<void(std::size_t)>& tested) const {
+  [[nodiscard]] Result<IndexList> observable_map(std::span<const std::uint32_t> inside,
+                                                 std::span<const Point> viewpoints,
+                                                 const VisibilityProgress& progress) const {
     if (viewpoints.empty()) return IndexList{};
     VANTAGE_TRY(const Scope scope, scope_of(inside));
-    VANTAGE_TRY(IndexList seen, in_batches(scope, viewpoints, tested));
+    // All in one call: a scene uses what it has learnt from the viewpoints before.
+    VANTAGE_TRY(IndexList seen, scope.seen_from(viewpoints, &progress));
     if (params_.scope == VisibilityScope::region) {
       for (std::uint32_t& k : seen) k = inside[k];
     }
@@ -188,26 +186,13 @@ class BuildObserver final : public MapObserver {
     PointCloud own_points;  // of the region; what `points` views unless it views the map
     PluginPtr<VisibilityScene> own_scene;
 
-    [[nodiscard]] Result<IndexList> seen_from(std::span<const Point> viewpoints) const {
-      VANTAGE_TRY(IndexList seen, scene->visible_from_any(viewpoints));
+    [[nodiscard]] Result<IndexList> seen_from(std::span<const Point> viewpoints,
+                                              const VisibilityProgress* progress = nullptr) const {
+      VANTAGE_TRY(IndexList seen, scene->visible_from_any(viewpoints, progress));
       VANTAGE_CHECK(check_indices(seen, points.size(), "visibility"));
       return seen;
     }
   };
-
-  static Result<IndexList> in_batches(const Scope& scope, std::span<const Point> viewpoints,
-                                      const std::function<void(std::size_t)>& tested) {
-    if (viewpoints.size() <= kViewpointsBetweenReports) return scope.seen_from(viewpoints);
-    IndexSet seen(scope.points.size());
-    while (!viewpoints.empty()) {
-      const auto batch = viewpoints.first(std::min(viewpoints.size(), kViewpointsBetweenReports));
-      VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
-      seen.add(indices);
-      viewpoints = viewpoints.subspan(batch.size());
-      if (!viewpoints.empty()) tested(batch.size());
-    }
-    return seen.ascending();
-  }
 
   [[nodiscard]] Result<Scope> scope_of(std::span<const std::uint32_t> inside) const {
     Scope scope;
@@ -325,25 +310,78 @@ class BuildObserver final : public MapObserver {
   mutable std::optional<PlanIndex> ground_index_, map_index_;
 };
 
-/// Says how far a build is, whoever gets on.
+/// Says how far a build is, whoever gets on: at every region, and in between at every hundredth of
+/// the viewpoints or after a tenth of a second.
 class Meter {
  public:
   Meter(const BuildProgress& start, const std::function<void(const BuildProgress&)>& listener)
-      : now_(start), listener_(listener) {
-    add(0, 0);
+      : step_(std::max<std::size_t>(1, start.viewpoints / 100)), now_(start), listener_(listener) {
+    say();
   }
-  void add(std::size_t regions, std::size_t viewpoints) {
+
+  /// May run from many threads at once. What the listener throws waits for `region_done`, because
+  /// plugins call this.
+  void viewpoints_done(std::size_t more) noexcept {
     if (!listener_) return;
+    viewpoints_done_ += more;
+    if (!due()) return;
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock || !due()) return;  // another thread says it
+    try {
+      say();
+    } catch (...) {
+      thrown_ = std::current_exception();
+    }
+  }
+
+  void region_done() {
     const std::scoped_lock lock(mutex_);
-    now_.regions_done += regions;
-    now_.viewpoints_done += viewpoints;
-    listener_(now_);
+    if (thrown_) std::rethrow_exception(thrown_);
+    ++now_.regions_done;
+    say();
   }
 
  private:
-  std::mutex mutex_;
+  using Clock = std::chrono::steady_clock;
+
+  [[nodiscard]] bool due() const noexcept {
+    return viewpoints_done_ >= said_ + step_ ||
+           Clock::now().time_since_epoch() - said_at_.load() >= std::chrono::milliseconds(100);
+  }
+
+  void say() {
+    if (!listener_ || thrown_) return;
+    now_.viewpoints_done = viewpoints_done_;
+    said_ = now_.viewpoints_done;
+    listener_(now_);
+    said_at_ = Clock::now().time_since_epoch();
+  }
+
+  const std::size_t step_;
+  std::atomic<std::size_t> viewpoints_done_{0}, said_{0};
+  std::atomic<Clock::duration> said_at_{Clock::duration::zero()};
+  std::mutex mutex_;  // of what follows
   BuildProgress now_;
+  std::exception_ptr thrown_;
   const std::function<void(const BuildProgress&)>& listener_;
+};
+
+/// What one region adds: never more viewpoints than it has, whatever a plugin reports.
+class RegionProgress final : public VisibilityProgress {
+ public:
+  RegionProgress(Meter& meter, std::size_t viewpoints) : meter_(meter), left_(viewpoints) {}
+
+  void advanced(std::size_t viewpoints) const noexcept override {
+    std::size_t left = left_, more = 0;
+    do {
+      more = std::min(left, viewpoints);
+    } while (!left_.compare_exchange_weak(left, left - more));
+    if (more > 0) meter_.viewpoints_done(more);
+  }
+
+ private:
+  Meter& meter_;
+  mutable std::atomic<std::size_t> left_;
 };
 
 /// The points that were seen. While many are copied, bits stand for the indices: they are smaller.
@@ -377,20 +415,17 @@ Result<std::vector<RegionSummary>> build_all(
   struct Item {
     RegionId region;
     Result<IndexList> seen;
-    std::size_t viewpoints_to_report;
   };
 
   const auto test = [&](std::uint32_t r) {
     const PointCloud& viewpoints = work.viewpoints[r];
-    std::size_t unreported = viewpoints.size();
     const auto inside =
         work.inside.begin.empty() ? std::span<const std::uint32_t>{} : work.inside[r];
-    auto seen = observer.observable_map(inside, viewpoints, [&](std::size_t more) {
-      unreported -= more;
-      meter.add(0, more);
-    });
+    const RegionProgress of_region(meter, viewpoints.size());
+    auto seen = observer.observable_map(inside, viewpoints, of_region);
+    if (seen) of_region.advanced(viewpoints.size());  // those that the plugin did not report
     ++tested;
-    return std::make_shared<Item>(Item{RegionId{r}, std::move(seen), unreported});
+    return std::make_shared<Item>(Item{RegionId{r}, std::move(seen)});
   };
   const auto put = [&](Item& item) -> Result<void> {
     VANTAGE_TRY(IndexList seen, std::move(item.seen));
@@ -401,7 +436,7 @@ Result<std::vector<RegionSummary>> build_all(
     VANTAGE_CHECK(store.put(item.region, region_map));
     summaries[r] = {
         .points = region_map.points.size(), .viewpoints = region_map.viewpoints, .bytes = 0};
-    meter.add(1, item.viewpoints_to_report);
+    meter.region_done();
     return {};
   };
   const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;

@@ -22,6 +22,7 @@ MapObserver::~MapObserver() = default;
 Partitioner::~Partitioner() = default;
 GroundFilter::~GroundFilter() = default;
 VisibilityOperator::~VisibilityOperator() = default;
+VisibilityProgress::~VisibilityProgress() = default;
 VisibilityScene::~VisibilityScene() = default;
 MapStore::~MapStore() = default;
 ScanMatcher::~ScanMatcher() = default;
@@ -37,7 +38,7 @@ const char* to_string(Termination termination) noexcept {
 }
 
 Result<IndexList> VisibilityScene::visible_from_any(
-    std::span<const Point> viewpoints) const noexcept {
+    std::span<const Point> viewpoints, const VisibilityProgress* progress) const noexcept {
   // A union does not depend on who comes first; of several errors the one of the first viewpoint is
   // reported.
   IndexSet seen(map_size_);
@@ -60,6 +61,7 @@ Result<IndexList> VisibilityScene::visible_from_any(
       return;
     }
     seen.add(*indices);
+    if (progress != nullptr) progress->advanced(1);
   });
   if (error) return fail(*std::move(error));
 

@@ -70,7 +70,8 @@ struct BuildReport {
 /// @param map         N points of P, map frame, z up [m]; finite
 /// @param trajectory  where the sensor was while mapping [m]; may be empty
 /// @param progress    called from one thread at a time, first with nothing done, then with counts
-///                    that never fall; must not use TBB; may be empty
+///                    that never fall, at every region and a few times a second within; must not
+///                    use TBB; what it throws comes out of here; may be empty
 /// Errors: `invalid_input` for an empty or non-finite map, or one without any ground; what the
 /// plugins report; `internal` for a plugin that breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <memory>
 #include <span>
@@ -17,6 +18,16 @@ struct VisibilityLimits {
   double max_range = std::numeric_limits<double>::infinity();  ///< reach of the sensor [m]
 };
 
+/// Who wants to know how far `visible_from_any` is.
+class VANTAGE_API VisibilityProgress {
+ public:
+  virtual ~VisibilityProgress();
+
+  /// May be called from several threads at once; must return soon and must not use TBB.
+  /// @param viewpoints  how many more are done
+  virtual void advanced(std::size_t viewpoints) const noexcept = 0;
+};
+
 /// The points of one map, ready to be asked what can be seen from where.
 /// Borrows the map, which must outlive it.
 /// Thread safety: const methods may run on one object from many threads at once.
@@ -32,8 +43,12 @@ class VANTAGE_API VisibilityScene {
 
   /// V_ij of Eq. 10: what is seen from at least one viewpoint. The default joins `visible` of all,
   /// in parallel; an operator that can share work between viewpoints overrides it.
+  /// @param progress  told of viewpoints while they are done, of all together at most once each and
+  ///                  of none after the call; an operator may leave that out. No effect on the
+  ///                  result; nullptr for nobody
   [[nodiscard]] virtual Result<IndexList> visible_from_any(
-      std::span<const Point> viewpoints) const noexcept;
+      std::span<const Point> viewpoints,
+      const VisibilityProgress* progress = nullptr) const noexcept;
 
  protected:
   /// @param map_size  number of points of the map that the scene was prepared for

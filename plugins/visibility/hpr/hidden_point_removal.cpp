@@ -110,7 +110,8 @@ Result<IndexList> HiddenPointRemoval::visible(const Point& viewpoint) const {
   return map_indices(Sight(octree_, settings_).visible_from(viewpoint));
 }
 
-Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> viewpoints) const {
+Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> viewpoints,
+                                                       const VisibilityProgress* progress) const {
   for (const Point& viewpoint : viewpoints) VANTAGE_CHECK(check_radius(viewpoint));
   if (viewpoints.empty()) return IndexList{};
   const PointCloud tour = along_a_curve(viewpoints);
@@ -126,9 +127,12 @@ Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> vi
                         Sight sight(octree_, settings_);
                         for (std::size_t k = range.begin(); k < range.end(); ++k) {
                           sight.mark_visible((*stops)[k], unknown);
+                          if (progress != nullptr) progress->advanced(1);
                         }
                       });
   }
+  const std::size_t repeated = viewpoints.size() - tour.size();
+  if (progress != nullptr && repeated > 0) progress->advanced(repeated);
   return map_indices(unknown.seen());
 }
 

@@ -6,6 +6,7 @@
 #include "settings.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
+#include "vantage/visibility.hpp"
 
 namespace vantage::hpr {
 
@@ -31,8 +32,11 @@ class HiddenPointRemoval {
 
   /// The union of `visible`, in parallel. Viewpoints share what they find: a point that one sees
   /// is not tested again, and what occludes from one is tried first from the next.
+  /// @param progress  told of each viewpoint, at the end of those that are there more than once;
+  ///                  nullptr for nobody
   /// Errors: that of the first viewpoint that has one.
-  [[nodiscard]] Result<IndexList> visible_from_any(std::span<const Point> viewpoints) const;
+  [[nodiscard]] Result<IndexList> visible_from_any(std::span<const Point> viewpoints,
+                                                   const VisibilityProgress* progress) const;
 
  private:
   [[nodiscard]] Result<void> check_radius(const Point& viewpoint) const;

@@ -14,7 +14,7 @@ namespace {
 
 using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point,
     vantage::PointsView, vantage::Result, vantage::VisibilityLimits, vantage::VisibilityOperator,
-    vantage::VisibilityScene;
+    vantage::VisibilityProgress, vantage::VisibilityScene;
 using vantage::hpr::Kernel;
 
 constexpr double kDefaultAlpha = 100.0;  // Sec. 3.2.2
@@ -33,10 +33,11 @@ class Scene final : public VisibilityScene {
   }
 
   [[nodiscard]] Result<IndexList> visible_from_any(
-      std::span<const Point> viewpoints) const noexcept override {
+      std::span<const Point> viewpoints,
+      const VisibilityProgress* progress) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
       VANTAGE_CHECK(check(viewpoints));
-      return hpr_.visible_from_any(viewpoints);
+      return hpr_.visible_from_any(viewpoints, progress);
     });
   }
 

@@ -10,7 +10,7 @@ namespace {
 
 using vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point, vantage::PointsView,
     vantage::Result, vantage::VisibilityLimits, vantage::VisibilityOperator,
-    vantage::VisibilityScene;
+    vantage::VisibilityProgress, vantage::VisibilityScene;
 
 class Scene final : public VisibilityScene {
  public:
@@ -18,11 +18,12 @@ class Scene final : public VisibilityScene {
       : VisibilityScene(map.size()), map_(map), max_range_(max_range) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
-    return visible_from_any({&viewpoint, 1});
+    return visible_from_any({&viewpoint, 1}, nullptr);
   }
 
   [[nodiscard]] Result<IndexList> visible_from_any(
-      std::span<const Point> viewpoints) const noexcept override {
+      std::span<const Point> viewpoints,
+      const VisibilityProgress* progress) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
       for (const Point& viewpoint : viewpoints) {
         if (!viewpoint.allFinite()) {
@@ -43,6 +44,8 @@ class Scene final : public VisibilityScene {
         }
         kept.push_back(i);
       }
+      // Points were gone through, not viewpoints: all of them are done only now.
+      if (progress != nullptr) progress->advanced(viewpoints.size());
       return kept;
     });
   }

@@ -17,6 +17,19 @@ PointCloud in_single_precision(PointsView points) {
   return rounded;
 }
 
+/// Passes on how many viewpoints are done so far, where only those that are new were asked for.
+class SoFar final : public VisibilityProgress {
+ public:
+  explicit SoFar(const VisibilityProgress& listener) : listener_(listener) {}
+  void advanced(std::size_t viewpoints) const noexcept override {
+    listener_.advanced(done_ += viewpoints);
+  }
+
+ private:
+  const VisibilityProgress& listener_;
+  mutable std::atomic<std::size_t> done_ = 0;
+};
+
 class Scene final : public VisibilityScene {
  public:
   Scene(PointsView map, std::shared_ptr<const VisibilityScene> sound)
@@ -34,18 +47,23 @@ class Scene final : public VisibilityScene {
   }
 
   [[nodiscard]] Result<IndexList> visible_from_any(
-      std::span<const Point> viewpoints) const noexcept override {
+      std::span<const Point> viewpoints,
+      const VisibilityProgress* progress) const noexcept override {
     return guarded([&]() -> Result<IndexList> {
       if (breaks("V14") && viewpoints.empty()) return fail(ErrorCode::internal, "index 0 of 0");
-      if (breaks("V9")) return sound_->visible_from_any(viewpoints);
-      if (!breaks("V6")) return VisibilityScene::visible_from_any(viewpoints);
+      if (breaks("V9")) return sound_->visible_from_any(viewpoints, progress);
+      if (breaks("V15") && progress != nullptr) {
+        const SoFar so_far(*progress);
+        return VisibilityScene::visible_from_any(viewpoints, &so_far);
+      }
+      if (!breaks("V6")) return VisibilityScene::visible_from_any(viewpoints, progress);
       // Neighbours see the same, or so it was thought.
       PointCloud apart;
       for (const Point& viewpoint : viewpoints) {
         const auto is_near = [&](const Point& other) { return (viewpoint - other).norm() < 0.5; };
         if (std::none_of(apart.begin(), apart.end(), is_near)) apart.push_back(viewpoint);
       }
-      return VisibilityScene::visible_from_any(apart);
+      return VisibilityScene::visible_from_any(apart, progress);
     });
   }
 

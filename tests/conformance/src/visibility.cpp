@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -443,6 +444,34 @@ void no_viewpoints(const Subject& subject) {
   CHECK(seen->empty());
 }
 
+/// Adds up what it is told.
+class Sum final : public VisibilityProgress {
+ public:
+  void advanced(std::size_t viewpoints) const noexcept override { done_ += viewpoints; }
+  [[nodiscard]] std::size_t done() const noexcept { return done_; }
+
+ private:
+  mutable std::atomic<std::size_t> done_ = 0;
+};
+
+void progress(const Subject& subject) {
+  const auto visibility = subject.make<VisibilityOperator>();
+  const PointCloud map = some_map(subject);
+  const auto scene = prepare(*visibility, map, limits_of(map));
+  PointCloud viewpoints = some_viewpoints(subject, 20);
+  for (const std::size_t again : {0U, 3U, 3U}) viewpoints.push_back(viewpoints[again]);
+  for (const std::size_t n : {std::size_t{1}, viewpoints.size()}) {
+    const auto asked = std::span(viewpoints).first(n);
+    const auto expected = scene->visible_from_any(asked, nullptr);
+    REQUIRE_MESSAGE(expected, to_string(expected.error()));
+    const Sum sum;
+    const auto got = scene->visible_from_any(asked, &sum);
+    REQUIRE_MESSAGE(got, to_string(got.error()));
+    check_same(labels_of(*expected, map.size()), labels_of(*got, map.size()));
+    CHECK_MESSAGE(sum.done() <= n, sum.done() << " of " << n << " viewpoints are reported");
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"V1", "the indices ascend strictly and are in range", &ascending},
     Clause{"V2", "a wall behind a wall is hidden, and nine tenths of the one in front are seen",
@@ -467,6 +496,8 @@ constexpr std::array kClauses{
     Clause{"V13", "what a scene sees depends on its own map alone, not on the scenes before",
            &only_the_map},
     Clause{"V14", "without viewpoints nothing is seen", &no_viewpoints},
+    Clause{"V15", "progress adds up to the viewpoints asked for, or less, and changes nothing",
+           &progress},
 };
 
 }  // namespace

@@ -4,8 +4,15 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <initializer_list>
 #include <limits>
 #include <mutex>
+#include <stdexcept>
+#include <thread>
 
 #include "fakes.hpp"
 
@@ -60,6 +67,7 @@ TEST_CASE("a build stores every region's observable map, its viewpoints and the 
   CHECK(memory->index.config == "the configuration");
   CHECK(memory->index.map_points == map.size());
   CHECK(memory->maps.size() == 3);
+  progress.erase(std::unique(progress.begin(), progress.end()), progress.end());
   CHECK(progress == std::vector<std::size_t>{0, 1, 2, 3});
 
   CHECK(report->ground_points == 80);
@@ -272,38 +280,222 @@ TEST_CASE("a region that owns the whole map is decided on the map itself, not on
   CHECK(log->prepared == std::vector<const Point*>{one_strip.data()});
 }
 
-TEST_CASE("progress moves within a region of many viewpoints, and the map is none the worse") {
-  const PointCloud map = long_floor();
-  const auto memory = std::make_shared<test::Memory>();
-  auto p = plugins(memory, 0, 1e9, 2);
-  BuildParams one_metre = params();
-  one_metre.viewpoints.voxel_size = 1.0;
-  one_metre.max_range = 3.0;
-  std::vector<BuildProgress> seen;
-  const auto report = build_region_maps(map, {}, p, one_metre,
-                                        [&](const BuildProgress& now) { seen.push_back(now); });
+namespace {
+
+/// SeesNear that is asked in its own way about all viewpoints of a region, and counts how often.
+class AskedAtOnce final : public VisibilityOperator {
+ public:
+  using Report = std::function<void(std::size_t viewpoints, const VisibilityProgress&)>;
+  /// @param report  what it says of its viewpoints, once it has seen what they see
+  AskedAtOnce(std::shared_ptr<std::atomic<int>> calls, Report report)
+      : calls_(std::move(calls)), report_(std::move(report)) {}
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept override {
+    class Scene final : public VisibilityScene {
+     public:
+      Scene(PointsView map, std::unique_ptr<VisibilityScene> sees, const AskedAtOnce& asked)
+          : VisibilityScene(map.size()), sees_(std::move(sees)), asked_(asked) {}
+      [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
+        return sees_->visible(viewpoint);
+      }
+      [[nodiscard]] Result<IndexList> visible_from_any(
+          std::span<const Point> viewpoints,
+          const VisibilityProgress* progress) const noexcept override {
+        ++*asked_.calls_;
+        auto seen = sees_->visible_from_any(viewpoints, nullptr);
+        if (progress != nullptr) asked_.report_(viewpoints.size(), *progress);
+        return seen;
+      }
+
+     private:
+      std::unique_ptr<VisibilityScene> sees_;
+      const AskedAtOnce& asked_;
+    };
+    VANTAGE_TRY(auto sees, test::SeesNear().prepare(map, limits));
+    return std::make_unique<Scene>(map, std::move(sees), *this);
+  }
+
+ private:
+  std::shared_ptr<std::atomic<int>> calls_;
+  Report report_;
+};
+
+BuildParams one_metre() {
+  BuildParams p = params();
+  p.viewpoints.voxel_size = 1.0;
+  p.max_range = 3.0;
+  return p;
+}
+
+/// What a build over the long floor in two strips says: 1000 viewpoints in one, 100 in the other.
+std::vector<BuildProgress> said_over(const AskedAtOnce::Report& report) {
+  auto p = plugins(std::make_shared<test::Memory>(), 0, 1e9, 2);
+  p.visibility = test::in_process<AskedAtOnce, VisibilityOperator>(
+      std::make_shared<std::atomic<int>>(0), report);
+  std::vector<BuildProgress> said;
+  const auto built = build_region_maps(long_floor(), {}, p, one_metre(),
+                                       [&](const BuildProgress& now) { said.push_back(now); });
+  REQUIRE_MESSAGE(built, to_string(built.error()));
+  return said;
+}
+
+/// From nothing to 2 regions of 1100 viewpoints, exactly, and never back.
+void check_counts(const std::vector<BuildProgress>& said) {
+  REQUIRE(said.size() >= 3);
+  CHECK(said.front().viewpoints_done == 0);
+  CHECK(said.front().regions_done == 0);
+  CHECK(said.back().viewpoints_done == 1100);
+  CHECK(said.back().regions_done == 2);
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    CHECK(said[i].viewpoints == 1100);
+    CHECK(said[i].regions == 2);
+    CHECK(said[i].viewpoints_done <= 1100);
+    if (i == 0) continue;
+    CHECK(said[i].viewpoints_done >= said[i - 1].viewpoints_done);
+    CHECK(said[i].regions_done >= said[i - 1].regions_done);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a region is one call of visible_from_any, however many viewpoints it has") {
+  const auto calls = std::make_shared<std::atomic<int>>(0);
+  auto p = plugins(std::make_shared<test::Memory>(), 0, 1e9, 2);
+  p.visibility = test::in_process<AskedAtOnce, VisibilityOperator>(
+      calls, [](std::size_t, const VisibilityProgress&) {});
+  const auto report = build_region_maps(long_floor(), {}, p, one_metre());
   REQUIRE_MESSAGE(report, to_string(report.error()));
   CHECK(report->viewpoints == 1100);
-  REQUIRE(seen.size() >= 4);
-  CHECK(seen.front().viewpoints_done == 0);
-  CHECK(seen.back().viewpoints_done == 1100);
-  CHECK(seen.back().regions_done == 2);
-  for (std::size_t i = 1; i < seen.size(); ++i) {
-    CHECK(seen[i].viewpoints_done >= seen[i - 1].viewpoints_done);
-    CHECK(seen[i].regions_done >= seen[i - 1].regions_done);
-  }
-  const auto within = std::count_if(seen.begin(), seen.end(), [](const BuildProgress& now) {
-    return now.regions_done == 0 && now.viewpoints_done > 0;
-  });
-  CHECK(within >= 1);
+  CHECK(*calls == 2);
+}
 
-  // Two regions of fewer viewpoints each, joined, see the same.
-  PointCloud expected;
-  for (const Point& point : map) {
-    const double dx = std::max(0.0, point.x() - 9.5);  // of the last viewpoint of strip 0
-    if (dx * dx + 1.0 <= 9.0) expected.push_back(point);
+TEST_CASE("progress moves within a region of many viewpoints, and the map is none the worse") {
+  const PointCloud map = long_floor();
+  for (const std::size_t threads : {1U, 2U, 4U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const auto memory = std::make_shared<test::Memory>();
+    auto p = plugins(memory, 0, 1e9, 2);
+    std::vector<BuildProgress> said;
+    const auto start = std::chrono::steady_clock::now();
+    const auto report = build_region_maps(map, {}, p, one_metre(),
+                                          [&](const BuildProgress& now) { said.push_back(now); });
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    check_counts(said);
+    const auto within = std::count_if(said.begin(), said.end(), [](const BuildProgress& now) {
+      return now.regions_done == 0 && now.viewpoints_done > 0;
+    });
+    CHECK(within >= 10);
+    // The start, two regions, a hundred hundredths, ten a second.
+    CHECK(static_cast<double>(said.size()) <= 103.0 + 10.0 * took.count());
+
+    PointCloud expected;
+    for (const Point& point : map) {
+      const double dx = std::max(0.0, point.x() - 9.5);  // of the last viewpoint of strip 0
+      if (dx * dx + 1.0 <= 9.0) expected.push_back(point);
+    }
+    CHECK(memory->maps[0].points == expected);
   }
-  CHECK(memory->maps[0].points == expected);
+}
+
+TEST_CASE("the counts are exact whatever a visibility plugin reports") {
+  const auto nothing = [](std::size_t, const VisibilityProgress&) {};
+  const auto at_once = [](std::size_t n, const VisibilityProgress& p) { p.advanced(n); };
+  const auto half = [](std::size_t n, const VisibilityProgress& p) { p.advanced(n / 2); };
+  const auto too_much = [](std::size_t n, const VisibilityProgress& p) {
+    for (std::size_t i = 0; i < n; ++i) p.advanced(i);
+    p.advanced(std::numeric_limits<std::size_t>::max());
+  };
+  const auto one_by_one = [](std::size_t n, const VisibilityProgress& p) {
+    for (std::size_t i = 0; i < n; ++i) p.advanced(1);
+  };
+  for (const AskedAtOnce::Report& report :
+       std::initializer_list<AskedAtOnce::Report>{nothing, at_once, half, too_much, one_by_one}) {
+    check_counts(said_over(report));
+  }
+}
+
+namespace {
+
+/// Four threads report a quarter of the viewpoints each.
+void report_from_threads(std::size_t viewpoints, const VisibilityProgress& progress,
+                         const std::function<void()>& thread_done) {
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      for (std::size_t i = 0; i < viewpoints / 4; ++i) progress.advanced(1);
+      thread_done();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+
+TEST_CASE("progress is told from one thread at a time") {
+  std::atomic<int> inside{0}, most{0};
+  auto p = plugins(std::make_shared<test::Memory>(), 0, 1e9, 2);
+  p.visibility = test::in_process<AskedAtOnce, VisibilityOperator>(
+      std::make_shared<std::atomic<int>>(0), [](std::size_t n, const VisibilityProgress& progress) {
+        report_from_threads(n, progress, [] {});
+      });
+  std::vector<BuildProgress> said;
+  const auto report =
+      build_region_maps(long_floor(), {}, p, one_metre(), [&](const BuildProgress& now) {
+        most = std::max<int>(most, ++inside);
+        said.push_back(now);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        --inside;
+      });
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(most == 1);
+  check_counts(said);
+}
+
+TEST_CASE("a slow listener keeps nobody from going on") {
+  std::mutex mutex;
+  std::condition_variable changed;
+  int threads_done = 0;
+  bool listening = false, went_on = true;
+  auto p = plugins(std::make_shared<test::Memory>(), 0, 1e9, 1);
+  p.visibility = test::in_process<AskedAtOnce, VisibilityOperator>(
+      std::make_shared<std::atomic<int>>(0),
+      [&](std::size_t n, const VisibilityProgress& progress) {
+        report_from_threads(n, progress, [&] {
+          const std::scoped_lock lock(mutex);
+          ++threads_done;
+          changed.notify_all();
+        });
+      });
+  PointCloud one_strip = long_floor();
+  std::erase_if(one_strip, [](const Point& point) { return point.x() > 10.0; });
+  const auto report =
+      build_region_maps(one_strip, {}, p, one_metre(), [&](const BuildProgress& now) {
+        if (now.viewpoints_done == 0 || listening) return;
+        listening = true;
+        std::unique_lock lock(mutex);
+        went_on =
+            changed.wait_for(lock, std::chrono::seconds(20), [&] { return threads_done == 3; });
+      });
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(listening);
+  CHECK(went_on);
+}
+
+TEST_CASE("what a listener throws comes out of the build, from within a region too") {
+  for (const std::size_t from : {std::size_t{0}, std::size_t{50}, std::size_t{1100}}) {
+    const auto memory = std::make_shared<test::Memory>();
+    auto p = plugins(memory, 0, 1e9, 2);
+    CHECK_THROWS_WITH_AS(
+        static_cast<void>(build_region_maps(long_floor(), {}, p, one_metre(),
+                                            [&](const BuildProgress& now) {
+                                              if (now.viewpoints_done >= from) {
+                                                throw std::runtime_error("the disk is full");
+                                              }
+                                            })),
+        "the disk is full", std::runtime_error);
+    CHECK_FALSE(memory->committed);
+  }
 }
 
 TEST_CASE("more points than an index can count are refused before any is looked at") {

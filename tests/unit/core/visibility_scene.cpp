@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 
+#include "support/reports.hpp"
 #include "vantage/visibility.hpp"
 
 using namespace vantage;
@@ -45,4 +46,27 @@ TEST_CASE("of several failing viewpoints the first is reported") {
   const Divisible scene(10);
   const PointCloud viewpoints{{7, 0, 0}, {-3, 0, 0}, {-1, 0, 0}, {-2, 0, 0}};
   for (int i = 0; i < 20; ++i) CHECK(scene.visible_from_any(viewpoints).error().message == "at -3");
+}
+
+TEST_CASE("visible_from_any reports each viewpoint, for any number of threads") {
+  const Divisible scene(1000);
+  const PointCloud viewpoints(100, Point(7, 0, 0));
+  const IndexList expected = scene.visible({7, 0, 0}).value();
+  for (const std::size_t threads : {1U, 2U, 4U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const test::Reports reports;
+    CHECK(scene.visible_from_any(viewpoints, &reports).value() == expected);
+    CHECK(reports.calls() == 100);
+    CHECK(reports.viewpoints() == 100);
+  }
+  const test::Reports none;
+  CHECK(scene.visible_from_any({}, &none).value().empty());
+  CHECK(none.calls() == 0);
+}
+
+TEST_CASE("a viewpoint that fails is not reported as done") {
+  const Divisible scene(10);
+  const test::Reports reports;
+  CHECK_FALSE(scene.visible_from_any(PointCloud{{7, 0, 0}, {-3, 0, 0}}, &reports));
+  CHECK(reports.viewpoints() == 1);
 }

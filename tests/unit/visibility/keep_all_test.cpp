@@ -5,6 +5,7 @@
 
 #include "scenes.hpp"
 #include "support/plugins.hpp"
+#include "support/reports.hpp"
 
 namespace vantage::test {
 namespace {
@@ -39,7 +40,9 @@ TEST_CASE("keep_all") {
     }
     CHECK(!any.empty());
     CHECK(any.size() < map.size());
-    CHECK((*scene)->visible_from_any(viewpoints) == any);
+    const Reports reports;
+    CHECK((*scene)->visible_from_any(viewpoints, &reports) == any);
+    CHECK(reports.viewpoints() == viewpoints.size());
     IndexList one;
     for (std::uint32_t i = 0; i < map.size(); ++i) {
       if ((map[i] - viewpoints[0]).norm() <= range) one.push_back(i);

@@ -9,6 +9,7 @@
 
 #include "exact_visibility.hpp"
 #include "scenes.hpp"
+#include "support/reports.hpp"
 
 namespace vantage::test {
 namespace {
@@ -57,8 +58,10 @@ void check_union(const PointCloud& map, const PointCloud& viewpoints, double ran
       for (const PointCloud& asked : {viewpoints, shuffled, repeated}) {
         CAPTURE(threads);
         CAPTURE(asked.size());
-        const auto seen = scene->visible_from_any(asked);
+        const Reports reports;
+        const auto seen = scene->visible_from_any(asked, &reports);
         CHECK_MESSAGE(seen, to_string(seen.error()));
+        CHECK(reports.viewpoints() == asked.size());
         CHECK(seen.value_or(IndexList{}) == expected);
       }
     }
@@ -107,6 +110,25 @@ TEST_CASE("visible_from_any is the union of visible on the recorded street") {
   const auto& map = street();
   if (!map) return;
   check_union(thinned(*map, 4'000), grid({30.0, 2.0, -0.7}, 1.0), 30.0, Judged::no);
+}
+
+TEST_CASE("hpr reports each viewpoint when it is done, and repeated ones in the end") {
+  const PointCloud map = ball(57, 200, 10.0);
+  const PointCloud viewpoints = ball(58, 3000, 5.0);
+  Bounds3 bounds = bounds_of(map);
+  for (const Point& viewpoint : viewpoints) bounds.extend(viewpoint);
+  const auto scene = scene_of(map, bounds, {});
+  const IndexList expected = scene->visible_from_any(viewpoints).value();
+  for (const std::size_t threads : {1U, 2U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const Reports once, repeated;
+    CHECK(scene->visible_from_any(viewpoints, &once).value() == expected);
+    CHECK(once.calls() == 3000);
+    CHECK(once.viewpoints() == 3000);
+    CHECK(scene->visible_from_any(joined(viewpoints, viewpoints), &repeated).value() == expected);
+    CHECK(repeated.calls() == 3001);
+    CHECK(repeated.viewpoints() == 6000);
+  }
 }
 
 TEST_CASE("visible_from_any of nothing, and of what is no viewpoint") {
