@@ -39,7 +39,7 @@ bool ReachGrid::surely_holds(const StarHull::Cone& cone, StarHull& hull) {
   const double room = 1.0 - tangent * std::sqrt(stretch - 1.0);
   if (room <= 0.0) return false;
   const double half = 1.000001 * tangent * stretch / room;  // of the square about the cone
-  if (std::max(std::abs(v), std::abs(w)) + half >= 1.0) {
+  if (std::max(std::abs(v), std::abs(w)) + half >= 1.0 - 1e-12) {
     return hull.surely_holds(cone);  // it reaches round the edge of the cube
   }
   const int level = std::min(kFinest, std::ilogb(2.0 / half));
