@@ -12,7 +12,6 @@ namespace vantage::hpr {
 namespace {
 
 constexpr int kBits = 21;  // of a cell's number along an axis
-constexpr PointOctree::Index kLeafSize = 64;
 
 // The lower 21 bits of x, two zero bits between each.
 std::uint64_t spread(std::uint64_t x) {
