@@ -19,7 +19,7 @@ namespace vantage::hpr {
 namespace {
 
 // Viewpoints that one thread visits in a row, at least: what occludes from one helps at the next.
-constexpr std::size_t kTour = 64;
+constexpr std::size_t kTour = 128;
 
 // Of many viewpoints, one in so many is visited first: it sees most of what its neighbours see.
 constexpr std::size_t kScouts = 16;
@@ -126,7 +126,12 @@ Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> vi
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         Sight sight(octree_, settings_);
                         for (std::size_t k = range.begin(); k < range.end(); ++k) {
-                          sight.mark_visible((*stops)[k], unknown);
+                          // Nothing is known yet of what occludes from the first.
+                          if (k == range.begin() && 2 * unknown.left() > octree_.points().size()) {
+                            sight.mark_all_visible((*stops)[k], unknown);
+                          } else {
+                            sight.mark_visible((*stops)[k], unknown);
+                          }
                           if (progress != nullptr) progress->advanced(1);
                         }
                       });

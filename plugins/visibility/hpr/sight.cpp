@@ -280,21 +280,17 @@ std::vector<Sight::PointRef> Sight::seen_refs(const Point& viewpoint) {
     return seen;
   }
   for (std::uint32_t b = 0; b < kBuckets.size(); ++b) put_in_bucket(b);
-  traverse(
-      [&](Index, const Sighting& s) { return !surely_hidden(s); },
-      [&](Index leaf, const Sighting&) {
-        const PointOctree::Node& node = octree_.nodes()[leaf];
-        for (Index k = node.first; k < node.last; ++k) {
-          const Point p = eye_.relative(octree_.points()[k]);
-          const double squared = p.squaredNorm();
-          if (!eye_.takes_part(squared)) continue;
-          const PointRef ref{k, leaf};
-          const StarHull::Location location = put_in(ref, eye_.turned(p, p.norm()));
-          if (location.place == StarHull::Place::vertex && vertices_[location.at].position != k) {
-            coincident_.emplace_back(ref, location.at);
-          }
-        }
-      });
+  traverse([&](Index, const Sighting& s) { return !surely_hidden(s); },
+           [&](Index leaf, const Sighting& s) {
+             if (turned_.size() > kMostTurned) forget_turned();
+             for (const PointRef& ref : doubtful(leaf, s, [](Index) { return true; })) {
+               const StarHull::Location location = put_in(ref, turned(ref.position));
+               if (location.place == StarHull::Place::vertex &&
+                   vertices_[location.at].position != ref.position) {
+                 coincident_.emplace_back(ref, location.at);
+               }
+             }
+           });
   std::vector<PointRef> seen;
   for (const StarHull::Index v : hull_.vertices()) seen.push_back(vertices_[v]);
   for (const auto& [ref, v] : coincident_) {
@@ -330,24 +326,31 @@ void Sight::mark_visible(const Point& viewpoint, UnknownPoints& unknown) {
         put_in_bucket(kBuckets.bin_of(s.centre));
         return !surely_hidden(s);
       },
-      [&](Index leaf, const Sighting& s) { mark_visible_of(leaf, s, unknown); });
+      [&](Index leaf, const Sighting& s) {
+        for (const PointRef& ref :
+             doubtful(leaf, s, [&](Index position) { return unknown.holds(position); })) {
+          if (is_visible(ref)) unknown.mark_seen(ref.position, ref.leaf);
+        }
+      });
   keep_occluders();
 }
 
-void Sight::mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknown) {
+// The points of a leaf that the planes of the hull over it do not show to be inside.
+// @param wanted  is asked for each position
+template <class Wanted>
+std::span<const Sight::PointRef> Sight::doubtful(Index leaf, const Sighting& s,
+                                                 const Wanted& wanted) {
+  doubtful_.clear();
   std::span<const StarHull::Plane> planes;
   if (s.radius < kWide * s.distance) {
     const StarHull::Cover cover = hull_.cover(cone_of(s));
-    if (cover.holds_cone) return;
+    if (cover.holds_cone) return doubtful_;
     planes = cover.planes;
   }
   const PointOctree::Node& node = octree_.nodes()[leaf];
-  // Which are in doubt is found out before any of them is looked at more closely: that may turn
-  // other leaves, and this one's points move.
-  doubtful_.clear();
   const TurnedLeaf turned = turned_leaf(leaf);
   for (Index k = 0; k < node.size(); ++k) {
-    if (!unknown.holds(node.first + k) || std::isnan(turned.x[k])) continue;
+    if (!wanted(node.first + k) || std::isnan(turned.x[k])) continue;
     const auto below = [&](const StarHull::Plane& plane) {
       return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] +
                  plane.normal.z() * turned.z[k] <
@@ -356,9 +359,7 @@ void Sight::mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknow
     const bool hidden = !planes.empty() && std::all_of(planes.begin(), planes.end(), below);
     if (!hidden) doubtful_.push_back({node.first + k, leaf});
   }
-  for (const PointRef& ref : doubtful_) {
-    if (is_visible(ref)) unknown.mark_seen(ref.position, ref.leaf);
-  }
+  return doubtful_;
 }
 
 // Whether a point is a vertex of the hull of all points. The hull at hand is of few; it is grown

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -76,7 +77,9 @@ class Sight {
   void keep_occluders();
   [[nodiscard]] std::vector<PointRef> seen_refs(const Point& viewpoint);
 
-  void mark_visible_of(Index leaf, const Sighting& s, UnknownPoints& unknown);
+  template <class Wanted>
+  [[nodiscard]] std::span<const PointRef> doubtful(Index leaf, const Sighting& s,
+                                                   const Wanted& wanted);
   [[nodiscard]] bool is_visible(const PointRef& ref);
   [[nodiscard]] bool is_vertex_among_all(const PointRef& ref, const Point& turned);
   [[nodiscard]] PointRef support(const Eigen::Vector3d& direction, const Point& turned,

@@ -92,6 +92,7 @@ Sign StarHull::side(const Facet& f, std::size_t i, const Point& p, double coarse
   const double coarse = a.cross(b).dot(p);
   if (coarse > coarse_error) return Sign::positive;
   if (coarse < -coarse_error) return Sign::negative;
+  if (p == a || p == b) return Sign::zero;
   // det(a, b, p) = det(a, b - a, p - a), whose error is smaller by the distances' ratio squared.
   const Eigen::Vector3d ab = b - a, ap = p - a;
   const double fine = a.cross(ab).dot(ap);

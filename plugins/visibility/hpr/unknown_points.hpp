@@ -26,6 +26,7 @@ class UnknownPoints {
   [[nodiscard]] bool any_in(Index node) const {
     return left_in_[node].load(std::memory_order_relaxed) != 0;
   }
+  [[nodiscard]] std::size_t left() const { return left_in_[0].load(std::memory_order_relaxed); }
   [[nodiscard]] bool holds(Index position) const {
     return (seen_[position / 64].load(std::memory_order_relaxed) >> (position % 64) & 1U) == 0;
   }
