@@ -47,14 +47,9 @@ class DirectionBins {
     return row * width + (row % 2 == 0 ? column : width - 1 - column);
   }
 
- private:
   struct Cell {
     std::uint32_t face, column, row;
   };
-
-  [[nodiscard]] static constexpr int first_across(int axis) { return axis == 2 ? 0 : axis + 1; }
-  [[nodiscard]] static constexpr int second_across(int axis) { return axis == 0 ? 2 : axis - 1; }
-
   [[nodiscard]] constexpr std::uint32_t number_of(Cell cell) const {
     const std::uint32_t along = cell.row % 2 == 0 ? cell.column : edge_ - 1 - cell.column;
     return (cell.face * edge_ + cell.row) * edge_ + along;
@@ -65,6 +60,10 @@ class DirectionBins {
             .column = row % 2 == 0 ? along : edge_ - 1 - along,
             .row = row};
   }
+
+ private:
+  [[nodiscard]] static constexpr int first_across(int axis) { return axis == 2 ? 0 : axis + 1; }
+  [[nodiscard]] static constexpr int second_across(int axis) { return axis == 0 ? 2 : axis - 1; }
 
   std::uint32_t edge_;
 };

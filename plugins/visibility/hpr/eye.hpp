@@ -36,6 +36,11 @@ class Eye {
     return settings_.kernel == Kernel::spherical_flip ? 2.0 * settings_.radius - distance
                                                       : 1.0 / distance;
   }
+  /// The distance of a point whose |p*| is that; the inverse of `turned_length`.
+  [[nodiscard]] double distance_turned_to(double length) const {
+    return settings_.kernel == Kernel::spherical_flip ? 2.0 * settings_.radius - length
+                                                      : 1.0 / length;
+  }
   /// p* of p~ at that distance.
   [[nodiscard]] Point turned(const Point& relative, double distance) const {
     return (turned_length(distance) / distance) * relative;

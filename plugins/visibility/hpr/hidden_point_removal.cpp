@@ -18,11 +18,16 @@
 namespace vantage::hpr {
 namespace {
 
-// Viewpoints that one thread visits in a row, at least: what occludes from one helps at the next.
+// Viewpoints that one thread visits in a row: what occludes from one helps at the next.
 constexpr std::size_t kTour = 128;
 
-// Of many viewpoints, one in so many is visited first: it sees most of what its neighbours see.
-constexpr std::size_t kScouts = 16;
+// One viewpoint in so many is visited first, to see most of what its neighbours see.
+constexpr std::size_t kScouts = 12;
+constexpr std::size_t kScoutsTour = 16;
+
+// The whole hull is the faster way to what one viewpoint adds while that is more than such a part
+// of what all see.
+constexpr std::size_t kMuch = 32;
 
 // The place of a cell of a 2^16 x 2^16 grid along a Hilbert curve: cells with close numbers are
 // close to each other.
@@ -105,9 +110,42 @@ Result<void> HiddenPointRemoval::check_radius(const Point& viewpoint) const {
                   "max_range");
 }
 
+// A sight that was used before, preferably near a viewpoint: what occluded there helps here.
+class HiddenPointRemoval::LentSight {
+ public:
+  LentSight(const HiddenPointRemoval& owner, const Point& viewpoint) : owner_(owner) {
+    {
+      const std::scoped_lock lock(owner.mutex_);
+      const auto nearest = std::min_element(owner.idle_.begin(), owner.idle_.end(),
+                                            [&](const auto& a, const auto& b) {
+                                              return (a->viewpoint() - viewpoint).squaredNorm() <
+                                                     (b->viewpoint() - viewpoint).squaredNorm();
+                                            });
+      if (nearest != owner.idle_.end()) {
+        std::swap(*nearest, owner.idle_.back());
+        sight_ = std::move(owner.idle_.back());
+        owner.idle_.pop_back();
+      }
+    }
+    if (sight_ == nullptr) sight_ = std::make_unique<Sight>(owner.octree_, owner.settings_);
+  }
+  ~LentSight() {
+    const std::scoped_lock lock(owner_.mutex_);
+    owner_.idle_.push_back(std::move(sight_));
+  }
+  LentSight(const LentSight&) = delete;
+  LentSight& operator=(const LentSight&) = delete;
+
+  Sight* operator->() { return sight_.get(); }
+
+ private:
+  const HiddenPointRemoval& owner_;
+  std::unique_ptr<Sight> sight_;
+};
+
 Result<IndexList> HiddenPointRemoval::visible(const Point& viewpoint) const {
   VANTAGE_CHECK(check_radius(viewpoint));
-  return map_indices(Sight(octree_, settings_).visible_from(viewpoint));
+  return map_indices(LentSight(*this, viewpoint)->visible_from(viewpoint));
 }
 
 Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> viewpoints,
@@ -116,26 +154,26 @@ Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> vi
   if (viewpoints.empty()) return IndexList{};
   const PointCloud tour = along_a_curve(viewpoints);
   PointCloud scouts, others;
-  const bool many = tour.size() > kScouts * kTour;
   for (std::size_t k = 0; k < tour.size(); ++k) {
-    (many && k % kScouts == 0 ? scouts : others).push_back(tour[k]);
+    (k % kScouts == kScouts / 2 ? scouts : others).push_back(tour[k]);
   }
   UnknownPoints unknown(octree_);
-  for (const PointCloud* stops : {&scouts, &others}) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, stops->size(), kTour),
-                      [&](const tbb::blocked_range<std::size_t>& range) {
-                        Sight sight(octree_, settings_);
-                        for (std::size_t k = range.begin(); k < range.end(); ++k) {
-                          // Nothing is known yet of what occludes from the first.
-                          if (k == range.begin() && 2 * unknown.left() > octree_.points().size()) {
-                            sight.mark_all_visible((*stops)[k], unknown);
-                          } else {
-                            sight.mark_visible((*stops)[k], unknown);
-                          }
-                          if (progress != nullptr) progress->advanced(1);
-                        }
-                      });
-  }
+  const std::size_t points = octree_.points().size();
+  const auto visit = [&](const PointCloud& stops, std::size_t in_a_row) {
+    const auto visit_range = [&](const tbb::blocked_range<std::size_t>& range) {
+      LentSight sight(*this, stops[range.begin()]);
+      bool much = 2 * unknown.left() > points;
+      for (std::size_t k = range.begin(); k < range.end(); ++k) {
+        const std::size_t added = much ? sight->mark_all_visible(stops[k], unknown)
+                                       : sight->mark_visible(stops[k], unknown);
+        much = kMuch * added > points - unknown.left();
+        if (progress != nullptr) progress->advanced(1);
+      }
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, stops.size(), in_a_row), visit_range);
+  };
+  visit(scouts, kScoutsTour);
+  visit(others, kTour);
   const std::size_t repeated = viewpoints.size() - tour.size();
   if (progress != nullptr && repeated > 0) progress->advanced(repeated);
   return map_indices(unknown.seen());

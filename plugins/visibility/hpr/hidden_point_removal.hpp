@@ -1,9 +1,13 @@
 #pragma once
 
+#include <memory>
+#include <mutex>
 #include <span>
+#include <vector>
 
 #include "point_octree.hpp"
 #include "settings.hpp"
+#include "sight.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 #include "vantage/visibility.hpp"
@@ -39,11 +43,14 @@ class HiddenPointRemoval {
                                                    const VisibilityProgress* progress) const;
 
  private:
+  class LentSight;
   [[nodiscard]] Result<void> check_radius(const Point& viewpoint) const;
   [[nodiscard]] IndexList map_indices(std::span<const PointOctree::Index> positions) const;
 
   PointOctree octree_;
   Settings settings_;
+  mutable std::mutex mutex_;                          // guards idle_
+  mutable std::vector<std::unique_ptr<Sight>> idle_;  // at most one for each thread
 };
 
 /// One viewpoint of one map.

@@ -52,7 +52,7 @@ void Sight::look_from(const Point& viewpoint) {
   slack_ = kRounding *
            ((octree_.origin() - viewpoint).norm() + (root.max - root.min).cast<double>().norm());
   forget_turned();
-  grid_.clear();
+  occlusion_.clear();
   vertices_.clear();
   coincident_.clear();
   if (occluders_.empty()) occluders_ = representatives();
@@ -73,7 +73,9 @@ Sight::Sighting Sight::sighting(const PointOctree::Node& node) const {
   const Eigen::Vector3d high = node.max.cast<double>() + offset;
   const Eigen::Vector3d centre = 0.5 * (low + high);
   const Eigen::Vector3d gap = low.cwiseMax(-high).cwiseMax(0.0);
-  return {.centre = centre,
+  return {.low = low,
+          .high = high,
+          .centre = centre,
           .distance = centre.norm(),
           .radius = 0.5 * (high - low).norm() + slack_,
           .nearest = std::max(0.0, gap.norm() - slack_)};
@@ -111,7 +113,23 @@ StarHull::Cone Sight::cone_of(const Sighting& s) const {
 
 // Whether all points of a node are inside the hull.
 bool Sight::surely_hidden(const Sighting& s) {
-  return s.radius < kWide * s.distance && grid_.surely_holds(cone_of(s), hull_);
+  if (!(s.radius < kWide * s.distance)) return false;
+  const auto slack = Eigen::Vector3d::Constant(slack_);
+  const auto answer =
+      occlusion_.hides({.low = s.low - slack, .high = s.high + slack, .nearest = s.nearest},
+                       [this](std::uint32_t tile) { fill_tile(tile); });
+  if (answer == OcclusionMap::Answer::not_on_one_face) return hull_.surely_holds(cone_of(s));
+  return answer == OcclusionMap::Answer::hidden;
+}
+
+// What the earlier viewpoints give for a tile and about it is in the hull then.
+void Sight::fill_tile(std::uint32_t tile) {
+  for (int row = -1; row <= 1; ++row) {
+    for (int column = -1; column <= 1; ++column) {
+      put_in_bucket(kBuckets.bin_of(OcclusionMap::direction_beside(tile, column, row)));
+    }
+  }
+  occlusion_.fill(tile, eye_, hull_);
 }
 
 // ---- occluders
@@ -224,7 +242,7 @@ bool Sight::start_hull(const std::vector<PointRef>& among) {
 // the viewpoint. False if there are none.
 bool Sight::start_hull() {
   std::vector<PointRef> few;
-  const std::size_t step = 1 + occluders_.size() / 1024;
+  const std::size_t step = 1 + occluders_.size() / 256;
   for (std::size_t k = 0; k < occluders_.size(); k += step) few.push_back(occluders_[k]);
   bool started = start_hull(few);
   if (!started) {
@@ -255,6 +273,7 @@ StarHull::Location Sight::put_in(const PointRef& ref, const Point& turned) {
   if (location.place == StarHull::Place::outside) {
     hull_.add(turned, location);
     vertices_.push_back(ref);
+    occlusion_.hull_grew_in(OcclusionMap::kTiles.bin_of(turned));
   }
   return location;
 }
@@ -281,9 +300,9 @@ std::vector<Sight::PointRef> Sight::seen_refs(const Point& viewpoint) {
   }
   for (std::uint32_t b = 0; b < kBuckets.size(); ++b) put_in_bucket(b);
   traverse([&](Index, const Sighting& s) { return !surely_hidden(s); },
-           [&](Index leaf, const Sighting& s) {
+           [&](Index leaf, const Sighting&) {
              if (turned_.size() > kMostTurned) forget_turned();
-             for (const PointRef& ref : doubtful(leaf, s, [](Index) { return true; })) {
+             for (const PointRef& ref : doubtful(leaf, [](Index) { return true; })) {
                const StarHull::Location location = put_in(ref, turned(ref.position));
                if (location.place == StarHull::Place::vertex &&
                    vertices_[location.at].position != ref.position) {
@@ -306,58 +325,51 @@ std::vector<Sight::Index> Sight::visible_from(const Point& viewpoint) {
   return positions;
 }
 
-void Sight::mark_all_visible(const Point& viewpoint, UnknownPoints& unknown) {
-  for (const PointRef& ref : seen_refs(viewpoint)) unknown.mark_seen(ref.position, ref.leaf);
+std::size_t Sight::mark_all_visible(const Point& viewpoint, UnknownPoints& unknown) {
+  std::size_t marked = 0;
+  for (const PointRef& ref : seen_refs(viewpoint)) {
+    marked += unknown.mark_seen(ref.position, ref.leaf) ? 1 : 0;
+  }
+  return marked;
 }
 
 // ---- the visible among the unknown
 
-void Sight::mark_visible(const Point& viewpoint, UnknownPoints& unknown) {
-  if (!unknown.any_in(0)) return;
+std::size_t Sight::mark_visible(const Point& viewpoint, UnknownPoints& unknown) {
+  if (!unknown.any_in(0)) return 0;
   look_from(viewpoint);
-  if (!start_hull()) {
-    mark_all_visible(viewpoint, unknown);
-    return;
-  }
+  if (!start_hull()) return mark_all_visible(viewpoint, unknown);
+  std::size_t marked = 0;
   traverse(
       [&](Index at, const Sighting& s) {
         if (!unknown.any_in(at)) return false;
         if (!(s.radius < kWide * s.distance)) return true;
-        put_in_bucket(kBuckets.bin_of(s.centre));
         return !surely_hidden(s);
       },
-      [&](Index leaf, const Sighting& s) {
+      [&](Index leaf, const Sighting&) {
         for (const PointRef& ref :
-             doubtful(leaf, s, [&](Index position) { return unknown.holds(position); })) {
-          if (is_visible(ref)) unknown.mark_seen(ref.position, ref.leaf);
+             doubtful(leaf, [&](Index position) { return unknown.holds(position); })) {
+          if (is_visible(ref)) marked += unknown.mark_seen(ref.position, ref.leaf) ? 1 : 0;
         }
       });
   keep_occluders();
+  return marked;
 }
 
-// The points of a leaf that the planes of the hull over it do not show to be inside.
+// The points of a leaf that the occlusion map does not show to be inside.
 // @param wanted  is asked for each position
 template <class Wanted>
-std::span<const Sight::PointRef> Sight::doubtful(Index leaf, const Sighting& s,
-                                                 const Wanted& wanted) {
+std::span<const Sight::PointRef> Sight::doubtful(Index leaf, const Wanted& wanted) {
   doubtful_.clear();
-  std::span<const StarHull::Plane> planes;
-  if (s.radius < kWide * s.distance) {
-    const StarHull::Cover cover = hull_.cover(cone_of(s));
-    if (cover.holds_cone) return doubtful_;
-    planes = cover.planes;
-  }
   const PointOctree::Node& node = octree_.nodes()[leaf];
-  const TurnedLeaf turned = turned_leaf(leaf);
-  for (Index k = 0; k < node.size(); ++k) {
-    if (!wanted(node.first + k) || std::isnan(turned.x[k])) continue;
-    const auto below = [&](const StarHull::Plane& plane) {
-      return plane.normal.x() * turned.x[k] + plane.normal.y() * turned.y[k] +
-                 plane.normal.z() * turned.z[k] <
-             plane.offset;
-    };
-    const bool hidden = !planes.empty() && std::all_of(planes.begin(), planes.end(), below);
-    if (!hidden) doubtful_.push_back({node.first + k, leaf});
+  for (Index k = node.first; k < node.last; ++k) {
+    if (!wanted(k)) continue;
+    const Point p = eye_.relative(octree_.points()[k]);
+    const double squared = p.squaredNorm();
+    if (!eye_.takes_part(squared)) continue;
+    if (!occlusion_.hides(p, squared, [this](std::uint32_t tile) { fill_tile(tile); })) {
+      doubtful_.push_back({k, leaf});
+    }
   }
   return doubtful_;
 }
@@ -384,6 +396,7 @@ bool Sight::is_visible(const PointRef& ref) {
       if (outside) {
         hull_.add(p, location);
         vertices_.push_back(ref);
+        occlusion_.hull_grew_in(OcclusionMap::kTiles.bin_of(relative));
       }
       return true;
     }

@@ -8,8 +8,8 @@
 
 #include "direction_bins.hpp"
 #include "eye.hpp"
+#include "occlusion_map.hpp"
 #include "point_octree.hpp"
-#include "reach_grid.hpp"
 #include "star_hull.hpp"
 #include "unknown_points.hpp"
 
@@ -28,19 +28,22 @@ class Sight {
   /// Positions of all points seen from the viewpoint, in no order.
   [[nodiscard]] std::vector<Index> visible_from(const Point& viewpoint);
 
-  /// Marks those of the unknown points that are seen from the viewpoint.
-  void mark_visible(const Point& viewpoint, UnknownPoints& unknown);
+  /// The last viewpoint.
+  [[nodiscard]] const Point& viewpoint() const { return eye_.viewpoint(); }
 
-  /// As `mark_visible`, by way of `visible_from`: faster while most points are unknown.
-  void mark_all_visible(const Point& viewpoint, UnknownPoints& unknown);
+  /// Marks those of the unknown points that are seen from the viewpoint, and returns their number.
+  std::size_t mark_visible(const Point& viewpoint, UnknownPoints& unknown);
+
+  /// As `mark_visible`, by way of `visible_from`: faster where much of what is seen is unknown.
+  std::size_t mark_all_visible(const Point& viewpoint, UnknownPoints& unknown);
 
  private:
   struct PointRef {
     Index position, leaf;
   };
-  // A node as it looks from the viewpoint [m].
+  // A node's box as it looks from the viewpoint [m].
   struct Sighting {
-    Eigen::Vector3d centre;
+    Eigen::Vector3d low, high, centre;
     double distance, radius, nearest;  // of the centre; of a ball about it; of the box
   };
   // A node's children, ready to be asked how far they reach in a direction.
@@ -71,6 +74,7 @@ class Sight {
   [[nodiscard]] bool start_hull(const std::vector<PointRef>& among);
   StarHull::Location put_in(const PointRef& ref, const Point& turned);
   void put_in_bucket(std::uint32_t bucket);
+  void fill_tile(std::uint32_t tile);
   [[nodiscard]] std::vector<PointRef> representatives() const;
   [[nodiscard]] std::vector<PointRef> participants() const;
   void sort_occluders();
@@ -78,8 +82,7 @@ class Sight {
   [[nodiscard]] std::vector<PointRef> seen_refs(const Point& viewpoint);
 
   template <class Wanted>
-  [[nodiscard]] std::span<const PointRef> doubtful(Index leaf, const Sighting& s,
-                                                   const Wanted& wanted);
+  [[nodiscard]] std::span<const PointRef> doubtful(Index leaf, const Wanted& wanted);
   [[nodiscard]] bool is_visible(const PointRef& ref);
   [[nodiscard]] bool is_vertex_among_all(const PointRef& ref, const Point& turned);
   [[nodiscard]] PointRef support(const Eigen::Vector3d& direction, const Point& turned,
@@ -97,7 +100,7 @@ class Sight {
   double slack_ = 0.0;  // [m], covers the rounding of any distance to a box
 
   StarHull hull_;
-  ReachGrid grid_;                                                // of the hull
+  OcclusionMap occlusion_;                                        // by the hull
   std::vector<PointRef> vertices_;                                // of the hull, by their number
   std::vector<std::pair<PointRef, StarHull::Index>> coincident_;  // with that vertex
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 namespace vantage::hpr {
@@ -25,7 +24,7 @@ Eigen::Vector3d cross_magnitude(const Eigen::Vector3d& a, const Eigen::Vector3d&
 }
 
 // The edge after each edge of a triangle.
-constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
+constexpr std::array<std::uint32_t, 3> kNext{1, 2, 0};
 
 Eigen::Vector2d without(Eigen::Index axis, const Eigen::Vector3d& p) {
   return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
@@ -38,16 +37,16 @@ bool StarHull::start(const Point& a, const Point& b, const Point& c) {
   if (orientation == Sign::zero) return false;
   points_ = {Point::Zero(), a, b, c};
   max_squared_ = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
-  leaving_.assign(4, 0);
+  leaving_.assign(4, edge(0, 0));
   facet_of_.assign(4, 0);
   spare_.clear();
   last_ = epoch_ = 0;
   const Index u = orientation == Sign::positive ? 1 : 2, v = 3 - u;
   facets_ = {facet(u, v, 3), facet(v, u, 0), facet(3, v, 0), facet(u, 3, 0)};
-  facets_[0].neighbours = {1, 2, 3};
-  facets_[1].neighbours = {0, 3, 2};
-  facets_[2].neighbours = {0, 1, 3};
-  facets_[3].neighbours = {0, 2, 1};
+  facets_[0].neighbours = {edge(1, 0), edge(2, 0), edge(3, 0)};
+  facets_[1].neighbours = {edge(0, 0), edge(3, 2), edge(2, 1)};
+  facets_[2].neighbours = {edge(0, 1), edge(1, 2), edge(3, 1)};
+  facets_[3].neighbours = {edge(0, 2), edge(2, 2), edge(1, 1)};
   facet_of_[0] = 1;
   return true;
 }
@@ -72,14 +71,18 @@ StarHull::Facet StarHull::facet(Index a, Index b, Index c) const {
           .spare = false};
 }
 
-Sign StarHull::height(const Facet& f, const Point& p) const {
-  const Point& a = points_[f.vertices[0]];
-  const Eigen::Vector3d d = p - a;
+// The sign of the height, zero where rounding could hide it.
+Sign StarHull::plain_height(const Facet& f, const Point& p) const {
+  const Eigen::Vector3d d = p - points_[f.vertices[0]];
   const double h = f.normal.dot(d);
   const double error = f.error * d.lpNorm<1>();
-  if (h > error) return Sign::positive;
-  if (h < -error) return Sign::negative;
-  return sign_of_volume(a, points_[f.vertices[1]], points_[f.vertices[2]], p);
+  return h > error ? Sign::positive : (h < -error ? Sign::negative : Sign::zero);
+}
+
+Sign StarHull::height(const Facet& f, const Point& p) const {
+  const Sign plain = plain_height(f, p);
+  if (plain != Sign::zero) return plain;
+  return sign_of_volume(points_[f.vertices[0]], points_[f.vertices[1]], points_[f.vertices[2]], p);
 }
 
 double StarHull::coarse_error(const Point& p) const {
@@ -125,63 +128,56 @@ bool StarHull::seen_from(const Facet& f, const Point& p) const {
 }
 
 // Ends at a facet whose cone holds p, or at a lateral one that p is strictly above. Every step
-// leaves through an edge that separates strictly, so a hull without cycles of such steps ends the
-// walk; a varying first choice of the edge breaks the cycles there may be.
+// leaves through an edge that separates strictly. The cones over the facets of a convex hull are a
+// regular triangulation, in which such steps make no cycle (Edelsbrunner 1990).
 StarHull::Index StarHull::walk(const Point& p) {
   const double error = coarse_error(p);
   Index at = last_;
   if (facets_[at].lateral) {
     if (side(facets_[at], 0, p, error) == Sign::positive) return at;
-    at = facets_[at].neighbours[0];
+    at = facets_[at].neighbours[0].facet();
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (side(facets_[at], i, p, error) != Sign::negative) continue;
-    at = walk_through(at, i, p, error);
-    break;
-  }
-  return last_ = at;
+  const bool beyond = side(facets_[at], 0, p, error) == Sign::negative;
+  return last_ = walk_through(beyond ? facets_[at].neighbours[0] : edge(at, 0), p, error);
 }
 
-// The walk's way on from a facet whose edge p is beyond. In each facet on the way p is known to be
-// on the inner side of the edge just crossed; both other edges meet in the vertex opposite to it.
-StarHull::Index StarHull::walk_through(Index from, std::size_t edge, const Point& p, double error) {
-  std::uint32_t turn = 0;
-  Index at = facets_[from].neighbours[edge];
-  while (!facets_[at].lateral) {
+// The walk's way on from an edge that p is not beyond, of the facet entered through it. Both other
+// edges meet in the vertex opposite to it.
+StarHull::Index StarHull::walk_through(Edge entry, const Point& p, double error) const {
+  while (true) {
+    const Index at = entry.facet();
     const Facet& f = facets_[at];
-    const std::size_t entry = f.neighbours[0] == from ? 0 : (f.neighbours[1] == from ? 1 : 2);
-    const std::size_t next = kNext[entry], last = kNext[next];
+    if (f.lateral) return at;
+    const Index first = entry.place(), next = kNext[first], last = kNext[next];
     // det(u, c, p) = -u . (p x c) and det(c, v, p) = v . (p x c)
     const Eigen::Vector3d turned = p.cross(points_[f.vertices[last]]);
     const double of_next = -turned.dot(points_[f.vertices[next]]);
-    const double of_last = turned.dot(points_[f.vertices[entry]]);
-    const auto beyond = [&](std::size_t i, double coarse) {
-      if (std::abs(coarse) > error) return coarse < 0.0;
-      return side(f, i, p, error) == Sign::negative;
-    };
-    turn = turn * 1664525U + 1013904223U;
-    std::size_t exit = 3;
-    if ((turn >> 31U) != 0) {
-      exit = beyond(next, of_next) ? next : (beyond(last, of_last) ? last : 3);
-    } else {
-      exit = beyond(last, of_last) ? last : (beyond(next, of_next) ? next : 3);
+    const double of_last = turned.dot(points_[f.vertices[first]]);
+    // The edge that p is farther beyond is crossed, if it is beyond any.
+    Index exit = of_last < of_next ? last : next;
+    if (const double farther = std::min(of_next, of_last); !(farther < -error)) {
+      if (farther > error) return at;
+      if (side(f, exit, p, error) != Sign::negative) {
+        exit = exit == next ? last : next;
+        if (std::max(of_next, of_last) > error || side(f, exit, p, error) != Sign::negative) {
+          return at;
+        }
+      }
     }
-    if (exit == 3) return at;
-    from = at;
-    at = f.neighbours[exit];
+    entry = f.neighbours[exit];
   }
-  return at;
 }
 
 StarHull::Location StarHull::locate(const Point& p) {
   const Index end = walk(p);
   const Facet& f = facets_[end];
   if (f.lateral) return {Place::outside, end};
+  const Sign plain = plain_height(f, p);
+  if (plain == Sign::negative) return {Place::inside, end};
   for (const Index v : f.vertices) {
     if (points_[v] == p) return {Place::vertex, v};
   }
-  if (height(f, p) == Sign::positive) return {Place::outside, end};
-  return {Place::inside, end};
+  return {height(f, p) == Sign::positive ? Place::outside : Place::inside, end};
 }
 
 double StarHull::reach(const Eigen::Vector3d& u) {
@@ -191,36 +187,6 @@ double StarHull::reach(const Eigen::Vector3d& u) {
   const double offset = f.normal.dot(a) - f.error * a.lpNorm<1>();
   const double slope = f.normal.dot(u) + f.error * u.lpNorm<1>();
   return offset > 0.0 && slope > 0.0 ? offset / slope : 0.0;
-}
-
-// Visits the facets that the cone is behind, in whole or in part, while `visit` agrees; false if it
-// does not, if they are too many, or if the cone is not all behind the hull.
-template <class Visit>
-bool StarHull::visit_facets_over(const Cone& cone, const Visit& visit) {
-  constexpr std::size_t kMostFacets = 48;
-  const double squared_sine = cone.sine * cone.sine * (1.0 + kMargin);
-  ++epoch_;
-  around_.assign(1, walk(cone.axis));
-  Facet& central = facets_[around_[0]];
-  central.epoch = epoch_;
-  // Twice the solid angle of the facet, about; a cone much wider is not worth a beginning.
-  const double angle = central.normal.norm() / points_[central.vertices[0]].squaredNorm();
-  if (2.0 * std::numbers::pi * cone.sine * cone.sine > kMostFacets * angle) return false;
-  for (std::size_t k = 0; k < around_.size(); ++k) {
-    const Facet& f = facets_[around_[k]];
-    if (f.lateral || !visit(f)) return false;
-    for (std::size_t i = 0; i < 3; ++i) {
-      Facet& beside = facets_[f.neighbours[i]];
-      if (beside.epoch == epoch_) continue;
-      const Eigen::Vector3d side = points_[f.vertices[i]].cross(points_[f.vertices[(i + 1) % 3]]);
-      const double inward = side.dot(cone.axis);
-      if (inward > 0.0 && inward * inward > squared_sine * side.squaredNorm()) continue;
-      if (around_.size() == kMostFacets) return false;
-      beside.epoch = epoch_;
-      around_.push_back(f.neighbours[i]);
-    }
-  }
-  return true;
 }
 
 // Whether the plane of a facet is above all of the cone for certain.
@@ -235,23 +201,30 @@ bool StarHull::is_above(const Facet& f, const Cone& cone) const {
   return cone.length * reach * (1.0 + kMargin) + rounding < f.normal.dot(a);
 }
 
-// It is inside if it is below the plane of every facet that it is behind.
+// It is inside if it is below the plane of every facet that it is behind, in whole or in part;
+// false if they are too many, or if the cone is not all behind the hull.
 bool StarHull::surely_holds(const Cone& cone) {
-  return visit_facets_over(cone, [&](const Facet& f) { return is_above(f, cone); });
-}
-
-StarHull::Cover StarHull::cover(const Cone& cone) {
-  planes_.clear();
-  bool holds = true;
-  const bool plain = visit_facets_over(cone, [&](const Facet& f) {
-    const Point& a = points_[f.vertices[0]];
-    const double rounding = f.error * (a.lpNorm<1>() + 2.0 * cone.length);
-    planes_.push_back({.normal = f.normal, .offset = f.normal.dot(a) - rounding});
-    holds = holds && is_above(f, cone);
-    return true;
-  });
-  if (!plain) return {.holds_cone = false, .planes = {}};
-  return {.holds_cone = holds, .planes = planes_};
+  constexpr std::size_t kMostFacets = 48;
+  const double squared_sine = cone.sine * cone.sine * (1.0 + kMargin);
+  ++epoch_;
+  around_.assign(1, walk(cone.axis));
+  facets_[around_[0]].epoch = epoch_;
+  for (std::size_t k = 0; k < around_.size(); ++k) {
+    const Facet& f = facets_[around_[k]];
+    if (f.lateral || !is_above(f, cone)) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index number = f.neighbours[i].facet();
+      Facet& beside = facets_[number];
+      if (beside.epoch == epoch_) continue;
+      const Eigen::Vector3d side = points_[f.vertices[i]].cross(points_[f.vertices[kNext[i]]]);
+      const double inward = side.dot(cone.axis);
+      if (inward > 0.0 && inward * inward > squared_sine * side.squaredNorm()) continue;
+      if (around_.size() == kMostFacets) return false;
+      beside.epoch = epoch_;
+      around_.push_back(number);
+    }
+  }
+  return true;
 }
 
 bool StarHull::above(Index facet, const Point& p) const {
@@ -271,7 +244,8 @@ void StarHull::find_horizon(const Point& p, Index facet) {
     stack_.pop_back();
     visible_.push_back(at);
     for (std::size_t i = 0; i < 3; ++i) {
-      const Index beside = facets_[at].neighbours[i];
+      const Edge across = facets_[at].neighbours[i];
+      const Index beside = across.facet();
       Facet& g = facets_[beside];
       if (g.epoch != epoch_) {
         g.epoch = epoch_;
@@ -280,7 +254,7 @@ void StarHull::find_horizon(const Point& p, Index facet) {
       }
       if (!g.visible) {
         const auto& v = facets_[at].vertices;
-        horizon_.push_back({.from = v[i], .to = v[(i + 1) % 3], .outer = beside});
+        horizon_.push_back({.from = v[i], .to = v[(i + 1) % 3], .outer = across});
       }
     }
   }
@@ -291,35 +265,32 @@ StarHull::Index StarHull::add(const Point& p, Location outside) {
   const auto vertex = static_cast<Index>(points_.size());
   points_.push_back(p);
   max_squared_ = std::max(max_squared_, p.squaredNorm());
-  leaving_.push_back(0);
+  leaving_.push_back(edge(0, 0));
   facet_of_.push_back(0);
   spare_.insert(spare_.end(), visible_.begin(), visible_.end());
   for (const Index f : visible_) facets_[f].spare = true;
-  for (const HorizonEdge& edge : horizon_) {
+  for (const HorizonEdge& rim : horizon_) {
     if (spare_.empty()) {
       spare_.push_back(static_cast<Index>(facets_.size()));
       facets_.emplace_back();
     }
     const Index slot = spare_.back();
     spare_.pop_back();
-    facets_[slot] = facet(edge.from, edge.to, vertex);
-    leaving_[edge.from] = facet_of_[edge.from] = slot;
+    facets_[slot] = facet(rim.from, rim.to, vertex);
+    // Where `facet` has put the edge.
+    const Index place = rim.from == 0 ? 2 : (rim.to == 0 ? 1 : 0);
+    facets_[slot].neighbours[place] = rim.outer;
+    facets_[rim.outer.facet()].neighbours[rim.outer.place()] = edge(slot, place);
+    leaving_[rim.from] = edge(slot, place);
+    facet_of_[rim.from] = slot;
   }
-  const auto edge_of = [this](const Facet& f, Index from) {
-    return static_cast<std::size_t>(std::find(f.vertices.begin(), f.vertices.end(), from) -
-                                    f.vertices.begin());
-  };
-  for (const HorizonEdge& edge : horizon_) {
-    const Index inner = leaving_[edge.from], next = leaving_[edge.to];
-    Facet& f = facets_[inner];
-    Facet& g = facets_[next];
-    Facet& outer = facets_[edge.outer];
-    f.neighbours[edge_of(f, edge.from)] = edge.outer;
-    outer.neighbours[edge_of(outer, edge.to)] = inner;
-    f.neighbours[edge_of(f, edge.to)] = next;
-    g.neighbours[edge_of(g, vertex)] = inner;
+  for (const HorizonEdge& rim : horizon_) {
+    const Edge here = leaving_[rim.from], next = leaving_[rim.to];
+    const Index after = kNext[here.place()], before = kNext[kNext[next.place()]];
+    facets_[here.facet()].neighbours[after] = edge(next.facet(), before);
+    facets_[next.facet()].neighbours[before] = edge(here.facet(), after);
   }
-  last_ = facet_of_[vertex] = leaving_[horizon_.front().from];
+  last_ = facet_of_[vertex] = leaving_[horizon_.front().from].facet();
   return vertex;
 }
 
@@ -331,7 +302,7 @@ std::span<const StarHull::Index> StarHull::facets_about(Index vertex) {
     const Facet& f = facets_[at];
     const auto here = static_cast<std::size_t>(
         std::find(f.vertices.begin(), f.vertices.end(), vertex) - f.vertices.begin());
-    at = f.neighbours[here];
+    at = f.neighbours[here].facet();
   } while (at != around_.front());
   return around_;
 }

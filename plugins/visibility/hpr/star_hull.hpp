@@ -61,18 +61,6 @@ class StarHull {
   /// Whether all points of the cone are inside: false also where that is not plain.
   [[nodiscard]] bool surely_holds(const Cone& cone);
 
-  struct Plane {
-    Eigen::Vector3d normal;
-    double offset;
-  };
-  struct Cover {
-    bool holds_cone;                ///< as `surely_holds`
-    std::span<const Plane> planes;  ///< valid until the next call
-  };
-  /// Planes that bound the hull over the cone: a point p of the cone is inside if, for each,
-  /// normal.p, rounded, is less than the offset. None where they are not plain or too many.
-  [[nodiscard]] Cover cover(const Cone& cone);
-
   /// Outward normal of a facet: any length, rounded.
   [[nodiscard]] const Eigen::Vector3d& normal(Index facet) const { return facets_[facet].normal; }
   /// A direction in which the hull reaches farthest at that vertex, rounded; a unit vector unless
@@ -90,21 +78,31 @@ class StarHull {
   [[nodiscard]] std::size_t points() const { return points_.size(); }
 
  private:
-  struct Facet {
-    Eigen::Vector3d normal;           // outward, (v1 - v0) x (v2 - v0)
-    double error;                     // of normal.(p - v0), for |p - v0|_1 = 1
-    std::array<Index, 3> vertices;    // counter-clockwise from outside; the origin is the last
-    std::array<Index, 3> neighbours;  // neighbours[i] across the edge v[i] v[i+1]
-    Index epoch;                      // of the search that last looked here
-    bool visible;                     // from the point of that search
-    bool lateral;                     // holds the origin
-    bool spare;                       // no part of the hull; waits to be used again
+  // An edge v[i] v[i+1] of a facet, as that facet has it.
+  struct Edge {
+    Index number;  // 4 facet + i
+
+    [[nodiscard]] Index facet() const { return number >> 2U; }
+    [[nodiscard]] Index place() const { return number & 3U; }
+  };
+  [[nodiscard]] static Edge edge(Index facet, Index place) { return {(facet << 2U) | place}; }
+  struct alignas(64) Facet {
+    Eigen::Vector3d normal;          // outward, (v1 - v0) x (v2 - v0)
+    double error;                    // of normal.(p - v0), for |p - v0|_1 = 1
+    std::array<Index, 3> vertices;   // counter-clockwise from outside; the origin is the last
+    std::array<Edge, 3> neighbours;  // neighbours[i] across the edge v[i] v[i+1]
+    Index epoch;                     // of the search that last looked here
+    bool visible;                    // from the point of that search
+    bool lateral;                    // holds the origin
+    bool spare;                      // no part of the hull; waits to be used again
   };
   struct HorizonEdge {
-    Index from, to, outer;
+    Index from, to;
+    Edge outer;
   };
 
   [[nodiscard]] Facet facet(Index a, Index b, Index c) const;
+  [[nodiscard]] Sign plain_height(const Facet& f, const Point& p) const;
   [[nodiscard]] Sign height(const Facet& f, const Point& p) const;
   /// On which side of the plane of the origin and an edge p is; positive where the facet is.
   [[nodiscard]] Sign side(const Facet& f, std::size_t i, const Point& p, double coarse_error) const;
@@ -112,19 +110,16 @@ class StarHull {
   [[nodiscard]] bool beyond_edge(const Facet& lateral, const Point& p) const;
   [[nodiscard]] bool seen_from(const Facet& f, const Point& p) const;
   [[nodiscard]] Index walk(const Point& p);
-  [[nodiscard]] Index walk_through(Index from, std::size_t edge, const Point& p, double error);
+  [[nodiscard]] Index walk_through(Edge entry, const Point& p, double error) const;
   void find_horizon(const Point& p, Index facet);
   [[nodiscard]] bool is_above(const Facet& f, const Cone& cone) const;
-  template <class Visit>
-  [[nodiscard]] bool visit_facets_over(const Cone& cone, const Visit& visit);
 
   std::vector<Point> points_;    // [0] is the origin
   std::vector<Index> facet_of_;  // of each point: a facet about it, while it is on the hull
   std::vector<Facet> facets_;
-  std::vector<Index> leaving_;  // leaving_[v]: the new facet whose horizon edge starts in v
+  std::vector<Edge> leaving_;  // leaving_[v]: the horizon edge that starts in v, of a new facet
   std::vector<Index> stack_, visible_, around_, spare_;
   std::vector<HorizonEdge> horizon_;
-  std::vector<Plane> planes_;
   double max_squared_ = 0.0;  // of the added points' lengths
   Index last_ = 0;            // where the last walk ended
   Index epoch_ = 0;

@@ -30,12 +30,14 @@ class UnknownPoints {
   [[nodiscard]] bool holds(Index position) const {
     return (seen_[position / 64].load(std::memory_order_relaxed) >> (position % 64) & 1U) == 0;
   }
-  void mark_seen(Index position, Index leaf) {
+  /// Returns whether it was unknown.
+  bool mark_seen(Index position, Index leaf) {
     const std::uint64_t bit = std::uint64_t{1} << (position % 64);
-    if ((seen_[position / 64].fetch_or(bit, std::memory_order_relaxed) & bit) != 0) return;
+    if ((seen_[position / 64].fetch_or(bit, std::memory_order_relaxed) & bit) != 0) return false;
     for (Index node = leaf; node != PointOctree::kNone; node = octree_.nodes()[node].parent) {
       left_in_[node].fetch_sub(1, std::memory_order_relaxed);
     }
+    return true;
   }
 
   /// Positions, ascending.

@@ -251,47 +251,5 @@ TEST_CASE("StarHull::surely_holds never holds a cone that reaches out, and most 
   CHECK(held > inside * 95 / 100);
 }
 
-TEST_CASE("StarHull::cover: a point of the cone below its planes is inside") {
-  std::mt19937 random(8);
-  std::uniform_real_distribution<double> fraction(0.0, 1.0);
-  std::size_t covered = 0, hidden = 0, inside = 0, wrong = 0, unlike = 0;
-  for (GrownHull& g : hulls()) {
-    for (const Point& direction : ball(9, 600, 1.0, 0.1)) {
-      const double angle = std::pow(10.0, -4.0 * fraction(random) - 0.5);
-      const double reach = std::max(g.hull.reach(direction.normalized()), 0.1);
-      const StarHull::Cone cone = cone_about(direction, angle, 1.2 * reach);
-      const StarHull::Cone shorter = cone_about(direction, angle, 0.8 * reach);
-      if (g.hull.cover(shorter).holds_cone != g.hull.surely_holds(shorter)) ++unlike;
-      const StarHull::Cover cover = g.hull.cover(cone);
-      if (cover.planes.empty()) continue;
-      ++covered;
-      const std::vector<StarHull::Plane> planes(cover.planes.begin(), cover.planes.end());
-      const Eigen::Vector3d across = cone.axis.unitOrthogonal();
-      for (int k = 0; k < 20; ++k) {
-        const Eigen::AngleAxisd about(2.0 * 3.14159265358979 * fraction(random), cone.axis);
-        const double off = angle * (k % 2 == 0 ? 1.0 - 1e-9 : fraction(random));
-        const Eigen::Vector3d u = std::cos(off) * cone.axis + std::sin(off) * (about * across);
-        const double up_to = g.hull.reach(u);
-        const double length = k % 4 < 2 ? up_to * (1.0 + 1e-10 * (fraction(random) - 0.5))
-                                        : cone.length * fraction(random);
-        if (length > cone.length) continue;
-        const Point p = length * u;
-        const bool below = std::all_of(planes.begin(), planes.end(), [&](const auto& plane) {
-          return plane.normal.dot(p) < plane.offset;
-        });
-        if (below && g.hull.locate(p).place == Place::outside) ++wrong;
-        if (length > (1.0 - 1e-9) * up_to) continue;
-        ++inside;
-        hidden += below ? 1U : 0U;
-      }
-    }
-  }
-  CHECK(wrong == 0);
-  CHECK(unlike == 0);
-  CHECK(covered > 1500);
-  CHECK(inside > 10'000);
-  CHECK(hidden > inside * 99 / 100);
-}
-
 }  // namespace
 }  // namespace vantage::test
