@@ -29,6 +29,10 @@ constexpr std::size_t kScoutsTour = 16;
 // of what all see.
 constexpr std::size_t kMuch = 32;
 
+// Sights are kept for the next call unless this one had so many viewpoints: then beginning anew is
+// nothing, but their memory is something.
+constexpr std::size_t kLongCall = 512;
+
 // The place of a cell of a 2^16 x 2^16 grid along a Hilbert curve: cells with close numbers are
 // close to each other.
 std::uint32_t hilbert_number(std::uint32_t x, std::uint32_t y) {
@@ -143,6 +147,11 @@ class HiddenPointRemoval::LentSight {
   std::unique_ptr<Sight> sight_;
 };
 
+void HiddenPointRemoval::forget_idle() const {
+  const std::scoped_lock lock(mutex_);
+  idle_.clear();
+}
+
 Result<IndexList> HiddenPointRemoval::visible(const Point& viewpoint) const {
   VANTAGE_CHECK(check_radius(viewpoint));
   return map_indices(LentSight(*this, viewpoint)->visible_from(viewpoint));
@@ -174,19 +183,16 @@ Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> vi
   };
   visit(scouts, kScoutsTour);
   visit(others, kTour);
+  if (tour.size() > kLongCall) forget_idle();
   const std::size_t repeated = viewpoints.size() - tour.size();
   if (progress != nullptr && repeated > 0) progress->advanced(repeated);
   return map_indices(unknown.seen());
 }
 
-IndexList HiddenPointRemoval::map_indices(std::span<const PointOctree::Index> positions) const {
-  IndexList indices;
-  indices.reserve(positions.size());
-  for (const PointOctree::Index position : positions) {
-    indices.push_back(octree_.map_index(position));
-  }
-  std::sort(indices.begin(), indices.end());
-  return indices;
+IndexList HiddenPointRemoval::map_indices(std::vector<PointOctree::Index> positions) const {
+  for (PointOctree::Index& position : positions) position = octree_.map_index(position);
+  std::sort(positions.begin(), positions.end());
+  return positions;
 }
 
 Result<IndexList> hidden_point_removal(PointsView map, const Point& viewpoint,

@@ -44,8 +44,9 @@ class HiddenPointRemoval {
 
  private:
   class LentSight;
+  void forget_idle() const;
   [[nodiscard]] Result<void> check_radius(const Point& viewpoint) const;
-  [[nodiscard]] IndexList map_indices(std::span<const PointOctree::Index> positions) const;
+  [[nodiscard]] IndexList map_indices(std::vector<PointOctree::Index> positions) const;
 
   PointOctree octree_;
   Settings settings_;

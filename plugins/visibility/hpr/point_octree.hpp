@@ -16,7 +16,7 @@ class PointOctree {
   using Index = std::uint32_t;
   static constexpr Index kNone = 0xffff'ffffU;
   static constexpr Index kLeafSize =
-      64;  ///< more only where so many are in one cell of 2^-21 of the map
+      96;  ///< more only where so many are in one cell of 2^-21 of the map
 
   struct Node {
     Eigen::Vector3f min = Eigen::Vector3f::Zero();  ///< of the box around the points, from `origin`

@@ -27,8 +27,8 @@ constexpr DirectionBins kFineBins(16U << kFinerShift);
 // close hides much.
 constexpr std::size_t kFarOccluders = 32'768;
 
-// Turned leaves and nodes are kept until they take this much room: 8 MB and 6 MB.
-constexpr std::size_t kMostTurned = 1'000'000, kMostChildren = 16'000;
+// Turned leaves and nodes are kept until they take this much room: 1.6 MB each.
+constexpr std::size_t kMostTurned = 200'000, kMostChildren = 4'000;
 
 // Before the first viewpoint, one point of each node that appears this small [rad] must do.
 constexpr double kSmall = 0.02;
@@ -36,12 +36,7 @@ constexpr double kSmall = 0.02;
 }  // namespace
 
 Sight::Sight(const PointOctree& octree, const Settings& settings)
-    : octree_(octree),
-      settings_(settings),
-      leaf_stamp_(octree.nodes().size(), 0),
-      leaf_first_(octree.nodes().size(), 0),
-      children_stamp_(octree.nodes().size(), 0),
-      children_place_(octree.nodes().size(), 0) {
+    : octree_(octree), settings_(settings), looked_at_(octree.nodes().size()) {
   turned_.reserve(kMostTurned + 10'000);
   children_.reserve(kMostChildren + 1'000);
 }
@@ -507,9 +502,9 @@ void Sight::push_children(Index parent, Index but, const Eigen::Vector3d& direct
 }
 
 const Sight::Children& Sight::children(Index parent) {
-  if (children_stamp_[parent] != stamp_) {
-    children_stamp_[parent] = stamp_;
-    children_place_[parent] = static_cast<std::uint32_t>(children_.size());
+  LookedAt& looked_at = looked_at_[parent];
+  if (looked_at.stamp != stamp_) {
+    looked_at = {stamp_, static_cast<std::uint32_t>(children_.size())};
     Children& c = children_.emplace_back();
     const PointOctree::Node& node = octree_.nodes()[parent];
     for (Index k = 0; k < 8; ++k) {
@@ -529,17 +524,17 @@ const Sight::Children& Sight::children(Index parent) {
       c.cosine[k] = std::sqrt(1.0 - c.sine[k] * c.sine[k]);
     }
   }
-  return children_[children_place_[parent]];
+  return children_[looked_at.place];
 }
 
 Sight::TurnedLeaf Sight::turned_leaf(Index leaf) {
   const PointOctree::Node& node = octree_.nodes()[leaf];
   const std::size_t size = node.size();
-  if (leaf_stamp_[leaf] != stamp_) {
-    leaf_stamp_[leaf] = stamp_;
-    leaf_first_[leaf] = turned_.size();
+  LookedAt& looked_at = looked_at_[leaf];
+  if (looked_at.stamp != stamp_) {
+    looked_at = {stamp_, static_cast<std::uint32_t>(turned_.size())};
     turned_.resize(turned_.size() + 1 + 3 * size);
-    double* const x = turned_.data() + leaf_first_[leaf] + 1;
+    double* const x = turned_.data() + looked_at.place + 1;
     double longest = 0.0;
     for (std::size_t k = 0; k < size; ++k) {
       const Point p = eye_.relative(octree_.points()[node.first + k]);
@@ -553,7 +548,7 @@ Sight::TurnedLeaf Sight::turned_leaf(Index leaf) {
     }
     x[-1] = kRounding * longest;
   }
-  const double* const block = turned_.data() + leaf_first_[leaf];
+  const double* const block = turned_.data() + looked_at.place;
   return {.rounding = block[0], .x = block + 1, .y = block + 1 + size, .z = block + 1 + 2 * size};
 }
 

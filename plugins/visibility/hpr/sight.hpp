@@ -59,6 +59,11 @@ class Sight {
     const double *x, *y, *z;
   };
 
+  // Where a node's part of `turned_` or of `children_` begins, if the stamp is this viewpoint's.
+  struct LookedAt {
+    std::uint32_t stamp = 0, place = 0;
+  };
+
   void look_from(const Point& viewpoint);
   void forget_turned();
   [[nodiscard]] Point turned(Index position) const {
@@ -108,11 +113,9 @@ class Sight {
   std::vector<std::uint32_t> bucket_first_;  // into occluders_, one more than there are buckets
   std::vector<std::uint8_t> bucket_is_in_;   // the hull
 
-  std::vector<double> turned_;  // the leaves looked at from here, one after the other
-  std::vector<std::uint32_t> leaf_stamp_;
-  std::vector<std::size_t> leaf_first_;  // into turned_, where the stamp is this viewpoint's
-  std::vector<Children> children_;
-  std::vector<std::uint32_t> children_stamp_, children_place_;  // in children_
+  std::vector<double> turned_;       // the leaves looked at from here, one after the other
+  std::vector<Children> children_;   // of the inner nodes looked at from here
+  std::vector<LookedAt> looked_at_;  // of each node
   std::uint32_t stamp_ = 0;
   std::vector<std::pair<double, Index>> stack_;
   std::vector<PointRef> doubtful_;

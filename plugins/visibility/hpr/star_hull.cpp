@@ -272,6 +272,8 @@ StarHull::Index StarHull::add(const Point& p, Location outside) {
   for (const HorizonEdge& rim : horizon_) {
     if (spare_.empty()) {
       spare_.push_back(static_cast<Index>(facets_.size()));
+      if (facets_.size() == facets_.capacity())
+        facets_.reserve(facets_.size() + facets_.size() / 4);
       facets_.emplace_back();
     }
     const Index slot = spare_.back();

@@ -43,6 +43,7 @@ class UnknownPoints {
   /// Positions, ascending.
   [[nodiscard]] std::vector<Index> seen() const {
     std::vector<Index> positions;
+    positions.reserve(octree_.points().size() - left());
     for (std::size_t word = 0; word < seen_.size(); ++word) {
       for (std::uint64_t bits = seen_[word].load(std::memory_order_relaxed); bits != 0;
            bits &= bits - 1) {
