@@ -131,7 +131,10 @@ class HiddenPointRemoval::LentSight {
         owner.idle_.pop_back();
       }
     }
-    if (sight_ == nullptr) sight_ = std::make_unique<Sight>(owner.octree_, owner.settings_);
+    if (sight_ != nullptr) return;
+    sight_ = std::make_unique<Sight>(owner.octree_, owner.settings_);
+    const std::scoped_lock lock(owner.mutex_);
+    owner.idle_.reserve(++owner.sights_);  // giving back needs no memory
   }
   ~LentSight() {
     const std::scoped_lock lock(owner_.mutex_);
@@ -154,7 +157,7 @@ void HiddenPointRemoval::forget_idle() const {
 
 Result<IndexList> HiddenPointRemoval::visible(const Point& viewpoint) const {
   VANTAGE_CHECK(check_radius(viewpoint));
-  return map_indices(LentSight(*this, viewpoint)->visible_from(viewpoint));
+  return map_indices(Sight(octree_, settings_).visible_from(viewpoint));
 }
 
 Result<IndexList> HiddenPointRemoval::visible_from_any(std::span<const Point> viewpoints,

@@ -50,8 +50,11 @@ class HiddenPointRemoval {
 
   PointOctree octree_;
   Settings settings_;
-  mutable std::mutex mutex_;                          // guards idle_
-  mutable std::vector<std::unique_ptr<Sight>> idle_;  // at most one for each thread
+
+  // Of earlier calls of `visible_from_any`: at most one for each thread at a time.
+  mutable std::mutex mutex_;  // guards both
+  mutable std::vector<std::unique_ptr<Sight>> idle_;
+  mutable std::size_t sights_ = 0;  // made so far
 };
 
 /// One viewpoint of one map.

@@ -2,10 +2,12 @@
 #include <doctest/doctest.h>
 
 #include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "exact_visibility.hpp"
 #include "scenes.hpp"
@@ -110,6 +112,42 @@ TEST_CASE("visible_from_any is the union of visible on the recorded street") {
   const auto& map = street();
   if (!map) return;
   check_union(thinned(*map, 4'000), grid({30.0, 2.0, -0.7}, 1.0), 30.0, Judged::no);
+}
+
+TEST_CASE("calls before, and calls at the same time, change nothing") {
+  const PointCloud map = joined(lattice(6, 0.8), ball(3, 4000, 30.0, 6.0));
+  std::vector<PointCloud> regions;
+  for (const Point& centre :
+       {Point(0, 0, 0.1), Point(20, 3, 0.2), Point(-9, 8, 0), Point(1, 1, 0)}) {
+    regions.push_back(grid(centre, 0.4));
+  }
+  PointCloud many;  // more than a call leaves anything of
+  for (const Point& centre : ball(5, 10, 8.0)) many = joined(many, grid(centre, 0.7));
+  regions.push_back(many);
+  regions.push_back(grid({0, 0, 0.1}, 0.2));
+
+  Bounds3 bounds = bounds_of(map);
+  for (const PointCloud& region : regions) {
+    for (const Point& viewpoint : region) bounds.extend(viewpoint);
+  }
+  const Question question{.alpha = 2.0, .max_range = 25.0};
+  std::vector<IndexList> expected;
+  for (const PointCloud& region : regions) {
+    expected.push_back(scene_of(map, bounds, question)->visible_from_any(region).value());
+  }
+  const auto scene = scene_of(map, bounds, question);
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t k = 0; k < regions.size(); ++k) {
+      CHECK(scene->visible_from_any(regions[k]).value() == expected[k]);
+    }
+  }
+  std::vector<IndexList> at_once(3 * regions.size());
+  tbb::parallel_for(std::size_t{0}, at_once.size(), [&](std::size_t k) {
+    at_once[k] = scene->visible_from_any(regions[k % regions.size()]).value();
+  });
+  for (std::size_t k = 0; k < at_once.size(); ++k) {
+    CHECK(at_once[k] == expected[k % regions.size()]);
+  }
 }
 
 TEST_CASE("hpr reports each viewpoint when it is done, and repeated ones in the end") {
