@@ -27,17 +27,36 @@ class DirectionBins {
     return coarser(shift).number_of({cell.face, cell.column >> shift, cell.row >> shift});
   }
 
-  /// The bin of a direction; p is not zero.
-  [[nodiscard]] std::uint32_t bin_of(const Eigen::Vector3d& p) const {
+  /// Where a direction meets the cube, in cells of that face; p is not zero.
+  struct Place {
+    std::uint32_t face;
+    double column, row;
+  };
+  [[nodiscard]] Place place_of(const Eigen::Vector3d& p) const {
     const double x = std::abs(p.x()), y = std::abs(p.y()), z = std::abs(p.z());
     const int axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
     const double half = 0.5 * edge_, toward = p[axis], scale = half / std::abs(toward);
-    const double u = half + p[first_across(axis)] * scale;
-    const double v = half + p[second_across(axis)] * scale;
-    const std::uint32_t column = std::min(static_cast<std::uint32_t>(u), edge_ - 1);
-    const std::uint32_t row = std::min(static_cast<std::uint32_t>(v), edge_ - 1);
-    const auto face = static_cast<std::uint32_t>(2 * axis + (toward < 0.0 ? 1 : 0));
-    return number_of({face, column, row});
+    return {.face = static_cast<std::uint32_t>(2 * axis + (toward < 0.0 ? 1 : 0)),
+            .column = half + p[first_across(axis)] * scale,
+            .row = half + p[second_across(axis)] * scale};
+  }
+  /// The direction of a place, also of one beyond the face's edges; not of unit length.
+  [[nodiscard]] Eigen::Vector3d direction_of(const Place& place) const {
+    const int axis = static_cast<int>(place.face / 2);
+    const double width = 2.0 / edge_;
+    Eigen::Vector3d direction;
+    direction[axis] = place.face % 2 == 0 ? 1.0 : -1.0;
+    direction[first_across(axis)] = place.column * width - 1.0;
+    direction[second_across(axis)] = place.row * width - 1.0;
+    return direction;
+  }
+
+  /// The bin of a direction; p is not zero.
+  [[nodiscard]] std::uint32_t bin_of(const Eigen::Vector3d& p) const {
+    const Place place = place_of(p);
+    const std::uint32_t column = std::min(static_cast<std::uint32_t>(place.column), edge_ - 1);
+    const std::uint32_t row = std::min(static_cast<std::uint32_t>(place.row), edge_ - 1);
+    return number_of({place.face, column, row});
   }
 
   /// Where a bin is among the 4^shift that `coarser_bin` joins, row by row in alternating sense.

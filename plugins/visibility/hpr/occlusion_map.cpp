@@ -9,13 +9,9 @@ OcclusionMap::OcclusionMap() : tiles_(kTiles.size()) {}
 
 Eigen::Vector3d OcclusionMap::direction_beside(std::uint32_t tile, int columns, int rows) {
   const DirectionBins::Cell cell = kTiles.cell_of(tile);
-  const int axis = static_cast<int>(cell.face / 2);
-  Eigen::Vector3d direction;
-  direction[axis] = cell.face % 2 == 0 ? 1.0 : -1.0;
-  const double width = 2.0 / kTiles.edge();
-  direction[(axis + 1) % 3] = (static_cast<int>(cell.column) + columns + 0.5) * width - 1.0;
-  direction[(axis + 2) % 3] = (static_cast<int>(cell.row) + rows + 0.5) * width - 1.0;
-  return direction;
+  return kTiles.direction_of({.face = cell.face,
+                              .column = static_cast<int>(cell.column) + columns + 0.5,
+                              .row = static_cast<int>(cell.row) + rows + 0.5});
 }
 
 // A cell's points up to a length, less what the chord between the corners leaves out, are inside if
@@ -24,8 +20,6 @@ void OcclusionMap::fill(std::uint32_t number, const Eye& eye, StarHull& hull) {
   constexpr int kEdge = 1 << (kFinest - kCoarsest);  // cells
   constexpr double kWidth = 2.0 / (1 << kFinest);
   const DirectionBins::Cell cell = kTiles.cell_of(number);
-  const int axis = static_cast<int>(cell.face / 2);
-  const double toward = cell.face % 2 == 0 ? 1.0 : -1.0;
   const auto at = [&](std::uint32_t of_tile, int k) {
     return (static_cast<int>(of_tile) * kEdge + k) * kWidth - 1.0;
   };
@@ -34,10 +28,11 @@ void OcclusionMap::fill(std::uint32_t number, const Eye& eye, StarHull& hull) {
   for (std::size_t row = 0; row < kCorners; ++row) {
     for (std::size_t k = 0; k < kCorners; ++k) {
       const std::size_t column = row % 2 == 0 ? k : kEdge - k;
-      Eigen::Vector3d direction;
-      direction[axis] = toward;
-      direction[(axis + 1) % 3] = at(cell.column, static_cast<int>(column));
-      direction[(axis + 2) % 3] = at(cell.row, static_cast<int>(row));
+      const Eigen::Vector3d direction =
+          DirectionBins(1U << kFinest)
+              .direction_of({.face = cell.face,
+                             .column = static_cast<double>(cell.column * kEdge + column),
+                             .row = static_cast<double>(cell.row * kEdge + row)});
       reach[row][column] = hull.reach(direction.normalized());
     }
   }

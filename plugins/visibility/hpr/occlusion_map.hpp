@@ -141,18 +141,17 @@ OcclusionMap::Answer OcclusionMap::hides(const Box& box, const FillTile& fill_ti
 
 template <class FillTile>
 bool OcclusionMap::hides(const Point& p, double squared_distance, const FillTile& fill_tile) {
-  const double x = std::abs(p.x()), y = std::abs(p.y()), z = std::abs(p.z());
-  const int axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
-  constexpr double kHalf = 0.5 * (1 << kFinest);
-  const double toward = p[axis], scale = kHalf / std::abs(toward);
-  const double v = kHalf + p[axis == 2 ? 0 : axis + 1] * scale;
-  const double w = kHalf + p[axis == 0 ? 2 : axis - 1] * scale;
-  const auto column = static_cast<std::uint32_t>(v), row = static_cast<std::uint32_t>(w);
+  constexpr DirectionBins kFinestCells(1U << kFinest);
+  const DirectionBins::Place place = kFinestCells.place_of(p);
+  const auto column = static_cast<std::uint32_t>(place.column);
+  const auto row = static_cast<std::uint32_t>(place.row);
   // Rounding must not put the point into a cell that it is not in.
   constexpr double kInside = 0.5 - 1e-9;
-  if (!(std::abs(v - column - 0.5) < kInside && std::abs(w - row - 0.5) < kInside)) return false;
-  const auto face = static_cast<std::uint32_t>(2 * axis + (toward < 0.0 ? 1 : 0));
-  return squared_distance > squared_at(kFinest, face, column, row, 1, fill_tile);
+  if (!(std::abs(place.column - column - 0.5) < kInside &&
+        std::abs(place.row - row - 0.5) < kInside)) {
+    return false;
+  }
+  return squared_distance > squared_at(kFinest, place.face, column, row, 1, fill_tile);
 }
 
 }  // namespace vantage::hpr

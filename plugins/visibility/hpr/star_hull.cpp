@@ -173,7 +173,7 @@ StarHull::Location StarHull::locate(const Point& p) {
   const Facet& f = facets_[end];
   if (f.lateral) return {Place::outside, end};
   const Sign plain = plain_height(f, p);
-  if (plain == Sign::negative) return {Place::inside, end};
+  if (plain != Sign::zero) return {plain == Sign::positive ? Place::outside : Place::inside, end};
   for (const Index v : f.vertices) {
     if (points_[v] == p) return {Place::vertex, v};
   }
