@@ -432,10 +432,13 @@ Result<std::vector<RegionSummary>> build_all(
     if (tested == regions) observer.release_scene();
     const std::uint32_t r = item.region.value;
     const RegionMap region_map{.points = points_of(map, std::move(seen)),
-                               .viewpoints = static_cast<std::uint32_t>(work.viewpoints[r].size())};
+                               .viewpoints = work.viewpoints[r],
+                               .prepared = {}};
     VANTAGE_CHECK(store.put(item.region, region_map));
-    summaries[r] = {
-        .points = region_map.points.size(), .viewpoints = region_map.viewpoints, .bytes = 0};
+    summaries[r] = {.points = region_map.points.size(),
+                    .viewpoints = region_map.viewpoints.size(),
+                    .elements = region_map.prepared.elements,
+                    .bytes = 0};
     meter.region_done();
     return {};
   };

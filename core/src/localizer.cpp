@@ -50,7 +50,7 @@ struct Localizer::State {
   PluginPtr<MatchTarget> target;  // of `region`
   RegionId region;
 
-  [[nodiscard]] bool has_map(RegionId id) const { return index.regions[id.value].points > 0; }
+  [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
 
   /// The nearest region that has a map; the index has at least one.
   [[nodiscard]] RegionId nearest_with_map(const Eigen::Vector2d& xy) const {

@@ -106,8 +106,10 @@ class MemoryStore final : public MapStore {
   }
   [[nodiscard]] Result<void> commit() noexcept override {
     for (std::uint32_t r = 0; r < memory_->index.partition.size(); ++r) {
-      memory_->index.regions.push_back(
-          {memory_->maps[r].points.size(), memory_->maps[r].viewpoints, 0});
+      memory_->index.regions.push_back({.points = memory_->maps[r].points.size(),
+                                        .viewpoints = memory_->maps[r].viewpoints.size(),
+                                        .elements = memory_->maps[r].prepared.elements,
+                                        .bytes = 0});
     }
     memory_->committed = true;
     return {};
@@ -150,6 +152,8 @@ class TruthMatcher final : public ScanMatcher {
       [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
         return ScanScore{};
       }
+      [[nodiscard]] std::size_t bytes() const noexcept override { return sizeof(*this); }
+      [[nodiscard]] std::size_t elements() const noexcept override { return 1; }
 
      private:
       std::shared_ptr<Truth> truth_;
