@@ -11,17 +11,11 @@
 #include "vantage/map_store.hpp"
 #include "vantage/plugin_loader.hpp"
 #include "vantage/pose.hpp"
+#include "vantage/prepared_scan.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {
-
-/// One LiDAR sweep as the localizer takes it.
-struct Scan {
-  double stamp = 0.0;            ///< [s]
-  PointsView points;             ///< sensor frame [m]; non-finite points are dropped and counted
-  std::optional<Pose> odometry;  ///< T_odom_sensor at the stamp; predicts better than velocity
-};
 
 enum class Tracking : std::uint8_t {
   tracked,  ///< the pose comes from matching
@@ -78,14 +72,5 @@ class VANTAGE_API Localizer {
   explicit Localizer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
-
-/// A scan made ready for matching: non-finite points dropped, range limits applied, thinned to
-/// voxel centroids.
-struct PreparedScan {
-  PointCloud points;
-  std::size_t dropped = 0;  ///< non-finite
-};
-[[nodiscard]] VANTAGE_API Result<PreparedScan> prepare_scan(PointsView points,
-                                                            const LocalizerParams& params);
 
 }  // namespace vantage
