@@ -179,6 +179,15 @@ Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
   return Taken{*std::move(ready), true};
 }
 
+Result<Ready> RegionMaps::borrow(RegionId region) const {
+  {
+    const std::scoped_lock lock(state_->mutex);
+    const auto entry = state_->entries.find(region.value);
+    if (entry != state_->entries.end()) return entry->second.ready;
+  }
+  return make_ready(state_->store, state_->matcher, region);
+}
+
 void RegionMaps::expect(std::vector<RegionId> regions) {
   State& s = *state_;
   if (!s.options.background) return;

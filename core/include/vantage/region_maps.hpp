@@ -55,6 +55,10 @@ class VANTAGE_API RegionMaps {
   /// Errors: those of make_ready; the next call tries again.
   [[nodiscard]] Result<Taken> take(RegionId region);
 
+  /// A region that is ready, else one that is loaded for the caller and not kept.
+  /// Errors: those of make_ready.
+  [[nodiscard]] Result<std::shared_ptr<const ReadyRegion>> borrow(RegionId region) const;
+
   /// Says which regions will be taken soon, the first first; what was expected before no longer is.
   /// They are loaded in that order while they fit into the memory. A failure shows when the region
   /// is taken. Returns at once.
