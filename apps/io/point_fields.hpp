@@ -43,26 +43,34 @@ struct PointColumns {
   std::optional<CoordinateColumn> time;
 };
 
-/// Adds the finite ones of `count` points. Precondition: the columns hold them.
-inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
+template <bool has_time>
+void add_points(LoadedCloud& cloud, const std::array<CoordinateColumn, 3>& axes,
+                const CoordinateColumn& time, std::size_t count) {
   std::size_t kept = cloud.points.size();
   cloud.points.resize(kept + count);
-  if (columns.time) cloud.times.values.resize(kept + count);
+  if constexpr (has_time) cloud.times.values.resize(kept + count);
   for (std::size_t i = 0; i < count; ++i) {
     Point& point = cloud.points[kept];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const CoordinateColumn& column = columns.axes[axis];
+      const CoordinateColumn& column = axes[axis];
       point[static_cast<Eigen::Index>(axis)] = column.read(column.first + i * column.stride);
     }
-    if (columns.time) {
-      cloud.times.values[kept] = columns.time->read(columns.time->first + i * columns.time->stride);
-    }
+    if constexpr (has_time) cloud.times.values[kept] = time.read(time.first + i * time.stride);
     const bool finite = point.allFinite();
     kept += finite ? 1 : 0;
     cloud.dropped += finite ? 0 : 1;
   }
   cloud.points.resize(kept);
-  if (columns.time) cloud.times.values.resize(kept);
+  if constexpr (has_time) cloud.times.values.resize(kept);
+}
+
+/// Adds the finite ones of `count` points. Precondition: the columns hold them.
+inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
+  if (columns.time) {
+    add_points<true>(cloud, columns.axes, *columns.time, count);
+  } else {
+    add_points<false>(cloud, columns.axes, {}, count);
+  }
 }
 
 /// Precondition: the columns hold `count` points.
