@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 
 constexpr double kFar = 0.3;            // of the mean extent of the campus
 constexpr double kTurned = 0.7071;      // cosine of the smallest change of heading
-constexpr double kMappedAround = 10.0;  // between a landing place and a hole [m]
+constexpr double kMappedAround = 20.0;  // between a landing place and a hole [m]
 constexpr int kAttempts = 200;
 
 class Planner {

@@ -37,7 +37,7 @@ struct Events {
 /// A kidnap ends on the route at least 0.3 of the campus's mean extent away from where it began,
 /// with a heading at least 45 degrees off. Each hole has its own equal part of the drive and its
 /// centre there on the route, as near as can be to that part's middle; the start and the places
-/// where kidnaps end are more than 10 m outside of every hole, holes do not overlap, and where the
+/// where kidnaps end are more than 20 m outside of every hole, holes do not overlap, and where the
 /// drive is long enough the sensor drives out of each one before the next kidnap.
 /// @param scans            of the drive
 /// @param metres_per_scan  driven from one to the next
