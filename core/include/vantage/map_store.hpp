@@ -50,7 +50,7 @@ class VANTAGE_API MapStore {
   /// Errors: `already_exists` if the bundle is there, `io_failure`.
   [[nodiscard]] virtual Result<void> begin(const MapIndex& index) noexcept = 0;
   /// Errors: `not_found` for a region outside the index, `already_exists` for one put twice,
-  /// `invalid_input` without begin or for a non-finite point, `io_failure`.
+  /// `invalid_input` without begin or for a non-finite point or viewpoint, `io_failure`.
   [[nodiscard]] virtual Result<void> put(RegionId region, const RegionMap& map) noexcept = 0;
   /// Makes the bundle visible, all at once. Errors: `invalid_input` without begin or with a region
   /// missing, `io_failure`.
@@ -59,8 +59,8 @@ class VANTAGE_API MapStore {
   /// Errors: `not_found` without a bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
   /// The map of one region: points and viewpoints in the order they were put, to the precision that
-  /// the store declares; prepared bytes as they were. Errors: `not_found` for an unknown region or no bundle, `corrupt_data` for a damaged
-  /// file.
+  /// the store declares; prepared bytes as they were. Errors: `not_found` for an unknown region or
+  /// no bundle, `corrupt_data` for a damaged file.
   [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;
 };
 
