@@ -60,6 +60,7 @@ struct RegionMaps::State {
   std::unordered_set<std::uint32_t> given_up;  // expected, but failed or did not fit
   std::vector<RegionId> expected;
   std::optional<std::uint32_t> taken_last;
+  bool busy = false;  // the loader, with loading or with letting go
   std::uint64_t takes = 0;
   Statistics counts;
 
@@ -119,6 +120,7 @@ struct RegionMaps::State {
     while (changed.wait(lock, stop, [&] { return missing().has_value(); })) {
       const RegionId region = *missing();
       loading.insert(region.value);
+      busy = true;
       lock.unlock();
       Result<Ready> ready = make_ready(store, matcher, region);
       std::vector<Ready> dropped;
@@ -134,6 +136,8 @@ struct RegionMaps::State {
       lock.unlock();
       dropped.clear();
       lock.lock();
+      busy = false;
+      changed.notify_all();
     }
   }
 };
@@ -202,7 +206,7 @@ void RegionMaps::wait_until_idle() const {
   const State& s = *state_;
   if (!s.options.background) return;
   std::unique_lock lock(s.mutex);
-  s.changed.wait(lock, [&] { return s.loading.empty() && !s.missing(); });
+  s.changed.wait(lock, [&] { return !s.busy && !s.missing(); });
 }
 
 RegionMaps::Statistics RegionMaps::statistics() const {

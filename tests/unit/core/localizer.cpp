@@ -145,7 +145,7 @@ TEST_CASE("a scan without overlap or coverage is lost, keeps its prediction, and
 
   world.truth->overlap = true;
   world.truth->coverage = 0.01;
-  const ScanReport thin = world.at(localizer, 0.3, 99.0);
+  const ScanReport thin = world.at(localizer, 0.3, 3.0);
   CHECK(thin.tracking == Tracking::lost);
   CHECK(thin.reason.starts_with("coverage"));
   CHECK(thin.T_map_scan.translation.x() == doctest::Approx(2.5));
