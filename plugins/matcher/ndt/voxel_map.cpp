@@ -115,20 +115,16 @@ Voxels sum_up(PointsView points, const Lattice& lattice, const Eigen::Vector3d& 
                                           kHalfRange - static_cast<std::int64_t>(origin.y()),
                                           kHalfRange - static_cast<std::int64_t>(origin.z())};
   Voxels voxels;
-  VoxelKey last_key = kNoVoxel;
-  Moments* last = nullptr;
   for (const Point& p : points) {
     const Eigen::Vector3d at = lattice.in_voxels(p);
     const std::int64_t x = floor_of(at.x()), y = floor_of(at.y()), z = floor_of(at.z());
     const VoxelKey key = key_of_shifted(static_cast<std::uint32_t>(x + shift[0]),
                                         static_cast<std::uint32_t>(y + shift[1]),
                                         static_cast<std::uint32_t>(z + shift[2]));
-    if (key != last_key) {
-      last_key = key;
-      last = &voxels[key];
-    }
-    last->add(at.x() - (static_cast<double>(x) + 0.5), at.y() - (static_cast<double>(y) + 0.5),
-              at.z() - (static_cast<double>(z) + 0.5));
+    // Also where the voxel is the last point's: whether it is cannot be predicted, and costs more.
+    voxels[key].add(at.x() - (static_cast<double>(x) + 0.5),
+                    at.y() - (static_cast<double>(y) + 0.5),
+                    at.z() - (static_cast<double>(z) + 0.5));
   }
   return voxels;
 }
