@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "excerpt.hpp"
 #include "newton.hpp"
 #include "objective.hpp"
 #include "vantage/plugin.hpp"
@@ -75,6 +76,12 @@ struct Params {
         optional("d3", &Params::d3, "",
                  "coefficient of S_fitness, given with d1 and d2; derived if left out",
                  kCoefficients)};
+  }
+
+  [[nodiscard]] VoxelOptions voxels() const {
+    return {.resolution = resolution,
+            .min_points = min_points_per_voxel,
+            .eigenvalue_floor = eigenvalue_floor};
   }
 
   [[nodiscard]] NewtonOptions newton() const {
@@ -186,6 +193,21 @@ class NdtTarget final : public MatchTarget {
     });
   }
 
+  [[nodiscard]] std::size_t bytes() const noexcept override {
+    return sizeof(*this) + objective_.map().bytes();
+  }
+  [[nodiscard]] std::size_t elements() const noexcept override {
+    return objective_.map().cells().size();
+  }
+
+  [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
+    return guarded([&]() -> Result<PreparedMap> {
+      if (!seen.empty()) VANTAGE_CHECK(check_points(seen, "what is seen"));
+      const std::vector<std::uint32_t> which = gaussians_at(objective_.map(), seen);
+      return PreparedMap{.bytes = encode(objective_.map(), which), .elements = which.size()};
+    });
+  }
+
  private:
   [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
     if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
@@ -249,16 +271,25 @@ class Ndt final : public ScanMatcher {
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
       PointsView map) const noexcept override {
     return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(VoxelMap voxels,
-                  VoxelMap::build(map, {.resolution = params_.resolution,
-                                        .min_points = params_.min_points_per_voxel,
-                                        .eigenvalue_floor = params_.eigenvalue_floor}));
-      return std::make_unique<NdtTarget>(
-          Objective(std::move(voxels), params_.neighbours, coefficients_), params_);
+      VANTAGE_TRY(VoxelMap voxels, VoxelMap::build(map, params_.voxels()));
+      return target_of(std::move(voxels));
+    });
+  }
+
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
+      std::span<const std::byte> prepared) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+      VANTAGE_TRY(VoxelMap voxels, decode(prepared, params_.voxels()));
+      return target_of(std::move(voxels));
     });
   }
 
  private:
+  [[nodiscard]] std::unique_ptr<MatchTarget> target_of(VoxelMap voxels) const {
+    return std::make_unique<NdtTarget>(
+        Objective(std::move(voxels), params_.neighbours, coefficients_), params_);
+  }
+
   Params params_;
   NdtCoefficients coefficients_;
 };

@@ -222,7 +222,7 @@ VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_vo
 
 std::size_t VoxelMap::bytes() const noexcept {
   const auto of = [](const auto& vector) { return vector.capacity() * sizeof(vector[0]); };
-  return sizeof(*this) + of(keys_) + of(cells_) + of(blocks_) + of(rows_) + of(zz_);
+  return of(keys_) + of(cells_) + of(blocks_) + of(rows_) + of(zz_);
 }
 
 VoxelKey VoxelMap::key_of(const Point& p) const noexcept {

@@ -52,6 +52,7 @@ class VoxelMap {
   [[nodiscard]] Point origin() const noexcept { return origin_voxel_ * options_.resolution; }
   [[nodiscard]] std::span<const VoxelKey> keys() const noexcept { return keys_; }
   [[nodiscard]] std::span<const Cell> cells() const noexcept { return cells_; }
+  /// Memory that it holds.
   [[nodiscard]] std::size_t bytes() const noexcept;
 
   /// The voxel of a point in the map frame [m]; kNoVoxel where the map cannot reach.
