@@ -13,10 +13,8 @@ constexpr double kLeastVariance = 1e-12;
 /// The covariance with its eigenvalues raised; nothing if all points coincide.
 std::optional<Eigen::Matrix3d> raised_covariance(const Moments& m, const Eigen::Vector3d& mean,
                                                  double eigenvalue_floor) {
-  const double n = m.points;
-  Eigen::Matrix3d covariance;
-  covariance << m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz;
-  covariance = ((covariance - n * mean * mean.transpose()) / (n - 1.0)).eval();
+  const double n = m.points();
+  const Eigen::Matrix3d covariance = (m.sum_of_squares() - n * mean * mean.transpose()) / (n - 1.0);
 
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance);
@@ -52,13 +50,13 @@ std::int16_t to_signed(double x) {
 }  // namespace
 
 std::optional<Cell> cell_of(const Moments& m, double eigenvalue_floor) {
-  const Eigen::Vector3d mean = Eigen::Vector3d(m.x, m.y, m.z) / m.points;
+  const Eigen::Vector3d mean = m.sum() / m.points();
   const auto covariance = raised_covariance(m, mean, eigenvalue_floor);
   if (!covariance) return std::nullopt;
   const double largest = covariance->diagonal().maxCoeff();
   const Eigen::Matrix3d L = root_of(*covariance, 1e-12 * largest);
 
-  Cell cell{.points = m.points};
+  Cell cell{.points = m.points()};
   int exponent = 0;
   (void)std::frexp(std::sqrt(largest), &exponent);  // < 2^exponent
   cell.exponent = static_cast<std::uint8_t>(std::clamp(-exponent, 0, int{Cell::kMaxExponent}));

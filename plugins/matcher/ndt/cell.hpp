@@ -9,23 +9,33 @@ namespace vantage::ndt {
 
 /// Sums over the points of one voxel, each seen from the voxel's centre in units of its edge: there
 /// they are small, and the covariance loses no digits to cancellation.
-struct Moments {
-  std::uint32_t points = 0;
-  double x = 0.0, y = 0.0, z = 0.0;
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
-
+///
+/// Written as pairs: a compiler's own pairing may load two sums at once that were stored one by
+/// one, which stalls.
+class Moments {
+ public:
   void add(double dx, double dy, double dz) noexcept {
-    ++points;
-    x += dx;
-    y += dy;
-    z += dz;
-    xx += dx * dx;
-    xy += dx * dy;
-    xz += dx * dz;
-    yy += dy * dy;
-    yz += dy * dz;
-    zz += dz * dz;
+    const Pair xy{dx, dy};
+    xy_ += xy;
+    z_n_ += Pair{dz, 1.0};
+    xx_xy_ += Pair{dx, dx} * xy;
+    xz_yy_ += xy * Pair{dz, dy};
+    yz_zz_ += Pair{dy, dz} * Pair{dz, dz};
   }
+  [[nodiscard]] std::uint32_t points() const noexcept {
+    return static_cast<std::uint32_t>(z_n_[1]);
+  }
+  [[nodiscard]] Eigen::Vector3d sum() const noexcept { return {xy_[0], xy_[1], z_n_[0]}; }
+  [[nodiscard]] Eigen::Matrix3d sum_of_squares() const noexcept {
+    Eigen::Matrix3d m;
+    m << xx_xy_[0], xx_xy_[1], xz_yy_[0], xx_xy_[1], xz_yy_[1], yz_zz_[0], xz_yy_[0], yz_zz_[0],
+        yz_zz_[1];
+    return m;
+  }
+
+ private:
+  using Pair = double __attribute__((vector_size(16)));
+  Pair xy_{}, z_n_{}, xx_xy_{}, xz_yy_{}, yz_zz_{};
 };
 
 /// The normal distribution of the map points in one voxel (Magnusson 2009, Eqs. 6.2-6.3) in 24

@@ -155,7 +155,7 @@ Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
 
   std::vector<std::pair<VoxelKey, std::uint32_t>> order;
   for (std::uint32_t i = 0; i < voxels.keys().size(); ++i) {
-    if (voxels.moments()[i].points >= options.min_points) order.emplace_back(voxels.keys()[i], i);
+    if (voxels.moments()[i].points() >= options.min_points) order.emplace_back(voxels.keys()[i], i);
   }
   std::ranges::sort(order);
   std::vector<std::optional<Cell>> made(order.size());
