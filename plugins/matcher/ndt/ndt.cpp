@@ -17,7 +17,7 @@ namespace {
 
 // A scan of twice as many points or more is first aligned by about so many of them, until steps are
 // below so many times the epsilons.
-constexpr std::size_t kCoarsePoints = 2048;
+constexpr std::size_t kCoarsePoints = 1024;
 constexpr double kCoarseEpsilon = 10.0;
 
 struct Params {
