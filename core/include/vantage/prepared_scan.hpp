@@ -14,9 +14,9 @@ namespace vantage {
 
 /// One LiDAR sweep as the localizer takes it.
 struct Scan {
-  double stamp = 0.0;            ///< [s]
-  PointsView points;             ///< sensor frame [m]; non-finite points are dropped and counted
-  std::optional<Pose> odometry;  ///< T_odom_sensor at the stamp; predicts better than velocity
+  double stamp = 0.0;              ///< [s]
+  PointsView points;               ///< sensor frame [m]; non-finite points are dropped and counted
+  std::optional<Pose> odometry{};  ///< T_odom_sensor at the stamp; predicts better than velocity
   std::span<const float> seconds{};  ///< of each point after `stamp`; empty if unknown
 };
 

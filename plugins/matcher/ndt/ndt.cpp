@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "excerpt.hpp"
 #include "newton.hpp"
 #include "objective.hpp"
 #include "vantage/plugin.hpp"
@@ -14,9 +15,15 @@
 namespace vantage::ndt {
 namespace {
 
+// A scan of twice as many points or more is first aligned by about so many of them, until steps are
+// below so many times the epsilons.
+constexpr std::size_t kCoarsePoints = 1024;
+constexpr double kCoarseEpsilon = 10.0;
+
 struct Params {
   double resolution = 1.0;
   Neighbours neighbours = Neighbours::direct7;
+  Optimizer optimizer = Optimizer::newton;
   double outlier_ratio = 0.55;
   std::uint32_t min_points_per_voxel = 6;
   double eigenvalue_floor = 0.01;
@@ -36,6 +43,7 @@ struct Params {
                  Source{{}, "Magnusson 2009, ch. 6"}),
         optional("neighbours", &Params::neighbours, "",
                  "which voxels a scan point is compared with", Source{{}, "K. Koide's ndt_omp"}),
+        optional("optimizer", &Params::optimizer, "", "what steps are made of"),
         optional("outlier_ratio", &Params::outlier_ratio, "",
                  "share of outliers from which d1, d2, d3 are derived", strictly_between(0.0, 1.0),
                  kCoefficients),
@@ -68,6 +76,21 @@ struct Params {
         optional("d3", &Params::d3, "",
                  "coefficient of S_fitness, given with d1 and d2; derived if left out",
                  kCoefficients)};
+  }
+
+  [[nodiscard]] VoxelOptions voxels() const {
+    return {.resolution = resolution,
+            .min_points = min_points_per_voxel,
+            .eigenvalue_floor = eigenvalue_floor};
+  }
+
+  [[nodiscard]] NewtonOptions newton() const {
+    return {.optimizer = optimizer,
+            .max_iterations = max_iterations,
+            .translation_epsilon = translation_epsilon,
+            .rotation_epsilon = rotation_epsilon,
+            .max_step_translation = max_step_translation,
+            .max_step_rotation = max_step_rotation};
   }
 
   [[nodiscard]] Result<NdtCoefficients> coefficients() const {
@@ -139,21 +162,23 @@ class NdtTarget final : public MatchTarget {
       VANTAGE_CHECK(check(scan, T_map_scan_guess));
       const WorkspacePool::Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
-      const Pose start = objective_.to_local(T_map_scan_guess);
-      const Derivatives at_start = objective_.derivatives(scan, start, *workspace);
+      const Pose guess = objective_.to_local(T_map_scan_guess);
+      const Start start = nearer(guess, scan.size(), *workspace);
+      NewtonOptions options = params_.newton();
+      options.max_iterations -= start.iterations;
+      const Derivatives at_start =
+          objective_.derivatives(start.T_local_scan, *workspace, extent_of(options));
       VANTAGE_CHECK(check_overlap(at_start.matched, scan.size(), "at the guess"));
 
-      const NewtonOptions options{.max_iterations = params_.max_iterations,
-                                  .translation_epsilon = params_.translation_epsilon,
-                                  .rotation_epsilon = params_.rotation_epsilon,
-                                  .max_step_translation = params_.max_step_translation,
-                                  .max_step_rotation = params_.max_step_rotation};
-      const Minimum minimum = minimize(objective_, scan, start, at_start, options, *workspace);
+      Minimum minimum = minimize(objective_, start.T_local_scan, at_start, options, *workspace);
+      if (options.optimizer != Optimizer::newton) {
+        minimum.at = objective_.derivatives(minimum.T_local_scan, *workspace);
+      }
       VANTAGE_CHECK(check_overlap(minimum.at.matched, scan.size(), "at the solution"));
       return Alignment{.T_map_scan = objective_.to_map(minimum.T_local_scan),
                        .termination = minimum.termination,
-                       .iterations = minimum.iterations,
-                       .score = objective_.score(scan, minimum.T_local_scan, *workspace).mean(),
+                       .iterations = start.iterations + minimum.iterations,
+                       .score = minimum.at.score,
                        .hessian = minimum.at.hessian};
     });
   }
@@ -164,7 +189,7 @@ class NdtTarget final : public MatchTarget {
       VANTAGE_CHECK(check(scan, T_map_scan));
       const WorkspacePool::Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
-      return objective_.score(scan, objective_.to_local(T_map_scan), *workspace).mean();
+      return objective_.score(objective_.to_local(T_map_scan), *workspace);
     });
   }
 
@@ -172,7 +197,15 @@ class NdtTarget final : public MatchTarget {
     return sizeof(*this) + objective_.map().bytes();
   }
   [[nodiscard]] std::size_t elements() const noexcept override {
-    return objective_.map().gaussians().size();
+    return objective_.map().cells().size();
+  }
+
+  [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
+    return guarded([&]() -> Result<PreparedMap> {
+      if (!seen.empty()) VANTAGE_CHECK(check_points(seen, "what is seen"));
+      const std::vector<std::uint32_t> which = gaussians_at(objective_.map(), seen);
+      return PreparedMap{.bytes = encode(objective_.map(), which), .elements = which.size()};
+    });
   }
 
  private:
@@ -186,15 +219,36 @@ class NdtTarget final : public MatchTarget {
     return {};
   }
 
+  struct Start {
+    Pose T_local_scan;
+    std::uint32_t iterations = 0;  // spent on it
+  };
+  /// Goes most of the way with a part of a large scan's points.
+  [[nodiscard]] Start nearer(const Pose& guess, std::size_t points, Workspace& workspace) const {
+    NewtonOptions options = params_.newton();
+    options.stride = points / kCoarsePoints;
+    if (options.stride < 2) return {guess};
+    options.translation_epsilon *= kCoarseEpsilon;
+    options.rotation_epsilon *= kCoarseEpsilon;
+    const Derivatives at = objective_.derivatives(guess, workspace, extent_of(options));
+    if (at.matched * options.stride < needed(points)) return {guess};  // all are asked next
+    const Minimum coarse = minimize(objective_, guess, at, options, workspace);
+    return {coarse.T_local_scan, coarse.iterations};
+  }
+
+  [[nodiscard]] std::size_t needed(std::size_t points) const {
+    return std::max<std::size_t>(
+        params_.min_matches,
+        static_cast<std::size_t>(std::ceil(params_.min_coverage * static_cast<double>(points))));
+  }
+
   [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
                                            const char* where) const {
-    const double needed = std::max(static_cast<double>(params_.min_matches),
-                                   std::ceil(params_.min_coverage * static_cast<double>(points)));
-    if (static_cast<double>(matched) >= needed) return {};
+    if (matched >= needed(points)) return {};
     return fail(ErrorCode::too_few_matches,
                 std::to_string(matched) + " of " + std::to_string(points) +
                     " scan points have a map voxel " + where + "; at least " +
-                    std::to_string(static_cast<std::size_t>(needed)) + " are needed");
+                    std::to_string(needed(points)) + " are needed");
   }
 
   Objective objective_;
@@ -217,16 +271,25 @@ class Ndt final : public ScanMatcher {
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
       PointsView map) const noexcept override {
     return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(VoxelMap voxels,
-                  VoxelMap::build(map, {.resolution = params_.resolution,
-                                        .min_points = params_.min_points_per_voxel,
-                                        .eigenvalue_floor = params_.eigenvalue_floor}));
-      return std::make_unique<NdtTarget>(
-          Objective(std::move(voxels), params_.neighbours, coefficients_), params_);
+      VANTAGE_TRY(VoxelMap voxels, VoxelMap::build(map, params_.voxels()));
+      return target_of(std::move(voxels));
+    });
+  }
+
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
+      std::span<const std::byte> prepared) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+      VANTAGE_TRY(VoxelMap voxels, decode(prepared, params_.voxels()));
+      return target_of(std::move(voxels));
     });
   }
 
  private:
+  [[nodiscard]] std::unique_ptr<MatchTarget> target_of(VoxelMap voxels) const {
+    return std::make_unique<NdtTarget>(
+        Objective(std::move(voxels), params_.neighbours, coefficients_), params_);
+  }
+
   Params params_;
   NdtCoefficients coefficients_;
 };

@@ -22,6 +22,14 @@ Pose moved(const Pose& pose, const Vector6& step) {
   return result;
 }
 
+std::optional<Vector6> shortened(Vector6 step, const NewtonOptions& options) {
+  if (!step.allFinite()) return std::nullopt;
+  const double excess = std::max(step.head<3>().norm() / options.max_step_translation,
+                                 step.tail<3>().norm() / options.max_step_rotation);
+  if (excess > 1.0) step /= excess;
+  return step;
+}
+
 /// The Newton step, shortened where the model of the objective cannot be trusted; nothing where the
 /// objective is flat.
 std::optional<Vector6> newton_step(const Derivatives& at, const NewtonOptions& options) {
@@ -32,29 +40,34 @@ std::optional<Vector6> newton_step(const Derivatives& at, const NewtonOptions& o
   metric.diagonal().tail<3>().array() += kRidge * at.majorizer.diagonal().tail<3>().maxCoeff();
   const Eigen::LLT<Matrix6> root(metric);
   if (root.info() != Eigen::Success) return std::nullopt;
+  if (options.optimizer == Optimizer::gauss_newton) {
+    return shortened(-root.solve(at.gradient), options);
+  }
   const Matrix6 half_way = root.matrixL().solve(at.hessian);
   const Matrix6 relative = root.matrixL().solve(half_way.transpose());
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(relative);
   const Vector6 curvature = solver.eigenvalues().cwiseMax(kCurvatureFloor);
   const Vector6 gradient = solver.eigenvectors().transpose() * root.matrixL().solve(at.gradient);
-  Vector6 step = -root.matrixU().solve(solver.eigenvectors() * gradient.cwiseQuotient(curvature));
-  if (!step.allFinite()) return std::nullopt;
-
-  const double excess = std::max(step.head<3>().norm() / options.max_step_translation,
-                                 step.tail<3>().norm() / options.max_step_rotation);
-  if (excess > 1.0) step /= excess;
-  return step;
+  return shortened(-root.matrixU().solve(solver.eigenvectors() * gradient.cwiseQuotient(curvature)),
+                   options);
 }
 
 }  // namespace
 
-Minimum minimize(const Objective& objective, PointsView scan, const Pose& start,
-                 const Derivatives& at_start, const NewtonOptions& options, Workspace& workspace) {
+Extent extent_of(const NewtonOptions& options) noexcept {
+  return {.terms = options.optimizer == Optimizer::newton ? kernel::Terms::everything
+                                                          : kernel::Terms::majorizer,
+          .stride = options.stride};
+}
+
+Minimum minimize(const Objective& objective, const Pose& start, const Derivatives& at_start,
+                 const NewtonOptions& options, Workspace& workspace) {
   const auto negligible = [&](const Vector6& step) {
     return step.head<3>().norm() < options.translation_epsilon &&
            step.tail<3>().norm() < options.rotation_epsilon;
   };
 
+  const Extent extent = extent_of(options);
   Minimum best{.T_local_scan = start, .at = at_start};
   while (best.iterations < options.max_iterations) {
     ++best.iterations;
@@ -66,7 +79,7 @@ Minimum minimize(const Objective& objective, PointsView scan, const Pose& start,
     const bool last = negligible(*step);
     for (;;) {
       const Pose trial = moved(best.T_local_scan, *step);
-      const Derivatives at_trial = objective.derivatives(scan, trial, workspace);
+      const Derivatives at_trial = objective.derivatives(trial, workspace, extent);
       if (at_trial.value <= best.at.value + kSufficientDecrease * best.at.gradient.dot(*step)) {
         best.T_local_scan = trial;
         best.at = at_trial;

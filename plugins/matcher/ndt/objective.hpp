@@ -4,15 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "kernel.hpp"
 #include "vantage/metrics.hpp"
 #include "vantage/pose.hpp"
 #include "voxel_map.hpp"
-#include "voxel_tree.hpp"
 
 namespace vantage::ndt {
 
@@ -42,6 +41,14 @@ struct Derivatives {
   /// which touches the objective here and lies nowhere below it (but for the rotation's curvature).
   Matrix6 majorizer = Matrix6::Zero();
   std::size_t matched = 0;  ///< scan points with at least one Gaussian
+  ScanScore score;          ///< Eq. 12 and its companions, at the same pose
+};
+
+/// How much of the objective is asked for.
+struct Extent {
+  /// With `majorizer` the Hessian is zero, with `score` all derivatives are.
+  kernel::Terms terms = kernel::Terms::everything;
+  std::size_t stride = 1;  ///< one in so many batches of points, for all
 };
 
 /// Scratch memory of one alignment. It grows to the largest scan it has seen, after which an
@@ -52,65 +59,50 @@ class Workspace {
 
  private:
   friend class Objective;
-  /// Sum over points of J^T A J for a symmetric 3x3 A and J = [I, -[y]x], upper triangle by blocks.
-  struct Quadratic {
-    std::array<double, 6> tt{}, rr{};
-    std::array<double, 9> tr{};
-  };
-  /// What one chunk of points adds.
-  struct Partial {
-    double value = 0.0;
-    std::array<double, 3> gradient{};  // with respect to x
-    std::array<double, 9> torque{};    // g y^T
-    Quadratic positive, negative;
-    std::size_t matched = 0;
-  };
-  std::vector<Partial> partials_;
-  std::vector<ScanScoreSum> scores_;
-  // The Gaussians of each point's neighbourhood, kept while the point stays in its voxel.
-  std::vector<VoxelKey> keys_;
-  std::vector<std::uint8_t> sizes_;
-  std::vector<std::uint32_t> lists_;
+  std::size_t points_ = 0;
+  std::vector<kernel::Batch> batches_;
+  std::vector<kernel::Gaussians> neighbours_;
+  std::vector<kernel::Sums> sums_;  // of each chunk
 };
 
 /// E(T) = sum_i sum_j d1 exp(-d2/2 q_ij^T C_j q_ij), q_ij = T p_i - mu_j, for d1 < 0: what
 /// Magnusson (2009), Eq. 6.10, minimizes. Poses are relative to the map's origin (`to_local`),
 /// where their digits are not spent on a large translation.
+///
+/// Points are summed up in single precision by the kernel, in chunks, and the chunks in double
+/// precision in their order: the sums are the same for any number of threads. What a single point
+/// adds depends on the pose alone, not on the poses asked for before.
 class Objective {
  public:
-  Objective(VoxelMap map, Neighbours neighbours, const NdtCoefficients& coefficients);
+  /// @param evaluate  the kernel; all are equal to a relative 1e-5
+  Objective(VoxelMap map, Neighbours neighbours, const NdtCoefficients& coefficients,
+            kernel::Evaluate evaluate = kernel::fastest());
 
   [[nodiscard]] const VoxelMap& map() const noexcept { return map_; }
   [[nodiscard]] Pose to_local(Pose T_map_scan) const noexcept;
   [[nodiscard]] Pose to_map(Pose T_local_scan) const noexcept;
 
-  /// Readies a workspace for a scan; to be called before the first of the two below.
+  /// Readies a workspace for a scan; to be called before the two below.
   void begin(PointsView scan, Workspace& workspace) const;
 
   /// E and its analytic derivatives with respect to x = t + dt + exp([w]x) R p at dt = w = 0
   /// (Eqs. 6.12-6.13 with the derivatives of a rotation vector in place of Euler angles).
-  [[nodiscard]] Derivatives derivatives(PointsView scan, const Pose& T_local_scan,
-                                        Workspace& workspace) const;
+  [[nodiscard]] Derivatives derivatives(const Pose& T_local_scan, Workspace& workspace,
+                                        const Extent& extent = {}) const;
 
   /// Eq. 12 and its companions.
-  [[nodiscard]] ScanScoreSum score(PointsView scan, const Pose& T_local_scan,
-                                   Workspace& workspace) const;
+  [[nodiscard]] ScanScore score(const Pose& T_local_scan, Workspace& workspace) const {
+    return derivatives(T_local_scan, workspace, {.terms = kernel::Terms::score}).score;
+  }
 
  private:
-  /// Calls `use(search)` with what finds a point's Gaussians in the mode chosen.
-  template <class Use>
-  auto with_search(Workspace& workspace, const Use& use) const;
-  template <class Search>
-  void sum_derivatives(PointsView scan, const Pose& T_local_scan, const Search& search,
-                       Workspace& workspace) const;
-  template <class Search>
-  void sum_scores(PointsView scan, const Pose& T_local_scan, const Search& search,
-                  Workspace& workspace) const;
+  [[nodiscard]] kernel::Sums sum_up(const Pose& T_local_scan, Workspace& workspace,
+                                    const Extent& extent) const;
 
   VoxelMap map_;
-  Neighbours neighbours_;
+  kernel::Search search_;
   NdtCoefficients coefficients_;
-  std::optional<VoxelTree> tree_;  // only where the mode needs it
+  kernel::Evaluate evaluate_;
 };
 
 }  // namespace vantage::ndt

@@ -1,7 +1,8 @@
 #include "voxel_map.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -12,166 +13,241 @@
 namespace vantage::ndt {
 namespace {
 
-/// Sums over the points of one voxel, relative to its centre: there they are small, and the
-/// covariance loses no digits to cancellation.
-struct Moments {
-  VoxelKey key = kNoVoxel;
-  std::uint32_t points = 0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
-
-  void add(const Eigen::Vector3d& d) noexcept {
-    ++points;
-    sum += d;
-    xx += d.x() * d.x();
-    xy += d.x() * d.y();
-    xz += d.x() * d.z();
-    yy += d.y() * d.y();
-    yz += d.y() * d.z();
-    zz += d.z() * d.z();
-  }
-};
-
-/// Nothing for points that all coincide.
-std::optional<Gaussian> gaussian_of(const Moments& m, const Eigen::Vector3d& centre,
-                                    const VoxelMap::Options& options) {
-  const double n = m.points;
-  const Eigen::Vector3d mean = m.sum / n;
-  Eigen::Matrix3d covariance;
-  covariance << m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz;
-  covariance = (covariance - n * mean * mean.transpose()) / (n - 1.0);
-
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  const double largest = solver.eigenvalues().z();
-  // Below a millionth of the edge the spread is rounding of the coordinates, not shape.
-  if (!(largest > 1e-12 * options.resolution * options.resolution)) return std::nullopt;
-  const Eigen::Vector3d inverse_eigenvalues =
-      solver.eigenvalues().cwiseMax(options.eigenvalue_floor * largest).cwiseInverse();
-  const Eigen::Matrix3d c =
-      solver.eigenvectors() * inverse_eigenvalues.asDiagonal() * solver.eigenvectors().transpose();
-  return Gaussian{.mean = centre + mean,
-                  .xx = c(0, 0),
-                  .xy = c(0, 1),
-                  .xz = c(0, 2),
-                  .yy = c(1, 1),
-                  .yz = c(1, 2),
-                  .zz = c(2, 2)};
-}
-
 constexpr std::size_t kFirstCapacity = 1024;
 constexpr std::size_t kVoxelChunk = 256;
+constexpr double kShift = kHalfRange;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-}  // namespace
-
-class VoxelMapBuilder {
+/// floor(p / resolution), exactly.
+class Lattice {
  public:
-  VoxelMapBuilder(const Bounds3& bounds, const VoxelMap::Options& options) : options_(options) {
-    map_.resolution_ = options.resolution;
-    map_.inverse_resolution_ = 1.0 / options.resolution;
-    const Eigen::Vector3d centre = 0.5 * bounds.min + 0.5 * bounds.max;
-    origin_index_ = (centre / options.resolution).array().round();
-    map_.origin_ = origin_index_ * options.resolution;
-    resize(kFirstCapacity);
+  explicit Lattice(double resolution) : resolution_(resolution), inverse_(1.0 / resolution) {
+    int exponent = 0;
+    exact_ = std::frexp(resolution, &exponent) == 0.5;  // a power of two has an exact inverse
   }
-
-  Result<void> add(PointsView points) {
-    std::uint32_t last = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Point& p = points[i];
-      const Eigen::Vector3d index =
-          (p / options_.resolution).array().floor() - origin_index_.array() + VoxelMap::kHalfRange;
-      if (!((index.array() >= 1.0).all() && (index.array() < VoxelMap::kIndexEnd).all())) {
-        return fail(ErrorCode::invalid_input,
-                    "map point " + std::to_string(i) + " lies more than a million voxels of " +
-                        std::to_string(options_.resolution) + " m from the map's centre");
-      }
-      const VoxelKey key = VoxelMap::pack(index);
-      if (voxels_.empty() || voxels_[last].key != key) last = voxel(key);
-      voxels_[last].add((p - map_.origin_) - centre_of(key));
-    }
-    return {};
-  }
-
-  Result<VoxelMap> finish() && {
-    std::erase_if(voxels_, [&](const Moments& m) { return m.points < options_.min_points; });
-    std::ranges::sort(voxels_, {}, &Moments::key);
-    std::vector<std::optional<Gaussian>> gaussians(voxels_.size());
-    for_each_chunk(voxels_.size(), kVoxelChunk,
-                   [&](std::size_t, std::size_t begin, std::size_t end) {
-                     for (std::size_t i = begin; i < end; ++i) {
-                       gaussians[i] = gaussian_of(voxels_[i], centre_of(voxels_[i].key), options_);
-                     }
-                   });
-
-    resize(std::max(kFirstCapacity, 2 * std::bit_ceil(voxels_.size())));
-    map_.gaussians_.reserve(voxels_.size());
-    map_.counts_.reserve(voxels_.size());
-    for (std::size_t i = 0; i < voxels_.size(); ++i) {
-      if (!gaussians[i]) continue;
-      slot_of(voxels_[i].key) = {voxels_[i].key,
-                                 static_cast<std::uint32_t>(map_.gaussians_.size())};
-      map_.gaussians_.push_back(*gaussians[i]);
-      map_.counts_.push_back(voxels_[i].points);
-    }
-    if (map_.gaussians_.empty()) {
-      return fail(ErrorCode::too_few_matches,
-                  "the map is too sparse: no voxel of " + std::to_string(options_.resolution) +
-                      " m holds " + std::to_string(options_.min_points) + " distinct points");
-    }
-    return std::move(map_);
+  [[nodiscard]] Eigen::Vector3d in_voxels(const Point& p) const noexcept {
+    return exact_ ? Eigen::Vector3d(p * inverse_) : Eigen::Vector3d(p / resolution_);
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d centre_of(VoxelKey key) const noexcept {
-    constexpr VoxelKey kMask = (VoxelKey{1} << 21U) - 1;
-    const Eigen::Vector3d index(static_cast<double>(key >> 42U),
-                                static_cast<double>((key >> 21U) & kMask),
-                                static_cast<double>(key & kMask));
-    return (index.array() - VoxelMap::kHalfRange + 0.5) * options_.resolution;
-  }
+  double resolution_, inverse_;
+  bool exact_ = false;
+};
 
-  /// The slot that holds `key`, or the free one where it belongs.
-  [[nodiscard]] VoxelMap::Slot& slot_of(VoxelKey key) noexcept {
-    const std::size_t mask = map_.slots_.size() - 1;
-    std::size_t slot = VoxelMap::hash(key) >> map_.shift_;
-    while (map_.slots_[slot].key != key && map_.slots_[slot].key != kNoVoxel) {
-      slot = (slot + 1) & mask;
+/// For |x| < 2^63; std::floor is a call where there is no SSE 4.1.
+std::int64_t floor_of(double x) noexcept {
+  const auto whole = static_cast<std::int64_t>(x);
+  return whole - (static_cast<double>(whole) > x ? 1 : 0);
+}
+
+bool in_range(const Eigen::Vector3d& index) noexcept {
+  return (index.array() >= 1.0).all() && (index.array() < double{kIndexEnd}).all();
+}
+
+/// Sums up points voxel by voxel. Looks up blocks of voxels: the table stays small, and points of a
+/// map mostly stay in a block.
+class Voxels {
+ public:
+  Voxels() { resize(kFirstCapacity); }
+
+  [[nodiscard]] Moments& operator[](VoxelKey key) {
+    if (key >> 6U != last_block_) {
+      last_block_ = key >> 6U;
+      last_ = 64 * std::size_t{block_of(last_block_)};
     }
-    return map_.slots_[slot];
+    std::uint32_t& place = places_[last_ + (key & 63U)];
+    if (place == kNone) {
+      place = static_cast<std::uint32_t>(keys_.size());
+      keys_.push_back(key);
+      moments_.emplace_back();
+    }
+    return moments_[place];
   }
+  /// In the order of their first points.
+  [[nodiscard]] std::span<const VoxelKey> keys() const noexcept { return keys_; }
+  [[nodiscard]] std::span<const Moments> moments() const noexcept { return moments_; }
 
-  /// Index in voxels_, which grows at a voxel's first point.
-  [[nodiscard]] std::uint32_t voxel(VoxelKey key) {
-    if (VoxelMap::Slot& slot = slot_of(key); slot.key == key) return slot.gaussian;
-    const auto fresh = static_cast<std::uint32_t>(voxels_.size());
-    voxels_.push_back({});
-    voxels_.back().key = key;
-    if (2 * voxels_.size() > map_.slots_.size()) {
-      resize(2 * map_.slots_.size());
-      for (std::uint32_t i = 0; i < voxels_.size(); ++i)
-        slot_of(voxels_[i].key) = {voxels_[i].key, i};
-    } else {
-      slot_of(key) = {key, fresh};
+ private:
+  struct Slot {
+    std::uint64_t key = kNoVoxel;
+    std::uint32_t block = kNone;
+  };
+  [[nodiscard]] Slot& slot_for(std::uint64_t key) noexcept {
+    std::size_t slot = slot_of(key, shift_);
+    while (slots_[slot].key != key && slots_[slot].key != kNoVoxel) {
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    return slots_[slot];
+  }
+  /// A block's number; there is one more at its first point.
+  [[nodiscard]] std::uint32_t block_of(std::uint64_t key) {
+    Slot& slot = slot_for(key);
+    if (slot.key == key) return slot.block;
+    const auto fresh = static_cast<std::uint32_t>(places_.size() / 64);
+    slot = {key, fresh};
+    places_.resize(places_.size() + 64, kNone);
+    if (2 * places_.size() / 64 > slots_.size()) {
+      const std::vector<Slot> before = std::move(slots_);
+      resize(4 * before.size());
+      for (const Slot& old : before) {
+        if (old.key != kNoVoxel) slot_for(old.key) = old;
+      }
     }
     return fresh;
   }
-
   void resize(std::size_t capacity) {
-    map_.slots_.assign(capacity, {});
-    map_.shift_ = static_cast<unsigned>(64 - std::countr_zero(capacity));
+    slots_.assign(capacity, {});
+    shift_ = static_cast<std::uint32_t>(64 - std::countr_zero(capacity));
   }
 
-  VoxelMap::Options options_;
-  VoxelMap map_;
-  Eigen::Vector3d origin_index_;
-  std::vector<Moments> voxels_;
+  std::vector<Slot> slots_;
+  std::uint32_t shift_ = 0;
+  std::vector<std::uint32_t> places_;  // of the 64 voxels of each block
+  std::vector<VoxelKey> keys_;
+  std::vector<Moments> moments_;
+  std::uint64_t last_block_ = kNoVoxel;
+  std::size_t last_ = 0;
 };
 
-Result<VoxelMap> VoxelMap::build(PointsView map, const Options& options) {
+/// Precondition: every point lies in range of the origin.
+Voxels sum_up(PointsView points, const Lattice& lattice, const Eigen::Vector3d& origin) {
+  const std::array<std::int64_t, 3> shift{kHalfRange - static_cast<std::int64_t>(origin.x()),
+                                          kHalfRange - static_cast<std::int64_t>(origin.y()),
+                                          kHalfRange - static_cast<std::int64_t>(origin.z())};
+  Voxels voxels;
+  for (const Point& p : points) {
+    const Eigen::Vector3d at = lattice.in_voxels(p);
+    const std::int64_t x = floor_of(at.x()), y = floor_of(at.y()), z = floor_of(at.z());
+    const VoxelKey key = key_of_shifted(static_cast<std::uint32_t>(x + shift[0]),
+                                        static_cast<std::uint32_t>(y + shift[1]),
+                                        static_cast<std::uint32_t>(z + shift[2]));
+    // Also where the voxel is the last point's: whether it is cannot be predicted, and costs more.
+    voxels[key].add(at.x() - (static_cast<double>(x) + 0.5),
+                    at.y() - (static_cast<double>(y) + 0.5),
+                    at.z() - (static_cast<double>(z) + 0.5));
+  }
+  return voxels;
+}
+
+Result<void> check_extent(PointsView points, const Bounds3& bounds, const VoxelOptions& options,
+                          const Eigen::Vector3d& origin) {
+  const auto index = [&](const Point& p) -> Eigen::Vector3d {
+    return (p / options.resolution).array().floor() - origin.array() + kShift;
+  };
+  if (in_range(index(bounds.min)) && in_range(index(bounds.max))) return {};
+  const auto bad =
+      std::ranges::find_if(points, [&](const Point& p) { return !in_range(index(p)); });
+  return fail(ErrorCode::invalid_input, "map point " + std::to_string(bad - points.begin()) +
+                                            " lies more than a million voxels of " +
+                                            std::to_string(options.resolution) +
+                                            " m from the map's centre");
+}
+
+}  // namespace
+
+Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
   VANTAGE_CHECK(check_points(map, "the map"));
-  VoxelMapBuilder builder(bounds_of(map), options);
-  VANTAGE_CHECK(builder.add(map));
-  return std::move(builder).finish();
+  const Bounds3 bounds = bounds_of(map);
+  const Eigen::Vector3d centre = 0.5 * bounds.min + 0.5 * bounds.max;
+  const Eigen::Vector3d origin = (centre / options.resolution).array().round();
+  VANTAGE_CHECK(check_extent(map, bounds, options, origin));
+  const Voxels voxels = sum_up(map, Lattice(options.resolution), origin);
+
+  std::vector<std::pair<VoxelKey, std::uint32_t>> order;
+  for (std::uint32_t i = 0; i < voxels.keys().size(); ++i) {
+    if (voxels.moments()[i].points() >= options.min_points) order.emplace_back(voxels.keys()[i], i);
+  }
+  std::ranges::sort(order);
+  std::vector<std::optional<Cell>> made(order.size());
+  for_each_chunk(order.size(), kVoxelChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      made[i] = cell_of(voxels.moments()[order[i].second], options.eigenvalue_floor);
+    }
+  });
+  std::vector<VoxelKey> keys;
+  std::vector<Cell> cells;
+  keys.reserve(made.size());
+  cells.reserve(made.size());
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    if (!made[i]) continue;
+    keys.push_back(order[i].first);
+    cells.push_back(*made[i]);
+  }
+  if (cells.empty()) {
+    return fail(ErrorCode::too_few_matches,
+                "the map is too sparse: no voxel of " + std::to_string(options.resolution) +
+                    " m holds " + std::to_string(options.min_points) + " distinct points");
+  }
+  return VoxelMap(options, origin, std::move(keys), std::move(cells));
+}
+
+VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
+                   std::vector<VoxelKey> keys, std::vector<Cell> cells)
+    : options_(options),
+      origin_voxel_(origin_voxel),
+      keys_(std::move(keys)),
+      cells_(std::move(cells)),
+      rows_(cells_.size() + 1),
+      zz_(cells_.size() + 1, 1.0F) {
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const Gaussian g = gaussian_of(cells_[i]);
+    const auto f = [](double x) { return static_cast<float>(x); };
+    rows_[i] = {.mean = {f(g.mean.x()), f(g.mean.y()), f(g.mean.z())},
+                .xx = f(g.xx),
+                .xy = f(g.xy),
+                .xz = f(g.xz),
+                .yy = f(g.yy),
+                .yz = f(g.yz)};
+    zz_[i] = f(g.zz);
+  }
+  // No exponential of this distance is more than 0, whatever d2.
+  rows_.back() = {
+      .mean = {1e15F, 0.0F, 0.0F}, .xx = 1.0F, .xy = 0.0F, .xz = 0.0F, .yy = 1.0F, .yz = 0.0F};
+
+  std::size_t blocks = 0;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (i == 0 || keys_[i] >> 6U != keys_[i - 1] >> 6U) ++blocks;
+  }
+  blocks_.resize(std::bit_ceil(2 * blocks + 2));
+  shift_ = static_cast<std::uint32_t>(64 - std::countr_zero(blocks_.size()));
+  Block* block = nullptr;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (block == nullptr || block->key != keys_[i] >> 6U) {
+      block = blocks_.data() + (&block_at(table(), keys_[i] >> 6U) - blocks_.data());
+      *block = {.key = keys_[i] >> 6U, .voxels = 0, .first = static_cast<std::uint32_t>(i)};
+    }
+    block->voxels |= std::uint64_t{1} << (keys_[i] & 63U);
+  }
+}
+
+std::size_t VoxelMap::bytes() const noexcept {
+  const auto of = [](const auto& vector) { return vector.capacity() * sizeof(vector[0]); };
+  return of(keys_) + of(cells_) + of(blocks_) + of(rows_) + of(zz_);
+}
+
+VoxelKey VoxelMap::key_of(const Point& p) const noexcept {
+  const Eigen::Vector3d index =
+      (p / options_.resolution).array().floor() - origin_voxel_.array() + kShift;
+  if (!in_range(index)) return kNoVoxel;
+  return key_of_shifted(static_cast<std::uint32_t>(index.x()),
+                        static_cast<std::uint32_t>(index.y()),
+                        static_cast<std::uint32_t>(index.z()));
+}
+
+Eigen::Vector3d VoxelMap::corner_of(VoxelKey key) noexcept {
+  const auto axis = [&](unsigned block_shift, unsigned place_shift) {
+    const VoxelKey index =
+        ((key >> (block_shift + 6U)) & 0x7FFFFU) << 2U | ((key >> place_shift) & 3U);
+    return static_cast<double>(index) - kShift;
+  };
+  return {axis(38, 4), axis(19, 2), axis(0, 0)};
+}
+
+kernel::Map VoxelMap::view() const noexcept {
+  return {.blocks = table(),
+          .rows = rows_.data(),
+          .zz = zz_.data(),
+          .nothing = static_cast<std::uint32_t>(cells_.size())};
 }
 
 }  // namespace vantage::ndt

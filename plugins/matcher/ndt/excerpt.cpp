@@ -1,0 +1,223 @@
+#include "excerpt.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstring>
+#include <string>
+#include <utility>
+
+namespace vantage::ndt {
+namespace {
+
+constexpr std::array<char, 4> kMagic{'V', 'N', 'D', 'T'};
+constexpr std::uint16_t kVersion = 1;
+constexpr std::size_t kHeader = 56, kChecksum = 8;
+constexpr std::size_t kLeastCell = 21;
+
+/// Every step is a bijection of the sum: a change within eight bytes never goes unseen.
+std::uint64_t checksum(std::span<const std::byte> bytes) {
+  std::uint64_t sum = 0xCBF29CE484222325U;
+  const auto mix = [&](std::uint64_t word) {
+    sum = (sum ^ word) * 0x9E3779B97F4A7C15U;
+    sum ^= sum >> 32U;
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + i, 8);
+    if constexpr (std::endian::native == std::endian::big) word = __builtin_bswap64(word);
+    mix(word);
+  }
+  std::uint64_t rest = 0;
+  for (unsigned shift = 0; i < bytes.size(); ++i, shift += 8) {
+    rest |= std::to_integer<std::uint64_t>(bytes[i]) << shift;
+  }
+  mix(rest);
+  mix(bytes.size());
+  return sum;
+}
+
+class Writer {
+ public:
+  explicit Writer(std::size_t expected) { bytes_.reserve(expected); }
+
+  template <std::integral T>
+  void integer(T value) {
+    auto bits = static_cast<std::uint64_t>(value);
+    for (std::size_t i = 0; i < sizeof(T); ++i, bits >>= 8U) byte(bits & 0xFFU);
+  }
+  void real(double value) { integer(std::bit_cast<std::uint64_t>(value)); }
+  /// Seven bits a byte, lowest first; the eighth says that more follow.
+  void counted(std::uint64_t value) {
+    for (; value >= 0x80U; value >>= 7U) byte((value & 0x7FU) | 0x80U);
+    byte(value);
+  }
+  [[nodiscard]] std::vector<std::byte> finish() && {
+    integer(checksum(bytes_));
+    return std::move(bytes_);
+  }
+
+ private:
+  void byte(std::uint64_t value) { bytes_.push_back(static_cast<std::byte>(value)); }
+  std::vector<std::byte> bytes_;
+};
+
+/// Reads what Writer wrote. Past the end it reads zeros and remembers that.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  template <std::integral T>
+  [[nodiscard]] T integer() {
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) bits |= byte() << (8 * i);
+    return static_cast<T>(bits);
+  }
+  [[nodiscard]] double real() { return std::bit_cast<double>(integer<std::uint64_t>()); }
+  [[nodiscard]] std::uint64_t counted() {
+    std::uint64_t value = 0;
+    for (unsigned shift = 0; shift < 64; shift += 7) {
+      const std::uint64_t next = byte();
+      value |= (next & 0x7FU) << shift;
+      if (next < 0x80U) return value;
+    }
+    good_ = false;
+    return 0;
+  }
+  [[nodiscard]] std::size_t left() const noexcept { return bytes_.size() - at_; }
+  [[nodiscard]] bool good() const noexcept { return good_; }
+
+ private:
+  [[nodiscard]] std::uint64_t byte() {
+    if (at_ < bytes_.size()) return std::to_integer<std::uint64_t>(bytes_[at_++]);
+    good_ = false;
+    return 0;
+  }
+  std::span<const std::byte> bytes_;
+  std::size_t at_ = 0;
+  bool good_ = true;
+};
+
+std::string text(const VoxelOptions& o) {
+  return "resolution " + std::to_string(o.resolution) + " m, min_points_per_voxel " +
+         std::to_string(o.min_points) + ", eigenvalue_floor " + std::to_string(o.eigenvalue_floor);
+}
+
+auto corrupt(const std::string& why) {
+  return fail(ErrorCode::corrupt_data, "the stored NDT map is damaged: " + why);
+}
+
+/// One number for all of a cell's 16-bit fields, in the order of the format.
+template <class Cell_, class Use>
+void each_field(Cell_& cell, const Use& use) {
+  for (auto& x : cell.mean) use(x);
+  for (auto& x : cell.lower) use(x);
+  for (auto& x : cell.diagonal) use(x);
+}
+
+bool is_voxel(VoxelKey key) {
+  const Eigen::Vector3d index = VoxelMap::corner_of(key).array() + double{kHalfRange};
+  return key >> 63U == 0 && (index.array() >= 1.0).all() &&
+         (index.array() < double{kIndexEnd}).all();
+}
+
+bool is_origin(const Eigen::Vector3d& voxel) {
+  return (voxel.array().abs() < 0x1p53).all() && voxel == voxel.array().round().matrix();
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> gaussians_at(const VoxelMap& map, PointsView seen) {
+  std::vector<bool> kept(map.cells().size(), false);
+  for (const Point& p : seen) {
+    const VoxelKey key = map.key_of(p);
+    const std::uint32_t gaussian = key == kNoVoxel ? kNoGaussian : map.find(key);
+    if (gaussian != kNoGaussian) kept[gaussian] = true;
+  }
+  std::vector<std::uint32_t> which;
+  for (std::uint32_t i = 0; i < kept.size(); ++i) {
+    if (kept[i]) which.push_back(i);
+  }
+  return which;
+}
+
+std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t> which) {
+  Writer out(kHeader + kChecksum + which.size() * (kLeastCell + 3));
+  for (const char c : kMagic) out.integer(c);
+  out.integer(kVersion);
+  out.integer(std::uint16_t{0});
+  out.real(map.options().resolution);
+  out.real(map.options().eigenvalue_floor);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) out.real(map.origin_voxel()[axis]);
+  out.integer(map.options().min_points);
+  out.integer(static_cast<std::uint32_t>(which.size()));
+  VoxelKey before = 0;
+  for (const std::uint32_t i : which) {
+    const Cell& cell = map.cells()[i];
+    out.counted(map.keys()[i] - before);
+    out.counted(cell.points);
+    each_field(cell, [&](auto x) { out.integer(x); });
+    out.integer(cell.exponent);
+    before = map.keys()[i];
+  }
+  return std::move(out).finish();
+}
+
+Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wanted) {
+  if (bytes.size() < kHeader + kChecksum) return corrupt("it is cut short");
+  const std::span<const std::byte> body = bytes.first(bytes.size() - kChecksum);
+  if (Reader(bytes.last(kChecksum)).integer<std::uint64_t>() != checksum(body)) {
+    return corrupt("its checksum is wrong");
+  }
+  Reader in(body);
+  for (const char c : kMagic) {
+    if (in.integer<char>() != c) return corrupt("it does not begin as one");
+  }
+  if (const auto version = in.integer<std::uint16_t>(); version != kVersion) {
+    return corrupt("its format is " + std::to_string(version) + ", not " +
+                   std::to_string(kVersion));
+  }
+  if (in.integer<std::uint16_t>() != 0) return corrupt("a reserved field is set");
+  VoxelOptions options;
+  options.resolution = in.real();
+  options.eigenvalue_floor = in.real();
+  Eigen::Vector3d origin;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) origin[axis] = in.real();
+  options.min_points = in.integer<std::uint32_t>();
+  if (!is_origin(origin)) return corrupt("its origin is no voxel");
+  if (options != wanted) {
+    return fail(ErrorCode::invalid_input, "the stored NDT map was made with " + text(options) +
+                                              "; this matcher has " + text(wanted));
+  }
+  const auto size = in.integer<std::uint32_t>();
+  if (size > in.left() / kLeastCell) return corrupt("it promises more voxels than it has");
+
+  std::vector<VoxelKey> keys(size);
+  std::vector<Cell> cells(size);
+  VoxelKey before = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::uint64_t step = in.counted();
+    const std::uint64_t points = in.counted();
+    Cell& cell = cells[i];
+    each_field(cell, [&](auto& x) { x = in.integer<std::remove_reference_t<decltype(x)>>(); });
+    cell.exponent = in.integer<std::uint8_t>();
+    cell.points = static_cast<std::uint32_t>(points);
+    keys[i] = before + step;
+    const bool plausible = in.good() && step > 0 && keys[i] > before && is_voxel(keys[i]) &&
+                           points == cell.points && points >= options.min_points &&
+                           std::ranges::count(cell.diagonal, 0) == 0 &&
+                           cell.exponent <= Cell::kMaxExponent;
+    if (!plausible) return corrupt("voxel " + std::to_string(i) + " is none");
+    before = keys[i];
+  }
+  if (in.left() != 0) return corrupt("something follows its voxels");
+  if (cells.empty()) {
+    return fail(ErrorCode::too_few_matches, "the stored NDT map has no voxels");
+  }
+  return VoxelMap(options, origin, std::move(keys), std::move(cells));
+}
+
+}  // namespace vantage::ndt

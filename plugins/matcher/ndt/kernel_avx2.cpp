@@ -1,0 +1,8 @@
+// Compiled with -mavx2 -mfma; for other processors it is the baseline once more, never called.
+#if defined(__AVX2__)
+#include "lanes_8.hpp"
+#else
+#include "lanes_4.hpp"
+#endif
+#define VANTAGE_NDT_EVALUATE evaluate_avx2
+#include "kernel_body.hpp"
