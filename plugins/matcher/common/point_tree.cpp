@@ -104,8 +104,6 @@ Eigen::Vector3d PointTree::normal_at(const Point& x, std::uint32_t k) const {
   return plane && normal.allFinite() ? normal : Eigen::Vector3d::Zero();
 }
 
-std::size_t PointTree::bytes() const noexcept {
-  return index_->bytes;
-}
+std::size_t PointTree::bytes() const noexcept { return index_->bytes; }
 
 }  // namespace vantage::matching

@@ -43,9 +43,9 @@ Result<std::vector<Keyed>> sorted(PointsView map, const Point& origin, double ed
     const Eigen::Vector3d index =
         (map[i] / edge).array().floor() - origin_index.array() + kHalfRange;
     if (!((index.array() >= 0.0).all() && (index.array() < 2.0 * kHalfRange).all())) {
-      return fail(ErrorCode::invalid_input,
-                  "map point " + std::to_string(i) + " lies more than a million voxels of " +
-                      std::to_string(edge) + " m from the map's centre");
+      return fail(ErrorCode::invalid_input, "map point " + std::to_string(i) +
+                                                " lies more than a million voxels of " +
+                                                std::to_string(edge) + " m from the map's centre");
     }
     keyed.push_back({spread(static_cast<std::uint64_t>(index.x())) << 2U |
                          spread(static_cast<std::uint64_t>(index.y())) << 1U |
@@ -86,8 +86,7 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
   const Bounds3 bounds = bounds_of(map);
   const double edge = options.voxel > 0.0 ? options.voxel : kSortingVoxel;
   SurfelMap result;
-  result.origin_ =
-      ((0.5 * bounds.min + 0.5 * bounds.max) / edge).array().round() * edge;
+  result.origin_ = ((0.5 * bounds.min + 0.5 * bounds.max) / edge).array().round() * edge;
   {
     VANTAGE_TRY(const std::vector<Keyed> keyed, sorted(map, result.origin_, edge));
     result.points_ = options.voxel > 0.0 ? centroids(keyed) : distinct(keyed);
@@ -111,9 +110,9 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
       result.normals_.resize(kept);
       result.normals_.shrink_to_fit();
       if (kept == 0) {
-        return fail(ErrorCode::too_few_matches,
-                    "the map shows no surface: nowhere are " + std::to_string(options.neighbours) +
-                        " neighbouring points spread over a plane");
+        return fail(ErrorCode::too_few_matches, "the map shows no surface: nowhere are " +
+                                                    std::to_string(options.neighbours) +
+                                                    " neighbouring points spread over a plane");
       }
       result.tree_.emplace(result.points_);
     }

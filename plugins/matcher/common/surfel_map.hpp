@@ -39,7 +39,8 @@ class SurfelMap {
   [[nodiscard]] const PointTree& tree() const noexcept { return *tree_; }
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
 
-  /// Whether any point may be within `distance` [m] of a position; false for one that is not finite.
+  /// Whether any point may be within `distance` [m] of a position; false for one that is not
+  /// finite.
   [[nodiscard]] bool reaches(const Eigen::Vector3d& local, double distance) const noexcept {
     return ((local - bounds_.min).array() >= -distance).all() &&
            ((local - bounds_.max).array() <= distance).all();

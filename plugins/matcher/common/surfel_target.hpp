@@ -73,8 +73,8 @@ class Correspondences {
 /// Scratch memory of one alignment.
 struct Workspace {
   Correspondences correspondences;
-  std::vector<NormalEquations> equations;      // of each chunk
-  std::vector<ScanScoreSum> scores;            // of each chunk
+  std::vector<NormalEquations> equations;     // of each chunk
+  std::vector<ScanScoreSum> scores;           // of each chunk
   std::vector<Eigen::Vector3d> scan_normals;  // where a Residual needs them
 };
 
@@ -170,8 +170,8 @@ class SurfelTarget final : public MatchTarget {
     double squared;  // d^T A d
   };
   template <class Use>
-  void for_each_match(PointsView scan, const Pose& T_local_scan, double limit,
-                      Workspace& workspace, const Use& use) const {
+  void for_each_match(PointsView scan, const Pose& T_local_scan, double limit, Workspace& workspace,
+                      const Use& use) const {
     const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
     const Eigen::Vector3d t = T_local_scan.translation;
     for_each_chunk(scan.size(), kPointChunk,
@@ -180,8 +180,7 @@ class SurfelTarget final : public MatchTarget {
                        Match match;
                        match.y = R * scan[i];
                        const Eigen::Vector3d x = match.y + t;
-                       const std::uint32_t j =
-                           workspace.correspondences.nearest(map_, i, x, limit);
+                       const std::uint32_t j = workspace.correspondences.nearest(map_, i, x, limit);
                        if (j == kNone) {
                          use(nullptr, chunk);
                          continue;
@@ -214,7 +213,8 @@ class SurfelTarget final : public MatchTarget {
     std::ranges::fill(workspace.scores, ScanScoreSum(coefficients_));
     for_each_match(scan, T_local_scan, params_.max_distance, workspace,
                    [&](const Match* m, std::size_t chunk) {
-                     if (m == nullptr) return workspace.scores[chunk].add(std::span<const double>{});
+                     if (m == nullptr)
+                       return workspace.scores[chunk].add(std::span<const double>{});
                      workspace.scores[chunk].add(std::span(&m->squared, 1));
                    });
     ScanScoreSum total(coefficients_);
