@@ -129,6 +129,11 @@ class SurfelTarget final : public MatchTarget {
     });
   }
 
+  /// Memory that the target holds; scratch memory of alignments comes on top.
+  [[nodiscard]] std::size_t bytes() const noexcept { return sizeof(*this) + map_.bytes(); }
+  /// Map points that scan points are compared with.
+  [[nodiscard]] std::size_t elements() const noexcept { return map_.points().size(); }
+
  private:
   using Lease = typename WorkspacePool<Workspace>::Lease;
   static constexpr std::size_t kPointChunk = 256;
