@@ -48,7 +48,7 @@ struct NearestTwo {
 };
 // NOLINTEND(readability-identifier-naming)
 
-constexpr std::size_t kLeafSize = 10;
+constexpr std::size_t kLeafSize = 16;
 // Below a micrometre the spread of neighbours is rounding of the coordinates, not shape.
 constexpr double kLeastVariance = 1e-12;
 // A second eigenvalue below this share of the largest is that of a line.
