@@ -163,7 +163,7 @@ Result<void> run(const Options& options) {
   // The bundle keeps what made its content; where it lies and how it is used may change.
   Config kept = config;
   kept.store.reset();
-  kept.matcher.reset();
+  if (config.store->content == StoredContent::points) kept.matcher.reset();
   kept.localizer.reset();
   BuildParams params = BuildParams::from(config);
   kept.viewpoints = params.viewpoints;

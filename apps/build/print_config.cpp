@@ -27,7 +27,7 @@ Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
   if (config.visibility) {
     VANTAGE_CHECK(add(PluginKind::visibility, config.visibility->choice()));
   }
-  VANTAGE_CHECK(add(PluginKind::store, config.store));
+  if (config.store) VANTAGE_CHECK(add(PluginKind::store, config.store->choice()));
   VANTAGE_CHECK(add(PluginKind::matcher, config.matcher));
   return docs;
 }

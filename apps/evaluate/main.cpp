@@ -45,8 +45,8 @@ Result<EvaluatedRun> evaluate(const std::filesystem::path& file, const RunInputs
 /// A bundle that is missing or damaged is told before any scan is localized.
 Result<void> check_bundle(const std::filesystem::path& file, const Options& options) {
   VANTAGE_TRY(const Config config, load_config(file, options.common.overrides));
-  VANTAGE_TRY(const auto choice, config.need(config.store, "store", "evaluating"));
-  VANTAGE_TRY(const auto store, options.common.loader().load<MapStore>(choice));
+  VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "evaluating"));
+  VANTAGE_TRY(const auto store, options.common.loader().load<MapStore>(choice.choice()));
   auto index = store->index();
   if (index) return {};
   Error error = std::move(index).error();

@@ -34,7 +34,8 @@ Result<Pose> parse_pose(const std::string& text) {
   }
   if (at != end + 1 || numbers.size() != 6) {
     return cli::usage_error(
-        "--initial-pose takes six numbers x,y,z,roll,pitch,yaw [m, rad], not '" + text + "'");
+        "--initial-pose takes six numbers x,y,z,roll,pitch,yaw [m, rad] or 'auto', not '" + text +
+        "'");
   }
   for (std::size_t i = 3; i < 6; ++i) {
     if (std::abs(numbers[i]) > 2.0 * M_PI) {
@@ -47,23 +48,27 @@ Result<Pose> parse_pose(const std::string& text) {
 }
 
 void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out) {
-  std::cout << fmt::format("{} scans ({}): {} tracked, {} lost; {} region switches\n", s.scans,
-                           run.stamp_rule, s.tracked, s.lost, s.switches);
+  std::cout << fmt::format(
+      "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
+      s.scans, run.stamp_rule, s.tracked, s.lost, s.recovered, s.switches, s.blocking_loads);
   if (s.outside > 0) {
     std::cout << fmt::format(
         "{} scans began outside every region that has a map; the last map was kept\n", s.outside);
   }
-  cli::TextTable table({"", "mean", "median", "p95", "max"});
+  cli::TextTable table({"", "mean", "median", "p95", "p99", "max"});
   const auto row = [&](const std::string& name, const cli::Statistics& x, int digits,
                        double scale = 1.0) {
     const auto number = [&](double v) { return fmt::format("{:.{}f}", scale * v, digits); };
-    table.add({name, number(x.mean), number(x.median), number(x.p95), number(x.max)});
+    table.add(
+        {name, number(x.mean), number(x.median), number(x.p95), number(x.p99), number(x.max)});
   };
   if (s.error_m.count > 0) {
     row("error [cm]", s.error_m, 2, 100.0);
     row("error [deg]", s.error_deg, 3);
   }
   row("T_align [ms]", s.align_ms, 2);
+  row("stall [ms]", s.stall_ms, 3);
+  if (s.search_ms.count > 0) row("search [ms]", s.search_ms, 1);
   row("T_load [ms]", s.load_ms, 2);
   row("T_prepare [ms]", s.prepare_ms, 2);
   row("N_point", s.map_points, 0);
@@ -72,17 +77,20 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
   row("NVTL", s.nvtl, 4);
   row("coverage", s.coverage, 4);
   row("LCP x 1e6", s.lcp, 4, 1e6);
+  row("sigma [cm]", s.sigma_m, 2, 100.0);
   std::cout << '\n' << table.to_string() << "\nwritten to " << out.string() << '\n';
 }
 
 Result<void> run(const Options& options) {
   if (options.initial_pose.empty() && options.inputs.reference.empty()) {
-    return cli::usage_error("no first pose: give --initial-pose or --reference");
+    return cli::usage_error("no first pose: give --initial-pose (a pose or 'auto') or --reference");
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   VANTAGE_TRY(auto inputs, options.inputs.open());
-  if (!options.initial_pose.empty()) {
+  if (options.initial_pose == "auto") {
+    inputs.start_anywhere = true;
+  } else if (!options.initial_pose.empty()) {
     VANTAGE_TRY(inputs.initial_pose, parse_pose(options.initial_pose));
   }
   Run run;
@@ -113,8 +121,10 @@ int main(int argc, char** argv) {
   options.inputs.add_to(app, false);
   app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")
       ->required();
-  app.add_option("--initial-pose", options.initial_pose,
-                 "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]");
+  app.add_option(
+      "--initial-pose", options.initial_pose,
+      "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
+      "look for it in all regions");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

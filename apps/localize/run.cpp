@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -23,7 +24,39 @@ cli::Statistics over(const Run& run, const F& value) {
   return cli::statistics_of(sample);
 }
 
+PoseError error_of(const Pose& pose, const Pose& truth) {
+  const Eigen::AngleAxisd turn(
+      Eigen::Quaterniond(pose.rotation * truth.rotation.conjugate()).normalized());
+  const Eigen::Vector3d translation = pose.translation - truth.translation;
+  return {.metres = translation.norm(),
+          .degrees = rotation_between(pose, truth) * kDegrees,
+          .translation = translation,
+          .rotation = turn.angle() * turn.axis()};
+}
+
 bool is_tracked(const RunScan& scan) { return scan.report.tracking == Tracking::tracked; }
+
+/// Share of the errors along the axes within 1, 2 and 3 standard deviations; one of a normal
+/// distribution would have 68, 95 and 99.7 %.
+std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*error,
+                                    Eigen::Index first) {
+  std::array<double, 3> within{};
+  std::size_t errors = 0;
+  for (const RunScan& scan : run.scans) {
+    if (!is_tracked(scan) || !scan.error || !scan.report.confidence) continue;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const double sigma =
+          std::sqrt(scan.report.confidence->covariance(first + axis, first + axis));
+      const double size = std::abs(((*scan.error).*error)[axis]);
+      ++errors;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (size <= static_cast<double>(k + 1) * sigma) within[k] += 1.0;
+      }
+    }
+  }
+  for (double& share : within) share /= static_cast<double>(std::max<std::size_t>(errors, 1));
+  return within;
+}
 
 std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", *x) : ""; }
 
@@ -44,7 +77,7 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
 
 Result<RunInputs> InputOptions::open() const {
   VANTAGE_TRY(auto sequence, io::ScanSequence::open(scans, rate_hz));
-  RunInputs inputs{std::move(sequence), {}, {}, {}};
+  RunInputs inputs{.scans = std::move(sequence)};
   if (!reference.empty()) {
     VANTAGE_TRY(inputs.reference, io::read_trajectory(reference, rate_hz));
   }
@@ -60,13 +93,13 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
   constexpr std::string_view kJob = "localization";
   VANTAGE_TRY(const auto store_choice, config.need(config.store, "store", kJob));
   VANTAGE_TRY(const auto matcher_choice, config.need(config.matcher, "matcher", kJob));
-  VANTAGE_TRY(auto store, loader.load<MapStore>(store_choice));
+  VANTAGE_TRY(auto store, loader.load<MapStore>(store_choice.choice()));
   VANTAGE_TRY(auto matcher, loader.load<ScanMatcher>(matcher_choice));
   VANTAGE_TRY(auto localizer, Localizer::open(std::move(store), std::move(matcher),
                                               config.localizer.value_or(LocalizerParams{})));
 
   std::optional<Pose> first = inputs.initial_pose;
-  if (!first && inputs.reference) {
+  if (!first && !inputs.start_anywhere && inputs.reference) {
     first = io::pose_at(*inputs.reference, inputs.scans.stamp(0));
     if (!first) {
       return fail(
@@ -77,10 +110,13 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                       inputs.reference->back().stamp, inputs.scans.stamp_rule()));
     }
   }
-  if (!first) {
+  if (first) {
+    VANTAGE_CHECK(localizer.start(*first));
+  } else if (inputs.start_anywhere) {
+    localizer.start_anywhere();
+  } else {
     return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
   }
-  VANTAGE_CHECK(localizer.start(*first));
 
   Run run{.config = config.file,
           .stamp_rule = inputs.scans.stamp_rule(),
@@ -96,10 +132,9 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
       return fail(std::move(report).error().during("localizing " + scan.file.string()));
     }
     RunScan entry{*std::move(report), scan.dropped, {}};
-    if (inputs.reference) {
+    if (inputs.reference && entry.report.has_pose) {
       if (const auto truth = io::pose_at(*inputs.reference, scan.stamp)) {
-        entry.error = PoseError{(entry.report.T_map_scan.translation - truth->translation).norm(),
-                                rotation_between(entry.report.T_map_scan, *truth) * kDegrees};
+        entry.error = error_of(entry.report.T_map_scan, *truth);
       }
     }
     run.scans.push_back(std::move(entry));
@@ -114,15 +149,19 @@ RunSummary summarize(const Run& run) {
   s.scans = run.scans.size();
   for (const RunScan& scan : run.scans) {
     s.tracked += is_tracked(scan) ? 1 : 0;
+    s.recovered += scan.report.recovered ? 1 : 0;
     s.switches += scan.report.switched ? 1 : 0;
+    s.blocking_loads += scan.report.blocked ? 1 : 0;
     s.outside += scan.report.outside ? 1 : 0;
     s.dropped_points += scan.report.dropped_points + scan.dropped_by_reader;
     if (scan.error && (scan.error->metres > kLostMetres || scan.error->degrees > kLostDegrees)) {
       ++s.far_off;
+      s.tracked_far_off += is_tracked(scan) ? 1 : 0;
     }
   }
   s.lost = s.scans - s.tracked;
-  if (s.switches > 0) --s.switches;  // the first map is loaded, not switched to
+  // The first map is made ready at the start, not switched to.
+  if (!run.scans.empty() && run.scans.front().report.switched) --s.switches;
 
   const auto error = [&](double PoseError::*member) {
     return over(run, [=](const RunScan& scan) -> Number {
@@ -134,6 +173,11 @@ RunSummary summarize(const Run& run) {
   s.error_deg = error(&PoseError::degrees);
 
   s.align_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_align; });
+  s.stall_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_stall; });
+  s.search_ms = over(run, [](const RunScan& x) -> Number {
+    if (x.report.seconds_search <= 0.0) return {};
+    return 1e3 * x.report.seconds_search;
+  });
   const auto at_switches = [&](double ScanReport::*member) {
     return over(run, [=](const RunScan& x) -> Number {
       if (!x.report.switched) return {};
@@ -157,6 +201,9 @@ RunSummary summarize(const Run& run) {
   s.nvtl = tracked([](const ScanReport& r) { return r.alignment->score.nvtl; });
   s.coverage = tracked([](const ScanReport& r) { return r.alignment->score.coverage; });
   s.lcp = tracked([](const ScanReport& r) { return r.lcp; });
+  s.sigma_m = tracked([](const ScanReport& r) { return r.confidence->sigma_translation[0]; });
+  s.within_sigmas_translation = within_sigmas(run, &PoseError::translation, 0);
+  s.within_sigmas_rotation = within_sigmas(run, &PoseError::rotation, 3);
   return s;
 }
 
@@ -169,10 +216,14 @@ nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
        {{"total", s.scans},
         {"tracked", s.tracked},
         {"lost", s.lost},
+        {"recovered", s.recovered},
         {"outside_every_region", s.outside},
         {"switches", s.switches},
+        {"blocking_loads", s.blocking_loads},
         {"dropped_points", s.dropped_points}}},
       {"T_align_ms", cli::to_json(s.align_ms)},
+      {"stall_ms", cli::to_json(s.stall_ms)},
+      {"search_ms", cli::to_json(s.search_ms)},
       {"T_load_ms", cli::to_json(s.load_ms)},
       {"T_prepare_ms", cli::to_json(s.prepare_ms)},
       {"N_point", cli::to_json(s.map_points)},
@@ -180,11 +231,15 @@ nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
       {"fitness", cli::to_json(s.fitness)},
       {"NVTL", cli::to_json(s.nvtl)},
       {"coverage", cli::to_json(s.coverage)},
-      {"LCP", cli::to_json(s.lcp)}};
+      {"LCP", cli::to_json(s.lcp)},
+      {"sigma_m", cli::to_json(s.sigma_m)}};
   if (s.error_m.count > 0) {
     json["error_m"] = cli::to_json(s.error_m);
     json["error_deg"] = cli::to_json(s.error_deg);
     json["scans_beyond_2m_or_5deg"] = s.far_off;
+    json["tracked_scans_beyond_2m_or_5deg"] = s.tracked_far_off;
+    json["errors_within_1_2_3_sigma"] = {{"translation", s.within_sigmas_translation},
+                                         {"rotation", s.within_sigmas_rotation}};
   }
   return json;
 }
@@ -199,9 +254,10 @@ io::Trajectory trajectory_of(const Run& run) {
 
 std::string to_csv(const Run& run) {
   std::string csv =
-      "stamp,tracking,region,switched,outside,N_point,N_scan,N_dropped,T_align_ms,T_load_ms,"
-      "T_prepare_ms,iterations,termination,fitness,NVTL,coverage,LCP,x,y,z,qx,qy,qz,qw,error_m,"
-      "error_deg,reason\n";
+      "stamp,tracking,recovered,region,switched,outside,blocked,N_point,N_scan,N_dropped,T_align_"
+      "ms,"
+      "stall_ms,search_ms,T_load_ms,T_prepare_ms,iterations,termination,fitness,NVTL,coverage,LCP,"
+      "sigma_m,sigma_deg,degenerate,correction_m,x,y,z,qx,qy,qz,qw,error_m,error_deg,reason\n";
   for (const RunScan& scan : run.scans) {
     const ScanReport& r = scan.report;
     const auto& a = r.alignment;
@@ -210,18 +266,31 @@ std::string to_csv(const Run& run) {
     };
     const auto& t = r.T_map_scan.translation;
     const auto& q = r.T_map_scan.rotation;
-    csv += fmt::format("{:.9f},{},{},{:d},{:d},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{},{},{},",
-                       r.stamp, to_string(r.tracking), run.index.partition[r.region].label,
-                       r.switched, r.outside, r.map_points, r.scan_points,
-                       r.dropped_points + scan.dropped_by_reader, 1e3 * r.seconds_align,
+    csv += fmt::format("{:.9f},{},{:d},{},{:d},{:d},{:d},{},{},{},", r.stamp, to_string(r.tracking),
+                       r.recovered, run.index.partition[r.region].label, r.switched, r.outside,
+                       r.blocked, r.map_points, r.scan_points,
+                       r.dropped_points + scan.dropped_by_reader);
+    csv += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{},{},{},{},{},",
+                       1e3 * r.seconds_align, 1e3 * r.seconds_stall, 1e3 * r.seconds_search,
                        1e3 * r.seconds_load, 1e3 * r.seconds_prepare,
                        a ? std::to_string(a->iterations) : "", a ? to_string(a->termination) : "",
                        score(&ScanScore::fitness), score(&ScanScore::nvtl),
                        score(&ScanScore::coverage), cell(a ? std::optional(r.lcp) : std::nullopt));
-    csv +=
-        fmt::format("{},{},{},{},{},{},{},{},{},\"{}\"\n", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
-                    q.w(), cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
-                    cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), r.reason);
+    const auto& c = r.confidence;
+    csv += fmt::format(
+        "{},{},{},{},", cell(c ? std::optional(c->sigma_translation[0]) : std::nullopt),
+        cell(c ? std::optional(c->sigma_rotation[0] * kDegrees) : std::nullopt),
+        c ? std::to_string(c->degenerate) : "",
+        cell(a && r.has_pose
+                 ? std::optional(
+                       (a->T_map_scan.translation - r.T_map_scan_predicted.translation).norm())
+                 : std::nullopt));
+    csv += r.has_pose ? fmt::format("{},{},{},{},{},{},{},", t.x(), t.y(), t.z(), q.x(), q.y(),
+                                    q.z(), q.w())
+                      : ",,,,,,,";
+    csv += fmt::format(
+        "{},{},\"{}\"\n", cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
+        cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), r.reason);
   }
   return csv;
 }

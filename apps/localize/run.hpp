@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -22,14 +23,17 @@ namespace vantage {
 /// What a run is fed with.
 struct RunInputs {
   io::ScanSequence scans;
-  std::optional<Pose> initial_pose;  ///< T_map_sensor of the first scan; else the reference's
-  std::optional<io::Trajectory> reference;  ///< T_map_sensor
-  std::optional<io::Trajectory> odometry;   ///< T_odom_sensor
+  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else the reference's
+  bool start_anywhere = false;            ///< neither: the sensor is looked for
+  std::optional<io::Trajectory> reference = {};  ///< T_map_sensor
+  std::optional<io::Trajectory> odometry = {};   ///< T_odom_sensor
 };
 
 /// How far an estimate is from the reference: without any alignment of the trajectories.
 struct PoseError {
   double metres = 0.0, degrees = 0.0;
+  /// Estimate minus reference, map axes: translation [m], rotation vector [rad].
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero(), rotation = Eigen::Vector3d::Zero();
 };
 
 struct RunScan {
@@ -48,11 +52,18 @@ struct Run {
 
 /// The numbers of a run that people compare. Errors and scores are over tracked scans.
 struct RunSummary {
-  std::size_t scans = 0, tracked = 0, lost = 0, switches = 0, outside = 0;
-  std::size_t far_off = 0;  ///< scans more than 2 m or 5 degrees from the reference
+  std::size_t scans = 0, tracked = 0, lost = 0, recovered = 0, switches = 0, outside = 0;
+  std::size_t blocking_loads = 0;  ///< switches to a map that was not ready
+  /// Scans more than 2 m or 5 degrees from the reference, and those of them that count as tracked.
+  std::size_t far_off = 0, tracked_far_off = 0;
   std::uint64_t dropped_points = 0;
   cli::Statistics error_m, error_deg;
-  cli::Statistics align_ms, load_ms, prepare_ms;  ///< load and prepare over switches
+  cli::Statistics align_ms, search_ms;  ///< search over the scans that looked for the sensor
+  cli::Statistics stall_ms;             ///< that scans waited for their map
+  cli::Statistics load_ms, prepare_ms;  ///< over switches, by whatever thread
+  cli::Statistics sigma_m;              ///< largest standard deviation that is claimed
+  /// Share of the errors along map axes within 1, 2 and 3 of the standard deviations claimed.
+  std::array<double, 3> within_sigmas_translation{}, within_sigmas_rotation{};
   cli::Statistics map_points, iterations, fitness, nvtl, coverage, lcp;
 };
 

@@ -396,11 +396,41 @@ PointCloud points_of(PointsView map, IndexList seen) {
   return points;
 }
 
+/// Puts region maps into the form in which they are stored.
+class Condenser {
+ public:
+  /// Errors: those of ScanMatcher::prepare; `unsupported`.
+  [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
+                                              StoredContent content) {
+    Condenser condenser(content);
+    if (content == StoredContent::points) return condenser;
+    VANTAGE_TRY(auto whole, plugins.matcher->prepare(map));
+    condenser.whole_ = in_library_of(plugins.matcher, std::move(whole));
+    // A matcher that cannot is told before hours of visibility.
+    auto offered = condenser.whole_->excerpt({});
+    if (!offered) return fail(std::move(offered).error());
+    return condenser;
+  }
+
+  [[nodiscard]] Result<void> apply(RegionMap& region) const {
+    if (!whole_ || region.points.empty()) return {};
+    VANTAGE_TRY(region.prepared, whole_->excerpt(region.points));
+    if (content_ == StoredContent::prepared) region.points = {};
+    return {};
+  }
+
+ private:
+  explicit Condenser(StoredContent content) : content_(content) {}
+  StoredContent content_;
+  PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
+};
+
 /// Regions in parallel, stored in order; the first failing region decides the error. What waits to
 /// be stored are indices: points are copied for one region at a time.
 Result<std::vector<RegionSummary>> build_all(
     PointsView map, BuildObserver& observer, const Work& work, const BuildReport& report,
-    MapStore& store, const std::function<void(const BuildProgress&)>& progress) {
+    const Condenser& condenser, MapStore& store,
+    const std::function<void(const BuildProgress&)>& progress) {
   const auto regions = static_cast<std::uint32_t>(work.viewpoints.size());
   std::vector<RegionSummary> summaries(regions);
   Meter meter({.regions_done = 0,
@@ -431,11 +461,16 @@ Result<std::vector<RegionSummary>> build_all(
     VANTAGE_TRY(IndexList seen, std::move(item.seen));
     if (tested == regions) observer.release_scene();
     const std::uint32_t r = item.region.value;
-    const RegionMap region_map{.points = points_of(map, std::move(seen)),
-                               .viewpoints = static_cast<std::uint32_t>(work.viewpoints[r].size())};
+    RegionMap region_map{.points = points_of(map, std::move(seen)),
+                         .viewpoints = work.viewpoints[r],
+                         .prepared = {}};
+    const std::size_t points = region_map.points.size();
+    VANTAGE_CHECK(condenser.apply(region_map));
     VANTAGE_CHECK(store.put(item.region, region_map));
-    summaries[r] = {
-        .points = region_map.points.size(), .viewpoints = region_map.viewpoints, .bytes = 0};
+    summaries[r] = {.points = points,
+                    .viewpoints = region_map.viewpoints.size(),
+                    .elements = region_map.prepared.elements,
+                    .bytes = 0};
     meter.region_done();
     return {};
   };
@@ -470,6 +505,7 @@ BuildParams BuildParams::from(const Config& config) {
     params.scope = config.visibility->scope;
     params.max_range = config.visibility->max_range.value_or(params.max_range);
   }
+  if (config.store) params.content = config.store->content;
   return params;
 }
 
@@ -478,12 +514,17 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
   VANTAGE_TRY(const auto partitioner, config.need(config.partitioner, "partitioner", kJob));
   VANTAGE_TRY(const auto ground, config.need(config.ground, "ground", kJob));
   VANTAGE_TRY(const auto visibility, config.need(config.visibility, "visibility", kJob));
-  VANTAGE_TRY(const auto store, config.need(config.store, "store", kJob));
+  VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", kJob));
   BuildPlugins plugins;
   VANTAGE_TRY(plugins.partitioner, loader.load<Partitioner>(partitioner));
   VANTAGE_TRY(plugins.ground, loader.load<GroundFilter>(ground));
   VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
-  VANTAGE_TRY(plugins.store, loader.load<MapStore>(store));
+  VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
+  if (store.content != StoredContent::points) {
+    VANTAGE_TRY(const auto matcher,
+                config.need(config.matcher, "matcher", "storing prepared region maps"));
+    VANTAGE_TRY(plugins.matcher, loader.load<ScanMatcher>(matcher));
+  }
   return plugins;
 }
 
@@ -517,12 +558,14 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
 
   stopwatch = {};
   const CpuStopwatch cpu;
+  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params.content));
   VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = report.partition,
                                               .regions = {},
                                               .map_bounds = observer->limits().map_bounds,
                                               .map_points = report.map_points,
                                               .config = params.effective_config}));
-  VANTAGE_TRY(report.regions, build_all(map, *observer, work, report, *plugins.store, progress));
+  VANTAGE_TRY(report.regions,
+              build_all(map, *observer, work, report, condenser, *plugins.store, progress));
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();
   report.core_seconds_visibility = cpu.seconds();

@@ -206,11 +206,14 @@ Result<std::string> effective_config(const Config& config, const PluginLoader& p
   };
   VANTAGE_CHECK(fill(PluginKind::partitioner, effective.partitioner));
   VANTAGE_CHECK(fill(PluginKind::ground, effective.ground));
-  VANTAGE_CHECK(fill(PluginKind::store, effective.store));
   VANTAGE_CHECK(fill(PluginKind::matcher, effective.matcher));
   if (effective.visibility) {
     VANTAGE_TRY(effective.visibility->params,
                 plugins.effective_params(PluginKind::visibility, effective.visibility->choice()));
+  }
+  if (effective.store) {
+    VANTAGE_TRY(effective.store->params,
+                plugins.effective_params(PluginKind::store, effective.store->choice()));
   }
   return to_toml(to_table(effective));
 }

@@ -21,6 +21,7 @@ const char* to_string(ErrorCode code) noexcept {
     case ErrorCode::corrupt_data: return "corrupt_data";
     case ErrorCode::incompatible_plugin: return "incompatible_plugin";
     case ErrorCode::too_few_matches: return "too_few_matches";
+    case ErrorCode::unsupported: return "unsupported";
     case ErrorCode::internal: return "internal";
   }
   return "unknown";

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "index_set.hpp"
@@ -35,6 +37,15 @@ const char* to_string(Termination termination) noexcept {
     case Termination::no_progress: return "no_progress";
   }
   return "unknown";
+}
+
+Result<PreparedMap> MatchTarget::excerpt(PointsView /*seen*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher cannot store a prepared map");
+}
+
+Result<std::unique_ptr<MatchTarget>> ScanMatcher::restore(
+    std::span<const std::byte> /*prepared*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher cannot read a prepared map");
 }
 
 Result<IndexList> VisibilityScene::visible_from_any(

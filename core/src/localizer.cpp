@@ -1,34 +1,17 @@
 #include "vantage/localizer.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
+#include <vector>
 
+#include "motion.hpp"
+#include "pose_search.hpp"
+#include "regions_ahead.hpp"
 #include "stopwatch.hpp"
-#include "vantage/viewpoints.hpp"
+#include "vantage/region_maps.hpp"
 
 namespace vantage {
-namespace {
-
-struct Moment {
-  double stamp;
-  Pose T_map_scan;
-  std::optional<Pose> odometry;
-};
-
-/// Where the sensor is at `scan`, from the last one or two moments.
-Pose predict(const std::optional<Moment>& before_last, const Moment& last, const Scan& scan) {
-  if (scan.odometry && last.odometry) {
-    return last.T_map_scan * (last.odometry->inverse() * *scan.odometry);
-  }
-  if (!before_last) return last.T_map_scan;
-  // Constant velocity in the sensor's own frame, so that a turn goes on as a turn.
-  const Pose step = before_last->T_map_scan.inverse() * last.T_map_scan;
-  const double fraction = (scan.stamp - last.stamp) / (last.stamp - before_last->stamp);
-  return last.T_map_scan * interpolate(Pose{}, step, fraction);
-}
-
-}  // namespace
 
 const char* to_string(Tracking tracking) noexcept {
   switch (tracking) {
@@ -38,33 +21,52 @@ const char* to_string(Tracking tracking) noexcept {
   return "unknown";
 }
 
+namespace {
+
+/// How far a sensor that has been lost for so many scans is looked for: twice as far each time.
+/// Once that is everywhere, only now and then, because it takes long.
+std::optional<double> search_radius(std::uint32_t lost_scans, double everywhere) {
+  constexpr double kFirst = 4.0;
+  constexpr std::uint32_t kPause = 4;
+  const double radius = std::ldexp(kFirst, static_cast<int>(std::min(lost_scans, 60U)) - 1);
+  if (radius < 2.0 * everywhere) return std::min(radius, everywhere);
+  if (lost_scans % kPause == 0) return everywhere;
+  return {};
+}
+
+}  // namespace
+
 struct Localizer::State {
+  State(PluginPtr<MapStore> the_store, PluginPtr<ScanMatcher> the_matcher, MapIndex the_index,
+        const LocalizerParams& the_params)
+      : store(std::move(the_store)),
+        matcher(std::move(the_matcher)),
+        index(std::move(the_index)),
+        params(the_params),
+        ahead(index),
+        maps(store, matcher,
+             {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
+              .background = params.prefetch}) {}
+
   PluginPtr<MapStore> store;
   PluginPtr<ScanMatcher> matcher;
-  LocalizerParams params;
   MapIndex index;
+  LocalizerParams params;
+  RegionsAhead ahead;
+  RegionMaps maps;  // uses store and matcher
 
   std::optional<Pose> initial;  // given, not yet used
-  std::optional<Moment> before_last, last;
+  bool anywhere = false;        // start_anywhere, not found yet
+  Motion motion;
 
-  PluginPtr<MatchTarget> target;  // of `region`
+  std::shared_ptr<const ReadyRegion> map;  // of `region`
   RegionId region;
 
-  [[nodiscard]] bool has_map(RegionId id) const { return index.regions[id.value].points > 0; }
+  bool lost = false;
+  std::uint32_t lost_scans = 0;     // without a place that could be confirmed
+  std::uint32_t fitting_scans = 0;  // one after the other, while lost
 
-  /// The nearest region that has a map; the index has at least one.
-  [[nodiscard]] RegionId nearest_with_map(const Eigen::Vector2d& xy) const {
-    RegionId best;
-    double best_distance = std::numeric_limits<double>::infinity();
-    for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
-      const double d = distance(index.partition[RegionId{r}].footprint, xy);
-      if (has_map(RegionId{r}) && d < best_distance) {
-        best = RegionId{r};
-        best_distance = d;
-      }
-    }
-    return best;
-  }
+  [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
 
   struct Choice {
     RegionId region;
@@ -75,30 +77,41 @@ struct Localizer::State {
     const Eigen::Vector2d xy = position.head<2>();
     const auto located = index.partition.locate(position);
     if (!located || !has_map(*located)) {
-      return {target ? region : nearest_with_map(xy), true};
+      return {map ? region : ahead.nearest(xy), true};
     }
-    if (target && *located != region && params.switch_margin > 0.0 &&
+    if (map && *located != region && params.switch_margin > 0.0 &&
         distance(index.partition[region].footprint, xy) <= params.switch_margin) {
       return {region, false};
     }
     return {*located, false};
   }
 
-  Result<void> switch_to(RegionId next, ScanReport& report) {
-    const std::string activity = "switching to region '" + index.partition[next].label + "'";
-    Stopwatch stopwatch;
-    auto map = store->get(next);
-    if (!map) return fail(std::move(map).error().during(activity));
-    report.seconds_load = stopwatch.seconds();
-
-    stopwatch = {};
-    auto prepared = matcher->prepare(map->points);
-    if (!prepared) return fail(std::move(prepared).error().during(activity));
-    target = in_library_of(matcher, *std::move(prepared));
-    report.seconds_prepare = stopwatch.seconds();
-    region = next;
-    report.switched = true;
+  /// Makes a region's map the one to match against.
+  Result<void> use(RegionId next, ScanReport& report) {
+    report.switched = !map || next != region;
+    if (report.switched) {
+      const Stopwatch stopwatch;
+      auto taken = maps.take(next);
+      if (!taken) {
+        return fail(std::move(taken).error().during("switching to region '" +
+                                                    index.partition[next].label + "'"));
+      }
+      map = std::move(taken->region);
+      region = next;
+      report.blocked = taken->blocked;
+      report.seconds_stall = stopwatch.seconds();
+      report.seconds_load = map->seconds_load;
+      report.seconds_prepare = map->seconds_prepare;
+    }
+    report.region = region;
+    report.map_points = map->map_points;
     return {};
+  }
+
+  void expect_what_is_ahead() {
+    if (!params.prefetch) return;
+    maps.expect(ahead(motion.pose().translation.head<2>(), motion.velocity().head<2>(),
+                      params.prefetch_time, params.prefetch_distance));
   }
 
   /// Why an alignment is not to be believed; empty if it is.
@@ -112,6 +125,100 @@ struct Localizer::State {
     }
     return {};
   }
+
+  [[nodiscard]] std::string doubt(const Alignment& alignment, const Pose& predicted) const {
+    const double correction = (alignment.T_map_scan.translation - predicted.translation).norm();
+    if (motion.step() && !(correction <= params.max_correction)) {
+      return "matching moved the scan by " + std::to_string(correction) +
+             " m, more than max_correction";
+    }
+    return doubt(alignment);
+  }
+
+  /// Matches at the prediction and says what is to be thought of it.
+  Result<void> match(PointsView scan, ScanReport& report) const {
+    const Stopwatch stopwatch;
+    Result<Alignment> alignment = map->target->align(scan, report.T_map_scan_predicted);
+    report.seconds_align = stopwatch.seconds();
+    if (!alignment) {
+      if (alignment.error().code != ErrorCode::too_few_matches) {
+        return fail(std::move(alignment).error());
+      }
+      report.reason = alignment.error().message;
+      return {};
+    }
+    report.reason = doubt(*alignment, report.T_map_scan_predicted);
+    set_alignment(*std::move(alignment), report);
+    return {};
+  }
+
+  void set_alignment(Alignment alignment, ScanReport& report) const {
+    report.lcp = localization_contribution_per_point(alignment.score.fitness, report.map_points);
+    report.confidence = confidence_of(alignment, params.covariance_scale);
+    if (report.reason.empty()) report.T_map_scan = alignment.T_map_scan;
+    report.alignment = std::move(alignment);
+  }
+
+  /// Where a lost sensor is looked for; nowhere at some scans.
+  [[nodiscard]] std::optional<SearchArea> search_area(const Pose& predicted) const {
+    SearchArea area;
+    if (anywhere) return area;
+    area.centre = predicted.translation;
+    // As far as any place of the map is.
+    const Bounds3& bounds = index.map_bounds;
+    const double everywhere = (area.centre - bounds.min)
+                                  .cwiseAbs()
+                                  .cwiseMax((area.centre - bounds.max).cwiseAbs())
+                                  .head<2>()
+                                  .norm();
+    const auto radius = search_radius(
+        lost_scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)));
+    if (!radius || *radius <= 0.0) return {};
+    area.radius = *radius;
+    if (area.radius < 10.0) {
+      area.spacing = 1.0;
+      area.guess = predicted;
+    }
+    return area;
+  }
+
+  /// Looks for a sensor that is lost; whether it was found. That has still to be confirmed.
+  Result<bool> search(PointsView scan, ScanReport& report) {
+    const auto area = search_area(report.T_map_scan_predicted);
+    if (!area) return false;
+    const Stopwatch stopwatch;
+    VANTAGE_TRY(const auto found, search_pose(index, maps, scan, *area));
+    report.seconds_search = stopwatch.seconds();
+    if (found.empty() || !doubt(found.front().alignment).empty()) return false;
+    // A map that nobody could expect to be needed is no stall of tracking.
+    const bool blocked = report.blocked;
+    const double seconds_stall = report.seconds_stall;
+    VANTAGE_CHECK(use(found.front().region, report));
+    report.blocked = blocked;
+    report.seconds_stall = seconds_stall;
+    report.reason.clear();
+    set_alignment(found.front().alignment, report);
+    return true;
+  }
+
+  /// Takes the scan's outcome into the account of what is tracked and what is lost.
+  void judge(ScanReport& report) {
+    const bool fits = report.reason.empty();
+    if (!lost && fits) {
+      report.tracking = Tracking::tracked;
+      return;
+    }
+    lost = true;
+    fitting_scans = fits ? fitting_scans + 1 : 0;
+    if (fitting_scans >= params.confirming_scans) {
+      lost = false;
+      lost_scans = fitting_scans = 0;
+      report.tracking = Tracking::tracked;
+      report.recovered = true;
+    } else if (fits) {
+      report.reason = "found, to be confirmed by the next scans";
+    }
+  }
 };
 
 Localizer::Localizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -121,99 +228,104 @@ Localizer::~Localizer() = default;
 
 Result<Localizer> Localizer::open(PluginPtr<MapStore> store, PluginPtr<ScanMatcher> matcher,
                                   const LocalizerParams& params) {
-  auto state = std::make_unique<State>();
-  VANTAGE_TRY(state->index, store->index());
-  if (state->index.regions.size() != state->index.partition.size()) {
+  VANTAGE_TRY(MapIndex index, store->index());
+  if (index.regions.size() != index.partition.size()) {
     return fail(ErrorCode::corrupt_data,
-                "the bundle's index has " + std::to_string(state->index.regions.size()) +
-                    " summaries for " + std::to_string(state->index.partition.size()) + " regions");
+                "the bundle's index has " + std::to_string(index.regions.size()) +
+                    " summaries for " + std::to_string(index.partition.size()) + " regions");
   }
-  bool any = false;
-  for (const RegionSummary& summary : state->index.regions) any = any || summary.points > 0;
-  if (!any) return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
-  state->store = std::move(store);
-  state->matcher = std::move(matcher);
-  state->params = params;
-  return Localizer(std::move(state));
+  if (std::all_of(index.regions.begin(), index.regions.end(),
+                  [](const RegionSummary& region) { return region.empty(); })) {
+    return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
+  }
+  return Localizer(
+      std::make_unique<State>(std::move(store), std::move(matcher), std::move(index), params));
 }
 
 const MapIndex& Localizer::index() const noexcept { return state_->index; }
 
 Result<void> Localizer::start(const Pose& T_map_scan) {
+  State& s = *state_;
   if (!is_valid(T_map_scan)) {
     return fail(ErrorCode::invalid_input, "the initial pose is no rigid transform");
   }
-  state_->initial = T_map_scan;
-  state_->before_last.reset();
-  state_->last.reset();
+  const RegionId region = s.choose_region(T_map_scan.translation).region;
+  auto taken = s.maps.take(region);  // so that the first scan finds it ready
+  if (!taken) {
+    return fail(std::move(taken).error().during("making region '" +
+                                                s.index.partition[region].label + "' ready"));
+  }
+  s.initial = T_map_scan;
+  s.anywhere = s.lost = false;
+  s.lost_scans = s.fitting_scans = 0;
+  s.motion.forget();
   return {};
 }
 
-Result<PreparedScan> prepare_scan(PointsView points, const LocalizerParams& params) {
-  PreparedScan prepared;
-  const double max_range = params.scan_max_range.value_or(std::numeric_limits<double>::infinity());
-  prepared.points.reserve(points.size());
-  for (const Point& p : points) {
-    if (!p.allFinite()) {
-      ++prepared.dropped;
-      continue;
-    }
-    const double range = p.norm();
-    if (range >= params.scan_min_range && range <= max_range) prepared.points.push_back(p);
-  }
-  if (params.scan_voxel_size > 0.0) {
-    VANTAGE_TRY(prepared.points, voxel_centroids(prepared.points, params.scan_voxel_size));
-  }
-  return prepared;
+void Localizer::start_anywhere() {
+  State& s = *state_;
+  s.initial.reset();
+  s.anywhere = s.lost = true;
+  s.lost_scans = s.fitting_scans = 0;
+  s.motion.forget();
 }
 
 Result<ScanReport> Localizer::localize(const Scan& scan) {
   State& s = *state_;
-  if (!s.initial && !s.last) {
+  if (!s.initial && !s.anywhere && !s.motion.started()) {
     return fail(ErrorCode::invalid_input, "localization has no first pose: call start");
   }
-  if (!std::isfinite(scan.stamp) || (s.last && scan.stamp <= s.last->stamp)) {
-    return fail(ErrorCode::invalid_input,
-                "scan stamps must increase: " + std::to_string(scan.stamp) + " s" +
-                    (s.last ? " follows " + std::to_string(s.last->stamp) + " s" : ""));
+  if (!std::isfinite(scan.stamp) || (s.motion.started() && scan.stamp <= s.motion.stamp())) {
+    return fail(
+        ErrorCode::invalid_input,
+        "scan stamps must increase: " + std::to_string(scan.stamp) + " s" +
+            (s.motion.started() ? " follows " + std::to_string(s.motion.stamp()) + " s" : ""));
   }
   ScanReport report;
   report.stamp = scan.stamp;
-  report.T_map_scan_predicted = s.initial ? *s.initial : predict(s.before_last, *s.last, scan);
-  report.T_map_scan = report.T_map_scan_predicted;
-
-  // Eq. 11 asks the last estimate; before the first scan that is the initial pose.
-  const Point& position = s.initial ? s.initial->translation : s.last->T_map_scan.translation;
-  const State::Choice choice = s.choose_region(position);
-  report.outside = choice.outside;
-  if (!s.target || choice.region != s.region) VANTAGE_CHECK(s.switch_to(choice.region, report));
-  report.region = s.region;
-  report.map_points = s.index.regions[s.region.value].points;
-
   VANTAGE_TRY(const PreparedScan prepared, prepare_scan(scan.points, s.params));
   report.scan_points = prepared.points.size();
   report.dropped_points = prepared.dropped;
+  const auto during = [&](Error error) {
+    return fail(
+        std::move(error).during("matching the scan at " + std::to_string(scan.stamp) + " s"));
+  };
 
-  const Stopwatch stopwatch;
-  Result<Alignment> alignment = s.target->align(prepared.points, report.T_map_scan_predicted);
-  report.seconds_align = stopwatch.seconds();
-  if (alignment) {
-    report.reason = s.doubt(*alignment);
-    if (report.reason.empty()) {
-      report.tracking = Tracking::tracked;
-      report.T_map_scan = alignment->T_map_scan;
-    }
-    report.lcp = localization_contribution_per_point(alignment->score.fitness, report.map_points);
-    report.alignment = *std::move(alignment);
-  } else if (alignment.error().code == ErrorCode::too_few_matches) {
-    report.reason = alignment.error().message;
+  if (s.anywhere) {
+    report.reason = "the sensor has not been found yet";
+    report.has_pose = false;
   } else {
-    return fail(std::move(alignment).error().during("matching the scan at " +
-                                                    std::to_string(scan.stamp) + " s"));
+    report.T_map_scan_predicted = s.initial ? *s.initial : s.motion.predict(scan);
+    report.T_map_scan = report.T_map_scan_predicted;
+    // Eq. 11 asks the last estimate; before the first scan that is the initial pose.
+    const State::Choice choice =
+        s.choose_region(s.initial ? s.initial->translation : s.motion.pose().translation);
+    report.outside = choice.outside;
+    VANTAGE_CHECK(s.use(choice.region, report));
+    auto matched = s.match(prepared.points, report);
+    if (!matched) return during(std::move(matched).error());
   }
+  bool found = false;
+  if (!report.reason.empty() && !prepared.points.empty()) {
+    ++s.lost_scans;
+    auto searched = s.search(prepared.points, report);
+    if (!searched) return during(std::move(searched).error());
+    found = *searched;
+  }
+  s.judge(report);
 
+  if (s.anywhere && !found) return report;
+  report.has_pose = true;
   s.initial.reset();
-  s.before_last = std::exchange(s.last, Moment{scan.stamp, report.T_map_scan, scan.odometry});
+  s.anywhere = false;
+  if (found && s.motion.started()) {
+    // It was elsewhere all the time: it moves on from there as it did.
+    s.motion.add(scan, report.T_map_scan_predicted);
+    s.motion.correct(report.T_map_scan);
+  } else {
+    s.motion.add(scan, report.T_map_scan);
+  }
+  s.expect_what_is_ahead();
   return report;
 }
 

@@ -23,6 +23,7 @@ struct BuildPlugins {
   PluginPtr<GroundFilter> ground;
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
+  PluginPtr<ScanMatcher> matcher;  ///< none unless its prepared map is to be stored
 };
 
 /// What core itself is told about a build.
@@ -30,7 +31,8 @@ struct BuildParams {
   ViewpointParams viewpoints;
   VisibilityScope scope = VisibilityScope::map;
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
-  std::string effective_config;                                ///< kept in the bundle
+  StoredContent content = StoredContent::points;
+  std::string effective_config;  ///< kept in the bundle
 
   /// What a configuration says, without the effective configuration.
   [[nodiscard]] VANTAGE_API static BuildParams from(const Config& config);
@@ -44,7 +46,9 @@ struct BuildProgress {
 /// What a build made and what it cost (Table 1 comes from here).
 struct BuildReport {
   Partition partition;
-  std::vector<RegionSummary> regions;  ///< by RegionId; `bytes` is left to the store's index
+  /// By RegionId, `points` as seen, whether they are stored or not; `bytes` is left to the store's
+  /// index.
+  std::vector<RegionSummary> regions;
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;
@@ -60,7 +64,8 @@ struct BuildReport {
   }
 };
 
-/// Loads the four plugins a build needs. Errors: a missing table, plugin or wrong parameter.
+/// Loads the plugins a build needs, the matcher only for prepared content.
+/// Errors: a missing table, plugin or wrong parameter.
 [[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
                                                                   const PluginLoader& loader);
 
@@ -73,7 +78,8 @@ struct BuildReport {
 ///                    that never fall, at every region and a few times a second within; must not
 ///                    use TBB; what it throws comes out of here; may be empty
 /// Errors: `invalid_input` for an empty or non-finite map, or one without any ground; what the
-/// plugins report; `internal` for a plugin that breaks its contract. Nothing is stored on error.
+/// plugins report, `unsupported` among them for a matcher that cannot store what it prepares;
+/// `internal` for a plugin that breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(
     PointsView map, PointsView trajectory, BuildPlugins& plugins, const BuildParams& params,
     const std::function<void(const BuildProgress&)>& progress = {});

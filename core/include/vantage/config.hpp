@@ -80,6 +80,39 @@ struct VisibilityConfig {
   [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
 };
 
+/// What a bundle keeps of each region.
+enum class StoredContent : std::uint8_t {
+  points,    ///< V_ij
+  prepared,  ///< what the matcher makes of the whole map there
+  both,
+};
+constexpr auto enum_names(StoredContent) {
+  return std::array{std::pair{std::string_view("points"), StoredContent::points},
+                    std::pair{std::string_view("prepared"), StoredContent::prepared},
+                    std::pair{std::string_view("both"), StoredContent::both}};
+}
+
+/// [store]: where bundles are kept, and what core puts into them.
+struct StoreConfig {
+  std::string plugin;
+  std::optional<std::filesystem::path> library;
+  StoredContent content = StoredContent::points;
+  Table params;
+  SourceLocation where;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &StoreConfig::plugin, "", "name of the map store"),
+        optional("library", &StoreConfig::library, "", "plugin file, instead of searching"),
+        optional("content", &StoreConfig::content, "",
+                 "what a build keeps of each region: its points, what the [matcher] makes of the "
+                 "whole map around them, or both"),
+        optional("params", &StoreConfig::params, "", "parameters of the plugin"),
+    };
+  }
+  [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
+};
+
 /// A whole configuration file. What a program needs of it, it asks for with `need`.
 struct Config {
   std::int64_t schema_version = 1;
@@ -87,7 +120,8 @@ struct Config {
   std::optional<PluginChoice> partitioner, ground;
   std::optional<ViewpointParams> viewpoints;
   std::optional<VisibilityConfig> visibility;
-  std::optional<PluginChoice> store, matcher;
+  std::optional<StoreConfig> store;
+  std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
   std::string file;  ///< where it was read
 

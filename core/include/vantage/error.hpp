@@ -20,6 +20,7 @@ enum class ErrorCode : std::uint8_t {
   corrupt_data,         ///< a file's content contradicts its format
   incompatible_plugin,  ///< a shared library is not a plugin of this build
   too_few_matches,      ///< a scan does not overlap the map enough to be matched
+  unsupported,          ///< a plugin does not offer what was asked of it
   internal,             ///< a defect: an exception or a broken invariant
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <tuple>
@@ -8,7 +9,7 @@
 
 namespace vantage {
 
-/// [localizer]: how scans are prepared, regions switched and lost scans told.
+/// [localizer]: how scans are prepared, regions switched, lost scans told and found again.
 struct LocalizerParams {
   double scan_voxel_size = 0.5;
   double scan_min_range = 0.0;
@@ -16,6 +17,15 @@ struct LocalizerParams {
   double switch_margin = 0.0;
   double min_coverage = 0.3;
   double min_nvtl = 0.5;
+  double max_correction = 2.0;
+  std::uint32_t confirming_scans = 2;
+  std::optional<double> recovery_radius;
+  bool prefetch = true;
+  double prefetch_time = 3.0;
+  double prefetch_distance = 5.0;
+  double map_memory = 64.0;
+  double covariance_scale = 1.0;
+  bool deskew = false;
 
   static constexpr auto schema() {
     return std::tuple{
@@ -34,6 +44,29 @@ struct LocalizerParams {
                  "a scan is lost if a smaller share of its points has a map voxel", between(0, 1)),
         optional("min_nvtl", &LocalizerParams::min_nvtl, "",
                  "a scan is lost if its nearest-voxel likelihood is lower", non_negative),
+        optional("max_correction", &LocalizerParams::max_correction, "m",
+                 "a scan is lost if matching moves it farther from its prediction", positive),
+        optional("confirming_scans", &LocalizerParams::confirming_scans, "",
+                 "a lost sensor counts as found when this many scans fit the place, one after the "
+                 "other",
+                 at_least(1)),
+        optional("recovery_radius", &LocalizerParams::recovery_radius, "m",
+                 "how far a lost sensor is looked for around its last pose; 0: not at all; "
+                 "unlimited if left out",
+                 non_negative),
+        optional("prefetch", &LocalizerParams::prefetch, "",
+                 "region maps are loaded in the background before they are needed"),
+        optional("prefetch_time", &LocalizerParams::prefetch_time, "s",
+                 "regions are loaded that the sensor will reach in this time", non_negative),
+        optional("prefetch_distance", &LocalizerParams::prefetch_distance, "m",
+                 "regions are loaded that come this near to its way", non_negative),
+        optional("map_memory", &LocalizerParams::map_memory, "MiB",
+                 "bound of the region maps held in memory; the one in use always is", positive),
+        optional("covariance_scale", &LocalizerParams::covariance_scale, "",
+                 "the pose's covariance is this times the inverse Hessian", positive),
+        optional("deskew", &LocalizerParams::deskew, "",
+                 "points with times are moved to where they were at the scan's stamp, by the "
+                 "motion known"),
     };
   }
 };

@@ -7,21 +7,27 @@
 #include "vantage/api.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/prepared_map.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
 
-/// V_ij: the observable points of one region (Eq. 10).
+/// V_ij: the observable points of one region (Eq. 10), or what a matcher made of them, or both.
 struct RegionMap {
-  PointCloud points;             ///< map frame [m]
-  std::uint32_t viewpoints = 0;  ///< how many virtual viewpoints it was seen from
+  PointCloud points;      ///< map frame [m]
+  PointCloud viewpoints;  ///< that it was seen from, map frame [m]: where a sensor may be
+  PreparedMap prepared;   ///< no bytes if none was stored
 };
 
 /// What the index of a bundle says of one region.
 struct RegionSummary {
-  std::uint64_t points = 0;
-  std::uint64_t viewpoints = 0;
-  std::uint64_t bytes = 0;  ///< size in storage
+  std::uint64_t points = 0;      ///< stored
+  std::uint64_t viewpoints = 0;  ///< stored
+  std::uint64_t elements = 0;    ///< of the prepared map
+  std::uint64_t bytes = 0;       ///< size in storage
+
+  /// Whether there is anything to match against.
+  [[nodiscard]] bool empty() const noexcept { return points == 0 && elements == 0; }
 };
 
 /// The table of contents of a bundle: everything but the points.
@@ -44,7 +50,7 @@ class VANTAGE_API MapStore {
   /// Errors: `already_exists` if the bundle is there, `io_failure`.
   [[nodiscard]] virtual Result<void> begin(const MapIndex& index) noexcept = 0;
   /// Errors: `not_found` for a region outside the index, `already_exists` for one put twice,
-  /// `invalid_input` without begin or for a non-finite point, `io_failure`.
+  /// `invalid_input` without begin or for a non-finite point or viewpoint, `io_failure`.
   [[nodiscard]] virtual Result<void> put(RegionId region, const RegionMap& map) noexcept = 0;
   /// Makes the bundle visible, all at once. Errors: `invalid_input` without begin or with a region
   /// missing, `io_failure`.
@@ -52,9 +58,9 @@ class VANTAGE_API MapStore {
 
   /// Errors: `not_found` without a bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
-  /// The points of one region, in the order they were put, to the precision that the store
-  /// declares. Errors: `not_found` for an unknown region or no bundle, `corrupt_data` for a damaged
-  /// file.
+  /// The map of one region: points and viewpoints in the order they were put, to the precision that
+  /// the store declares; prepared bytes as they were. Errors: `not_found` for an unknown region or
+  /// no bundle, `corrupt_data` for a damaged file.
   [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;
 };
 

@@ -1,13 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "vantage/api.hpp"
 #include "vantage/metrics.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
+#include "vantage/prepared_map.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -30,7 +33,9 @@ struct Alignment {
   Termination termination = Termination::max_iterations;
   std::uint32_t iterations = 0;
   ScanScore score;                    ///< of `T_map_scan`
-  Hessian hessian = Hessian::Zero();  ///< of the objective that was minimized, at `T_map_scan`
+  /// Of the negative log-likelihood that was minimized, at `T_map_scan`: its inverse is the pose's
+  /// covariance as if the points' errors were independent.
+  Hessian hessian = Hessian::Zero();
 };
 
 /// A map made ready for matching. Owns what it needs: the points it was prepared from can go.
@@ -52,6 +57,17 @@ class VANTAGE_API MatchTarget {
   /// Errors: as `align`; a scan without overlap has fitness 0 and coverage 0, which is no error.
   [[nodiscard]] virtual Result<ScanScore> score(PointsView scan,
                                                 const Pose& T_map_scan) const noexcept = 0;
+
+  /// Memory that the target holds, for budgets.
+  [[nodiscard]] virtual std::size_t bytes() const noexcept = 0;
+  /// How many things a scan point could be compared with: distributions, points.
+  [[nodiscard]] virtual std::size_t elements() const noexcept = 0;
+
+  /// The part of the target around some of the points it was prepared from, to be stored: what
+  /// `prepare` makes of the whole map there, which the seen points alone would not tell.
+  /// @param seen  N map points, map frame [m]; every element that one of them belongs to is kept
+  /// Errors: `unsupported` (the default); `invalid_input` for a non-finite point.
+  [[nodiscard]] virtual Result<PreparedMap> excerpt(PointsView seen) const noexcept;
 };
 
 /// Matches scans to maps (Sec. 2.4, 3.3).
@@ -65,6 +81,13 @@ class VANTAGE_API ScanMatcher {
   /// map too sparse to match anything against.
   [[nodiscard]] virtual Result<std::unique_ptr<MatchTarget>> prepare(
       PointsView map) const noexcept = 0;
+
+  /// Makes a target of what `MatchTarget::excerpt` gave.
+  /// Errors: `unsupported` (the default); `corrupt_data` for bytes that no excerpt is made of;
+  /// `invalid_input` for an excerpt made with parameters that do not agree with this matcher's;
+  /// `too_few_matches` for an empty one.
+  [[nodiscard]] virtual Result<std::unique_ptr<MatchTarget>> restore(
+      std::span<const std::byte> prepared) const noexcept;
 };
 
 }  // namespace vantage

@@ -168,6 +168,13 @@ class NdtTarget final : public MatchTarget {
     });
   }
 
+  [[nodiscard]] std::size_t bytes() const noexcept override {
+    return sizeof(*this) + objective_.map().bytes();
+  }
+  [[nodiscard]] std::size_t elements() const noexcept override {
+    return objective_.map().gaussians().size();
+  }
+
  private:
   [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
     if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");

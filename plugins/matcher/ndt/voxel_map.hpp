@@ -50,6 +50,11 @@ class VoxelMap {
   [[nodiscard]] std::span<const Gaussian> gaussians() const noexcept { return gaussians_; }
   /// How many map points each Gaussian stands for.
   [[nodiscard]] std::span<const std::uint32_t> counts() const noexcept { return counts_; }
+  /// Memory that it holds.
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return slots_.capacity() * sizeof(Slot) + gaussians_.capacity() * sizeof(Gaussian) +
+           counts_.capacity() * sizeof(std::uint32_t);
+  }
 
   /// The voxel of a position relative to origin(); kNoVoxel where the map cannot reach.
   [[nodiscard]] VoxelKey key_of(const Eigen::Vector3d& local) const noexcept {

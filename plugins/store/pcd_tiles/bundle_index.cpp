@@ -172,7 +172,6 @@ Result<Footprint> footprint(const Node& node) {
 
 struct ReadRegion {
   Region region;
-  RegionSummary summary;
   TileInfo tile;
 };
 
@@ -186,19 +185,26 @@ Result<ReadRegion> region(const Node& node) {
   VANTAGE_TRY(const Eigen::Vector2d interval, height.vector<2>());
   result.region.height = {interval[0], interval[1]};
 
-  constexpr std::uint64_t kMaxViewpoints = std::numeric_limits<std::uint32_t>::max();
+  constexpr auto kAny = std::numeric_limits<std::uint64_t>::max();
   VANTAGE_TRY(const Node points, node["points"]);
   VANTAGE_TRY(result.tile.points, points.count(kMaxPoints));
   VANTAGE_TRY(const Node viewpoints, node["viewpoints"]);
-  VANTAGE_TRY(result.summary.viewpoints, viewpoints.count(kMaxViewpoints));
+  VANTAGE_TRY(result.tile.viewpoints, viewpoints.count(kMaxPoints));
+  VANTAGE_TRY(const Node elements, node["elements"]);
+  VANTAGE_TRY(result.tile.elements, elements.count(kAny));
+  VANTAGE_TRY(const Node prepared_bytes, node["prepared_bytes"]);
+  VANTAGE_TRY(result.tile.prepared_bytes, prepared_bytes.count(kMaxPreparedBytes));
+  if (result.tile.elements > 0 && result.tile.prepared_bytes == 0) {
+    return elements.refuse(" must be 0 without prepared bytes");
+  }
   VANTAGE_TRY(const Node origin, node["origin"]);
   VANTAGE_TRY(result.tile.origin, origin.vector<3>());
   if (!result.tile.origin.allFinite()) return origin.refuse(" must be finite");
   VANTAGE_TRY(const Node bytes, node["bytes"]);
-  VANTAGE_TRY(result.tile.bytes, bytes.count(std::numeric_limits<std::uint64_t>::max()));
-  const std::uint64_t expected = file_size(result.tile.points, result.tile.origin);
+  VANTAGE_TRY(result.tile.bytes, bytes.count(kAny));
+  const std::uint64_t expected = file_size(result.tile);
   if (result.tile.bytes != expected) {
-    return bytes.refuse(" must be " + std::to_string(expected) + " for so many points, not " +
+    return bytes.refuse(" must be " + std::to_string(expected) + " for what the file holds, not " +
                         std::to_string(result.tile.bytes));
   }
   VANTAGE_TRY(const Node file, node["file"]);
@@ -208,9 +214,20 @@ Result<ReadRegion> region(const Node& node) {
   }
   VANTAGE_TRY(const Node sum, node["checksum"]);
   VANTAGE_TRY(result.tile.checksum, checksum(sum));
-  result.summary.points = result.tile.points;
-  result.summary.bytes = result.tile.bytes;
   return result;
+}
+
+/// Versions count up from 1.
+Result<void> check_version(const Node& node) {
+  if (*node.value == kVersion) return {};
+  const std::string is = node.value->dump(-1, ' ', true, Json::error_handler_t::replace);
+  const std::string here = std::to_string(kVersion);
+  if (!node.value->is_number_unsigned() || *node.value == 0U) {
+    return node.refuse(" must be " + here + ", not " + is);
+  }
+  const bool older = node.value->get<std::uint64_t>() < kVersion;
+  return node.refuse(" is " + is + ", and " + here + " is needed: the bundle was built by " +
+                     (older ? "an older" : "a newer") + " version; build it again with this one");
 }
 
 SourceLocation place_of(std::string_view text, std::size_t byte, const std::string& file) {
@@ -256,7 +273,9 @@ Result<std::string> to_json(const BundleIndex& index) {
                                                 region.footprint)},
                        {"height", {number(region.height.min), number(region.height.max)}},
                        {"points", tile.points},
-                       {"viewpoints", map.regions.at(r).viewpoints},
+                       {"viewpoints", tile.viewpoints},
+                       {"elements", tile.elements},
+                       {"prepared_bytes", tile.prepared_bytes},
                        {"bytes", tile.bytes},
                        {"origin", numbers(tile.origin)},
                        {"checksum", hexadecimal(tile.checksum)}});
@@ -291,10 +310,7 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
   VANTAGE_TRY(const Node format, root["format"]);
   if (*format.value != kFormat) return format.refuse(" must be '" + std::string(kFormat) + "'");
   VANTAGE_TRY(const Node version, root["version"]);
-  if (*version.value != kVersion) {
-    return version.refuse(" must be " + std::to_string(kVersion) + ", not " +
-                          version.value->dump(-1, ' ', true, Json::error_handler_t::replace));
-  }
+  VANTAGE_CHECK(check_version(version));
 
   BundleIndex index;
   VANTAGE_TRY(const Node map, root["map"]);
@@ -314,7 +330,7 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
   for (std::size_t r = 0; r < list.value->size(); ++r) {
     VANTAGE_TRY(ReadRegion one, region(list.at(r)));
     regions.push_back(std::move(one.region));
-    index.map.regions.push_back(one.summary);
+    index.map.regions.push_back(one.tile.summary());
     index.tiles.push_back(one.tile);
   }
   auto partition = Partition::from(std::move(regions));

@@ -12,8 +12,7 @@
 namespace vantage::pcd_tiles {
 
 inline constexpr std::string_view kFormat = "vantage pcd_tiles";
-inline constexpr std::uint64_t kVersion = 2;
-inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;  ///< of a region
+inline constexpr std::uint64_t kVersion = 3;
 
 /// FNV-1a, 64 bit.
 class Checksum {
@@ -41,8 +40,9 @@ struct BundleIndex {
 /// Errors: those of `check_writable`.
 [[nodiscard]] Result<std::string> to_json(const BundleIndex& index);
 
-/// Errors: `corrupt_data` at the line of a syntax error, or with the name of the member that is
-/// missing, of another type, or contradicts the rest, or because the checksum does.
+/// Errors: `corrupt_data` at the line of a syntax error, for another version, or with the name of
+/// the member that is missing, of another type, or contradicts the rest, or because the checksum
+/// does.
 /// @param file  what error messages call it
 [[nodiscard]] Result<BundleIndex> from_json(std::string_view text, const std::string& file);
 

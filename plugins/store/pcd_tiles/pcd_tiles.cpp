@@ -145,9 +145,9 @@ class PartialFolder {
     file.keep();
     return {};
   }
-  [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, PointsView points) {
-    std::optional<OutputFile> file;  // from the first byte on: nothing for points that are refused
-    VANTAGE_TRY(const TileInfo info, encode(points, [&](std::string_view bytes) -> Result<void> {
+  [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, const RegionMap& map) {
+    std::optional<OutputFile> file;  // from the first byte on: nothing for a map that is refused
+    VANTAGE_TRY(const TileInfo info, encode(map, [&](std::string_view bytes) -> Result<void> {
                   if (!file) {
                     VANTAGE_TRY(OutputFile created, create_file(name));
                     file.emplace(std::move(created));
@@ -330,13 +330,12 @@ class PcdTiles final : public MapStore {
       if (writing_->done[r]) {
         return fail(ErrorCode::already_exists, "region '" + which.label + "' was already put");
       }
-      auto tile = writing_->folder.write_tile(tile_name(which), map.points);
+      auto tile = writing_->folder.write_tile(tile_name(which), map);
       if (!tile) {
         return fail(std::move(tile).error().during("storing region '" + which.label + "'"));
       }
       writing_->index.tiles[r] = *tile;
-      writing_->index.map.regions[r] = {
-          .points = tile->points, .viewpoints = map.viewpoints, .bytes = tile->bytes};
+      writing_->index.map.regions[r] = tile->summary();
       writing_->done[r] = true;
       return {};
     });
@@ -393,10 +392,7 @@ class PcdTiles final : public MapStore {
         return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
                     at(file));
       }
-      RegionMap map;
-      VANTAGE_TRY(map.points, decode(*content, current->tiles[r], file.string()));
-      map.viewpoints = static_cast<std::uint32_t>(current->map.regions[r].viewpoints);
-      return map;
+      return decode(*content, current->tiles[r], file.string());
     });
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 
 namespace vantage::pcd_tiles {
 namespace {
@@ -43,16 +44,27 @@ std::uint64_t checksum_of(std::string_view data, std::uint64_t hash = kEmptyChec
   return hash;
 }
 
+/// How far points reach from an origin along an axis, at most [m].
+double reach_of(PointsView points, const Point& origin) {
+  if (points.empty()) return 0.0;
+  const Bounds3 bounds = bounds_of(points);
+  return std::max((bounds.max - origin).maxCoeff(), (origin - bounds.min).maxCoeff());
+}
+
 /// Errors: `invalid_input` for what float32 cannot hold.
-Result<Point> origin_of(PointsView points) {
-  if (!all_finite(points)) {
+Result<Point> origin_of(const RegionMap& map) {
+  if (!all_finite(map.points)) {
     return fail(ErrorCode::invalid_input, "a point of the region map is not finite");
   }
-  if (points.empty()) return Point(Point::Zero());
-  const Bounds3 bounds = bounds_of(points);
+  if (!all_finite(map.viewpoints)) {
+    return fail(ErrorCode::invalid_input, "a viewpoint of the region map is not finite");
+  }
+  const PointsView centred = map.points.empty() ? map.viewpoints : map.points;
+  if (centred.empty()) return Point(Point::Zero());
+  const Bounds3 bounds = bounds_of(centred);
   // Whole metres: the same origin comes out of every compiler, and it is short to read.
   const Point origin = (0.5 * bounds.min + 0.5 * bounds.max).array().round() + 0.0;
-  const double reach = std::max((bounds.max - origin).maxCoeff(), (origin - bounds.min).maxCoeff());
+  const double reach = std::max(reach_of(map.points, origin), reach_of(map.viewpoints, origin));
   if (!(reach <= static_cast<double>(std::numeric_limits<float>::max()))) {
     return fail(ErrorCode::invalid_input, "the region map is too large for float32: it reaches " +
                                               shortest(reach) + " m from its centre");
@@ -60,37 +72,98 @@ Result<Point> origin_of(PointsView points) {
   return origin;
 }
 
-}  // namespace
+constexpr std::size_t kWord = 4;  // [bytes]
 
-std::uint64_t file_size(std::uint64_t points, const Point& origin) {
-  return header(points, origin).size() + points * sizeof(Coordinates);
+/// Up to the next whole word.
+std::uint64_t padded(std::uint64_t bytes) { return (bytes + kWord - 1) / kWord * kWord; }
+
+std::uint64_t data_size(const TileInfo& info) {
+  return (info.points + info.viewpoints) * sizeof(Coordinates) + padded(info.prepared_bytes);
 }
 
-Result<TileInfo> encode(PointsView points, const Sink& sink) {
-  constexpr std::size_t kBlock = 16'384;  // [points]
-  TileInfo info{.points = points.size(), .checksum = kEmptyChecksum};
-  VANTAGE_TRY(info.origin, origin_of(points));
-  info.bytes = file_size(info.points, info.origin);
-  VANTAGE_CHECK(sink(header(info.points, info.origin)));
-  std::string block;
-  while (!points.empty()) {
-    const PointsView now = points.first(std::min(points.size(), kBlock));
-    block.resize(now.size() * sizeof(Coordinates));
-    char* out = block.data();
-    for (const Point& p : now) {
-      const Eigen::Vector3f relative = (p - info.origin).cast<float>();
-      const Coordinates xyz{relative.x(), relative.y(), relative.z()};
-      std::memcpy(out, xyz.data(), sizeof xyz);
-      out += sizeof xyz;
-    }
-    info.checksum = checksum_of(block, info.checksum);
-    VANTAGE_CHECK(sink(block));
-    points = points.subspan(now.size());
+/// Passes data on, in whole words, and sums them up.
+class SummedSink {
+ public:
+  explicit SummedSink(const Sink& sink) : sink_(sink) {}
+
+  [[nodiscard]] Result<void> write(std::string_view words) {
+    checksum_ = checksum_of(words, checksum_);
+    return sink_(words);
   }
+  [[nodiscard]] Result<void> write(PointsView points, const Point& origin) {
+    constexpr std::size_t kBlock = 16'384;  // [points]
+    std::string block;
+    while (!points.empty()) {
+      const PointsView now = points.first(std::min(points.size(), kBlock));
+      block.resize(now.size() * sizeof(Coordinates));
+      char* out = block.data();
+      for (const Point& p : now) {
+        const Eigen::Vector3f relative = (p - origin).cast<float>();
+        const Coordinates xyz{relative.x(), relative.y(), relative.z()};
+        std::memcpy(out, xyz.data(), sizeof xyz);
+        out += sizeof xyz;
+      }
+      VANTAGE_CHECK(write(block));
+      points = points.subspan(now.size());
+    }
+    return {};
+  }
+  [[nodiscard]] Result<void> write_padded(std::span<const std::byte> bytes) {
+    if (bytes.empty()) return {};
+    const std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t whole = all.size() / kWord * kWord;
+    VANTAGE_CHECK(write(all.substr(0, whole)));
+    if (whole == all.size()) return {};
+    std::string last(all.substr(whole));
+    last.resize(kWord, '\0');
+    return write(last);
+  }
+  [[nodiscard]] std::uint64_t checksum() const noexcept { return checksum_; }
+
+ private:
+  const Sink& sink_;
+  std::uint64_t checksum_ = kEmptyChecksum;
+};
+
+/// @param data  of at least so many points
+PointCloud points_in(std::string_view data, std::uint64_t count, const Point& origin) {
+  PointCloud points(count);
+  const char* at = data.data();
+  for (Point& point : points) {
+    Coordinates xyz;
+    std::memcpy(xyz.data(), at, sizeof xyz);
+    point = origin + Eigen::Vector3f(xyz[0], xyz[1], xyz[2]).cast<double>();
+    at += sizeof xyz;
+  }
+  return points;
+}
+
+}  // namespace
+
+std::uint64_t file_size(const TileInfo& info) {
+  return header(info.points, info.origin).size() + data_size(info);
+}
+
+Result<TileInfo> encode(const RegionMap& map, const Sink& sink) {
+  if (map.prepared.bytes.empty() && map.prepared.elements > 0) {
+    return fail(ErrorCode::invalid_input, "the prepared map has elements, but no bytes");
+  }
+  TileInfo info{.points = map.points.size(),
+                .viewpoints = map.viewpoints.size(),
+                .elements = map.prepared.elements,
+                .prepared_bytes = map.prepared.bytes.size()};
+  VANTAGE_TRY(info.origin, origin_of(map));
+  info.bytes = file_size(info);
+  VANTAGE_CHECK(sink(header(info.points, info.origin)));
+  SummedSink data(sink);
+  VANTAGE_CHECK(data.write(map.points, info.origin));
+  VANTAGE_CHECK(data.write(map.viewpoints, info.origin));
+  VANTAGE_CHECK(data.write_padded(map.prepared.bytes));
+  info.checksum = data.checksum();
   return info;
 }
 
-Result<PointCloud> decode(std::string_view content, const TileInfo& info, const std::string& file) {
+Result<RegionMap> decode(std::string_view content, const TileInfo& info, const std::string& file) {
   const auto corrupt = [&](const std::string& reason) {
     return fail(ErrorCode::corrupt_data, reason, SourceLocation{file, 0, 0});
   };
@@ -103,22 +176,25 @@ Result<PointCloud> decode(std::string_view content, const TileInfo& info, const 
     return corrupt("the header is not that of a binary PCD with " + std::to_string(info.points) +
                    " points x y z, as the index says");
   }
-  const std::string_view data = content.substr(head.size());
-  if (data.size() != info.points * sizeof(Coordinates)) {
+  std::string_view data = content.substr(head.size());
+  if (data.size() != data_size(info)) {
     return corrupt("there are " + std::to_string(data.size()) + " bytes of data, expected " +
-                   std::to_string(info.points * sizeof(Coordinates)));
+                   std::to_string(data_size(info)));
   }
   if (checksum_of(data) != info.checksum) {
     return corrupt("the data does not have the checksum that the index says: the file is damaged");
   }
-  PointCloud points(info.points);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    Coordinates xyz;
-    std::memcpy(xyz.data(), data.data() + i * sizeof xyz, sizeof xyz);
-    points[i] = info.origin + Eigen::Vector3f(xyz[0], xyz[1], xyz[2]).cast<double>();
+  RegionMap map;
+  map.points = points_in(data, info.points, info.origin);
+  data.remove_prefix(info.points * sizeof(Coordinates));
+  map.viewpoints = points_in(data, info.viewpoints, info.origin);
+  data.remove_prefix(info.viewpoints * sizeof(Coordinates));
+  if (!all_finite(map.points) || !all_finite(map.viewpoints)) {
+    return corrupt("a coordinate is not finite");
   }
-  if (!all_finite(points)) return corrupt("a coordinate is not finite");
-  return points;
+  const auto* const prepared = reinterpret_cast<const std::byte*>(data.data());
+  map.prepared = {.bytes = {prepared, prepared + info.prepared_bytes}, .elements = info.elements};
+  return map;
 }
 
 }  // namespace vantage::pcd_tiles

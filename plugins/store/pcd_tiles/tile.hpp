@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
@@ -13,25 +14,38 @@ namespace vantage::pcd_tiles {
 /// What the index keeps of one file.
 struct TileInfo {
   std::uint64_t points = 0;
-  Point origin = Point::Zero();  ///< map frame [m]; the file holds coordinates relative to it
-  std::uint64_t bytes = 0;       ///< of the whole file
-  std::uint64_t checksum = 0;    ///< FNV-1a, 64 bit, over the 32-bit words after the header
+  std::uint64_t viewpoints = 0;
+  std::uint64_t elements = 0;        ///< of the prepared map
+  std::uint64_t prepared_bytes = 0;  ///< of the prepared map, without the padding
+  Point origin = Point::Zero();      ///< map frame [m]; the file holds coordinates relative to it
+  std::uint64_t bytes = 0;           ///< of the whole file
+  std::uint64_t checksum = 0;        ///< FNV-1a, 64 bit, over the 32-bit words after the header
+
+  [[nodiscard]] RegionSummary summary() const noexcept {
+    return {.points = points, .viewpoints = viewpoints, .elements = elements, .bytes = bytes};
+  }
 };
+
+inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;         ///< and viewpoints
+inline constexpr std::uint64_t kMaxPreparedBytes = std::uint64_t{1} << 50U;  ///< of a region
 
 /// Takes the next bytes of a file.
 using Sink = std::function<Result<void>(std::string_view)>;
 
-/// Writes a binary PCD v0.7, x y z float32, little endian, in blocks: the file is never in memory
-/// as a whole. Errors: `invalid_input`, before anything is written, for a coordinate that is not
-/// finite, or too far from the others for float32; those of the sink.
-[[nodiscard]] Result<TileInfo> encode(PointsView points, const Sink& sink);
+/// Writes a binary PCD v0.7 of the points, x y z float32, little endian, and behind its data the
+/// viewpoints in the same form and the prepared bytes, filled up with zeros to whole words. In
+/// blocks: the file is never in memory as a whole.
+/// Errors: `invalid_input`, before anything is written, for a coordinate that is not finite or too
+/// far from the others for float32, and for elements without bytes; those of the sink.
+[[nodiscard]] Result<TileInfo> encode(const RegionMap& map, const Sink& sink);
 
 /// Every byte is checked. Errors: `corrupt_data` for a content that is not what `info` says of it.
 /// @param file  what error messages call it
-[[nodiscard]] Result<PointCloud> decode(std::string_view content, const TileInfo& info,
-                                        const std::string& file);
+[[nodiscard]] Result<RegionMap> decode(std::string_view content, const TileInfo& info,
+                                       const std::string& file);
 
-/// What `encode` would make for this many points.
-[[nodiscard]] std::uint64_t file_size(std::uint64_t points, const Point& origin);
+/// What `encode` would make of a map of such counts and origin.
+/// Precondition: the counts are not above the limits.
+[[nodiscard]] std::uint64_t file_size(const TileInfo& info);
 
 }  // namespace vantage::pcd_tiles

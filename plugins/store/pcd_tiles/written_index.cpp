@@ -169,7 +169,7 @@ Footprint footprint(Scanner& scan) {
   return result;
 }
 
-Region region(Scanner& scan, TileInfo& tile, RegionSummary& summary) {
+Region region(Scanner& scan, TileInfo& tile) {
   constexpr auto kAny = std::numeric_limits<std::uint64_t>::max();
   Region result;
   scan.take("{");
@@ -185,19 +185,22 @@ Region region(Scanner& scan, TileInfo& tile, RegionSummary& summary) {
   scan.next("\"points\"");
   tile.points = scan.count(kMaxPoints);
   scan.next("\"viewpoints\"");
-  summary.viewpoints = scan.count(std::numeric_limits<std::uint32_t>::max());
+  tile.viewpoints = scan.count(kMaxPoints);
+  scan.next("\"elements\"");
+  tile.elements = scan.count(kAny);
+  scan.next("\"prepared_bytes\"");
+  tile.prepared_bytes = scan.count(kMaxPreparedBytes);
+  if (tile.elements > 0 && tile.prepared_bytes == 0) scan.refuse();
   scan.next("\"bytes\"");
   tile.bytes = scan.count(kAny);
   scan.next("\"origin\"");
   tile.origin = scan.numbers<Point>();
-  if (!scan.ok() || !tile.origin.allFinite() || tile.bytes != file_size(tile.points, tile.origin)) {
+  if (!scan.ok() || !tile.origin.allFinite() || tile.bytes != file_size(tile)) {
     scan.refuse();
   }
   scan.next("\"checksum\"");
   tile.checksum = scan.checksum();
   scan.take("}");
-  summary.points = tile.points;
-  summary.bytes = tile.bytes;
   return result;
 }
 
@@ -249,10 +252,9 @@ std::optional<BundleIndex> read_as_written(std::string_view text) {
   scan.take("[");
   do {
     TileInfo tile;
-    RegionSummary summary;
-    regions.push_back(region(scan, tile, summary));
+    regions.push_back(region(scan, tile));
     index.tiles.push_back(tile);
-    index.map.regions.push_back(summary);
+    index.map.regions.push_back(tile.summary());
   } while (scan.ok() && scan.more());
   const std::size_t summed = scan.offset();
   scan.next("\"checksum\"");

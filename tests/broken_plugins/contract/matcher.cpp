@@ -29,6 +29,8 @@ class BrokenTarget final : public MatchTarget {
   [[nodiscard]] Result<ScanScore> score(PointsView scan, const Pose& pose) const noexcept override {
     return guarded([&] { return score_scan(scan, pose); });
   }
+  [[nodiscard]] std::size_t bytes() const noexcept override { return sound_->bytes(); }
+  [[nodiscard]] std::size_t elements() const noexcept override { return sound_->elements(); }
 
  private:
   [[nodiscard]] Result<Alignment> align_scan(PointsView scan, const Pose& guess) const {

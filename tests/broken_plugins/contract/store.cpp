@@ -105,6 +105,10 @@ class Broken final : public MapStore {
       for (Point& p : points) p = p.cast<float>().cast<double>();
     }
     if (breaks("S11")) points.erase(std::unique(points.begin(), points.end()), points.end());
+    if (breaks("S15")) {  // in words
+      auto& bytes = map.prepared.bytes;
+      bytes.resize((bytes.size() + 3) / 4 * 4);
+    }
     if (breaks("S8") && put_.contains(region.value)) return {};
     VANTAGE_CHECK(sound_->put(region, map));
     put_.insert(region.value);

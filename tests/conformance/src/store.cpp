@@ -51,16 +51,27 @@ MapIndex index_of(std::vector<Region> regions) {
   return index;
 }
 
+/// Bytes of every value.
+PreparedMap some_prepared(Random& random, std::size_t bytes, std::uint64_t elements) {
+  PreparedMap prepared{.bytes = {}, .elements = elements};
+  for (std::size_t i = 0; i < bytes; ++i) {
+    prepared.bytes.push_back(static_cast<std::byte>(random.below(256)));
+  }
+  return prepared;
+}
+
 /// Three regions side by side.
 Bundle some_bundle(const Subject& subject) {
   Random random(subject.seed());
   Bundle bundle;
   std::vector<Region> regions;
-  for (int r = 0; r < 3; ++r) {
+  for (std::uint32_t r = 0; r < 3; ++r) {
     const double x = 10.0 * r;
     regions.push_back({"region_" + std::to_string(r), HalfOpenBox{{x, 0}, {x + 10, 10}}, {}});
-    bundle.maps.push_back(
-        {random_cloud(random, 40 + random.below(20), {x, 0, 0}, {x + 10, 10, 5}), 5U + r});
+    PointCloud points = random_cloud(random, 40 + random.below(20), {x, 0, 0}, {x + 10, 10, 5});
+    bundle.maps.push_back({std::move(points),
+                           random_cloud(random, 5 + r, {x, 0, 1}, {x + 10, 9, 2}),
+                           some_prepared(random, 31 * r, 4 * r)});
   }
   bundle.index = index_of(std::move(regions));
   return bundle;
@@ -99,7 +110,7 @@ bool same_bits(const Point& a, const Point& b) {
 }
 
 bool same(const RegionMap& a, const RegionMap& b) {
-  return a.viewpoints == b.viewpoints && a.points == b.points;
+  return a.viewpoints == b.viewpoints && a.points == b.points && a.prepared == b.prepared;
 }
 
 bool same(const MapIndex& a, const MapIndex& b) {
@@ -109,7 +120,7 @@ bool same(const MapIndex& a, const MapIndex& b) {
          std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
                     [](const RegionSummary& x, const RegionSummary& y) {
                       return x.points == y.points && x.viewpoints == y.viewpoints &&
-                             x.bytes == y.bytes;
+                             x.elements == y.elements && x.bytes == y.bytes;
                     });
 }
 
@@ -131,12 +142,13 @@ void check_kept(const Bundle& bundle, const MapStore& store, double precision) {
   for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
     CAPTURE(r);
     const RegionMap got = get(store, r);
-    CHECK(got.viewpoints == bundle.maps[r].viewpoints);
     check_points_kept(bundle.maps[r].points, got.points, precision);
+    check_points_kept(bundle.maps[r].viewpoints, got.viewpoints, precision);
   }
 }
 
-/// Whether these are the points that were put. How close they are is the matter of S1 alone.
+/// Whether these are the points and viewpoints that were put. How close they are is the matter of
+/// S1 alone.
 void check_kept(const Subject& subject, const Bundle& bundle, const MapStore& store) {
   check_kept(bundle, store, std::max(0.01, subject.claims<StoreClaims>().precision));
 }
@@ -171,7 +183,7 @@ void points(const Subject& subject) {
     const Point low = c - Point(50, 50, 10), high = c + Point(50, 50, 10);
     PointCloud cloud = random_cloud(random, 500, low, high);
     cloud.insert(cloud.begin() + 7, {high, low});
-    bundle.maps.push_back({std::move(cloud), 1});
+    bundle.maps.push_back({std::move(cloud), {}, {}});
   }
   bundle.index = index_of(std::move(regions));
   const Place place(subject);
@@ -322,6 +334,9 @@ void not_finite(const Subject& subject) {
       RegionMap map = bundle.maps[0];
       map.points[map.points.size() / 2][axis] = bad;
       check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input);
+      map = bundle.maps[0];
+      map.viewpoints.back()[axis] = bad;
+      check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input);
     }
   }
   put_all(*store, bundle);
@@ -385,12 +400,12 @@ void index_exact(const Subject& subject) {
       "schema = 1 # \"quoted\" \\ 'text', \xc3\xa4 \xe5\x9c\xb0, \t tab\r\n\n[a]\n";
   bundle.index.map_points = (1ULL << 53U) + 1;  // the first that no double holds
   // What it says of regions is for the store to fill in.
-  bundle.index.regions.assign(bundle.index.partition.size(), {77, 77, 77});
+  bundle.index.regions.assign(bundle.index.partition.size(), {77, 77, 77, 77});
   for (std::size_t r = 0; r < bundle.index.partition.size(); ++r) {
     bundle.maps.push_back({random_cloud(random, r % 5, {0, 0, 0}, {1, 1, 1}),
-                           static_cast<std::uint32_t>(random.below(1U << 31U))});
+                           random_cloud(random, r % 7, {0, 0, 0}, {1, 1, 1}),
+                           {}});
   }
-  bundle.maps[1].viewpoints = ~0U;
   const Bounds3 odd{Point(-1.0 / 3.0, 0.1, -0.0), Point(1e6, 5e6 + 0.1, 77.7)};
   for (const Bounds3& bounds : {odd, Bounds3{}}) {
     bundle.index.map_bounds = bounds;
@@ -406,7 +421,7 @@ void index_exact(const Subject& subject) {
     for (std::size_t r = 0; r < bundle.maps.size(); ++r) {
       CAPTURE(r);
       CHECK(read.regions[r].points == bundle.maps[r].points.size());
-      CHECK(read.regions[r].viewpoints == bundle.maps[r].viewpoints);
+      CHECK(read.regions[r].viewpoints == bundle.maps[r].viewpoints.size());
     }
   }
 }
@@ -414,7 +429,7 @@ void index_exact(const Subject& subject) {
 void few_points(const Subject& subject) {
   Bundle bundle = some_bundle(subject);
   const Point p(12.3, 4.56, 0.7);
-  bundle.maps = {{{}, 0}, {{p}, 1}, {PointCloud(50, p), 2}};
+  bundle.maps = {{{}, {}, {}}, {{p}, {p}, {}}, {PointCloud(50, p), {p, p}, {}}};
   const Place place(subject);
   write(*place.open(subject), bundle);
   check_kept(subject, bundle, *place.open(subject));
@@ -460,6 +475,49 @@ void same_bytes(const Subject& subject) {
   CHECK(a.size() == b.size());
 }
 
+/// Far from the origin too; with every part of a region map missing.
+void viewpoints_and_prepared(const Subject& subject) {
+  Random random(subject.seed());
+  Bundle bundle;
+  std::vector<Region> regions;
+  const auto add = [&](const Point& c, std::size_t points, std::size_t viewpoints,
+                       const PreparedMap& prepared) {
+    const Eigen::Vector2d xy = c.head<2>(), half = {51, 51};
+    regions.push_back(
+        {"region_" + std::to_string(regions.size()), HalfOpenBox{xy - half, xy + half}, {}});
+    const Point low = c - Point(50, 50, 10), high = c + Point(50, 50, 10);
+    bundle.maps.push_back({random_cloud(random, points, low, high),
+                           random_cloud(random, viewpoints, low, high), prepared});
+  };
+  for (const Point& c : {Point(0, 0, 0), Point(1e6, -1e6, 100), Point(-1e6, 5e6, 300)}) {
+    add(c, 100, 50, some_prepared(random, 1000 + random.below(1000), random.below(1000)));
+    add(c, 0, 50, some_prepared(random, 1 + random.below(1000), (1ULL << 53U) + 1));
+    add(c, 100, 0, some_prepared(random, 1 + random.below(1000), 1));
+  }
+  for (std::size_t bytes = 0; bytes < 10; ++bytes) {
+    add({0, 0, 0}, 0, 0, some_prepared(random, bytes, bytes));
+  }
+  add({0, 0, 0}, 1, 1, {std::vector<std::byte>(100), 7});  // zeros are bytes too
+  bundle.index = index_of(std::move(regions));
+
+  const Place place(subject);
+  write(*place.open(subject), bundle);
+  const auto store = place.open(subject);
+  const MapIndex index = index_in(*store);
+  REQUIRE(index.regions.size() == bundle.maps.size());
+  for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
+    CAPTURE(r);
+    const RegionMap& put = bundle.maps[r];
+    const RegionMap got = get(*store, r);
+    CHECK(got.points.size() == put.points.size());
+    check_points_kept(put.viewpoints, got.viewpoints, subject.claims<StoreClaims>().precision);
+    CHECK_MESSAGE(got.prepared.bytes == put.prepared.bytes, "the prepared bytes differ");
+    CHECK(got.prepared.elements == put.prepared.elements);
+    CHECK(index.regions[r].viewpoints == put.viewpoints.size());
+    CHECK(index.regions[r].elements == put.prepared.elements);
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"S1", "points come back in their order, as close as claimed, far from the origin too",
            &points},
@@ -472,7 +530,8 @@ constexpr std::array kClauses{
     Clause{"S5", "calls on one object from several threads agree with calls one by one",
            &concurrent},
     Clause{"S6", "a damaged file is an error or gives the right data, never wrong data", &damage},
-    Clause{"S7", "a point that is not finite is invalid_input, and the region can still be put",
+    Clause{"S7",
+           "a point or viewpoint that is not finite is invalid_input; the region can still be put",
            &not_finite},
     Clause{"S8", "to put a region outside the index is not_found, to put one twice already_exists",
            &wrong_regions},
@@ -487,6 +546,8 @@ constexpr std::array kClauses{
     Clause{"S13", "without a bundle, index and get are not_found", &no_bundle},
     Clause{"S14", "the same bundle has the same files byte for byte, whatever the place and order",
            &same_bytes},
+    Clause{"S15", "viewpoints and prepared bytes come back, with and without points",
+           &viewpoints_and_prepared},
 };
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST_CASE("a build stores every region's observable map, its viewpoints and the 
     if (seen) expected.push_back(point);
   }
   CHECK(memory->maps[0].points == expected);
-  CHECK(memory->maps[0].viewpoints == 10);
+  CHECK(memory->maps[0].viewpoints.size() == 10);
   CHECK(report->regions[0].points == expected.size());
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
@@ -89,7 +91,7 @@ struct Memory {
   MapIndex index;
   std::map<std::uint32_t, RegionMap> maps;
   bool begun = false, committed = false;
-  int gets = 0;
+  std::atomic<int> gets = 0;
 };
 
 class MemoryStore final : public MapStore {
@@ -106,8 +108,10 @@ class MemoryStore final : public MapStore {
   }
   [[nodiscard]] Result<void> commit() noexcept override {
     for (std::uint32_t r = 0; r < memory_->index.partition.size(); ++r) {
-      memory_->index.regions.push_back(
-          {memory_->maps[r].points.size(), memory_->maps[r].viewpoints, 0});
+      memory_->index.regions.push_back({.points = memory_->maps[r].points.size(),
+                                        .viewpoints = memory_->maps[r].viewpoints.size(),
+                                        .elements = memory_->maps[r].prepared.elements,
+                                        .bytes = 0});
     }
     memory_->committed = true;
     return {};
@@ -127,9 +131,11 @@ struct Truth {
   Pose T_map_scan;
   double coverage = 1.0;
   bool overlap = true;
+  double reach = std::numeric_limits<double>::infinity();  ///< [m]; a tenth of it [rad]
 };
 
-/// Always finds the truth, unless the scan is empty or nothing overlaps.
+/// Always finds the truth, unless the scan is empty or nothing overlaps; with a reach, only from
+/// guesses and at poses that near.
 class TruthMatcher final : public ScanMatcher {
  public:
   explicit TruthMatcher(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
@@ -137,21 +143,33 @@ class TruthMatcher final : public ScanMatcher {
     class Target final : public MatchTarget {
      public:
       explicit Target(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
-      [[nodiscard]] Result<Alignment> align(PointsView scan, const Pose&) const noexcept override {
+      [[nodiscard]] Result<Alignment> align(PointsView scan,
+                                            const Pose& guess) const noexcept override {
         if (scan.empty() || !truth_->overlap) {
           return fail(ErrorCode::too_few_matches, "nothing overlaps");
         }
         Alignment alignment;
-        alignment.T_map_scan = truth_->T_map_scan;
+        alignment.T_map_scan = near(guess) ? truth_->T_map_scan : guess;
         alignment.termination = Termination::converged;
-        alignment.score = {.fitness = 2.0, .nvtl = 3.0, .coverage = truth_->coverage};
+        alignment.score = score_at(alignment.T_map_scan);
+        alignment.hessian.setIdentity();
         return alignment;
       }
-      [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
-        return ScanScore{};
+      [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
+        return score_at(pose);
       }
+      [[nodiscard]] std::size_t bytes() const noexcept override { return sizeof(*this); }
+      [[nodiscard]] std::size_t elements() const noexcept override { return 1; }
 
      private:
+      [[nodiscard]] bool near(const Pose& pose) const {
+        return (pose.translation - truth_->T_map_scan.translation).norm() <= truth_->reach &&
+               rotation_between(pose, truth_->T_map_scan) <= truth_->reach / 10.0;
+      }
+      [[nodiscard]] ScanScore score_at(const Pose& pose) const {
+        if (near(pose)) return {.fitness = 2.0, .nvtl = 3.0, .coverage = truth_->coverage};
+        return {.fitness = 0.1, .nvtl = 1.0, .coverage = 0.1};
+      }
       std::shared_ptr<Truth> truth_;
     };
     return std::make_unique<Target>(truth_);

@@ -2,7 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <limits>
+#include <thread>
 
 #include "fakes.hpp"
 #include "vantage/conformance/range_observer.hpp"
@@ -21,10 +23,11 @@ struct World {
     test::MemoryStore store(memory);
     const Partition partition =
         test::Strips(3).partition({}, {}, conformance::RangeObserver({}, 1.0)).value();
-    REQUIRE(store.begin(MapIndex{partition, {}, {}, 100, ""}));
+    REQUIRE(store.begin(MapIndex{partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}));
     for (std::uint32_t r = 0; r < 3; ++r) {
       RegionMap map;
       if (!(gap && r == 1)) map.points.assign(10 * (r + 1), Point(1, 2, 3));
+      for (int x = 0; x < 10; ++x) map.viewpoints.emplace_back(10.0 * r + x + 0.5, 0, 1);
       REQUIRE(store.put(RegionId{r}, map));
     }
     REQUIRE(store.commit());
@@ -53,14 +56,20 @@ Pose at_x(double x) { return pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0}); }
 
 TEST_CASE("Eq. 11: the map changes for the scan after the border was crossed") {
   const World world;
-  Localizer localizer = world.localizer();
+  LocalizerParams params;
+  params.prefetch = false;
+  Localizer localizer = world.localizer(params);
   REQUIRE(localizer.start(at_x(8)));
-  CHECK(world.at(localizer, 0.0, 8).switched);  // the first map is loaded
+  CHECK(world.memory->gets == 1);
+  const ScanReport first = world.at(localizer, 0.0, 8);
+  CHECK(first.switched);
+  CHECK_FALSE(first.blocked);  // the start made the first map ready
   CHECK_FALSE(world.at(localizer, 0.1, 9.9).switched);
   const ScanReport crossing = world.at(localizer, 0.2, 10.0);  // exactly on the border: next cell
   CHECK(crossing.region == RegionId{0});
   const ScanReport after = world.at(localizer, 0.3, 10.1);
   CHECK(after.switched);
+  CHECK(after.blocked);
   CHECK(after.region == RegionId{1});
   CHECK(after.map_points == 20);
   CHECK(after.lcp == doctest::Approx(2.0 / 20));
@@ -72,6 +81,7 @@ TEST_CASE("switch_margin keeps a map until the border is that far behind") {
   const World world;
   LocalizerParams params;
   params.switch_margin = 1.0;
+  params.max_correction = 100.0;  // the path is jumpy
   Localizer localizer = world.localizer(params);
   REQUIRE(localizer.start(at_x(9)));
   const double path[] = {9.0, 10.5, 9.5, 10.9, 11.2, 10.5, 9.5, 8.8, 8.7};
@@ -142,8 +152,127 @@ TEST_CASE("a scan without overlap or coverage is lost, keeps its prediction, and
 
   world.truth->coverage = 1.0;
   const ScanReport found = world.at(localizer, 0.4, 3.0);
-  CHECK(found.tracking == Tracking::tracked);
   CHECK(found.T_map_scan_predicted.translation.x() == doctest::Approx(3.0));
+  CHECK(found.T_map_scan.translation.x() == 3.0);
+  CHECK(found.tracking == Tracking::lost);
+  CHECK(found.reason == "found, to be confirmed by the next scans");
+  const ScanReport confirmed = world.at(localizer, 0.5, 3.5);
+  CHECK(confirmed.tracking == Tracking::tracked);
+  CHECK(confirmed.recovered);
+  CHECK_FALSE(world.at(localizer, 0.6, 4.0).recovered);
+}
+
+TEST_CASE("a scan that matching moves too far from its prediction is lost") {
+  const World world;
+  LocalizerParams params;
+  params.max_correction = 0.5;
+  params.recovery_radius = 0.0;
+  Localizer localizer = world.localizer(params);
+  REQUIRE(localizer.start(at_x(1)));
+  world.at(localizer, 0.0, 1.0);
+  CHECK(world.at(localizer, 0.1, 2.0).tracking == Tracking::tracked);  // no motion known before
+  const ScanReport jump = world.at(localizer, 0.2, 3.6);
+  CHECK(jump.tracking == Tracking::lost);
+  CHECK(jump.reason.ends_with("more than max_correction"));
+  CHECK(jump.T_map_scan.translation.x() == doctest::Approx(3.0));
+}
+
+TEST_CASE("a sensor that was carried away is found again among the viewpoints") {
+  const World world;
+  world.truth->reach = 1.0;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  for (int i = 0; i < 4; ++i) world.at(localizer, 0.1 * i, 1.0 + 0.2 * i);
+
+  // 24 m away and turned: in another region, with another heading.
+  const auto carried = [&](int i) {
+    world.truth->T_map_scan = pose_from_xyz_rpy({25.4 - 0.2 * i, 0.1, 1.0}, {0, 0, M_PI});
+    auto report = localizer.localize({1.0 + 0.1 * i, world.scan, {}});
+    REQUIRE(report);
+    return *std::move(report);
+  };
+  int scans = 0;
+  ScanReport report = carried(scans++);
+  CHECK(report.tracking == Tracking::lost);
+  while (report.tracking == Tracking::lost && scans < 20) report = carried(scans++);
+  CHECK(report.tracking == Tracking::tracked);
+  CHECK(report.recovered);
+  CHECK(scans <= 6);
+  CHECK(report.region == RegionId{2});
+  CHECK((report.T_map_scan.translation - world.truth->T_map_scan.translation).norm() < 1e-9);
+  // It goes on as it did, 0.2 m a scan forward.
+  report = carried(scans++);
+  CHECK(report.tracking == Tracking::tracked);
+  CHECK((report.T_map_scan_predicted.translation - world.truth->T_map_scan.translation).norm() <
+        1e-6);
+}
+
+TEST_CASE("recovery_radius bounds the search; 0 is none") {
+  for (const double radius : {0.0, 12.0}) {
+    const World world;
+    world.truth->reach = 1.0;
+    LocalizerParams params;
+    params.recovery_radius = radius;
+    Localizer localizer = world.localizer(params);
+    REQUIRE(localizer.start(at_x(1)));
+    for (int i = 0; i < 3; ++i) world.at(localizer, 0.1 * i, 1.0);
+    for (int i = 0; i < 12; ++i) {
+      const ScanReport report = world.at(localizer, 1.0 + 0.1 * i, 25.0);
+      CHECK(report.tracking == Tracking::lost);
+      if (radius == 0.0) CHECK(report.seconds_search == 0.0);
+    }
+  }
+}
+
+TEST_CASE("start_anywhere looks in all regions and says so until it has found the sensor") {
+  const World world;
+  world.truth->reach = 1.0;
+  world.truth->overlap = false;
+  Localizer localizer = world.localizer();
+  localizer.start_anywhere();
+  const ScanReport nowhere = world.at(localizer, 0.0, 17.3);
+  CHECK(nowhere.tracking == Tracking::lost);
+  CHECK_FALSE(nowhere.has_pose);
+  world.truth->overlap = true;
+  world.truth->T_map_scan = pose_from_xyz_rpy({17.3, 0.2, 1.1}, {0, 0, -2.0});
+  const auto at = [&](double stamp) { return localizer.localize({stamp, world.scan, {}}).value(); };
+  const ScanReport found = at(0.1);
+  CHECK(found.tracking == Tracking::lost);
+  CHECK(found.has_pose);
+  CHECK((found.T_map_scan.translation - world.truth->T_map_scan.translation).norm() < 1e-9);
+  CHECK(found.region == RegionId{1});
+  const ScanReport confirmed = at(0.2);
+  CHECK(confirmed.tracking == Tracking::tracked);
+  CHECK(confirmed.recovered);
+}
+
+TEST_CASE("the next region is ready before the border, and the same poses come out without") {
+  const auto drive = [](bool prefetch) {
+    const World world;
+    LocalizerParams params;
+    params.prefetch = prefetch;
+    Localizer localizer = world.localizer(params);
+    REQUIRE(localizer.start(at_x(2)));
+    std::vector<ScanReport> reports;
+    for (int i = 0; i < 50; ++i) {
+      reports.push_back(world.at(localizer, 0.1 * i, 2.0 + 0.5 * i));
+      // As slow as a real drive, if there is something to wait for.
+      for (int wait = 0; prefetch && world.memory->gets < 3 && wait < 200; ++wait) {
+        if (world.memory->gets == (i < 3 ? 2 : 3)) break;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+    return reports;
+  };
+  const auto with = drive(true), without = drive(false);
+  std::size_t blocked = 0;
+  for (std::size_t i = 0; i < with.size(); ++i) {
+    CHECK_FALSE(with[i].blocked);
+    CHECK(with[i].region == without[i].region);
+    CHECK(with[i].T_map_scan.translation == without[i].T_map_scan.translation);
+    blocked += without[i].blocked ? 1 : 0;
+  }
+  CHECK(blocked == 2);
 }
 
 TEST_CASE("an empty scan and one of NaNs are lost, and the NaNs are counted") {

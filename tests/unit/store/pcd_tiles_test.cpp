@@ -49,10 +49,22 @@ MapIndex sample_index() {
           .config = "schema = 1\n# \"quoted\" \\ text, ä, \t tab\n"};
 }
 
+PreparedMap some_prepared(std::size_t bytes, std::uint64_t elements, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  PreparedMap prepared{.bytes = {}, .elements = elements};
+  for (std::size_t i = 0; i < bytes; ++i) {
+    prepared.bytes.push_back(static_cast<std::byte>(random() % 256));
+  }
+  return prepared;
+}
+
+RegionMap points_alone(PointCloud points) { return {std::move(points), {}, {}}; }
+
 std::vector<RegionMap> sample_maps() {
-  return {{random_cloud(1000, {5e5, 2e6, 10}, 80.0), 7},
-          {{}, 0},
-          {random_cloud(10, {0, 0, 0}, 2.0), 4'000'000'000U}};
+  return {{random_cloud(1000, {5e5, 2e6, 10}, 80.0), random_cloud(7, {5e5, 2e6, 12}, 80.0, 2), {}},
+          {},
+          {random_cloud(10, {0, 0, 0}, 2.0), random_cloud(3, {0, 0, 1}, 2.0),
+           some_prepared(1234, 4'000'000'000U)}};
 }
 
 void write_bundle(const PluginPtr<MapStore>& store, const MapIndex& index,
@@ -114,7 +126,9 @@ TEST_CASE("the index comes back exactly") {
   REQUIRE(read->regions.size() == 3);
   CHECK(read->regions[0].points == 1000);
   CHECK(read->regions[0].viewpoints == 7);
-  CHECK(read->regions[2].viewpoints == 4'000'000'000U);
+  CHECK(read->regions[0].elements == 0);
+  CHECK(read->regions[2].viewpoints == 3);
+  CHECK(read->regions[2].elements == 4'000'000'000U);
   for (std::size_t r = 0; r < 3; ++r) {
     const auto file = folder.path() / "bundle" / (written.partition.regions()[r].label + ".pcd");
     CHECK(read->regions[r].bytes == fs::file_size(file));
@@ -150,13 +164,15 @@ TEST_CASE("points come back in their order, to the stated precision, far from th
     for (const double extent : {0.01, 1.0, 30.0, 200.0, 5000.0}) {
       CAPTURE(extent);
       const test::TemporaryFolder folder;
-      const RegionMap written{random_cloud(2000, centre, extent), 3};
+      const RegionMap written{
+          random_cloud(2000, centre, extent), random_cloud(300, centre, extent), {}};
       write_bundle(store_at(folder.path() / "b"), index, {written});
       const auto read = store_at(folder.path() / "b")->get(RegionId{0});
       REQUIRE_MESSAGE(read, to_string(read.error()));
-      CHECK(read->viewpoints == 3);
       const double rounding = centre.cwiseAbs().maxCoeff() * 0x1p-52;
-      CHECK(worst(written.points, read->points) <= std::max(extent, 1.0) * 0x1p-24 + rounding);
+      const double precision = std::max(extent, 1.0) * 0x1p-24 + rounding;
+      CHECK(worst(written.points, read->points) <= precision);
+      CHECK(worst(written.viewpoints, read->viewpoints) <= precision);
     }
   }
 }
@@ -164,7 +180,7 @@ TEST_CASE("points come back in their order, to the stated precision, far from th
 TEST_CASE("a region without points, with one, and with equal ones") {
   const test::TemporaryFolder folder;
   const Point p(5e6 + 0.125, -7.5, 0.25);
-  const std::vector<RegionMap> maps{{{}, 0}, {{p}, 1}, {{p, p, p}, 2}};
+  const std::vector<RegionMap> maps{{}, {{p}, {p}, {}}, {{p, p, p}, {p, p}, {}}};
   write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
   const auto store = store_at(folder.path() / "b");
   for (std::uint32_t r = 0; r < 3; ++r) {
@@ -180,7 +196,7 @@ TEST_CASE("a file is a PCD that any tool reads, with the origin in a comment") {
   MapIndex index;
   index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
   write_bundle(store_at(folder.path() / "b"), index,
-               {{{{101.5, 20.0, -3.0}, {103.0, 20.5, -3.0}}, 0}});
+               {points_alone({{101.5, 20.0, -3.0}, {103.0, 20.5, -3.0}})});
   const std::string content = read_text(folder.path() / "b" / "map.pcd");
   const std::string header =
       "# .PCD v0.7 - Point Cloud Data file format\n# vantage origin 102 20 -3\nVERSION 0.7\n"
@@ -191,6 +207,44 @@ TEST_CASE("a file is a PCD that any tool reads, with the origin in a comment") {
   float xyz[6];
   std::memcpy(xyz, content.data() + header.size(), sizeof xyz);
   CHECK(std::vector<float>(xyz, xyz + 6) == std::vector<float>{-0.5F, 0, 0, 1, 0.5F, 0});
+}
+
+TEST_CASE("viewpoints and prepared bytes lie behind the points, in the same file") {
+  const test::TemporaryFolder folder;
+  MapIndex index;
+  index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
+  const PreparedMap prepared{{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}, std::byte{5}},
+                             2};
+  write_bundle(store_at(folder.path() / "b"), index, {{{{2, 3, 4}}, {{2.5, 3, -1}}, prepared}});
+  const std::string content = read_text(folder.path() / "b" / "map.pcd");
+  const std::size_t data = content.find("DATA binary\n") + 12;
+  CHECK(content.find("\nPOINTS 1\n") != std::string::npos);  // as a reader of PCD sees it
+  REQUIRE(content.size() == data + 12 + 12 + 8);
+  float xyz[6];
+  std::memcpy(xyz, content.data() + data, sizeof xyz);
+  CHECK(std::vector<float>(xyz, xyz + 6) == std::vector<float>{0, 0, 0, 0.5F, 0, -5});
+  CHECK(content.substr(data + 24) == std::string("\1\2\3\4\5\0\0\0", 8));
+  CHECK(store_at(folder.path() / "b")->get(RegionId{0})->prepared == prepared);
+}
+
+TEST_CASE("viewpoints and prepared bytes are kept without points") {
+  const test::TemporaryFolder folder;
+  const PointCloud viewpoints = random_cloud(20, {5e5, 2e6, 10}, 60.0);
+  const std::vector<RegionMap> maps{
+      {{}, viewpoints, some_prepared(7, 1)}, {{}, {}, some_prepared(8, 0)}, {{}, viewpoints, {}}};
+  write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
+  const auto store = store_at(folder.path() / "b");
+  for (std::uint32_t r = 0; r < 3; ++r) {
+    const auto read = store->get(RegionId{r});
+    REQUIRE_MESSAGE(read, to_string(read.error()));
+    CHECK(read->points.empty());
+    CHECK(worst(read->viewpoints, maps[r].viewpoints) < 4e-6);  // about their own centre
+    CHECK(read->prepared == maps[r].prepared);
+  }
+  const auto index = store->index();
+  REQUIRE(index);
+  CHECK_FALSE(index->regions[0].empty());
+  CHECK(index->regions[2].empty());
 }
 
 TEST_CASE("equal input gives equal bytes") {
@@ -252,13 +306,22 @@ TEST_CASE("points that float32 cannot hold are refused and leave the region to b
   const test::TemporaryFolder folder;
   const auto store = store_at(folder.path() / "bundle");
   REQUIRE(store->begin(sample_index()));
-  check_fails(store->put(RegionId{0}, {{{0, std::nan(""), 0}}, 0}), ErrorCode::invalid_input,
-              "not finite");
-  check_fails(store->put(RegionId{0}, {{{0, 0, kInfinity}}, 0}), ErrorCode::invalid_input,
-              "finite");
-  check_fails(store->put(RegionId{0}, {{{-1e39, 0, 0}, {1e39, 0, 0}}, 0}), ErrorCode::invalid_input,
-              "float32");
-  CHECK(store->put(RegionId{0}, {{{1, 2, 3}}, 0}));
+  const auto refused = [&](const PointCloud& points, const PointCloud& viewpoints,
+                           const std::string& because) {
+    check_fails(store->put(RegionId{0}, {points, viewpoints, {}}), ErrorCode::invalid_input,
+                because);
+  };
+  const Point p(1, 2, 3);
+  refused({{0, std::nan(""), 0}}, {}, "a point of the region map is not finite");
+  refused({{0, 0, kInfinity}}, {}, "a point of the region map is not finite");
+  refused({p}, {p, {0, std::nan(""), 0}}, "a viewpoint of the region map is not finite");
+  refused({}, {{-kInfinity, 0, 0}}, "a viewpoint of the region map is not finite");
+  refused({{-1e39, 0, 0}, {1e39, 0, 0}}, {}, "float32");
+  refused({}, {{-1e39, 0, 0}, {1e39, 0, 0}}, "float32");
+  refused({p}, {p, {1e39, 0, 0}}, "float32");
+  check_fails(store->put(RegionId{0}, {{p}, {}, {.bytes = {}, .elements = 1}}),
+              ErrorCode::invalid_input, "no bytes");
+  CHECK(store->put(RegionId{0}, {{p}, {p}, {}}));
 }
 
 TEST_CASE("a configuration that is not UTF-8 is refused before anything is written") {
@@ -291,14 +354,14 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   {
     const auto abandoned = store_at(root, true);
     REQUIRE(abandoned->begin(other));
-    REQUIRE(abandoned->put(RegionId{0}, {{{1, 2, 3}}, 1}));
+    REQUIRE(abandoned->put(RegionId{0}, points_alone({{1, 2, 3}})));
     CHECK(reader->get(RegionId{2}));
     CHECK(reader->index()->partition.size() == 3);
   }
   CHECK(reader->get(RegionId{2}));
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 
-  write_bundle(store_at(root, true), other, {{{{1, 2, 3}}, 1}});
+  write_bundle(store_at(root, true), other, {points_alone({{1, 2, 3}})});
   CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
   CHECK(reader->index()->partition.size() == 1);  // a reader notices
@@ -486,8 +549,15 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt("[]", "the index must be an object, found array");
   corrupt("{}", "no member 'format'");
   corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
-  corrupt(replaced(good, "\"version\": 2", "\"version\": 1"), "'version' must be 2, not 1");
-  corrupt(replaced(good, "\"version\": 2", "\"version\": \"2\""), "'version' must be 2");
+  for (const std::string older : {"1", "2"}) {
+    corrupt(
+        replaced(good, "\"version\": 3", "\"version\": " + older),
+        "'version' is " + older + ", and 3 is needed: the bundle was built by an older version");
+  }
+  corrupt(replaced(good, "\"version\": 3", "\"version\": 4"), "a newer version");
+  for (const std::string odd : {"0", "-2", "2.0", "\"2\"", "\"3\"", "null", "[2]"}) {
+    corrupt(replaced(good, "\"version\": 3", "\"version\": " + odd), "'version' must be 3, not");
+  }
   corrupt(replaced(good, "\"regions\"", "\"region\""), "no member 'regions'");
   corrupt(replaced(good, "\"config\": \"", "\"config\": 7, \"x\": \""),
           "'config' must be a string");
@@ -501,8 +571,13 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt(replaced(good, "\"points\": 1000", "\"points\": 1e3"), "'regions[0].points'");
   corrupt(replaced(good, "\"points\": 1000", "\"points\": 18446744073709551615"),
           "'regions[0].points'");
-  corrupt(replaced(good, "\"viewpoints\": 4000000000", "\"viewpoints\": 5000000000"),
-          "'regions[2].viewpoints'");
+  corrupt(replaced(good, "\"viewpoints\": 7", "\"viewpoints\": 1099511627777"),
+          "'regions[0].viewpoints' must be an integer from 0 to 1099511627776");
+  corrupt(replaced(good, "\"viewpoints\": 7", "\"viewpoints\": 6"), "'regions[0].bytes' must be");
+  corrupt(replaced(good, "\"prepared_bytes\": 1234", "\"prepared_bytes\": 1230"),
+          "'regions[2].bytes' must be");
+  corrupt(replaced(good, "\"elements\": 0", "\"elements\": 1"),
+          "'regions[0].elements' must be 0 without prepared bytes");
   corrupt(replaced(good, "\"polygon\"", "\"circle\""), "'box', 'boxes' or 'polygon'");
   corrupt(replaced(good, "\"polygon\": [", "\"polygon\": 5, \"x\": ["), "must be an array");
   corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"g"), "16 hexadecimal digits");
@@ -515,7 +590,9 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt(replaced(good, "\"points\": 123456789", "\"points\": 123456788"), checksum);
   corrupt(replaced(good, "77.7", "77.8"), checksum);
   corrupt(replaced(good, "quoted", "Quoted"), checksum);
-  corrupt(replaced(good, "\"viewpoints\": 7", "\"viewpoints\": 6"), checksum);
+  corrupt(replaced(good, "\"elements\": 4000000000", "\"elements\": 4000000001"), checksum);
+  // As many bytes with the padding.
+  corrupt(replaced(good, "\"prepared_bytes\": 1234", "\"prepared_bytes\": 1235"), checksum);
   corrupt(replaced(good, "-2.5", "-2.4"), checksum);
   const std::size_t last = good.rfind("\"checksum\"");
   corrupt(good.substr(0, last) + "\"checksum\": \"0000000000000000\"}", checksum);
@@ -602,8 +679,23 @@ TEST_CASE("a damaged region file is corrupt_data that names the file") {
       corrupt("checksum");
     }
   }
+  SUBCASE("any bit flipped of the viewpoints, the prepared bytes and their padding") {
+    const fs::path other = root / "storey.2.pcd";
+    const std::string whole = read_text(other);
+    const std::size_t behind = whole.find("DATA binary\n") + 12 + 10 * 12;
+    REQUIRE(whole.size() == behind + 3 * 12 + 1236);
+    std::mt19937 random(9);
+    for (int n = 0; n < 200; ++n) {
+      std::string bad = whole;
+      const std::size_t at = n < 8 ? bad.size() - 1 - static_cast<std::size_t>(n % 2)
+                                   : behind + random() % (bad.size() - behind);
+      bad[at] = static_cast<char>(bad[at] ^ (1 << (random() % 8)));
+      write_text(other, bad);
+      check_fails(store->get(RegionId{2}), ErrorCode::corrupt_data, "checksum");
+    }
+  }
   SUBCASE("the file of another region") {
-    fs::copy_file(root / "storey.2.pcd", file, fs::copy_options::overwrite_existing);
+    fs::copy_file(root / "storey.1.pcd", file, fs::copy_options::overwrite_existing);
     corrupt("bytes");
   }
 }
@@ -638,16 +730,19 @@ TEST_CASE("a region of many blocks comes back whole, and thousands of regions do
   for (const std::size_t n : {16'383U, 16'384U, 16'385U, 50'000U}) {
     maps[n % 7 + 100].points = random_cloud(n, {0, 0, 0}, 20.0);
   }
-  maps[1999] = {random_cloud(3, {1, 2, 3}, 1.0), 9};
+  maps[1998].viewpoints = random_cloud(40'000, {0, 0, 0}, 20.0);
+  maps[1999] = {random_cloud(3, {1, 2, 3}, 1.0), random_cloud(9, {1, 2, 3}, 1.0),
+                some_prepared(1'000'001, 5)};
   write_bundle(store_at(folder.path() / "bundle"), index, maps);
   const auto store = store_at(folder.path() / "bundle");
   REQUIRE(store->index());
   CHECK(store->index()->partition.regions() == index.partition.regions());
-  for (const std::uint32_t r : {0U, 100U, 101U, 102U, 103U, 104U, 105U, 106U, 1999U}) {
+  for (const std::uint32_t r : {0U, 100U, 101U, 102U, 103U, 104U, 105U, 106U, 1998U, 1999U}) {
     const auto map = store->get(RegionId{r});
     REQUIRE_MESSAGE(map, to_string(map.error()));
-    CHECK(map->viewpoints == maps[r].viewpoints);
     CHECK(worst(map->points, maps[r].points) < 2e-6);
+    CHECK(worst(map->viewpoints, maps[r].viewpoints) < 2e-6);
+    CHECK(map->prepared == maps[r].prepared);
   }
 }
 

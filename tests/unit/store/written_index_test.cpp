@@ -27,12 +27,15 @@ BundleIndex sample(std::size_t regions) {
     if (r % 3 == 2) region.footprint = ConvexPolygon{{{0.1, 0.0}, {1e6, 0.0}, {0.3, 5e-3}}};
     if (r % 2 == 1) region.height = {-1.0 / 3.0, kInfinity};
     list.push_back(region);
-    TileInfo tile{.points = random() % 1000, .origin = {number(), -0.0, number()}};
-    tile.bytes = file_size(tile.points, tile.origin);
+    TileInfo tile{.points = random() % 1000,
+                  .viewpoints = random() % 100,
+                  .elements = random(),
+                  .prepared_bytes = 1 + random() % 1000,
+                  .origin = {number(), -0.0, number()}};
+    tile.bytes = file_size(tile);
     tile.checksum = random();
     index.tiles.push_back(tile);
-    index.map.regions.push_back(
-        {.points = tile.points, .viewpoints = random() % 100, .bytes = tile.bytes});
+    index.map.regions.push_back(tile.summary());
   }
   index.map.partition = Partition::from(std::move(list)).value();
   index.map.map_bounds = {Point(-1.0 / 3.0, 0.1, -0.0), Point(1e6, 5e6 + 0.1, kInfinity)};
@@ -51,11 +54,15 @@ void check_equal(const BundleIndex& a, const BundleIndex& b) {
   REQUIRE(a.tiles.size() == b.tiles.size());
   for (std::size_t r = 0; r < a.tiles.size(); ++r) {
     CHECK(a.tiles[r].points == b.tiles[r].points);
+    CHECK(a.tiles[r].viewpoints == b.tiles[r].viewpoints);
+    CHECK(a.tiles[r].elements == b.tiles[r].elements);
+    CHECK(a.tiles[r].prepared_bytes == b.tiles[r].prepared_bytes);
     CHECK(a.tiles[r].origin == b.tiles[r].origin);
     CHECK(a.tiles[r].bytes == b.tiles[r].bytes);
     CHECK(a.tiles[r].checksum == b.tiles[r].checksum);
     CHECK(a.map.regions[r].points == b.map.regions[r].points);
     CHECK(a.map.regions[r].viewpoints == b.map.regions[r].viewpoints);
+    CHECK(a.map.regions[r].elements == b.map.regions[r].elements);
     CHECK(a.map.regions[r].bytes == b.map.regions[r].bytes);
   }
 }
@@ -99,19 +106,45 @@ TEST_CASE("what is spelt another way is left to the reader of any JSON, which gi
 }
 
 TEST_CASE("an index that contradicts itself is not read, whatever its checksum says") {
-  BundleIndex index = sample(3);
-  index.tiles[1].bytes += 1;
-  CHECK_FALSE(read_as_written(to_json(index).value()));
-  index = sample(3);
-  index.tiles[2].origin.x() = kInfinity;
-  CHECK_FALSE(read_as_written(to_json(index).value()));
-  index = sample(3);
-  index.tiles[0].points = (std::uint64_t{1} << 40U) + 1;
-  index.tiles[0].bytes = file_size(index.tiles[0].points, index.tiles[0].origin);
-  CHECK_FALSE(read_as_written(to_json(index).value()));
-  index = sample(3);
-  index.map.regions[0].viewpoints = std::uint64_t{1} << 32U;
-  CHECK_FALSE(read_as_written(to_json(index).value()));
+  const auto refused = [](void (*change)(TileInfo&), const std::string& member) {
+    BundleIndex index = sample(3);
+    change(index.tiles[1]);
+    const std::string text = to_json(index).value();
+    CHECK_FALSE(read_as_written(text));
+    const auto read = from_json(text, "index.json");
+    REQUIRE_FALSE(read);
+    CHECK(read.error().code == ErrorCode::corrupt_data);
+    CHECK_MESSAGE(read.error().message.find("'regions[1]." + member + "'") != std::string::npos,
+                  read.error().message);
+  };
+  refused([](TileInfo& tile) { tile.bytes += 1; }, "bytes");
+  refused([](TileInfo& tile) { tile.viewpoints += 1; }, "bytes");
+  refused([](TileInfo& tile) { tile.prepared_bytes += 4; }, "bytes");
+  refused([](TileInfo& tile) { tile.origin.x() = kInfinity; }, "origin");
+  refused(
+      [](TileInfo& tile) {
+        tile.points = kMaxPoints + 1;
+        tile.bytes = file_size(tile);
+      },
+      "points");
+  refused(
+      [](TileInfo& tile) {
+        tile.viewpoints = kMaxPoints + 1;
+        tile.bytes = file_size(tile);
+      },
+      "viewpoints");
+  refused(
+      [](TileInfo& tile) {
+        tile.prepared_bytes = kMaxPreparedBytes + 1;
+        tile.bytes = file_size(tile);
+      },
+      "prepared_bytes");
+  refused(
+      [](TileInfo& tile) {
+        tile.prepared_bytes = 0;
+        tile.bytes = file_size(tile);
+      },
+      "elements");
 }
 
 TEST_CASE("no damage is read: every byte but white space counts") {

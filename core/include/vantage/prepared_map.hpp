@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace vantage {
+
+/// A part of a prepared map as its matcher stores it. Only that matcher can read it.
+struct PreparedMap {
+  std::vector<std::byte> bytes;
+  std::uint64_t elements = 0;  ///< what a scan is compared with: N_point of Eq. 13
+
+  friend bool operator==(const PreparedMap&, const PreparedMap&) = default;
+};
+
+}  // namespace vantage

@@ -1,0 +1,231 @@
+#include "vantage/region_maps.hpp"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <mutex>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "fakes.hpp"
+
+using namespace vantage;
+
+namespace {
+
+constexpr std::size_t kViewpoints = 10;
+constexpr std::size_t kBytes = 1000;  // of a target; its viewpoints come on top
+constexpr std::size_t kRegionBytes = kBytes + kViewpoints * sizeof(Point);
+
+/// What the fakes below have seen; the test sets what they do.
+struct Events {
+  std::mutex mutex;
+  std::vector<std::uint32_t> gets;
+  std::set<std::uint32_t> broken;
+  std::atomic<int> alive{0};
+  std::atomic<bool> gate_open{true};  // nothing is loaded while it is not
+
+  [[nodiscard]] std::vector<std::uint32_t> loaded() {
+    const std::scoped_lock lock(mutex);
+    return gets;
+  }
+};
+
+class CountingStore final : public MapStore {
+ public:
+  explicit CountingStore(Events& events) : events_(events) {}
+  [[nodiscard]] Result<void> begin(const MapIndex&) noexcept override { return {}; }
+  [[nodiscard]] Result<void> put(RegionId, const RegionMap&) noexcept override { return {}; }
+  [[nodiscard]] Result<void> commit() noexcept override { return {}; }
+  [[nodiscard]] Result<MapIndex> index() const noexcept override { return MapIndex{}; }
+  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
+    events_.gate_open.wait(false);
+    const std::scoped_lock lock(events_.mutex);
+    events_.gets.push_back(region.value);
+    if (events_.broken.contains(region.value)) return fail(ErrorCode::corrupt_data, "damaged");
+    return RegionMap{.points = PointCloud(region.value + 1, Point::Zero()),
+                     .viewpoints = PointCloud(kViewpoints, Point::Zero()),
+                     .prepared = {}};
+  }
+
+ private:
+  Events& events_;
+};
+
+class CountingMatcher final : public ScanMatcher {
+ public:
+  explicit CountingMatcher(Events& events) : events_(events) {}
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept override {
+    class Target final : public MatchTarget {
+     public:
+      Target(Events& events, std::size_t points) : events_(events), points_(points) {
+        ++events_.alive;
+      }
+      ~Target() override { --events_.alive; }
+      [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
+        return Alignment{};
+      }
+      [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
+        return ScanScore{};
+      }
+      [[nodiscard]] std::size_t bytes() const noexcept override { return kBytes; }
+      [[nodiscard]] std::size_t elements() const noexcept override { return points_; }
+
+     private:
+      Events& events_;
+      std::size_t points_;
+    };
+    return std::make_unique<Target>(events_, map.size());
+  }
+
+ private:
+  Events& events_;
+};
+
+struct Fixture {
+  Events events;
+  PluginPtr<MapStore> store = test::in_process<CountingStore, MapStore>(events);
+  PluginPtr<ScanMatcher> matcher = test::in_process<CountingMatcher, ScanMatcher>(events);
+};
+
+std::vector<RegionId> ids(std::initializer_list<std::uint32_t> values) {
+  std::vector<RegionId> regions;
+  for (const std::uint32_t r : values) regions.push_back(RegionId{r});
+  return regions;
+}
+
+}  // namespace
+
+TEST_CASE("what was expected is taken without blocking, what was not is loaded by the taker") {
+  Fixture f;
+  RegionMaps maps(f.store, f.matcher, {});
+  maps.expect(ids({3, 1}));
+  maps.wait_until_idle();
+  CHECK(f.events.loaded() == std::vector<std::uint32_t>{3, 1});
+  const auto expected = maps.take(RegionId{3});
+  REQUIRE(expected);
+  CHECK_FALSE(expected->blocked);
+  CHECK(expected->region->map_points == 4);
+  CHECK(expected->region->viewpoints.size() == kViewpoints);
+  const auto surprise = maps.take(RegionId{7});
+  REQUIRE(surprise);
+  CHECK(surprise->blocked);
+  CHECK(surprise->region->map_points == 8);
+  CHECK_FALSE(maps.take(RegionId{7})->blocked);
+  CHECK(maps.statistics().loaded_in_background == 2);
+  CHECK(maps.statistics().loaded_by_taker == 1);
+  CHECK(maps.statistics().bytes == 3 * kRegionBytes);
+}
+
+TEST_CASE("without a background everything is loaded by the taker, once") {
+  Fixture f;
+  RegionMaps maps(f.store, f.matcher, {.background = false});
+  maps.expect(ids({3, 1}));
+  maps.wait_until_idle();
+  CHECK(f.events.loaded().empty());
+  CHECK(maps.take(RegionId{3})->blocked);
+  CHECK_FALSE(maps.take(RegionId{3})->blocked);
+  CHECK(f.events.loaded().size() == 1);
+}
+
+TEST_CASE("a region that is being loaded is waited for, not loaded twice") {
+  Fixture f;
+  RegionMaps maps(f.store, f.matcher, {});
+  f.events.gate_open = false;
+  maps.expect(ids({5}));
+  std::thread opener([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    f.events.gate_open = true;
+    f.events.gate_open.notify_all();
+  });
+  // Whether the loader or the taker comes first: one of them loads, once.
+  const auto taken = maps.take(RegionId{5});
+  opener.join();
+  REQUIRE(taken);
+  CHECK(taken->blocked);
+  CHECK(f.events.loaded() == std::vector<std::uint32_t>{5});
+}
+
+TEST_CASE("memory is bounded: what was used longest ago goes, what is expected stays") {
+  Fixture f;
+  {
+    RegionMaps maps(f.store, f.matcher, {.memory = 3 * kRegionBytes});
+    for (const std::uint32_t r : {0U, 1U, 2U, 0U, 3U}) REQUIRE(maps.take(RegionId{r}));
+    CHECK(maps.statistics().bytes == 3 * kRegionBytes);
+    CHECK_FALSE(maps.take(RegionId{0})->blocked);  // used again before 3 came
+    CHECK_FALSE(maps.take(RegionId{2})->blocked);
+    CHECK_FALSE(maps.take(RegionId{3})->blocked);
+    CHECK(f.events.alive == 3);
+
+    // 3 is taken; the two that come first fit beside it.
+    maps.expect(ids({10, 11, 12, 13}));
+    maps.wait_until_idle();
+    CHECK(f.events.alive == 3);
+    CHECK_FALSE(maps.take(RegionId{10})->blocked);
+    CHECK_FALSE(maps.take(RegionId{11})->blocked);
+    const std::size_t loads = f.events.loaded().size();
+    maps.expect(ids({10, 11, 12, 13}));  // the same again: nothing is tried in vain
+    maps.wait_until_idle();
+    CHECK(f.events.loaded().size() == loads);
+  }
+  CHECK(f.events.alive == 0);
+}
+
+TEST_CASE("a region larger than the memory is kept while it is the last one taken") {
+  Fixture f;
+  RegionMaps maps(f.store, f.matcher, {.memory = 10});
+  const auto first = maps.take(RegionId{1});
+  REQUIRE(first);
+  CHECK_FALSE(maps.take(RegionId{1})->blocked);
+  REQUIRE(maps.take(RegionId{2}));
+  CHECK(maps.statistics().regions == 1);
+  CHECK(first->region->map_points == 2);  // the taker's copy lives on
+  CHECK(f.events.alive == 2);
+}
+
+TEST_CASE("a failure in the background shows when the region is taken, and passes") {
+  Fixture f;
+  f.events.broken = {4};
+  RegionMaps maps(f.store, f.matcher, {});
+  maps.expect(ids({4, 5}));
+  maps.wait_until_idle();
+  CHECK(f.events.loaded() == std::vector<std::uint32_t>{4, 5});
+  const auto broken = maps.take(RegionId{4});
+  REQUIRE_FALSE(broken);
+  CHECK(broken.error().code == ErrorCode::corrupt_data);
+  CHECK_FALSE(maps.take(RegionId{5})->blocked);
+  {
+    const std::scoped_lock lock(f.events.mutex);
+    f.events.broken.clear();
+  }
+  CHECK(maps.take(RegionId{4}));
+}
+
+TEST_CASE("10,000 random switches, expectations that come true and that do not, two takers") {
+  Fixture f;
+  constexpr std::uint32_t kRegions = 64;
+  RegionMaps maps(f.store, f.matcher, {.memory = 8 * kRegionBytes});
+  const auto drive = [&](unsigned seed) {
+    std::mt19937 random(seed);
+    std::uint32_t at = random() % kRegions;
+    for (int i = 0; i < 5000; ++i) {
+      const std::uint32_t next = random() % kRegions, other = random() % kRegions;
+      maps.expect(ids({random() % 4 == 0 ? other : next, (next + 1) % kRegions}));
+      if (random() % 8 == 0) std::this_thread::yield();
+      at = random() % 3 == 0 ? other : next;
+      const auto taken = maps.take(RegionId{at});
+      if (!taken || taken->region->map_points != at + 1) return false;
+    }
+    return true;
+  };
+  std::atomic<bool> second = false;
+  std::thread thread([&] { second = drive(2); });
+  CHECK(drive(1));
+  thread.join();
+  CHECK(second);
+  maps.wait_until_idle();
+  CHECK(maps.statistics().bytes <= 8 * kRegionBytes);
+  CHECK(f.events.alive == static_cast<int>(maps.statistics().regions));
+}
