@@ -80,11 +80,12 @@ struct Workspace {
 
 /// A map that scans are matched to by Gauss-Newton steps on
 ///     E(T) = 1/2 sum_i rho(d_i^T A_i d_i),  d_i = T p_i - q_i,
-/// q_i the map point nearest to T p_i; what A_i is, the inverse covariance of d_i, is up to the
-/// Residual:
+/// q_i the map point nearest to T p_i, and scored by d_i^T S_i d_i. A_i, the inverse covariance of
+/// d_i, and S_i are up to the Residual:
 ///     void begin(PointsView scan, Workspace&) const;
 ///     Eigen::Matrix3d information(std::size_t scan_point, const Eigen::Matrix3d& R,
 ///                                 const Eigen::Vector3d& map_normal, const Workspace&) const;
+///     Eigen::Matrix3d scored_information(...) const;  // the same arguments
 template <class Residual>
 class SurfelTarget final : public MatchTarget {
  public:
@@ -129,10 +130,9 @@ class SurfelTarget final : public MatchTarget {
     });
   }
 
-  /// Memory that the target holds; scratch memory of alignments comes on top.
-  [[nodiscard]] std::size_t bytes() const noexcept { return sizeof(*this) + map_.bytes(); }
-  /// Map points that scan points are compared with.
-  [[nodiscard]] std::size_t elements() const noexcept { return map_.points().size(); }
+  /// Scratch memory of alignments comes on top.
+  [[nodiscard]] std::size_t bytes() const noexcept override { return sizeof(*this) + map_.bytes(); }
+  [[nodiscard]] std::size_t elements() const noexcept override { return map_.points().size(); }
 
  private:
   using Lease = typename WorkspacePool<Workspace>::Lease;
@@ -167,34 +167,23 @@ class SurfelTarget final : public MatchTarget {
     residual_.begin(scan, workspace);
   }
 
-  /// Calls `use(match, chunk)` for every scan point that has a match, `use(nullptr, chunk)` for
-  /// those that have none.
-  struct Match {
-    Eigen::Vector3d y, Ad;  // R p, A d
-    Eigen::Matrix3d A;
-    double squared;  // d^T A d
-  };
-  template <class Use>
-  void for_each_match(PointsView scan, const Pose& T_local_scan, double limit, Workspace& workspace,
-                      const Use& use) const {
-    const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
+  /// Calls `use(i, y, d, map_normal, chunk)` for every scan point i that has a match, y = R p and d
+  /// = T p - q; `miss(chunk)` for those that have none.
+  template <class Use, class Miss>
+  void for_each_match(PointsView scan, const Pose& T_local_scan, const Eigen::Matrix3d& R,
+                      double limit, Workspace& workspace, const Use& use, const Miss& miss) const {
     const Eigen::Vector3d t = T_local_scan.translation;
     for_each_chunk(scan.size(), kPointChunk,
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      for (std::size_t i = begin; i < end; ++i) {
-                       Match match;
-                       match.y = R * scan[i];
-                       const Eigen::Vector3d x = match.y + t;
+                       const Eigen::Vector3d y = R * scan[i];
+                       const Eigen::Vector3d x = y + t;
                        const std::uint32_t j = workspace.correspondences.nearest(map_, i, x, limit);
                        if (j == kNone) {
-                         use(nullptr, chunk);
-                         continue;
+                         miss(chunk);
+                       } else {
+                         use(i, y, Eigen::Vector3d(x - map_.points()[j]), map_.normals()[j], chunk);
                        }
-                       const Eigen::Vector3d d = x - map_.points()[j];
-                       match.A = residual_.information(i, R, map_.normals()[j], workspace);
-                       match.Ad = match.A * d;
-                       match.squared = d.dot(match.Ad);
-                       use(&match, chunk);
                      }
                    });
   }
@@ -202,11 +191,15 @@ class SurfelTarget final : public MatchTarget {
   [[nodiscard]] NormalEquations linearize(PointsView scan, const Pose& T_local_scan, double limit,
                                           Workspace& workspace) const {
     std::ranges::fill(workspace.equations, NormalEquations{});
-    for_each_match(scan, T_local_scan, limit, workspace, [&](const Match* m, std::size_t chunk) {
-      if (m == nullptr) return;
-      workspace.equations[chunk].add(m->A, m->Ad, m->y, loss_.weight(m->squared),
-                                     loss_.value(m->squared));
-    });
+    const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
+    const auto add = [&](std::size_t i, const Eigen::Vector3d& y, const Eigen::Vector3d& d,
+                         const Eigen::Vector3d& map_normal, std::size_t chunk) {
+      const Eigen::Matrix3d A = residual_.information(i, R, map_normal, workspace);
+      const Eigen::Vector3d Ad = A * d;
+      const double s = d.dot(Ad);
+      workspace.equations[chunk].add(A, Ad, y, loss_.weight(s), loss_.value(s));
+    };
+    for_each_match(scan, T_local_scan, R, limit, workspace, add, [](std::size_t) {});
     NormalEquations total;
     for (const NormalEquations& part : workspace.equations) total.add(part);
     total.symmetrize();
@@ -216,12 +209,16 @@ class SurfelTarget final : public MatchTarget {
   [[nodiscard]] ScanScore score(PointsView scan, const Pose& T_local_scan,
                                 Workspace& workspace) const {
     std::ranges::fill(workspace.scores, ScanScoreSum(coefficients_));
-    for_each_match(scan, T_local_scan, params_.max_distance, workspace,
-                   [&](const Match* m, std::size_t chunk) {
-                     if (m == nullptr)
-                       return workspace.scores[chunk].add(std::span<const double>{});
-                     workspace.scores[chunk].add(std::span(&m->squared, 1));
-                   });
+    const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
+    const auto add = [&](std::size_t i, const Eigen::Vector3d& /*y*/, const Eigen::Vector3d& d,
+                         const Eigen::Vector3d& map_normal, std::size_t chunk) {
+      const double s = d.dot(residual_.scored_information(i, R, map_normal, workspace) * d);
+      workspace.scores[chunk].add(std::span(&s, 1));
+    };
+    const auto miss = [&](std::size_t chunk) {
+      workspace.scores[chunk].add(std::span<const double>{});
+    };
+    for_each_match(scan, T_local_scan, R, params_.max_distance, workspace, add, miss);
     ScanScoreSum total(coefficients_);
     for (const ScanScoreSum& part : workspace.scores) total.add(part);
     return total.mean();

@@ -49,6 +49,19 @@ class PlaneToPlane {
     return precision_ * sum.inverse();
   }
 
+  /// (C_q^-1 + R C_p^-1 R^T) / 4, which is the above where the two normals agree. Where they do
+  /// not, the above has no direction left in which it is strict, and calls the worst matches good.
+  [[nodiscard]] Eigen::Matrix3d scored_information(std::size_t scan_point, const Eigen::Matrix3d& R,
+                                                   const Eigen::Vector3d& map_normal,
+                                                   const Workspace& workspace) const noexcept {
+    const Eigen::Vector3d n = R * workspace.scan_normals[scan_point];
+    // C^-1 = precision (I + flatness / epsilon n n^T).
+    return 0.25 * precision_ *
+           (2.0 * Eigen::Matrix3d::Identity() +
+            flatness_ / (1.0 - flatness_) *
+                (map_normal * map_normal.transpose() + n * n.transpose()));
+  }
+
  private:
   double precision_, flatness_;
   std::uint32_t neighbours_;

@@ -26,6 +26,11 @@ class PointToPlane {
                                             const Workspace& /*workspace*/) const noexcept {
     return precision_ * map_normal * map_normal.transpose();
   }
+  [[nodiscard]] Eigen::Matrix3d scored_information(std::size_t scan_point, const Eigen::Matrix3d& R,
+                                                   const Eigen::Vector3d& map_normal,
+                                                   const Workspace& workspace) const noexcept {
+    return information(scan_point, R, map_normal, workspace);
+  }
 
  private:
   double precision_;

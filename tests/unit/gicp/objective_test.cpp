@@ -49,11 +49,12 @@ TEST_CASE("scores and Hessian of gicp equal the formulas written out") {
     const Eigen::Vector3d d = x - q.point;
     if (d.norm() > 0.8) continue;
     const double across = 0.07 * 0.07, along = across / 0.01;
-    const Eigen::Matrix3d A = (covariance(q.normal, along, across) +
-                               R * covariance(normal, along, across) * R.transpose())
-                                  .inverse();
+    const Eigen::Matrix3d C_q = covariance(q.normal, along, across);
+    const Eigen::Matrix3d C_p = R * covariance(normal, along, across) * R.transpose();
+    const double scored = 0.25 * d.dot((C_q.inverse() + C_p.inverse()) * d);
+    const double likelihood = -c.d1 * std::exp(-0.5 * c.d2 * scored);
+    const Eigen::Matrix3d A = (C_q + C_p).inverse();
     const double squared = d.dot(A * d);
-    const double likelihood = -c.d1 * std::exp(-0.5 * c.d2 * squared);
     matched += 1.0;
     nvtl += likelihood;
     fitness += likelihood - c.d3;

@@ -391,6 +391,21 @@ TEST_CASE("degenerate worlds end with a valid pose or an error") {
   CHECK(is_valid(on_dot->T_map_scan));
 }
 
+TEST_CASE("a target says what it holds") {
+  const auto thinned = test::thinned(scene().map, 0.25).size();
+  for (const std::string matcher : kMatchers) {
+    CAPTURE(matcher);
+    const auto coarse = prepared_by(matcher, scene().map);
+    const auto fine = prepared_by(matcher, scene().map, "map_voxel = 0.0");
+    CHECK(coarse->elements() == thinned);
+    CHECK(fine->elements() == scene().map.size());
+    for (const auto* target : {coarse.get(), fine.get()}) {
+      CHECK(target->bytes() > 48 * target->elements());
+      CHECK(target->bytes() < 100 * target->elements());
+    }
+  }
+}
+
 TEST_CASE("bad parameters are refused") {
   for (const std::string matcher : kMatchers) {
     for (const char* toml :
