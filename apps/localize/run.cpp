@@ -90,13 +90,7 @@ Result<RunInputs> InputOptions::open() const {
 Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                            const RunInputs& inputs,
                            const std::function<void(std::size_t, std::size_t)>& progress) {
-  constexpr std::string_view kJob = "localization";
-  VANTAGE_TRY(const auto store_choice, config.need(config.store, "store", kJob));
-  VANTAGE_TRY(const auto matcher_choice, config.need(config.matcher, "matcher", kJob));
-  VANTAGE_TRY(auto store, loader.load<MapStore>(store_choice.choice()));
-  VANTAGE_TRY(auto matcher, loader.load<ScanMatcher>(matcher_choice));
-  VANTAGE_TRY(auto localizer, Localizer::open(std::move(store), std::move(matcher),
-                                              config.localizer.value_or(LocalizerParams{})));
+  VANTAGE_TRY(auto localizer, Localizer::open(config, loader));
 
   std::optional<Pose> first = inputs.initial_pose;
   if (!first && !inputs.start_anywhere && inputs.reference) {

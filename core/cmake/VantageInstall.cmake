@@ -34,4 +34,6 @@ function(vantage_install_package)
     "${PROJECT_SOURCE_DIR}/docs/contracts.md"
     "${PROJECT_SOURCE_DIR}/docs/plugin_author.md"
     DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/examples/"
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/vantage/examples")
 endfunction()

@@ -242,6 +242,15 @@ Result<Localizer> Localizer::open(PluginPtr<MapStore> store, PluginPtr<ScanMatch
       std::make_unique<State>(std::move(store), std::move(matcher), std::move(index), params));
 }
 
+Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {
+  constexpr std::string_view kJob = "localization";
+  VANTAGE_TRY(const StoreConfig store_config, config.need(config.store, "store", kJob));
+  VANTAGE_TRY(const PluginChoice matcher_choice, config.need(config.matcher, "matcher", kJob));
+  VANTAGE_TRY(auto store, plugins.load<MapStore>(store_config.choice()));
+  VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(matcher_choice));
+  return open(std::move(store), std::move(matcher), config.localizer.value_or(LocalizerParams{}));
+}
+
 const MapIndex& Localizer::index() const noexcept { return state_->index; }
 
 Result<void> Localizer::start(const Pose& T_map_scan) {

@@ -34,6 +34,25 @@ for kind in partitioner ground visibility store matcher; do
   VANTAGE_PLUGIN_PATH=$project/build "$vantage" plugins describe "my_$kind" --toml >/dev/null
 done
 
+say "the example of live use builds, finds a simulated sensor by itself and tracks it"
+example=$work/prefix/share/vantage/examples/live_localization
+[ "$(wc -l <"$example/live_localization.cpp")" -lt 40 ] || fail "the example has 40 lines or more"
+cmake -S "$example" -B "$work/live" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_FLAGS="-Wall -Wextra -Wpedantic -Werror" "$@" >/dev/null
+cmake --build "$work/live" >"$work/log" 2>&1 || { cat "$work/log"; fail "the example does not build"; }
+"$vantage" simulate "$here/../../configs/simulate/demo.toml" --out "$work/campus" --quiet
+"$vantage" build "$here/../../configs/demo/L20.toml" --quiet \
+  --set visibility.plugin=keep_all --set 'visibility.params={}' \
+  --set "map.files=[\"$work/campus/map.pcd\"]" --set store.params.root="$work/campus_maps" >/dev/null
+sed "s|params = { root = [^}]*}|params = { root = \"$work/campus_maps\" }|" \
+  "$here/../../configs/demo/L20.toml" >"$work/live.toml"
+for scan in $(find "$work/campus/scans" -name '*.pcd' | sort | head -n 8); do
+  # The points of a binary PCD follow its header.
+  tail -c +"$(($(grep -abo -m1 'DATA binary' "$scan" | cut -d: -f1) + 13))" "$scan" >"$work/$(basename "$scan" .pcd).xyz"
+done
+"$work/live/live_localization" "$work/live.toml" "$work"/*.xyz >"$work/log" || { cat "$work/log"; fail "the example fails"; }
+cat "$work/log"
+[ "$(grep -vc lost "$work/log")" -ge 6 ] || fail "fewer than 6 of 8 scans are tracked"
+
 say "the mistake of docs/plugin_author.md is found by the clause that it names"
 project=$work/projects/my_partitioner
 cp -r "$project" "$work/mistaken"

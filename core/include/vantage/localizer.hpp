@@ -8,6 +8,7 @@
 
 #include "vantage/api.hpp"
 #include "vantage/confidence.hpp"
+#include "vantage/config.hpp"
 #include "vantage/localizer_params.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/plugin_loader.hpp"
@@ -62,6 +63,9 @@ class VANTAGE_API Localizer {
   [[nodiscard]] static Result<Localizer> open(PluginPtr<MapStore> store,
                                               PluginPtr<ScanMatcher> matcher,
                                               const LocalizerParams& params);
+  /// Opens what a configuration asks for: its [store] and [matcher], with its [localizer].
+  /// Errors: those of above; a missing table or plugin, or a wrong parameter.
+  [[nodiscard]] static Result<Localizer> open(const Config& config, const PluginLoader& plugins);
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
   ~Localizer();
