@@ -46,6 +46,16 @@ struct NearestTwo {
     return true;
   }
 };
+
+/// The k nearest. Where they coincide with the query others as near are not looked at: among many
+/// equal points each search would visit all of them.
+struct NearestK : nanoflann::KNNResultSet<double, std::uint32_t> {
+  using KNNResultSet::KNNResultSet;
+  [[nodiscard]] double worstDist() const {
+    const double worst = KNNResultSet::worstDist();
+    return worst > 0.0 ? worst : -1.0;
+  }
+};
 // NOLINTEND(readability-identifier-naming)
 
 constexpr std::size_t kLeafSize = 16;
@@ -83,8 +93,10 @@ PointTree::Nearest PointTree::nearest(const Point& x, double radius) const {
 Eigen::Vector3d PointTree::normal_at(const Point& x, std::uint32_t k) const {
   std::array<std::uint32_t, kMostNeighbours> indices;
   std::array<double, kMostNeighbours> squared_distances;
-  const std::size_t found = index_->tree.knnSearch(x.data(), std::min(k, kMostNeighbours),
-                                                   indices.data(), squared_distances.data());
+  NearestK nearest(std::min(k, kMostNeighbours));
+  nearest.init(indices.data(), squared_distances.data());
+  index_->tree.findNeighbors(nearest, x.data(), nanoflann::SearchParams());
+  const std::size_t found = nearest.size();
   if (found < 3) return Eigen::Vector3d::Zero();
 
   // Relative to x the sums are small and lose no digits to cancellation.

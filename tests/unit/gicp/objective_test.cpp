@@ -74,6 +74,15 @@ TEST_CASE("scores and Hessian of gicp equal the formulas written out") {
   CHECK((alignment.hessian - hessian).norm() < 1e-9 * hessian.norm());
 }
 
+TEST_CASE("a scan of which most points coincide is matched by the others, in no more time") {
+  const Pose truth = pose_from_xyz_rpy({0.4, -0.3, 1.0}, {0.02, -0.01, 0.7});
+  PointCloud scan = test::seen_from(test::yard(42), truth, 18.0, 4000, 1);
+  scan.resize(scan.size() + 100'000, Point(0.0, 0.0, 30.0));  // 10^10 pairs
+  const auto target = test::prepared_by("gicp", test::yard(41), "min_coverage = 0.01");
+  const Alignment alignment = test::aligned(*target, scan, truth);
+  CHECK((alignment.T_map_scan.translation - truth.translation).norm() < 0.01);
+}
+
 TEST_CASE("epsilon is a share above 0") {
   for (const char* toml : {"epsilon = 0.0", "epsilon = 1.1", "epsilon = -0.1"}) {
     CAPTURE(toml);
