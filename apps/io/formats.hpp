@@ -14,8 +14,10 @@ namespace vantage::io {
 [[nodiscard]] bool looks_like_ply(std::string_view content) noexcept;
 
 /// The readers behind read_point_cloud: the content of a file, and its name for errors.
-[[nodiscard]] Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file);
-[[nodiscard]] Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file);
+[[nodiscard]] Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file,
+                                            ReadTimes read_times);
+[[nodiscard]] Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file,
+                                            ReadTimes read_times);
 [[nodiscard]] Result<LoadedCloud> parse_kitti_bin(std::string_view content,
                                                   const std::string& file);
 
@@ -23,7 +25,9 @@ namespace vantage::io {
 /// file.
 /// @param head  the beginning of the file
 /// @param size  of the file [bytes]
-[[nodiscard]] std::optional<Records> pcd_records(std::string_view head, std::size_t size);
-[[nodiscard]] std::optional<Records> ply_records(std::string_view head, std::size_t size);
+[[nodiscard]] std::optional<Records> pcd_records(std::string_view head, std::size_t size,
+                                                 ReadTimes read_times);
+[[nodiscard]] std::optional<Records> ply_records(std::string_view head, std::size_t size,
+                                                 ReadTimes read_times);
 
 }  // namespace vantage::io

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -61,7 +62,9 @@ enum class Encoding : std::uint8_t { ascii, binary, binary_compressed };
 
 struct Header {
   std::vector<Field> fields;
-  std::array<Field, 3> axes;     // x, y, z
+  std::array<Field, 3> axes;  // x, y, z
+  std::optional<Field> time;
+  TimeFormat time_format;
   std::uint64_t point_size = 0;  // [bytes]
   std::uint64_t columns = 0;     // values a point
   std::uint64_t points = 0;
@@ -91,8 +94,8 @@ ReadCoordinate reader_of(const Field& field) noexcept {
 
 class HeaderReader {
  public:
-  HeaderReader(std::string_view content, const std::string& file) noexcept
-      : content_(content), lines_(content), file_(file) {}
+  HeaderReader(std::string_view content, const std::string& file, ReadTimes read_times) noexcept
+      : content_(content), lines_(content), file_(file), read_times_(read_times) {}
 
   [[nodiscard]] Result<Header> read() {
     VANTAGE_CHECK(collect());
@@ -111,6 +114,7 @@ class HeaderReader {
       header.columns += field.count;  // cannot overflow where the bytes did not
     }
     VANTAGE_TRY(header.axes, axes(header.fields));
+    if (read_times_ == ReadTimes::yes) VANTAGE_CHECK(find_time(header));
     VANTAGE_TRY(header.points, points());
     return header;
   }
@@ -247,16 +251,35 @@ class HeaderReader {
       if (find(name, found + 1) != fields.end()) {
         return error(kFields, fmt::format("two fields are named {}", name));
       }
-      if (found->count != 1) {
-        return error(kCount, fmt::format("field {} has {} values, expected 1", name, found->count));
-      }
-      if (found->type == 'F' && found->size < 4) {
-        return error(kSize, fmt::format("field {} of type F has size {}, expected 4 or 8", name,
-                                        found->size));
-      }
+      VANTAGE_CHECK(check_number(*found));
       axes[axis] = *found;
     }
     return axes;
+  }
+
+  [[nodiscard]] Result<void> find_time(Header& header) const {
+    for (const Field& field : header.fields) {
+      const auto format = time_format(field.name, field.type == 'F', field.size);
+      if (!format) continue;
+      if (header.time && header.time_format.preference <= format->preference) continue;
+      header.time = field;
+      header.time_format = *format;
+    }
+    if (header.time) VANTAGE_CHECK(check_number(*header.time));
+    return {};
+  }
+
+  /// Whether a point has one number there.
+  [[nodiscard]] Result<void> check_number(const Field& field) const {
+    if (field.count != 1) {
+      return error(kCount,
+                   fmt::format("field {} has {} values, expected 1", field.name, field.count));
+    }
+    if (field.type == 'F' && field.size < 4) {
+      return error(kSize, fmt::format("field {} of type F has size {}, expected 4 or 8", field.name,
+                                      field.size));
+    }
+    return {};
   }
 
   [[nodiscard]] Result<std::uint64_t> points() const {
@@ -280,19 +303,32 @@ class HeaderReader {
   std::string_view content_;
   LineReader lines_;
   const std::string& file_;
+  ReadTimes read_times_;
   std::array<Entry, kKeywords.size()> entries_{};
 };
+
+/// No points yet, and what their times will mean.
+LoadedCloud empty_cloud(const Header& header) {
+  LoadedCloud cloud;
+  if (header.time) {
+    cloud.times.field = header.time->name;
+    cloud.times.format = header.time_format;
+  }
+  return cloud;
+}
 
 Result<LoadedCloud> parse_ascii(std::string_view content, const std::string& file,
                                 const Header& header) {
   constexpr std::size_t kShortestLine = 6;  // "0 0 0\n"
-  LoadedCloud cloud;
+  LoadedCloud cloud = empty_cloud(header);
   cloud.points.reserve(std::min<std::uint64_t>(
       header.points, (content.size() - header.data_offset) / kShortestLine + 1));
   LineReader lines(content, header.data_offset, header.data_line);
   const auto error = [&](std::string message) {
     return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file, lines.line(), 0});
   };
+  std::vector<Field> wanted(header.axes.begin(), header.axes.end());
+  if (header.time) wanted.push_back(*header.time);
   std::uint64_t read = 0;
   while (const auto line = lines.next()) {
     if (is_blank_or_comment(*line)) continue;
@@ -301,17 +337,17 @@ Result<LoadedCloud> parse_ascii(std::string_view content, const std::string& fil
                                header.points, quoted(*line)));
     }
     WordReader words(*line);
-    Point point = Point::Zero();
+    std::array<double, 4> values{};  // x, y, z, time
     std::uint64_t column = 0;
     for (auto word = words.next(); !word.empty(); word = words.next(), ++column) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (header.axes[axis].column != column) continue;
+      for (std::size_t k = 0; k < wanted.size(); ++k) {
+        if (wanted[k].column != column) continue;
         const auto value = parse_number<double>(word);
         if (!value) {
-          return error(fmt::format("expected a number for {}, found {}", header.axes[axis].name,
-                                   quoted(word)));
+          return error(
+              fmt::format("expected a number for {}, found {}", wanted[k].name, quoted(word)));
         }
-        point[static_cast<Eigen::Index>(axis)] = *value;
+        values[k] = *value;
       }
     }
     if (column != header.columns) {
@@ -319,8 +355,10 @@ Result<LoadedCloud> parse_ascii(std::string_view content, const std::string& fil
                                read + 1, header.points, column));
     }
     ++read;
+    const Point point(values[0], values[1], values[2]);
     if (point.allFinite()) {
       cloud.points.push_back(point);
+      if (header.time) cloud.times.values.push_back(values[3]);
     } else {
       ++cloud.dropped;
     }
@@ -329,6 +367,17 @@ Result<LoadedCloud> parse_ascii(std::string_view content, const std::string& fil
     return error(fmt::format("the file ends at byte {} after {} points, expected {}",
                              content.size(), read, header.points));
   }
+  return cloud;
+}
+
+/// @param column  CoordinateColumn(const Field&)
+template <class ColumnOf>
+LoadedCloud load(const Header& header, const ColumnOf& column) {
+  PointColumns columns;
+  std::transform(header.axes.begin(), header.axes.end(), columns.axes.begin(), column);
+  if (header.time) columns.time = column(*header.time);
+  LoadedCloud cloud = empty_cloud(header);
+  add_columns(cloud, columns, header.points);
   return cloud;
 }
 
@@ -344,12 +393,10 @@ Result<LoadedCloud> parse_binary(std::string_view content, const std::string& fi
                             available / header.point_size),
                 SourceLocation{file, 0, 0});
   }
-  CoordinateColumns columns;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    columns[axis] = {content.data() + header.data_offset + header.axes[axis].offset,
-                     header.point_size, reader_of(header.axes[axis])};
-  }
-  return load_columns(columns, header.points);
+  return load(header, [&](const Field& field) {
+    return CoordinateColumn{content.data() + header.data_offset + field.offset, header.point_size,
+                            reader_of(field)};
+  });
 }
 
 // After the header: compressed and uncompressed size as uint32, then the compressed bytes, which
@@ -361,7 +408,7 @@ Result<LoadedCloud> parse_compressed(std::string_view content, const std::string
   const auto error = [&](std::string message) {
     return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file, 0, 0});
   };
-  if (header.points == 0) return LoadedCloud{};
+  if (header.points == 0) return empty_cloud(header);
 
   std::array<std::uint32_t, 2> sizes{};
   const std::string_view data = content.substr(header.data_offset);
@@ -399,61 +446,27 @@ Result<LoadedCloud> parse_compressed(std::string_view content, const std::string
                     "that give {} bytes",
                     header.data_offset + sizeof(sizes), compressed, uncompressed));
   }
-  CoordinateColumns columns;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Field& field = header.axes[axis];
-    columns[axis] = {bytes.get() + field.offset * header.points, field.size, reader_of(field)};
-  }
-  return load_columns(columns, header.points);
+  return load(header, [&](const Field& field) {
+    return CoordinateColumn{bytes.get() + field.offset * header.points, field.size,
+                            reader_of(field)};
+  });
 }
 
-template <class Stored>
-void append_point(std::string& bytes, const Point& point) {
-  const std::array<Stored, 3> values{static_cast<Stored>(point.x()), static_cast<Stored>(point.y()),
-                                     static_cast<Stored>(point.z())};
-  std::array<char, sizeof(values)> raw;
-  std::memcpy(raw.data(), values.data(), raw.size());
-  bytes.append(raw.data(), raw.size());
-}
+constexpr const char* kWrittenHeader =
+    "# .PCD v0.7 - Point Cloud Data file format\n"
+    "VERSION 0.7\n"
+    "FIELDS {fields}\n"
+    "SIZE {sizes}\n"
+    "TYPE {types}\n"
+    "COUNT {counts}\n"
+    "WIDTH {points}\n"
+    "HEIGHT 1\n"
+    "VIEWPOINT 0 0 0 1 0 0 0\n"
+    "POINTS {points}\n"
+    "DATA binary\n";
 
-}  // namespace
-
-bool looks_like_pcd(std::string_view content) noexcept {
-  if (content.starts_with("# .PCD")) return true;
-  LineReader lines(content);
-  while (const auto line = lines.next()) {
-    if (!is_blank_or_comment(*line)) return keyword(WordReader(*line).next()).has_value();
-  }
-  return false;
-}
-
-std::optional<Records> pcd_records(std::string_view head, std::size_t size) {
-  const std::string nameless;
-  const auto header = HeaderReader(head, nameless).read();
-  if (!header || header->encoding != Encoding::binary) return std::nullopt;
-  const auto needed = product(header->points, header->point_size);
-  if (!needed || *needed > size - header->data_offset) return std::nullopt;
-  Records records{.offset = header->data_offset,
-                  .size = header->point_size,
-                  .count = header->points,
-                  .axes = {}};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    records.axes[axis] = {header->axes[axis].offset, reader_of(header->axes[axis])};
-  }
-  return records;
-}
-
-Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file) {
-  VANTAGE_TRY(const Header header, HeaderReader(content, file).read());
-  switch (header.encoding) {
-    case Encoding::ascii: return parse_ascii(content, file, header);
-    case Encoding::binary: return parse_binary(content, file, header);
-    case Encoding::binary_compressed: return parse_compressed(content, file, header);
-  }
-  return fail(ErrorCode::internal, "unknown PCD encoding");
-}
-
-Result<void> write_pcd(const std::filesystem::path& path, PointsView points, Precision precision) {
+Result<void> check_writable(const std::filesystem::path& path, PointsView points,
+                            Precision precision) {
   const auto largest = precision == Precision::float32
                            ? static_cast<double>(std::numeric_limits<float>::max())
                            : std::numeric_limits<double>::max();
@@ -467,36 +480,121 @@ Result<void> write_pcd(const std::filesystem::path& path, PointsView points, Pre
                     precision == Precision::float32 ? "float32" : "float64"),
         SourceLocation{path.string(), 0, 0});
   }
-  VANTAGE_TRY(auto file, OutputFile::create(path));
-  const int size = precision == Precision::float32 ? 4 : 8;
-  VANTAGE_CHECK(
-      file.write(fmt::format("# .PCD v0.7 - Point Cloud Data file format\n"
-                             "VERSION 0.7\n"
-                             "FIELDS x y z\n"
-                             "SIZE {0} {0} {0}\n"
-                             "TYPE F F F\n"
-                             "COUNT 1 1 1\n"
-                             "WIDTH {1}\n"
-                             "HEIGHT 1\n"
-                             "VIEWPOINT 0 0 0 1 0 0 0\n"
-                             "POINTS {1}\n"
-                             "DATA binary\n",
-                             size, points.size())));
+  return {};
+}
+
+template <class Stored>
+void append(std::string& bytes, Stored value) {
+  std::array<char, sizeof(value)> raw;
+  std::memcpy(raw.data(), &value, raw.size());
+  bytes.append(raw.data(), raw.size());
+}
+
+template <class Stored>
+void append_point(std::string& bytes, const Point& point) {
+  for (const double value : point) append(bytes, static_cast<Stored>(value));
+}
+
+/// @param append_record  void(std::string& bytes, std::size_t i)
+template <class AppendRecord>
+Result<void> write_points(OutputFile& file, PointsView points, const AppendRecord& append_record) {
   constexpr std::size_t kPointsAtOnce = 4096;
   std::string bytes;
-  while (!points.empty()) {
-    const PointsView some = points.first(std::min(points.size(), kPointsAtOnce));
+  for (std::size_t first = 0; first < points.size(); first += kPointsAtOnce) {
     bytes.clear();
-    for (const Point& point : some) {
-      if (precision == Precision::float32) {
-        append_point<float>(bytes, point);
-      } else {
-        append_point<double>(bytes, point);
-      }
-    }
+    const std::size_t end = std::min(points.size(), first + kPointsAtOnce);
+    for (std::size_t i = first; i < end; ++i) append_record(bytes, i);
     VANTAGE_CHECK(file.write(bytes));
-    points = points.subspan(some.size());
   }
+  return {};
+}
+
+}  // namespace
+
+bool looks_like_pcd(std::string_view content) noexcept {
+  if (content.starts_with("# .PCD")) return true;
+  LineReader lines(content);
+  while (const auto line = lines.next()) {
+    if (!is_blank_or_comment(*line)) return keyword(WordReader(*line).next()).has_value();
+  }
+  return false;
+}
+
+std::optional<Records> pcd_records(std::string_view head, std::size_t size, ReadTimes read_times) {
+  const std::string nameless;
+  const auto header = HeaderReader(head, nameless, read_times).read();
+  if (!header || header->encoding != Encoding::binary) return std::nullopt;
+  const auto needed = product(header->points, header->point_size);
+  if (!needed || *needed > size - header->data_offset) return std::nullopt;
+  Records records;
+  records.offset = header->data_offset;
+  records.size = header->point_size;
+  records.count = header->points;
+  const auto place = [](const Field& field) {
+    return Records::Field{field.offset, reader_of(field)};
+  };
+  std::transform(header->axes.begin(), header->axes.end(), records.axes.begin(), place);
+  if (header->time) {
+    records.time = place(*header->time);
+    records.time_name = header->time->name;
+    records.time_format = header->time_format;
+  }
+  return records;
+}
+
+Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file,
+                              ReadTimes read_times) {
+  VANTAGE_TRY(const Header header, HeaderReader(content, file, read_times).read());
+  switch (header.encoding) {
+    case Encoding::ascii: return parse_ascii(content, file, header);
+    case Encoding::binary: return parse_binary(content, file, header);
+    case Encoding::binary_compressed: return parse_compressed(content, file, header);
+  }
+  return fail(ErrorCode::internal, "unknown PCD encoding");
+}
+
+Result<void> write_pcd(const std::filesystem::path& path, PointsView points, Precision precision) {
+  VANTAGE_CHECK(check_writable(path, points, precision));
+  VANTAGE_TRY(auto file, OutputFile::create(path));
+  const int size = precision == Precision::float32 ? 4 : 8;
+  VANTAGE_CHECK(file.write(fmt::format(kWrittenHeader, fmt::arg("fields", "x y z"),
+                                       fmt::arg("sizes", fmt::format("{0} {0} {0}", size)),
+                                       fmt::arg("types", "F F F"), fmt::arg("counts", "1 1 1"),
+                                       fmt::arg("points", points.size()))));
+  VANTAGE_CHECK(write_points(file, points, [&](std::string& bytes, std::size_t i) {
+    if (precision == Precision::float32) {
+      append_point<float>(bytes, points[i]);
+    } else {
+      append_point<double>(bytes, points[i]);
+    }
+  }));
+  return file.commit();
+}
+
+Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
+                       std::span<const float> seconds) {
+  const SourceLocation where{path.string(), 0, 0};
+  if (seconds.size() != points.size()) {
+    return fail(ErrorCode::invalid_input,
+                fmt::format("{} times for {} points", seconds.size(), points.size()), where);
+  }
+  for (std::size_t i = 0; i < seconds.size(); ++i) {
+    if (std::isfinite(seconds[i])) continue;
+    return fail(ErrorCode::invalid_input,
+                fmt::format("point {} of {} was measured after {} s, expected a finite number", i,
+                            points.size(), seconds[i]),
+                where);
+  }
+  VANTAGE_CHECK(check_writable(path, points, Precision::float32));
+  VANTAGE_TRY(auto file, OutputFile::create(path));
+  VANTAGE_CHECK(
+      file.write(fmt::format(kWrittenHeader, fmt::arg("fields", "x y z t"),
+                             fmt::arg("sizes", "4 4 4 4"), fmt::arg("types", "F F F F"),
+                             fmt::arg("counts", "1 1 1 1"), fmt::arg("points", points.size()))));
+  VANTAGE_CHECK(write_points(file, points, [&](std::string& bytes, std::size_t i) {
+    append_point<float>(bytes, points[i]);
+    append(bytes, seconds[i]);
+  }));
   return file.commit();
 }
 

@@ -66,6 +66,8 @@ struct Element {
   bool has_list = false;
   std::size_t size = 0;               // of the single values [bytes]
   std::array<std::size_t, 3> axes{};  // of `vertex`: which properties are x, y, z
+  std::optional<std::size_t> time;  // of `vertex`: which property, if there is one and it is wanted
+  TimeFormat time_format;
 };
 
 struct Header {
@@ -79,8 +81,8 @@ constexpr std::string_view kVertex = "vertex";
 
 class HeaderReader {
  public:
-  HeaderReader(std::string_view content, const std::string& file) noexcept
-      : content_(content), lines_(content), file_(file) {}
+  HeaderReader(std::string_view content, const std::string& file, ReadTimes read_times) noexcept
+      : content_(content), lines_(content), file_(file), read_times_(read_times) {}
 
   [[nodiscard]] Result<Header> read() {
     Header header;
@@ -228,17 +230,64 @@ class HeaderReader {
       }
       vertex->axes[axis] = static_cast<std::size_t>(found - properties.begin());
     }
+    if (read_times_ == ReadTimes::yes) return find_time(*vertex);
+    return {};
+  }
+
+  [[nodiscard]] Result<void> find_time(Element& vertex) const {
+    for (std::size_t i = 0; i < vertex.properties.size(); ++i) {
+      const Property& property = vertex.properties[i];
+      const auto format =
+          time_format(property.name, !property.type->is_integer, property.type->size);
+      if (!format) continue;
+      if (vertex.time && vertex.time_format.preference <= format->preference) continue;
+      vertex.time = i;
+      vertex.time_format = *format;
+    }
+    if (vertex.time && vertex.properties[*vertex.time].length_type != nullptr) {
+      return error(fmt::format("property {} of element 'vertex' is a list, expected one number",
+                               vertex.properties[*vertex.time].name));
+    }
     return {};
   }
 
   std::string_view content_;
   LineReader lines_;
   const std::string& file_;
+  ReadTimes read_times_;
 };
 
-void add(LoadedCloud& cloud, const Point& point) {
+/// x, y, z and the time of a vertex, read one by one.
+struct Vertex {
+  std::array<double, 4> values{};
+
+  /// Where the value of a property belongs; null for one that is not wanted.
+  [[nodiscard]] double* place(const Element& element, std::size_t property) noexcept {
+    if (element.name != kVertex) return nullptr;
+    if (element.time == property) return &values[3];
+    const auto axis = std::find(element.axes.begin(), element.axes.end(), property);
+    if (axis == element.axes.end()) return nullptr;
+    return &values[static_cast<std::size_t>(axis - element.axes.begin())];
+  }
+};
+
+/// No points yet, and what their times will mean.
+LoadedCloud empty_cloud(const Header& header) {
+  LoadedCloud cloud;
+  for (const Element& element : header.elements) {
+    if (!element.time) continue;
+    cloud.times.field = element.properties[*element.time].name;
+    cloud.times.format = element.time_format;
+  }
+  return cloud;
+}
+
+void add(LoadedCloud& cloud, const Vertex& vertex, bool has_time) {
+  const auto& [x, y, z, time] = vertex.values;
+  const Point point(x, y, z);
   if (point.allFinite()) {
     cloud.points.push_back(point);
+    if (has_time) cloud.times.values.push_back(time);
   } else {
     ++cloud.dropped;
   }
@@ -253,7 +302,7 @@ class AsciiReader {
         file_(file) {}
 
   [[nodiscard]] Result<LoadedCloud> read() {
-    LoadedCloud cloud;
+    LoadedCloud cloud = empty_cloud(header_);
     for (const Element& element : header_.elements) {
       if (element.properties.empty()) continue;
       if (element.name == kVertex) {
@@ -268,8 +317,8 @@ class AsciiReader {
           return error(fmt::format("the file ends at byte {} after {} of {} elements {}",
                                    content_.size(), i, element.count, quoted(element.name)));
         }
-        VANTAGE_TRY(const Point point, read_line(*line, element));
-        if (element.name == kVertex) add(cloud, point);
+        VANTAGE_TRY(const Vertex vertex, read_line(*line, element));
+        if (element.name == kVertex) add(cloud, vertex, element.time.has_value());
       }
     }
     if (const auto line = next_line()) {
@@ -291,10 +340,10 @@ class AsciiReader {
     return std::nullopt;
   }
 
-  // The coordinates of a vertex; of other elements a point without meaning.
-  [[nodiscard]] Result<Point> read_line(std::string_view line, const Element& element) const {
+  // Of an element other than a vertex the result has no meaning.
+  [[nodiscard]] Result<Vertex> read_line(std::string_view line, const Element& element) const {
     WordReader words(line);
-    Point point = Point::Zero();
+    Vertex vertex;
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       const Property& property = element.properties[i];
       const std::string_view word = words.next();
@@ -315,21 +364,19 @@ class AsciiReader {
         }
         continue;
       }
-      if (element.name != kVertex) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (element.axes[axis] != i) continue;
-        const auto value = parse_number<double>(word);
-        if (!value) {
-          return error(
-              fmt::format("expected a number for {}, found {}", property.name, quoted(word)));
-        }
-        point[static_cast<Eigen::Index>(axis)] = *value;
+      double* const place = vertex.place(element, i);
+      if (place == nullptr) continue;
+      const auto value = parse_number<double>(word);
+      if (!value) {
+        return error(
+            fmt::format("expected a number for {}, found {}", property.name, quoted(word)));
       }
+      *place = *value;
     }
     if (const auto extra = words.count(); extra > 0) {
       return error(fmt::format("{} more values than element {} has", extra, quoted(element.name)));
     }
-    return point;
+    return vertex;
   }
 
   std::string_view content_;
@@ -344,7 +391,7 @@ class BinaryReader {
       : content_(content), offset_(header.data_offset), header_(header), file_(file) {}
 
   [[nodiscard]] Result<LoadedCloud> read() {
-    LoadedCloud cloud;
+    LoadedCloud cloud = empty_cloud(header_);
     for (const Element& element : header_.elements) {
       if (element.has_list) {
         VANTAGE_CHECK(walk(element, cloud));
@@ -356,13 +403,15 @@ class BinaryReader {
                                               element.count, element.size, offset_));
       }
       if (element.name == kVertex) {
-        CoordinateColumns columns;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const Property& property = element.properties[element.axes[axis]];
-          columns[axis] = {content_.data() + offset_ + property.offset, element.size,
-                           property.type->reader(header_.encoding)};
-        }
-        cloud = load_columns(columns, element.count);
+        const auto column = [&](std::size_t index) {
+          const Property& property = element.properties[index];
+          return CoordinateColumn{content_.data() + offset_ + property.offset, element.size,
+                                  property.type->reader(header_.encoding)};
+        };
+        PointColumns columns;
+        std::transform(element.axes.begin(), element.axes.end(), columns.axes.begin(), column);
+        if (element.time) columns.time = column(*element.time);
+        add_columns(cloud, columns, element.count);
       }
       offset_ += bytes;
     }
@@ -383,7 +432,7 @@ class BinaryReader {
   // Through elements of different lengths, one by one.
   [[nodiscard]] Result<void> walk(const Element& element, LoadedCloud& cloud) {
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      Point point = Point::Zero();
+      Vertex vertex;
       for (std::size_t k = 0; k < element.properties.size(); ++k) {
         const Property& property = element.properties[k];
         std::uint64_t values = 1;
@@ -403,14 +452,12 @@ class BinaryReader {
         }
         const std::uint64_t bytes = values * property.type->size;
         if (bytes > rest()) return too_short(element, expectation(bytes, element, i));
-        for (std::size_t axis = 0; element.name == kVertex && axis < 3; ++axis) {
-          if (element.axes[axis] != k) continue;
-          point[static_cast<Eigen::Index>(axis)] =
-              property.type->reader(header_.encoding)(content_.data() + offset_);
+        if (double* const place = vertex.place(element, k)) {
+          *place = property.type->reader(header_.encoding)(content_.data() + offset_);
         }
         offset_ += bytes;
       }
-      if (element.name == kVertex) add(cloud, point);
+      if (element.name == kVertex) add(cloud, vertex, element.time.has_value());
     }
     return {};
   }
@@ -442,9 +489,9 @@ bool looks_like_ply(std::string_view content) noexcept {
          (content.size() == 3 || kBlank.find(content[3]) != std::string_view::npos);
 }
 
-std::optional<Records> ply_records(std::string_view head, std::size_t size) {
+std::optional<Records> ply_records(std::string_view head, std::size_t size, ReadTimes read_times) {
   const std::string nameless;
-  const auto header = HeaderReader(head, nameless).read();
+  const auto header = HeaderReader(head, nameless, read_times).read();
   if (!header || header->encoding == Encoding::ascii) return std::nullopt;
   Records records;
   std::size_t offset = header->data_offset;
@@ -458,9 +505,15 @@ std::optional<Records> ply_records(std::string_view head, std::size_t size) {
       records.offset = offset;
       records.size = element.size;
       records.count = element.count;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Property& property = element.properties[element.axes[axis]];
-        records.axes[axis] = {property.offset, property.type->reader(header->encoding)};
+      const auto place = [&](std::size_t index) {
+        const Property& property = element.properties[index];
+        return Records::Field{property.offset, property.type->reader(header->encoding)};
+      };
+      std::transform(element.axes.begin(), element.axes.end(), records.axes.begin(), place);
+      if (element.time) {
+        records.time = place(*element.time);
+        records.time_name = element.properties[*element.time].name;
+        records.time_format = element.time_format;
       }
     }
     offset += bytes;
@@ -468,8 +521,9 @@ std::optional<Records> ply_records(std::string_view head, std::size_t size) {
   return records;
 }
 
-Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file) {
-  VANTAGE_TRY(const Header header, HeaderReader(content, file).read());
+Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file,
+                              ReadTimes read_times) {
+  VANTAGE_TRY(const Header header, HeaderReader(content, file, read_times).read());
   if (header.encoding == Encoding::ascii) return AsciiReader(content, file, header).read();
   return BinaryReader(content, file, header).read();
 }

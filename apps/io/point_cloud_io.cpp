@@ -19,9 +19,9 @@ namespace {
 /// What can be told from the beginning of a file, whose header may end where it likes.
 constexpr std::size_t kHead = 64 * 1024;  // [bytes]
 
-std::optional<Records> records_in(std::string_view head, std::size_t size) {
-  if (looks_like_pcd(head)) return pcd_records(head, size);
-  if (looks_like_ply(head)) return ply_records(head, size);
+std::optional<Records> records_in(std::string_view head, std::size_t size, ReadTimes read_times) {
+  if (looks_like_pcd(head)) return pcd_records(head, size, read_times);
+  if (looks_like_ply(head)) return ply_records(head, size, read_times);
   return std::nullopt;
 }
 
@@ -32,16 +32,20 @@ Result<LoadedCloud> load_records(const InputFile& file, const Records& records) 
   const std::size_t most = std::max<std::size_t>(1, kBlock / records.size);
   std::string block;
   LoadedCloud cloud;
+  cloud.times.field = records.time_name;
+  cloud.times.format = records.time_format;
   cloud.points.reserve(records.count);
+  if (records.time) cloud.times.values.reserve(records.count);
   for (std::size_t done = 0; done < records.count;) {
     const std::size_t count = std::min(most, records.count - done);
     block.resize(count * records.size);
     VANTAGE_CHECK(file.read(records.offset + done * records.size, block));
-    CoordinateColumns columns;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Records::Axis& where = records.axes[axis];
-      columns[axis] = {block.data() + where.offset, records.size, where.read};
-    }
+    const auto column = [&](const Records::Field& field) {
+      return CoordinateColumn{block.data() + field.offset, records.size, field.read};
+    };
+    PointColumns columns;
+    std::transform(records.axes.begin(), records.axes.end(), columns.axes.begin(), column);
+    if (records.time) columns.time = column(*records.time);
     add_columns(cloud, columns, count);
     done += count;
   }
@@ -58,15 +62,15 @@ Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string&
                     content.size(), content.size() / kPointSize, kPointSize),
         SourceLocation{file, 0, 0});
   }
-  CoordinateColumns columns;
+  PointColumns columns;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    columns[axis] = {content.data() + axis * sizeof(float), kPointSize,
-                     read_coordinate<float, ByteOrder::little>};
+    columns.axes[axis] = {content.data() + axis * sizeof(float), kPointSize,
+                          read_coordinate<float, ByteOrder::little>};
   }
   return load_columns(columns, content.size() / kPointSize);
 }
 
-Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path) {
+Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTimes read_times) {
   const std::string file = path.string();
   constexpr std::string_view kExpected = "a point cloud (PCD, PLY or KITTI .bin)";
   VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
@@ -74,16 +78,18 @@ Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path) {
   try {
     std::string head(std::min(input.size(), kHead), '\0');
     VANTAGE_CHECK(input.read(0, head));
-    if (const auto records = records_in(head, input.size())) return load_records(input, *records);
+    if (const auto records = records_in(head, input.size(), read_times)) {
+      return load_records(input, *records);
+    }
     VANTAGE_TRY(const auto content, input.content());
     const std::string_view bytes = content.view();
-    if (looks_like_pcd(bytes)) return parse_pcd(bytes, file);
-    if (looks_like_ply(bytes)) return parse_ply(bytes, file);
+    if (looks_like_pcd(bytes)) return parse_pcd(bytes, file, read_times);
+    if (looks_like_ply(bytes)) return parse_ply(bytes, file, read_times);
     // The suffix decides only for content that says nothing, or names the reader that can say best
     // what is wrong with it.
     if (suffix == ".bin") return parse_kitti_bin(bytes, file);
-    if (suffix == ".pcd") return parse_pcd(bytes, file);
-    if (suffix == ".ply") return parse_ply(bytes, file);
+    if (suffix == ".pcd") return parse_pcd(bytes, file, read_times);
+    if (suffix == ".ply") return parse_ply(bytes, file, read_times);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::io_failure, "not enough memory for the points of this file",
                 SourceLocation{file, 0, 0});

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 
+#include "io/point_times.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
@@ -11,19 +13,24 @@ namespace vantage::io {
 /// The finite points of a file in the file's order and frame [m].
 struct LoadedCloud {
   PointCloud points;
+  PointTimes times;           ///< of `points`; empty unless they were asked for
   std::uint64_t dropped = 0;  ///< points with a NaN or infinite coordinate, left out of `points`
 };
+
+enum class ReadTimes : bool { no, yes };
 
 /// Reads x, y and z of a point cloud file; the content tells the format where it can:
 /// - PCD (ascii, binary, binary_compressed): any field order, size and type, names x y z or X Y Z;
 ///   bytes after the last binary point are padding; VIEWPOINT is not applied to the points
 /// - PLY 1.0 (ascii, binary of either byte order): element `vertex`, properties x y z
 /// - KITTI: suffix `.bin`, float32 x y z intensity, little endian
+/// PCD and PLY may hold when each point was measured; see PointTimes for the fields that say so.
 /// Numbers in ascii files keep the precision of the text, whatever type the header declares.
 /// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for what cannot
 /// be read or is no regular file; `corrupt_data` for content that contradicts its format or is none
 /// of these, with the byte offset in binary parts.
-[[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path);
+[[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path,
+                                                   ReadTimes read_times = ReadTimes::no);
 
 enum class Precision : std::uint8_t { float32, float64 };
 
@@ -31,5 +38,11 @@ enum class Precision : std::uint8_t { float32, float64 };
 /// Errors: `invalid_input` for a point that is not finite in that precision; those of OutputFile.
 [[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
                                      Precision precision);
+
+/// Writes a scan whose points were measured one after the other: as write_pcd in float32, with a
+/// field t, float32 [s] after the scan's stamp.
+/// Errors: also `invalid_input` for sizes that differ and a time that is not finite.
+[[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
+                                     std::span<const float> seconds);
 
 }  // namespace vantage::io

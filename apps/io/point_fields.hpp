@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "io/file_content.hpp"
@@ -36,27 +38,43 @@ struct CoordinateColumn {
   ReadCoordinate read = nullptr;
 };
 
-using CoordinateColumns = std::array<CoordinateColumn, 3>;  // x, y, z
+struct PointColumns {
+  std::array<CoordinateColumn, 3> axes;  // x, y, z
+  std::optional<CoordinateColumn> time;
+};
 
-/// Adds the finite ones of `count` points. Precondition: the columns hold them.
-inline void add_columns(LoadedCloud& cloud, const CoordinateColumns& columns, std::size_t count) {
+template <bool has_time>
+void add_points(LoadedCloud& cloud, const std::array<CoordinateColumn, 3>& axes,
+                const CoordinateColumn& time, std::size_t count) {
   std::size_t kept = cloud.points.size();
   cloud.points.resize(kept + count);
+  if constexpr (has_time) cloud.times.values.resize(kept + count);
   for (std::size_t i = 0; i < count; ++i) {
     Point& point = cloud.points[kept];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const CoordinateColumn& column = columns[axis];
+      const CoordinateColumn& column = axes[axis];
       point[static_cast<Eigen::Index>(axis)] = column.read(column.first + i * column.stride);
     }
+    if constexpr (has_time) cloud.times.values[kept] = time.read(time.first + i * time.stride);
     const bool finite = point.allFinite();
     kept += finite ? 1 : 0;
     cloud.dropped += finite ? 0 : 1;
   }
   cloud.points.resize(kept);
+  if constexpr (has_time) cloud.times.values.resize(kept);
+}
+
+/// Adds the finite ones of `count` points. Precondition: the columns hold them.
+inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
+  if (columns.time) {
+    add_points<true>(cloud, columns.axes, *columns.time, count);
+  } else {
+    add_points<false>(cloud, columns.axes, {}, count);
+  }
 }
 
 /// Precondition: the columns hold `count` points.
-[[nodiscard]] inline LoadedCloud load_columns(const CoordinateColumns& columns, std::size_t count) {
+[[nodiscard]] inline LoadedCloud load_columns(const PointColumns& columns, std::size_t count) {
   LoadedCloud cloud;
   add_columns(cloud, columns, count);
   return cloud;
@@ -64,14 +82,17 @@ inline void add_columns(LoadedCloud& cloud, const CoordinateColumns& columns, st
 
 /// Points of equal size in a row in a file.
 struct Records {
-  struct Axis {
+  struct Field {
     std::size_t offset = 0;  // in a point [bytes]
     ReadCoordinate read = nullptr;
   };
   std::size_t offset = 0;  // of the first one in the file [bytes]
   std::size_t size = 0;    // of one [bytes]
   std::size_t count = 0;
-  std::array<Axis, 3> axes;  // x, y, z
+  std::array<Field, 3> axes;  // x, y, z
+  std::optional<Field> time;
+  std::string time_name;
+  TimeFormat time_format;
 };
 
 /// Reads points in blocks: the file is never in memory as a whole.

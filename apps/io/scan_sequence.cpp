@@ -224,8 +224,9 @@ Result<StampedScan> ScanSequence::read(std::size_t i) const {
     return fail(ErrorCode::invalid_input,
                 fmt::format("scan {} of a sequence of {} scans", i, size()));
   }
-  VANTAGE_TRY(auto cloud, read_point_cloud(files_[i]));
+  VANTAGE_TRY(auto cloud, read_point_cloud(files_[i], ReadTimes::yes));
   StampedScan scan;
+  VANTAGE_TRY(scan.seconds, seconds_after(stamps_[i], cloud.times, files_[i]));
   scan.stamp = stamps_[i];
   scan.points = std::move(cloud.points);
   scan.dropped = cloud.dropped;

@@ -16,7 +16,8 @@ namespace vantage::io {
 struct StampedScan {
   double stamp = 0.0;  ///< [s]
   PointCloud points;
-  std::uint64_t dropped = 0;  ///< points with a NaN or infinite coordinate, left out of `points`
+  std::vector<float> seconds;  ///< of each point after `stamp`; empty if the file does not say
+  std::uint64_t dropped = 0;   ///< points with a NaN or infinite coordinate, left out of `points`
   std::filesystem::path file;
 };
 
@@ -48,7 +49,7 @@ class ScanSequence {
   [[nodiscard]] const std::filesystem::path& file(std::size_t i) const noexcept {
     return files_[i];
   }
-  /// Errors: `invalid_input` for i >= size(); those of read_point_cloud.
+  /// Errors: `invalid_input` for i >= size(); those of read_point_cloud and seconds_after.
   [[nodiscard]] Result<StampedScan> read(std::size_t i) const;
 
  private:

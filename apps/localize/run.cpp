@@ -121,7 +121,10 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
     VANTAGE_TRY(const io::StampedScan scan, inputs.scans.read(i));
     std::optional<Pose> odometry;
     if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
-    auto report = localizer.localize({scan.stamp, scan.points, odometry});
+    auto report = localizer.localize({.stamp = scan.stamp,
+                                      .points = scan.points,
+                                      .odometry = odometry,
+                                      .seconds = scan.seconds});
     if (!report) {
       return fail(std::move(report).error().during("localizing " + scan.file.string()));
     }

@@ -3,26 +3,42 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace vantage::simulation {
 
-Result<Drive> Drive::create(const World& world, const WorldParams& params) {
-  VANTAGE_TRY(const auto crossings, world.streets().route(params.drive.route));
-  return Drive(world, params,
-               Route(crossings, params.drive.lateral_offset, params.drive.turn_radius));
+namespace {
+
+double seconds_per_scan(const WorldParams& params) {
+  return params.drive.scan_every / params.lidar.rate;
 }
 
-Drive::Drive(const World& world, const WorldParams& params, Route route)
+}  // namespace
+
+std::size_t number_of_scans(const WorldParams& params, double lap) noexcept {
+  const double length = params.drive.length.value_or(lap);
+  return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(
+                                      length / (params.drive.speed * seconds_per_scan(params)))));
+}
+
+Result<Drive> Drive::create(const World& world, const WorldParams& params) {
+  VANTAGE_TRY(const auto crossings, world.streets().route(params.drive.route));
+  Route route(crossings, params.drive.lateral_offset, params.drive.turn_radius);
+  VANTAGE_TRY(Events events, plan_events(route, params, number_of_scans(params, route.length()),
+                                         params.drive.speed * seconds_per_scan(params)));
+  return Drive(world, params, std::move(route), std::move(events));
+}
+
+Drive::Drive(const World& world, const WorldParams& params, Route route, Events events)
     : world_(&world),
       route_(std::move(route)),
+      events_(std::move(events)),
       speed_(params.drive.speed),
       start_time_(params.drive.start_time),
-      seconds_per_scan_(params.drive.scan_every / params.lidar.rate),
-      height_(params.lidar.height) {
-  const double length = params.drive.length.value_or(route_.length());
-  scans_ = std::max(std::size_t{1},
-                    static_cast<std::size_t>(std::ceil(length / (speed_ * seconds_per_scan_))));
-}
+      seconds_per_scan_(seconds_per_scan(params)),
+      height_(params.lidar.height),
+      scans_(number_of_scans(params, route_.length())) {}
 
 double Drive::stamp(std::size_t i) const noexcept {
   return start_time_ + static_cast<double>(i) * seconds_per_scan_;
@@ -31,8 +47,34 @@ double Drive::stamp(std::size_t i) const noexcept {
 double Drive::distance(double stamp) const noexcept { return speed_ * (stamp - start_time_); }
 
 Pose Drive::pose(double stamp) const noexcept {
-  const Eigen::Vector2d position = route_.position(distance(stamp));
-  const Eigen::Vector2d direction = route_.direction(distance(stamp));
+  const auto after = std::find_if(events_.kidnaps.begin(), events_.kidnaps.end(),
+                                  [&](const Kidnap& k) { return this->stamp(k.scan) > stamp; });
+  const double ahead = after == events_.kidnaps.begin() ? 0.0 : std::prev(after)->ahead;
+  return pose_on_route(distance(stamp) + ahead);
+}
+
+bool Drive::is_kidnapped(std::size_t i) const noexcept {
+  return std::any_of(events_.kidnaps.begin(), events_.kidnaps.end(),
+                     [&](const Kidnap& k) { return k.scan == i; });
+}
+
+Pose Drive::pose_driven_on(std::size_t i) const noexcept {
+  double ahead = 0.0;
+  for (const Kidnap& kidnap : events_.kidnaps) {
+    if (kidnap.scan < i) ahead = kidnap.ahead;
+  }
+  return pose_on_route(distance(stamp(i)) + ahead);
+}
+
+bool Drive::is_in_hole(std::size_t i) const noexcept {
+  const Point position = pose(stamp(i)).translation;
+  return std::any_of(events_.holes.begin(), events_.holes.end(),
+                     [&](const Hole& hole) { return hole.contains(position.head<2>()); });
+}
+
+Pose Drive::pose_on_route(double distance) const noexcept {
+  const Eigen::Vector2d position = route_.position(distance);
+  const Eigen::Vector2d direction = route_.direction(distance);
   const Eigen::Vector3d up = world_->terrain().normal(position);
   const Eigen::Vector3d ahead(direction.x(), direction.y(), 0.0);
   Eigen::Matrix3d axes;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
+#include "simulate/events.hpp"
 #include "simulate/params.hpp"
 #include "simulate/route.hpp"
 #include "simulate/world.hpp"
@@ -10,12 +12,17 @@
 
 namespace vantage::simulation {
 
+/// How many scans a drive has; at least 1.
+/// @param lap  length of the route [m]
+[[nodiscard]] std::size_t number_of_scans(const WorldParams& params, double lap) noexcept;
+
 /// The sensor's way through the world: along a route at constant speed, upright on the slope of the
-/// ground, x forward, y left. Borrows the world.
+/// ground, x forward, y left; from one place on the route to another where it is kidnapped. Borrows
+/// the world.
 /// Thread safety: const methods may run on one object from many threads at once.
 class Drive {
  public:
-  /// Errors: `invalid_config` for a route that the campus does not have.
+  /// Errors: `invalid_config` for a route that the campus does not have, and those of plan_events.
   [[nodiscard]] static Result<Drive> create(const World& world, const WorldParams& params);
 
   [[nodiscard]] const Route& route() const noexcept { return route_; }
@@ -28,11 +35,22 @@ class Drive {
   /// T_campus_sensor at a moment [s].
   [[nodiscard]] Pose pose(double stamp) const noexcept;
 
+  /// Whether scan i is the first one after a kidnap, which happens at its stamp.
+  [[nodiscard]] bool is_kidnapped(std::size_t i) const noexcept;
+  /// T_campus_sensor at scan i's stamp, had no kidnap happened at that moment.
+  [[nodiscard]] Pose pose_driven_on(std::size_t i) const noexcept;
+  /// Where the map has no points.
+  [[nodiscard]] std::span<const Hole> holes() const noexcept { return events_.holes; }
+  /// Whether the sensor is above one of them at scan i's stamp.
+  [[nodiscard]] bool is_in_hole(std::size_t i) const noexcept;
+
  private:
-  Drive(const World& world, const WorldParams& params, Route route);
+  Drive(const World& world, const WorldParams& params, Route route, Events events);
+  [[nodiscard]] Pose pose_on_route(double distance) const noexcept;
 
   const World* world_;
   Route route_;
+  Events events_;
   double speed_, start_time_, seconds_per_scan_, height_;
   std::size_t scans_;
 };

@@ -26,14 +26,19 @@ Eigen::Vector3d Lidar::direction(int firing, int ring) const noexcept {
 }
 
 PointCloud Lidar::scan(const World& world, const Drive& drive, std::size_t index) const {
+  return sweep(world, drive, index).points;
+}
+
+Sweep Lidar::sweep(const World& world, const Drive& drive, std::size_t index) const {
   const int firings = params_.firings();
   const double stamp = drive.stamp(index);
-  PointCloud points;
+  Sweep sweep;
   Pose pose = drive.pose(stamp);
   Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   for (int firing = 0; firing < firings; ++firing) {
+    const double seconds = firing / (params_.rate * firings);
     if (params_.motion_distortion) {
-      pose = drive.pose(stamp + firing / (params_.rate * firings));
+      pose = drive.pose(stamp + seconds);
       rotation = pose.rotation.toRotationMatrix();
     }
     for (int ring = 0; ring < params_.rings; ++ring) {
@@ -49,10 +54,11 @@ PointCloud Lidar::scan(const World& world, const Drive& drive, std::size_t index
       if (random.chance(lost)) continue;
       const double range = hit->range + params_.range_noise * random.normal();
       if (range < params_.min_range || range > params_.max_range) continue;
-      points.emplace_back(range * ray);
+      sweep.points.emplace_back(range * ray);
+      if (params_.motion_distortion) sweep.seconds.push_back(static_cast<float>(seconds));
     }
   }
-  return points;
+  return sweep;
 }
 
 }  // namespace vantage::simulation

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "simulate/drive.hpp"
 #include "simulate/params.hpp"
@@ -9,6 +10,13 @@
 #include "vantage/point_cloud.hpp"
 
 namespace vantage::simulation {
+
+/// One revolution.
+struct Sweep {
+  PointCloud points;           ///< sensor frame [m], firing by firing, rings from low to high
+  std::vector<float> seconds;  ///< of each point after the scan's stamp, that of the first firing;
+                               ///< empty without motion distortion
+};
 
 /// A rotating multi-beam LiDAR.
 /// Thread safety: const methods may run on one object from many threads at once.
@@ -20,8 +28,11 @@ class Lidar {
   /// clockwise seen from above and starts at the back.
   [[nodiscard]] Eigen::Vector3d direction(int firing, int ring) const noexcept;
 
-  /// One revolution. Noise and losses of a ray depend on the seed, the scan and the ray alone.
-  /// @return  points in the sensor frame [m], firing by firing, rings from low to high
+  /// Noise and losses of a ray depend on the seed, the scan and the ray alone.
+  /// With `motion_distortion` a point is in the sensor frame at its own moment, else in that at the
+  /// scan's stamp.
+  [[nodiscard]] Sweep sweep(const World& world, const Drive& drive, std::size_t index) const;
+  /// The points of that sweep.
   [[nodiscard]] PointCloud scan(const World& world, const Drive& drive, std::size_t index) const;
 
  private:

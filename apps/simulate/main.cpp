@@ -34,6 +34,10 @@ void print(const simulation::Summary& summary, const std::filesystem::path& out)
             << fmt::format("scans      {}, {} points each\n", cli::grouped(summary.scans),
                            cli::grouped(summary.scan_points / summary.scans))
             << fmt::format("drive      {:.1f} m in {:.1f} s\n", summary.distance, summary.seconds);
+  if (summary.kidnaps + summary.holes > 0) {
+    std::cout << fmt::format("events     {} kidnaps, {} holes in the map\n", summary.kidnaps,
+                             summary.holes);
+  }
 }
 
 Result<void> run(const Options& options) {

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "simulate/drive.hpp"
+#include "simulate/events.hpp"
+#include "simulate/route.hpp"
 #include "simulate/street_grid.hpp"
 #include "vantage/config.hpp"
 
@@ -73,6 +76,10 @@ Result<void> WorldParams::validate() const {
   if (drive.length.value_or(length) / scan_distance > 999'999.0) {
     return fail_at({"drive.scan_every", "drive.length", "drive.speed", "lidar.rate"},
                    "the drive would make more than a million scans: raise drive.scan_every");
+  }
+  if (drive.kidnaps > 0 || map.holes > 0) {
+    const Route path(route, drive.lateral_offset, drive.turn_radius);
+    VANTAGE_CHECK(plan_events(path, *this, number_of_scans(*this, path.length()), scan_distance));
   }
   // About half again as much surface as ground; indices of map points have 32 bits.
   const double points =

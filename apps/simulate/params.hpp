@@ -68,6 +68,8 @@ struct CampusParams {
 struct MapParams {
   double point_spacing = 0.14;
   double noise = 0.02;
+  int holes = 0;
+  double hole_radius = 40.0;
 
   static constexpr auto schema() {
     using P = MapParams;
@@ -77,6 +79,11 @@ struct MapParams {
         optional("noise", &P::noise, "m",
                  "standard deviation along the surface's normal, cut off at three of them",
                  between(0, 0.5)),
+        optional("holes", &P::holes, "",
+                 "discs on the driven path in which the map has no points at any height, evenly "
+                 "spread over the drive; none where it starts or a kidnap ends",
+                 between(0, 1000)),
+        optional("hole_radius", &P::hole_radius, "m", "of each hole", between(1, 1000)),
     };
   }
 };
@@ -114,7 +121,8 @@ struct LidarParams {
         optional("height", &P::height, "m", "of the sensor above the ground", between(0.2, 3.5)),
         optional(
             "motion_distortion", &P::motion_distortion, "",
-            "each firing from where the sensor is at that moment, in the frame of that moment; "
+            "each firing from where the sensor is at that moment, in the frame of that moment, "
+            "with the field t [s] after the scan's stamp, which is that of the first firing; "
             "false: all from the pose at the scan's stamp"),
     };
   }
@@ -131,6 +139,7 @@ struct DriveParams {
   double lateral_offset = -1.2;
   double turn_radius = 4.0;
   double start_time = 0.0;
+  int kidnaps = 0;
 
   static constexpr auto schema() {
     using P = DriveParams;
@@ -147,6 +156,10 @@ struct DriveParams {
         optional("turn_radius", &P::turn_radius, "m", "smallest, of a right-angled turn",
                  between(2, 12)),
         optional("start_time", &P::start_time, "s", "stamp of the first scan", between(0, 4e9)),
+        optional("kidnaps", &P::kidnaps, "",
+                 "how often the sensor is carried to another place far away on the route, with "
+                 "another heading and unnoticed by odometry; evenly spread over the drive",
+                 between(0, 1000)),
     };
   }
 };
@@ -190,8 +203,8 @@ struct WorldParams {
         optional("odometry", &P::odometry, "", "how the odometry drifts"),
     };
   }
-  /// What no table can tell alone: streets fit the campus, the route fits the streets, and the
-  /// numbers of points and scans can be handled.
+  /// What no table can tell alone: streets fit the campus, the route fits the streets, kidnaps and
+  /// holes fit the drive, and the numbers of points and scans can be handled.
   [[nodiscard]] Result<void> validate() const;
 };
 

@@ -22,7 +22,7 @@ template <class... Numbers>
 }
 
 /// What a seed is used for, so that no two uses share their numbers.
-enum class Purpose : std::uint64_t { terrain, streets, block, map_point, ray, odometry };
+enum class Purpose : std::uint64_t { terrain, streets, block, map_point, ray, odometry, kidnap };
 
 /// SplitMix64 with the distributions that the simulation needs. The distributions of <random>
 /// differ between standard libraries; these do not.

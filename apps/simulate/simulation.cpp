@@ -8,6 +8,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -122,15 +123,25 @@ std::uint64_t triangles_of(const World& world) {
   return triangles;
 }
 
+void cut_out(PointCloud& map, std::span<const Hole> holes, const World& world) {
+  if (holes.empty()) return;
+  const Eigen::Vector2d origin = world.map_origin().head<2>();
+  std::erase_if(map, [&](const Point& p) {
+    return std::any_of(holes.begin(), holes.end(),
+                       [&](const Hole& hole) { return hole.contains(p.head<2>() - origin); });
+  });
+}
+
 /// @return  what a Summary says of the map and the world
-Result<Summary> write_map(const World& world, const WorldParams& params, const fs::path& file,
-                          const StageProgress& progress) {
+Result<Summary> write_map(const World& world, const Drive& drive, const WorldParams& params,
+                          const fs::path& file, const StageProgress& progress) {
   Summary summary;
   summary.triangles = triangles_of(world);
-  const PointCloud map =
+  PointCloud map =
       sample_map(world, params.map, params.seed, [&](std::size_t done, std::size_t total) {
         if (progress) progress("sampling the map", done, total);
       });
+  cut_out(map, drive.holes(), world);
   summary.map_points = map.size();
   summary.map_bounds = bounds_of(map);
   summary.precision = precision_for(summary.map_bounds);
@@ -151,19 +162,39 @@ Result<std::uint64_t> write_scans(const World& world, const Drive& drive, const 
       const std::scoped_lock lock(mutex);
       if (first_failure && first_failure->first < k) return;
     }
-    const PointCloud scan = lidar.scan(world, drive, k);
-    auto written =
-        io::write_pcd(folder / fmt::format("{:06}.pcd", k), scan, io::Precision::float32);
+    const Sweep sweep = lidar.sweep(world, drive, k);
+    const fs::path file = folder / fmt::format("{:06}.pcd", k);
+    auto written = params.lidar.motion_distortion
+                       ? io::write_pcd(file, sweep.points, sweep.seconds)
+                       : io::write_pcd(file, sweep.points, io::Precision::float32);
     const std::scoped_lock lock(mutex);
     if (!written && (!first_failure || k < first_failure->first)) {
       first_failure.emplace(k, std::move(written).error());
     }
-    points += scan.size();
+    points += sweep.points.size();
     ++done;
     if (progress) progress("scanning", done, drive.scans());
   });
   if (first_failure) return fail(std::move(first_failure->second));
   return points;
+}
+
+/// The drive as odometry knows it, which is not carried along.
+/// @param reference  T_map_sensor of the scans
+io::Trajectory without_jumps(const Drive& drive, const io::Trajectory& reference,
+                             const Point& map_origin) {
+  io::Trajectory felt;
+  std::optional<Pose> T_felt_map;  // none before the first jump
+  for (std::size_t k = 0; k < reference.size(); ++k) {
+    if (drive.is_kidnapped(k)) {
+      Pose driven_on = drive.pose_driven_on(k);
+      driven_on.translation += map_origin;
+      T_felt_map = T_felt_map.value_or(Pose{}) * driven_on * reference[k].pose.inverse();
+    }
+    const Pose& pose = reference[k].pose;
+    felt.push_back({reference[k].stamp, T_felt_map ? *T_felt_map * pose : pose});
+  }
+  return felt;
 }
 
 }  // namespace
@@ -174,24 +205,31 @@ Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool ov
   VANTAGE_TRY(const World world, World::create(params));
   VANTAGE_TRY(const Drive drive, Drive::create(world, params));
 
-  VANTAGE_TRY(Summary summary, write_map(world, params, directory.path() / "map.pcd", progress));
+  VANTAGE_TRY(Summary summary,
+              write_map(world, drive, params, directory.path() / "map.pcd", progress));
 
   const fs::path scans = directory.path() / "scans";
   VANTAGE_TRY(summary.scan_points, write_scans(world, drive, params, scans, progress));
   summary.scans = drive.scans();
+  summary.holes = drive.holes().size();
 
-  std::string times;
+  std::string times, events = "stamp,kidnapped,in_hole\n";
   io::Trajectory reference;
   for (std::size_t k = 0; k < drive.scans(); ++k) {
     times += fmt::format("{}\n", drive.stamp(k));
+    events +=
+        fmt::format("{},{:d},{:d}\n", drive.stamp(k), drive.is_kidnapped(k), drive.is_in_hole(k));
+    if (drive.is_kidnapped(k)) ++summary.kidnaps;
     Pose pose = drive.pose(drive.stamp(k));
     pose.translation += world.map_origin();
     reference.push_back({drive.stamp(k), pose});
   }
   VANTAGE_CHECK(io::write_text_atomically(scans / "times.txt", times));
   VANTAGE_CHECK(io::write_tum(directory.path() / "reference.tum", reference));
+  const io::Trajectory felt = without_jumps(drive, reference, world.map_origin());
   VANTAGE_CHECK(io::write_tum(directory.path() / "odometry.tum",
-                              simulate_odometry(reference, params.odometry, params.seed)));
+                              simulate_odometry(felt, params.odometry, params.seed)));
+  VANTAGE_CHECK(io::write_text_atomically(directory.path() / "events.csv", events));
   VANTAGE_CHECK(io::write_text_atomically(directory.path() / kWorldFile, to_world_file(params)));
   VANTAGE_CHECK(std::move(directory).commit());
 

@@ -19,6 +19,7 @@ struct Summary {
   io::Precision precision = io::Precision::float32;  ///< of map.pcd
   double distance = 0.0;                             ///< driven [m]
   double seconds = 0.0;                              ///< from the first to the last stamp
+  std::size_t kidnaps = 0, holes = 0;
   std::uint64_t triangles = 0;
 };
 
@@ -29,9 +30,15 @@ using StageProgress =
 /// Makes the world and drives through it. Writes into the directory `out`:
 /// - `map.pcd`: the wide-area map, map frame; float32 unless that would move a point by a
 /// millimetre
-/// - `scans/000000.pcd`, ...: sensor frame, float32; `scans/times.txt`: a stamp [s] a line
+/// - `scans/000000.pcd`, ...: sensor frame, float32; with motion distortion each point in the frame
+///   of its own moment, which is in the field t: float32 [s] after the stamp
+/// - `scans/times.txt`: a stamp [s] a line, that of the scan's first firing
 /// - `reference.tum`: T_map_sensor at the stamps of the scans
-/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps
+/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps; where the sensor is
+/// kidnapped,
+///   the motion of one that drove on
+/// - `events.csv`: a line a scan with its stamp, 1 for the first scan after a kidnap, and 1 for a
+///   sensor above a hole of the map
 /// - `world.toml`: all values that made it
 /// The directory appears complete or not at all: it is written as `<out>.partial` and renamed.
 /// Files are the same for any number of threads.

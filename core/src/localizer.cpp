@@ -9,6 +9,7 @@
 #include "pose_search.hpp"
 #include "regions_ahead.hpp"
 #include "stopwatch.hpp"
+#include "vantage/deskew.hpp"
 #include "vantage/region_maps.hpp"
 
 namespace vantage {
@@ -84,6 +85,14 @@ struct Localizer::State {
       return {region, false};
     }
     return {*located, false};
+  }
+
+  [[nodiscard]] Result<PreparedScan> prepare(const Scan& scan) const {
+    const auto step = motion.step_to(scan);
+    if (!params.deskew || scan.seconds.empty() || !step) return prepare_scan(scan.points, params);
+    VANTAGE_TRY(const PointCloud points,
+                deskew(scan.points, scan.seconds, step->T_now_later, step->seconds));
+    return prepare_scan(points, params);
   }
 
   /// Makes a region's map the one to match against.
@@ -292,7 +301,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   }
   ScanReport report;
   report.stamp = scan.stamp;
-  VANTAGE_TRY(const PreparedScan prepared, prepare_scan(scan.points, s.params));
+  VANTAGE_TRY(const PreparedScan prepared, s.prepare(scan));
   report.scan_points = prepared.points.size();
   report.dropped_points = prepared.dropped;
   const auto during = [&](Error error) {

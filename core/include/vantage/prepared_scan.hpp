@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 
 #include "vantage/api.hpp"
 #include "vantage/localizer_params.hpp"
@@ -16,6 +17,7 @@ struct Scan {
   double stamp = 0.0;            ///< [s]
   PointsView points;             ///< sensor frame [m]; non-finite points are dropped and counted
   std::optional<Pose> odometry;  ///< T_odom_sensor at the stamp; predicts better than velocity
+  std::span<const float> seconds{};  ///< of each point after `stamp`; empty if unknown
 };
 
 /// A scan made ready for matching: non-finite points dropped, range limits applied, thinned to

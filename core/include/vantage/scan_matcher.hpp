@@ -32,7 +32,7 @@ struct Alignment {
   Pose T_map_scan;
   Termination termination = Termination::max_iterations;
   std::uint32_t iterations = 0;
-  ScanScore score;                    ///< of `T_map_scan`
+  ScanScore score;  ///< of `T_map_scan`
   /// Of the negative log-likelihood that was minimized, at `T_map_scan`: its inverse is the pose's
   /// covariance as if the points' errors were independent.
   Hessian hessian = Hessian::Zero();

@@ -227,7 +227,7 @@ Result<void> check_version(const Node& node) {
   }
   const bool older = node.value->get<std::uint64_t>() < kVersion;
   return node.refuse(" is " + is + ", and " + here + " is needed: the bundle was built by " +
-                     (older ? "an older" : "a newer") + " version; build it again with this one");
+                     (older ? "an older" : "a newer") + " version; remove it and build it again");
 }
 
 SourceLocation place_of(std::string_view text, std::size_t byte, const std::string& file) {

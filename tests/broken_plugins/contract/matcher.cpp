@@ -1,7 +1,14 @@
-// ndt, but for the clause to be broken.
+// ndt, but for the clause to be broken. It stores the points of its voxels, whatever ndt stores.
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
+#include <set>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "breaks.hpp"
 
@@ -16,11 +23,72 @@ PointCloud finite_points(PointsView points) {
   return kept;
 }
 
+using Voxel = std::array<std::int64_t, 3>;
+
+Voxel voxel_of(const Point& p) {
+  const auto index = [](double x) { return static_cast<std::int64_t>(std::floor(x)); };
+  return {index(p.x()), index(p.y()), index(p.z())};  // of 1 m, as ndt has them by default
+}
+
+/// The points that share a voxel with one that is seen.
+PointCloud around(PointsView points, PointsView seen) {
+  std::set<Voxel> voxels;
+  for (const Point& p : seen) voxels.insert(voxel_of(p));
+  PointCloud kept;
+  for (const Point& p : points) {
+    if (voxels.contains(voxel_of(p))) kept.push_back(p);
+  }
+  return kept;
+}
+
+/// FNV-1a, 64 bit.
+std::uint64_t checksum_of(std::span<const std::byte> bytes) {
+  std::uint64_t sum = 0xcbf29ce484222325U;
+  for (const std::byte b : bytes) sum = (sum ^ std::to_integer<unsigned>(b)) * 0x100000001b3U;
+  return sum;
+}
+
+constexpr std::size_t kPoint = 3 * sizeof(double), kHead = sizeof(std::uint64_t);
+
+/// A checksum and the points.
+std::vector<std::byte> to_bytes(PointsView points) {
+  std::vector<std::byte> bytes(kHead + points.size() * kPoint);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::memcpy(bytes.data() + kHead + i * kPoint, points[i].data(), kPoint);
+  }
+  const std::uint64_t sum = checksum_of(std::span(bytes).subspan(kHead));
+  std::memcpy(bytes.data(), &sum, sizeof sum);
+  return bytes;
+}
+
+Result<PointCloud> from_bytes(std::span<const std::byte> bytes) {
+  std::uint64_t sum = 0;
+  if (bytes.size() < kHead || (bytes.size() - kHead) % kPoint != 0) {
+    return fail(ErrorCode::corrupt_data, "these are not the bytes of points");
+  }
+  std::memcpy(&sum, bytes.data(), sizeof sum);
+  bytes = bytes.subspan(kHead);
+  if (!breaks("M15") && sum != checksum_of(bytes)) {
+    return fail(ErrorCode::corrupt_data, "the checksum is not that of the points");
+  }
+  PointCloud points(bytes.size() / kPoint);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::memcpy(points[i].data(), bytes.data() + i * kPoint, kPoint);
+    if (breaks("M14")) points[i].x() += 0.05;  // an origin that is rounded
+  }
+  return points;
+}
+
 class BrokenTarget final : public MatchTarget {
  public:
-  /// @param map  borrowed, which is what M11 is about
-  BrokenTarget(PluginPtr<ScanMatcher> matcher, PluginPtr<MatchTarget> sound, PointsView map)
-      : matcher_(std::move(matcher)), sound_(std::move(sound)), map_(map) {}
+  /// @param points  that the sound target was made of
+  /// @param map     borrowed, which is what M11 is about
+  BrokenTarget(PluginPtr<ScanMatcher> matcher, PluginPtr<MatchTarget> sound, PointCloud points,
+               PointsView map)
+      : matcher_(std::move(matcher)),
+        sound_(std::move(sound)),
+        points_(std::move(points)),
+        map_(map) {}
 
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& guess) const noexcept override {
@@ -29,8 +97,20 @@ class BrokenTarget final : public MatchTarget {
   [[nodiscard]] Result<ScanScore> score(PointsView scan, const Pose& pose) const noexcept override {
     return guarded([&] { return score_scan(scan, pose); });
   }
-  [[nodiscard]] std::size_t bytes() const noexcept override { return sound_->bytes(); }
+  [[nodiscard]] std::size_t bytes() const noexcept override {
+    return breaks("M16") ? sizeof(*this) : sound_->bytes();  // without what it points to
+  }
   [[nodiscard]] std::size_t elements() const noexcept override { return sound_->elements(); }
+  [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
+    return guarded([&]() -> Result<PreparedMap> {
+      if (!all_finite(seen)) return fail(ErrorCode::invalid_input, "a point is not finite");
+      PointCloud kept = around(points_, seen);
+      std::size_t elements = 0;
+      if (const auto target = matcher_->prepare(kept)) elements = (*target)->elements();
+      if (elements == 0) kept.clear();
+      return PreparedMap{to_bytes(kept), elements};
+    });
+  }
 
  private:
   [[nodiscard]] Result<Alignment> align_scan(PointsView scan, const Pose& guess) const {
@@ -44,7 +124,7 @@ class BrokenTarget final : public MatchTarget {
       std::abort();  // an assertion that a scan has an extent
     }
     if (breaks("M11")) {  // made ready late, of points that may have gone
-      VANTAGE_TRY(const auto late, matcher_->prepare(map_));
+      VANTAGE_TRY(const auto late, matcher_->prepare(map_.empty() ? points_ : map_));
       return late->align(scan, guess);
     }
     VANTAGE_TRY(Alignment found, sound_->align(scan, guess));
@@ -70,6 +150,7 @@ class BrokenTarget final : public MatchTarget {
 
   PluginPtr<ScanMatcher> matcher_;
   PluginPtr<MatchTarget> sound_;
+  PointCloud points_;
   PointsView map_;
   mutable std::atomic<int> inside_ = 0;
 };
@@ -91,11 +172,27 @@ class Broken final : public ScanMatcher {
         for (Point& p : changed) p = p.cast<float>().cast<double>();
       }
       if (breaks("M8")) changed = finite_points(map);
-      VANTAGE_TRY(auto matcher, sound<ScanMatcher>("ndt", {}));
-      VANTAGE_TRY(auto target, matcher->prepare(changed));
-      auto in_library = in_library_of(matcher, std::move(target));
-      return std::make_unique<BrokenTarget>(std::move(matcher), std::move(in_library), map);
+      return target_of(std::move(changed), map);
     });
+  }
+
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
+      std::span<const std::byte> prepared) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+      VANTAGE_TRY(PointCloud points, from_bytes(prepared));
+      if (points.empty()) return fail(ErrorCode::too_few_matches, "the excerpt is empty");
+      return target_of(std::move(points), {});
+    });
+  }
+
+ private:
+  [[nodiscard]] static Result<std::unique_ptr<MatchTarget>> target_of(PointCloud points,
+                                                                      PointsView map) {
+    VANTAGE_TRY(auto matcher, sound<ScanMatcher>("ndt", {}));
+    VANTAGE_TRY(auto target, matcher->prepare(points));
+    auto in_library = in_library_of(matcher, std::move(target));
+    return std::make_unique<BrokenTarget>(std::move(matcher), std::move(in_library),
+                                          std::move(points), map);
   }
 };
 

@@ -2,10 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "clauses.hpp"
 #include "scenes.hpp"
@@ -120,6 +123,25 @@ PluginPtr<MatchTarget> prepare(const PluginPtr<ScanMatcher>& matcher, PointsView
 
 PluginPtr<MatchTarget> prepare(const Subject& subject, PointsView map) {
   return prepare(subject.make<ScanMatcher>(), map);
+}
+
+/// Nothing of a matcher that does not store prepared maps.
+std::optional<PreparedMap> excerpt(const MatchTarget& target, PointsView seen) {
+  auto prepared = target.excerpt(seen);
+  if (prepared) return *std::move(prepared);
+  if (prepared.error().code != ErrorCode::unsupported) {
+    FAIL("no excerpt is made: " << to_string(prepared.error()));
+  }
+  MESSAGE("the matcher does not store prepared maps: " << to_string(prepared.error()));
+  return std::nullopt;
+}
+
+PluginPtr<MatchTarget> restore(const PluginPtr<ScanMatcher>& matcher,
+                               const std::vector<std::byte>& prepared) {
+  auto target = matcher->restore(prepared);
+  if (!target) FAIL("an excerpt is not restored: " << to_string(target.error()));
+  if (!*target) FAIL("restore gives no target and no error");
+  return in_library_of(matcher, *std::move(target));
 }
 
 Alignment align(const MatchTarget& target, PointsView scan, const Pose& guess) {
@@ -304,6 +326,13 @@ void bad_map(const Subject& subject) {
       check_fails(matcher->prepare(map), ErrorCode::invalid_input);
     }
   }
+  const auto target = prepare(matcher, scene.map);
+  if (!excerpt(*target, scene.map)) return;
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    PointCloud seen = scene.map;
+    seen[seen.size() / 2][axis] = kNaN;
+    check_fails(target->excerpt(seen), ErrorCode::invalid_input);
+  }
 }
 
 void bad_scan(const Subject& subject) {
@@ -417,6 +446,133 @@ void score_of_the_answer(const Subject& subject) {
   }
 }
 
+/// Those of a cloud that are at x < `end` in the frame of a pose.
+PointCloud behind(PointsView cloud, const Pose& T_map_frame, double end) {
+  const Pose T_frame_map = T_map_frame.inverse();
+  PointCloud kept;
+  for (const Point& p : cloud) {
+    if ((T_frame_map * p).x() < end) kept.push_back(p);
+  }
+  return kept;
+}
+
+void restores(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto matcher = subject.make<ScanMatcher>();
+  const auto target = prepare(matcher, scene.map);
+  const auto whole = excerpt(*target, scene.map);
+  if (!whole) return;
+  CHECK(whole->elements == target->elements());
+  CHECK_MESSAGE(target->excerpt(scene.map) == *whole, "the second excerpt differs");
+
+  Random random(subject.seed() + 1);
+  const auto aligns_alike = [&](const MatchTarget& restored, PointsView scan) {
+    for (int i = 0; i < 3; ++i) {
+      CAPTURE(i);
+      const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>());
+      check_close(subject, align(restored, scan, guess).T_map_scan,
+                  align(*target, scan, guess).T_map_scan);
+    }
+  };
+  const auto another = subject.make<ScanMatcher>();
+  for (const auto* reader : {&matcher, &another}) {
+    std::vector<std::byte> bytes = whole->bytes;
+    const auto restored = restore(*reader, bytes);
+    std::fill(bytes.begin(), bytes.end(), std::byte{0xff});  // they are borrowed for the call only
+    CHECK(restored->elements() == target->elements());
+    aligns_alike(*restored, scene.scan);
+  }
+
+  // Nothing of the scan is within 2 m of where the excerpt ends.
+  const auto half = excerpt(*target, behind(scene.map, kTruth, 4.0));
+  REQUIRE(half);
+  CHECK(half->elements > 0);
+  CHECK(half->elements < whole->elements);
+  const auto restored = restore(matcher, half->bytes);
+  CHECK(restored->elements() == half->elements);
+  aligns_alike(*restored, behind(scene.scan, Pose{}, 2.0));
+
+  const auto nothing = excerpt(*target, {});
+  REQUIRE(nothing);
+  CHECK(nothing->elements == 0);
+  check_fails(matcher->restore(nothing->bytes), ErrorCode::too_few_matches);
+}
+
+/// What is done to bytes: they are cut or filled up to a size, and bits of one of them flip.
+struct Damage {
+  std::size_t size, byte = 0;
+  unsigned flipped = 0;  // a mask
+
+  [[nodiscard]] std::vector<std::byte> done_to(std::vector<std::byte> bytes) const {
+    bytes.resize(size);
+    if (flipped != 0) bytes[byte] ^= static_cast<std::byte>(flipped);
+    return bytes;
+  }
+};
+
+std::vector<Damage> damages(Random& random, std::size_t size) {
+  std::vector<Damage> all{{0}, {1}, {size / 2}, {size - 1}, {size + 1}};
+  for (int i = 0; i < 5; ++i) all.push_back({random.below(size)});
+  const auto flip = [&](std::size_t byte) { all.push_back({size, byte, 1U << random.below(8)}); };
+  // What says how large the rest is comes first, as a rule, or last.
+  constexpr std::size_t kHead = 128, kTail = 16;
+  for (std::size_t byte = 0; byte < std::min(size, kHead); ++byte) flip(byte);
+  for (std::size_t back = 1; back <= std::min(size, kTail); ++back) flip(size - back);
+  for (int i = 0; i < 60; ++i) flip(random.below(size));
+  return all;
+}
+
+void damaged_bytes(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto matcher = subject.make<ScanMatcher>();
+  const auto whole = excerpt(*prepare(matcher, scene.map), scene.map);
+  if (!whole) {
+    check_fails(matcher->restore({}), ErrorCode::unsupported);
+    return;
+  }
+  REQUIRE_FALSE(whole->bytes.empty());
+  Random random(subject.seed() + 1);
+  const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
+  const Alignment expected = align(*restore(matcher, whole->bytes), scene.scan, guess);
+  for (const Damage& damage : damages(random, whole->bytes.size())) {
+    CAPTURE(damage.size);
+    CAPTURE(damage.byte);
+    CAPTURE(damage.flipped);
+    auto target = matcher->restore(damage.done_to(whole->bytes));
+    if (target) {
+      REQUIRE_MESSAGE(*target, "restore gives no target and no error");
+      const auto restored = in_library_of(matcher, *std::move(target));
+      CHECK_MESSAGE(restored->elements() == whole->elements, "another map is restored");
+      const auto got = restored->align(scene.scan, guess);
+      REQUIRE_MESSAGE(got, to_string(got.error()));
+      REQUIRE_MESSAGE(same(*got, expected), "another map is restored");
+      continue;
+    }
+    const ErrorCode code = target.error().code;
+    const bool expected_error = code == ErrorCode::corrupt_data ||
+                                code == ErrorCode::invalid_input ||
+                                code == ErrorCode::too_few_matches;
+    CHECK_MESSAGE(expected_error, to_string(target.error()));
+  }
+}
+
+void grows(const Subject& subject) {
+  Random random(subject.seed());
+  const auto matcher = subject.make<ScanMatcher>();
+  PointCloud map;
+  std::size_t bytes = 0, elements = 0;
+  for (int streets = 1; streets <= 4; ++streets) {
+    CAPTURE(streets);
+    const PointCloud next = moved(street(random), {60.0 * streets, 0, 0});
+    map.insert(map.end(), next.begin(), next.end());
+    const auto target = prepare(matcher, map);
+    CHECK(target->bytes() > bytes);
+    CHECK(target->elements() > elements);
+    bytes = target->bytes();
+    elements = target->elements();
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"M1", "a scan that was cut from the map stays at its place", &identity},
     Clause{"M2", "a guess as far off as claimed is corrected, as accurately as claimed", &recovers},
@@ -439,6 +595,11 @@ constexpr std::array kClauses{
     Clause{"M12", "degenerate maps and scans are errors or give a valid pose", &degenerate},
     Clause{"M13", "an alignment comes with the score of its pose and a symmetric Hessian",
            &score_of_the_answer},
+    Clause{"M14", "what an excerpt restores aligns as the target it was taken from", &restores},
+    Clause{"M15",
+           "damaged prepared bytes are an error or the same map, never a crash or another map",
+           &damaged_bytes},
+    Clause{"M16", "bytes and elements are not 0 and grow with the map", &grows},
 };
 
 }  // namespace

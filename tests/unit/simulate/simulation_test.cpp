@@ -88,7 +88,7 @@ TEST_CASE("the files of a simulation") {
     REQUIRE_MESSAGE(reread, to_string(reread.error()));
     REQUIRE(simulate(*reread, scratch.path() / "b"));
     const auto a = contents(scratch.path() / "a");
-    CHECK(a.size() == 6 + 5);
+    CHECK(a.size() == 6 + 6);
     CHECK((a == contents(scratch.path() / "b")));
   }
   SUBCASE("differ with another seed") {

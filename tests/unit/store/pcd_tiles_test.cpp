@@ -92,6 +92,13 @@ void check_fails(const Result<T>& result, ErrorCode code, const std::string& par
   CHECK_MESSAGE(text.find(part) != std::string::npos, text);
 }
 
+/// Replaces the first occurrence; ends the test if there is none.
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE_MESSAGE(at != std::string::npos, from);
+  return text.replace(at, from.size(), to);
+}
+
 /// The greatest difference of a coordinate.
 double worst(const PointCloud& a, const PointCloud& b) {
   REQUIRE(a.size() == b.size());
@@ -405,6 +412,14 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
       refused("not a bundle");
       CHECK(fs::is_symlink(root));
     }
+    SUBCASE("a bundle that an older version has built") {
+      write_bundle(store_at(root), sample_index(), sample_maps());
+      const std::string index =
+          replaced(read_text(root / "index.json"), "\"version\": 3", "\"version\": 2");
+      write_text(root / "index.json", index);
+      refused("built by an older version; remove it and build it again");
+      CHECK(read_text(root / "index.json") == index);
+    }
     SUBCASE("a bundle with a file of the user in it") {
       write_bundle(store_at(root), sample_index(), sample_maps());
       write_text(root / "notes.txt", "mine");
@@ -523,13 +538,6 @@ TEST_CASE("no bundle and no region are not_found") {
   check_fails(store_at(folder.path() / "b")->get(RegionId{3}), ErrorCode::not_found, "0 to 2");
   check_fails(store_at(folder.path() / "b")->get(RegionId{4'294'967'295U}), ErrorCode::not_found,
               "no region");
-}
-
-/// Replaces the first occurrence; ends the test if there is none.
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE_MESSAGE(at != std::string::npos, from);
-  return text.replace(at, from.size(), to);
 }
 
 TEST_CASE("a damaged index is corrupt_data that names the file and what was expected") {
