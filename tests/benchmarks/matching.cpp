@@ -1,10 +1,10 @@
 #include <benchmark/benchmark.h>
 
 #include <tbb/global_control.h>
-#include <array>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "io/point_cloud_io.hpp"
 #include "io/trajectory_io.hpp"
@@ -13,7 +13,7 @@
 #include "vantage/scan_matcher.hpp"
 #include "vantage/viewpoints.hpp"
 
-// Times ScanMatcher on kitti_street: the whole map, frame 37 thinned to 0.5 m voxel centroids, a
+// Times each matcher on kitti_street: the whole map, frame 37 thinned to 0.5 m voxel centroids, a
 // guess about 0.1 m and 1 degree off.
 namespace vantage {
 namespace {
@@ -37,30 +37,41 @@ Street load(const std::filesystem::path& folder) {
           .T_map_scan = io::pose_at(reference, 3.7).value()};
 }
 
-constexpr std::array kModes{"direct7", "direct1", "direct26", "kdtree"};
+struct Variant {
+  std::string name, plugin, params;
 
-PluginPtr<ScanMatcher> matcher(std::int64_t mode) {
-  return test::plugin<ScanMatcher>(
-      "ndt", std::string("neighbours = \"") + kModes[static_cast<std::size_t>(mode)] + "\"");
+  [[nodiscard]] PluginPtr<ScanMatcher> make() const {
+    return test::plugin<ScanMatcher>(plugin, params);
+  }
+};
+
+std::vector<Variant> variants() {
+  std::vector<Variant> all;
+  for (const std::string mode : {"direct7", "direct1", "direct26", "kdtree"}) {
+    all.push_back({"ndt_" + mode, "ndt", "neighbours = \"" + mode + "\""});
+  }
+  all.push_back({"icp", "icp", ""});
+  all.push_back({"gicp", "gicp", ""});
+  return all;
 }
 
-void prepare(benchmark::State& state, const Street& street) {
-  state.SetLabel(kModes[static_cast<std::size_t>(state.range(0))]);
-  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(state.range(1)));
-  const auto ndt = matcher(state.range(0));
+tbb::global_control threads_of(const benchmark::State& state) {
+  return {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(state.range(0))};
+}
+
+void prepare(benchmark::State& state, const Variant& variant, const Street& street) {
+  const tbb::global_control threads = threads_of(state);
+  const auto matcher = variant.make();
   for (auto _ : state) {
-    const auto target = in_library_of(ndt, required(ndt->prepare(street.map)));
+    const auto target = in_library_of(matcher, required(matcher->prepare(street.map)));
     benchmark::DoNotOptimize(target.get());
   }
 }
 
-void align(benchmark::State& state, const Street& street) {
-  state.SetLabel(kModes[static_cast<std::size_t>(state.range(0))]);
-  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(state.range(1)));
-  const auto ndt = matcher(state.range(0));
-  const auto target = in_library_of(ndt, required(ndt->prepare(street.map)));
+void align(benchmark::State& state, const Variant& variant, const Street& street) {
+  const tbb::global_control threads = threads_of(state);
+  const auto matcher = variant.make();
+  const auto target = in_library_of(matcher, required(matcher->prepare(street.map)));
   const Pose guess =
       street.T_map_scan * pose_from_xyz_rpy({0.1, -0.05, 0.02}, {0.002, -0.003, 0.017});
   std::uint32_t iterations = 0;
@@ -69,12 +80,10 @@ void align(benchmark::State& state, const Street& street) {
   state.counters["points"] = static_cast<double>(street.scan.size());
 }
 
-void score(benchmark::State& state, const Street& street) {
-  state.SetLabel(kModes[static_cast<std::size_t>(state.range(0))]);
-  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(state.range(1)));
-  const auto ndt = matcher(state.range(0));
-  const auto target = in_library_of(ndt, required(ndt->prepare(street.map)));
+void score(benchmark::State& state, const Variant& variant, const Street& street) {
+  const tbb::global_control threads = threads_of(state);
+  const auto matcher = variant.make();
+  const auto target = in_library_of(matcher, required(matcher->prepare(street.map)));
   for (auto _ : state) {
     benchmark::DoNotOptimize(required(target->score(street.scan, street.T_map_scan)));
   }
@@ -88,15 +97,18 @@ int main(int argc, char** argv) {
   const auto folder = vantage::test::real_data("kitti_street");
   if (!folder) return 0;
   const vantage::Street street = vantage::load(*folder);
-  const auto add = [&](const char* name, auto function) {
-    benchmark::RegisterBenchmark(name, function, street)
-        ->ArgsProduct({{0, 1, 2, 3}, {1, 2}})
-        ->ArgNames({"mode", "threads"})
-        ->UseRealTime()
-        ->Unit(benchmark::kMillisecond);
-  };
-  add("ndt/prepare", vantage::prepare);
-  add("ndt/align", vantage::align);
-  add("ndt/score", vantage::score);
+  for (const vantage::Variant& variant : vantage::variants()) {
+    const auto add = [&](const std::string& what, auto function) {
+      benchmark::RegisterBenchmark((variant.name + "/" + what).c_str(), function, variant, street)
+          ->ArgName("threads")
+          ->Arg(1)
+          ->Arg(2)
+          ->UseRealTime()
+          ->Unit(benchmark::kMillisecond);
+    };
+    add("prepare", vantage::prepare);
+    add("align", vantage::align);
+    add("score", vantage::score);
+  }
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tuple>
+
+#include "common/gauss_newton.hpp"
+#include "common/kernel.hpp"
+#include "common/point_tree.hpp"
+#include "vantage/params.hpp"
+
+namespace vantage::matching {
+
+/// What icp and gicp have in common. A plugin's Params derive from it and begin their schema with
+/// their own fields.
+struct MatchingParams {
+  double map_voxel = 0.25;
+  std::uint32_t neighbours = 10;
+  double sigma = 0.05;
+  double max_distance = 1.0;
+  std::optional<double> final_distance;
+  Kernel kernel = Kernel::geman_mcclure;
+  double kernel_scale = 3.0;
+  std::uint32_t max_iterations = 30;
+  double translation_epsilon = 1e-3;
+  double rotation_epsilon = 1e-4;
+  double max_step_translation = 0.5;
+  double max_step_rotation = 0.1;
+  std::uint32_t min_matches = 20;
+  double min_coverage = 0.05;
+
+  /// @tparam Params  the struct that derives from this one
+  template <class Params>
+  [[nodiscard]] static constexpr auto fields() {
+    const auto of = []<class T>(T MatchingParams::*member) -> T Params::* { return member; };
+    return std::tuple{
+        optional("map_voxel", of(&MatchingParams::map_voxel), "m",
+                 "the map is thinned to the centroids of voxels of this edge; 0: it is not",
+                 non_negative),
+        optional("neighbours", of(&MatchingParams::neighbours), "points",
+                 "points from which the normal at a point is computed",
+                 between(3, PointTree::kMostNeighbours)),
+        optional("sigma", of(&MatchingParams::sigma), "m",
+                 "standard deviation of a point across its surface", positive),
+        optional("max_distance", of(&MatchingParams::max_distance), "m",
+                 "a scan point farther than this from all map points has no match", positive),
+        optional("final_distance", of(&MatchingParams::final_distance), "m",
+                 "the distance is halved at each step down to this; fixed if left out", positive),
+        optional("kernel", of(&MatchingParams::kernel), "",
+                 "robust loss of a squared normalized residual", Source{{}, "Babin et al. 2019"}),
+        optional("kernel_scale", of(&MatchingParams::kernel_scale), "",
+                 "residual at which the loss turns, in standard deviations", positive),
+        optional("max_iterations", of(&MatchingParams::max_iterations), "",
+                 "limit of Gauss-Newton steps", at_least(1)),
+        optional("translation_epsilon", of(&MatchingParams::translation_epsilon), "m",
+                 "a step shorter than this, and than rotation_epsilon, is the last", positive),
+        optional("rotation_epsilon", of(&MatchingParams::rotation_epsilon), "rad",
+                 "a step shorter than this, and than translation_epsilon, is the last", positive),
+        optional("max_step_translation", of(&MatchingParams::max_step_translation), "m",
+                 "longer steps are shortened to this", positive),
+        optional("max_step_rotation", of(&MatchingParams::max_step_rotation), "rad",
+                 "longer steps are shortened to this", positive),
+        optional("min_matches", of(&MatchingParams::min_matches), "points",
+                 "with fewer scan points that have a match there is no answer", at_least(1)),
+        optional("min_coverage", of(&MatchingParams::min_coverage), "",
+                 "with a smaller share of scan points that have a match there is no answer",
+                 between(0.0, 1.0))};
+  }
+
+  [[nodiscard]] Result<void> validate() const {
+    if (final_distance && *final_distance > max_distance) {
+      return fail_at({"final_distance", "max_distance"},
+                     "final_distance must not be larger than max_distance (" +
+                         std::to_string(max_distance) + " m)");
+    }
+    return {};
+  }
+
+  [[nodiscard]] StepOptions steps() const noexcept {
+    return {.max_iterations = max_iterations,
+            .translation_epsilon = translation_epsilon,
+            .rotation_epsilon = rotation_epsilon,
+            .max_step_translation = max_step_translation,
+            .max_step_rotation = max_step_rotation};
+  }
+  [[nodiscard]] RobustLoss loss() const noexcept {
+    return {.kernel = kernel, .scale = kernel_scale};
+  }
+
+  /// How far matches are looked for after so many steps [m].
+  [[nodiscard]] double distance_after(std::uint32_t steps) const noexcept {
+    return std::max(final_distance.value_or(max_distance),
+                    std::ldexp(max_distance, -static_cast<int>(std::min(steps, 1000U))));
+  }
+  /// The number of steps after which that distance stays the same.
+  [[nodiscard]] std::uint32_t settled() const noexcept {
+    std::uint32_t steps = 0;
+    while (distance_after(steps) > final_distance.value_or(max_distance)) ++steps;
+    return steps;
+  }
+};
+
+}  // namespace vantage::matching

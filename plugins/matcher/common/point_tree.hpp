@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::matching {
+
+inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+/// A kd-tree over points that it borrows: they stay where they are while it lives.
+/// Thread safety: immutable once built.
+class PointTree {
+ public:
+  static constexpr std::uint32_t kMostNeighbours = 64;
+
+  explicit PointTree(PointsView points);
+  ~PointTree();
+  PointTree(PointTree&&) noexcept;
+  PointTree& operator=(PointTree&&) noexcept;
+
+  struct Nearest {
+    std::uint32_t index = kNone;  ///< of the nearest point; kNone if none is within the radius
+    double others = 0.0;          ///< no other point is nearer than this [m]
+  };
+  /// @param radius  only points nearer than this count [m]
+  [[nodiscard]] Nearest nearest(const Point& x, double radius) const;
+
+  /// The unit normal of the plane through the `k` points nearest to `x` (at most kMostNeighbours),
+  /// of either sign: the direction of their least spread. Zero where they show no plane: fewer than
+  /// three, on one line, or in one place.
+  [[nodiscard]] Eigen::Vector3d normal_at(const Point& x, std::uint32_t k) const;
+
+  /// Without the points [bytes].
+  [[nodiscard]] std::size_t bytes() const noexcept;
+
+ private:
+  struct Index;
+  std::unique_ptr<const Index> index_;
+};
+
+}  // namespace vantage::matching

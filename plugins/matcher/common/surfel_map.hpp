@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/point_tree.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::matching {
+
+/// A map as points with the normals of the surface about them.
+///
+/// Points are kept relative to an origin near the map's centre, so that doubles lose nothing at UTM
+/// coordinates, and in an order that depends on where they are alone: nothing that is made of the
+/// map depends on the order of its points.
+/// Thread safety: immutable once built.
+class SurfelMap {
+ public:
+  struct Options {
+    double voxel = 0.25;            ///< one point, the centroid, a voxel [m]; 0: every point
+    std::uint32_t neighbours = 10;  ///< from which a normal is computed, the point among them
+    bool planes_only = false;       ///< leaves out the points whose neighbours show no plane
+  };
+
+  /// Errors: `invalid_input` for no points, a non-finite coordinate, or an extent of more than
+  /// about two million voxels along an axis; `too_few_matches` if no point is left.
+  [[nodiscard]] static Result<SurfelMap> build(PointsView map, const Options& options);
+
+  /// Relative to the origin.
+  [[nodiscard]] PointsView points() const noexcept { return points_; }
+  /// Of unit length, or zero where the neighbours show no plane.
+  [[nodiscard]] std::span<const Eigen::Vector3d> normals() const noexcept { return normals_; }
+  [[nodiscard]] const PointTree& tree() const noexcept { return *tree_; }
+  [[nodiscard]] const Point& origin() const noexcept { return origin_; }
+
+  /// Whether any point may be within `distance` [m] of a position; false for one that is not
+  /// finite.
+  [[nodiscard]] bool reaches(const Eigen::Vector3d& local, double distance) const noexcept {
+    return ((local - bounds_.min).array() >= -distance).all() &&
+           ((local - bounds_.max).array() <= distance).all();
+  }
+
+  [[nodiscard]] Pose to_local(Pose T_map_scan) const noexcept;
+  [[nodiscard]] Pose to_map(Pose T_local_scan) const noexcept;
+  [[nodiscard]] std::size_t bytes() const noexcept;
+
+ private:
+  SurfelMap() = default;
+
+  Point origin_ = Point::Zero();
+  PointCloud points_;
+  std::vector<Eigen::Vector3d> normals_;
+  Bounds3 bounds_;
+  std::optional<PointTree> tree_;
+};
+
+/// The normal at each of a tree's points, see PointTree::normal_at; the same for any number of
+/// threads.
+/// @param normals  as many as `points`
+void compute_normals(const PointTree& tree, PointsView points, std::uint32_t neighbours,
+                     std::span<Eigen::Vector3d> normals);
+
+}  // namespace vantage::matching

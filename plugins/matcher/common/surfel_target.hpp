@@ -1,0 +1,240 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/gauss_newton.hpp"
+#include "common/parallel.hpp"
+#include "common/params.hpp"
+#include "common/surfel_map.hpp"
+#include "common/workspace_pool.hpp"
+#include "vantage/metrics.hpp"
+#include "vantage/plugin.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage::matching {
+
+/// The nearest map point of each scan point. A search also tells how near the others are, and is
+/// not repeated while the scan point has moved too little for another to be nearer.
+class Correspondences {
+ public:
+  /// Forgets the scan before.
+  void begin(std::size_t scan_points, double max_distance) {
+    found_.assign(scan_points, {});
+    radius_ = kReserve * max_distance;
+  }
+
+  /// The map point nearest to `x`, where scan point i is now; kNone if it is farther than `limit`,
+  /// which is at most max_distance.
+  [[nodiscard]] std::uint32_t nearest(const SurfelMap& map, std::size_t i, const Eigen::Vector3d& x,
+                                      double limit) {
+    if (!map.reaches(x, limit)) return kNone;
+    Found& f = found_[i];
+    const double moved = (x - f.at).norm();
+    const double others = f.others - moved;
+    if (f.index == kNone) {
+      if (others > limit) return kNone;
+    } else {
+      const double distance = (x - map.points()[f.index]).norm();
+      if (distance < others) return distance <= limit ? f.index : kNone;
+    }
+    // What was second is within this still, or nothing is within the radius at all.
+    const double radius =
+        f.index == kNone ? radius_ : std::min(radius_, kRounding * (f.others + moved));
+    const PointTree::Nearest found = map.tree().nearest(x, radius);
+    f = {.at = x, .others = found.others, .index = found.index};
+    if (found.index == kNone || (x - map.points()[found.index]).norm() > limit) return kNone;
+    return found.index;
+  }
+
+ private:
+  // Searched a bit farther than asked, so that a point without a match may move before it is
+  // searched for again.
+  static constexpr double kReserve = 1.1;
+  static constexpr double kRounding = 1.0 + 1e-9;
+  struct Found {
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    double others = -std::numeric_limits<double>::infinity();
+    std::uint32_t index = kNone;
+  };
+  std::vector<Found> found_;
+  double radius_ = 0.0;
+};
+
+/// Scratch memory of one alignment.
+struct Workspace {
+  Correspondences correspondences;
+  std::vector<NormalEquations> equations;     // of each chunk
+  std::vector<ScanScoreSum> scores;           // of each chunk
+  std::vector<Eigen::Vector3d> scan_normals;  // where a Residual needs them
+};
+
+/// A map that scans are matched to by Gauss-Newton steps on
+///     E(T) = 1/2 sum_i rho(d_i^T A_i d_i),  d_i = T p_i - q_i,
+/// q_i the map point nearest to T p_i, and scored by d_i^T S_i d_i. A_i, the inverse covariance of
+/// d_i, and S_i are up to the Residual:
+///     void begin(PointsView scan, Workspace&) const;
+///     Eigen::Matrix3d information(std::size_t scan_point, const Eigen::Matrix3d& R,
+///                                 const Eigen::Vector3d& map_normal, const Workspace&) const;
+///     Eigen::Matrix3d scored_information(...) const;  // the same arguments
+template <class Residual>
+class SurfelTarget final : public MatchTarget {
+ public:
+  SurfelTarget(SurfelMap map, const MatchingParams& params, const NdtCoefficients& coefficients,
+               const Residual& residual)
+      : map_(std::move(map)),
+        params_(params),
+        loss_(params.loss()),
+        coefficients_(coefficients),
+        residual_(residual) {}
+
+  [[nodiscard]] Result<Alignment> align(PointsView scan,
+                                        const Pose& T_map_scan_guess) const noexcept override {
+    return guarded([&]() -> Result<Alignment> {
+      VANTAGE_CHECK(check(scan, T_map_scan_guess));
+      const Lease workspace(workspaces_);
+      begin(scan, *workspace);
+      const auto linearized = [&](const Pose& pose, std::uint32_t steps) {
+        return linearize(scan, pose, params_.distance_after(steps), *workspace);
+      };
+      const Pose start = map_.to_local(T_map_scan_guess);
+      const NormalEquations at_start = linearized(start, 0);
+      VANTAGE_CHECK(check_overlap(at_start.matched, scan.size(), "at the guess"));
+      const Minimum minimum =
+          minimize(start, at_start, params_.steps(), params_.settled(), linearized);
+      VANTAGE_CHECK(check_overlap(minimum.at.matched, scan.size(), "at the solution"));
+      return Alignment{.T_map_scan = map_.to_map(minimum.T_local_scan),
+                       .termination = minimum.termination,
+                       .iterations = minimum.iterations,
+                       .score = score(scan, minimum.T_local_scan, *workspace),
+                       .hessian = minimum.at.hessian};
+    });
+  }
+
+  [[nodiscard]] Result<ScanScore> score(PointsView scan,
+                                        const Pose& T_map_scan) const noexcept override {
+    return guarded([&]() -> Result<ScanScore> {
+      VANTAGE_CHECK(check(scan, T_map_scan));
+      const Lease workspace(workspaces_);
+      begin(scan, *workspace);
+      return score(scan, map_.to_local(T_map_scan), *workspace);
+    });
+  }
+
+  /// Scratch memory of alignments comes on top.
+  [[nodiscard]] std::size_t bytes() const noexcept override { return sizeof(*this) + map_.bytes(); }
+  [[nodiscard]] std::size_t elements() const noexcept override { return map_.points().size(); }
+
+ private:
+  using Lease = typename WorkspacePool<Workspace>::Lease;
+  static constexpr std::size_t kPointChunk = 256;
+
+  [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
+    if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
+    VANTAGE_CHECK(check_points(scan, "the scan"));
+    if (!is_valid(T_map_scan)) {
+      return fail(ErrorCode::invalid_input,
+                  "the scan's pose is not finite or its rotation is not of unit length");
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
+                                           const char* where) const {
+    const double needed = std::max(static_cast<double>(params_.min_matches),
+                                   std::ceil(params_.min_coverage * static_cast<double>(points)));
+    if (static_cast<double>(matched) >= needed) return {};
+    return fail(ErrorCode::too_few_matches,
+                std::to_string(matched) + " of " + std::to_string(points) +
+                    " scan points have a map point near " + where + "; at least " +
+                    std::to_string(static_cast<std::size_t>(needed)) + " are needed");
+  }
+
+  void begin(PointsView scan, Workspace& workspace) const {
+    const std::size_t chunks = (scan.size() + kPointChunk - 1) / kPointChunk;
+    workspace.correspondences.begin(scan.size(), params_.max_distance);
+    workspace.equations.resize(chunks);
+    workspace.scores.assign(chunks, ScanScoreSum(coefficients_));
+    residual_.begin(scan, workspace);
+  }
+
+  /// Calls `use(i, y, d, map_normal, chunk)` for every scan point i that has a match, y = R p and d
+  /// = T p - q; `miss(chunk)` for those that have none.
+  template <class Use, class Miss>
+  void for_each_match(PointsView scan, const Pose& T_local_scan, const Eigen::Matrix3d& R,
+                      double limit, Workspace& workspace, const Use& use, const Miss& miss) const {
+    const Eigen::Vector3d t = T_local_scan.translation;
+    for_each_chunk(scan.size(), kPointChunk,
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                     for (std::size_t i = begin; i < end; ++i) {
+                       const Eigen::Vector3d y = R * scan[i];
+                       const Eigen::Vector3d x = y + t;
+                       const std::uint32_t j = workspace.correspondences.nearest(map_, i, x, limit);
+                       if (j == kNone) {
+                         miss(chunk);
+                       } else {
+                         use(i, y, Eigen::Vector3d(x - map_.points()[j]), map_.normals()[j], chunk);
+                       }
+                     }
+                   });
+  }
+
+  [[nodiscard]] NormalEquations linearize(PointsView scan, const Pose& T_local_scan, double limit,
+                                          Workspace& workspace) const {
+    std::ranges::fill(workspace.equations, NormalEquations{});
+    const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
+    const auto add = [&](std::size_t i, const Eigen::Vector3d& y, const Eigen::Vector3d& d,
+                         const Eigen::Vector3d& map_normal, std::size_t chunk) {
+      const Eigen::Matrix3d A = residual_.information(i, R, map_normal, workspace);
+      const Eigen::Vector3d Ad = A * d;
+      const double s = d.dot(Ad);
+      workspace.equations[chunk].add(A, Ad, y, loss_.weight(s), loss_.value(s));
+    };
+    for_each_match(scan, T_local_scan, R, limit, workspace, add, [](std::size_t) {});
+    NormalEquations total;
+    for (const NormalEquations& part : workspace.equations) total.add(part);
+    total.symmetrize();
+    return total;
+  }
+
+  [[nodiscard]] ScanScore score(PointsView scan, const Pose& T_local_scan,
+                                Workspace& workspace) const {
+    std::ranges::fill(workspace.scores, ScanScoreSum(coefficients_));
+    const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
+    const auto add = [&](std::size_t i, const Eigen::Vector3d& /*y*/, const Eigen::Vector3d& d,
+                         const Eigen::Vector3d& map_normal, std::size_t chunk) {
+      const double s = d.dot(residual_.scored_information(i, R, map_normal, workspace) * d);
+      workspace.scores[chunk].add(std::span(&s, 1));
+    };
+    const auto miss = [&](std::size_t chunk) {
+      workspace.scores[chunk].add(std::span<const double>{});
+    };
+    for_each_match(scan, T_local_scan, R, params_.max_distance, workspace, add, miss);
+    ScanScoreSum total(coefficients_);
+    for (const ScanScoreSum& part : workspace.scores) total.add(part);
+    return total.mean();
+  }
+
+  SurfelMap map_;
+  MatchingParams params_;
+  RobustLoss loss_;
+  NdtCoefficients coefficients_;
+  Residual residual_;
+  mutable WorkspacePool<Workspace> workspaces_;
+};
+
+/// d1, d2, d3 of the scores: those of ndt at its defaults, so that scores are comparable.
+[[nodiscard]] inline Result<NdtCoefficients> score_coefficients() {
+  return NdtCoefficients::derive(0.55, 1.0);
+}
+
+}  // namespace vantage::matching

@@ -1,0 +1,102 @@
+#include <Eigen/LU>
+#include <memory>
+#include <tuple>
+#include <utility>
+
+#include "common/surfel_target.hpp"
+#include "vantage/plugin.hpp"
+
+namespace vantage::gicp {
+namespace {
+
+using namespace matching;
+
+struct Params : MatchingParams {
+  double epsilon = 1e-3;
+
+  static constexpr auto schema() {
+    return std::tuple_cat(
+        std::tuple{optional("epsilon", &Params::epsilon, "",
+                            "variance across a surface, as a share of that along it",
+                            Range{.min = 0.0, .max = 1.0, .min_open = true},
+                            Source{{}, "Segal et al. 2009, Sec. III-B"})},
+        fields<Params>());
+  }
+};
+
+/// The distance of two points of which each lies on a plane, known across it better than along it:
+/// C = sigma^2 / epsilon (I - (1 - epsilon) n n^T) for each, n = 0 where no plane shows.
+class PlaneToPlane {
+ public:
+  explicit PlaneToPlane(const Params& params)
+      : precision_(params.epsilon / (params.sigma * params.sigma)),
+        flatness_(1.0 - params.epsilon),
+        neighbours_(params.neighbours) {}
+
+  void begin(PointsView scan, Workspace& workspace) const {
+    workspace.scan_normals.resize(scan.size());
+    compute_normals(PointTree(scan), scan, neighbours_, workspace.scan_normals);
+  }
+
+  /// (C_q + R C_p R^T)^-1.
+  [[nodiscard]] Eigen::Matrix3d information(std::size_t scan_point, const Eigen::Matrix3d& R,
+                                            const Eigen::Vector3d& map_normal,
+                                            const Workspace& workspace) const noexcept {
+    const Eigen::Vector3d n = R * workspace.scan_normals[scan_point];
+    const Eigen::Matrix3d sum =
+        2.0 * Eigen::Matrix3d::Identity() -
+        flatness_ * (map_normal * map_normal.transpose() + n * n.transpose());
+    return precision_ * sum.inverse();
+  }
+
+  /// (C_q^-1 + R C_p^-1 R^T) / 4, which is the above where the two normals agree. Where they do
+  /// not, the above has no direction left in which it is strict, and calls the worst matches good.
+  [[nodiscard]] Eigen::Matrix3d scored_information(std::size_t scan_point, const Eigen::Matrix3d& R,
+                                                   const Eigen::Vector3d& map_normal,
+                                                   const Workspace& workspace) const noexcept {
+    const Eigen::Vector3d n = R * workspace.scan_normals[scan_point];
+    // C^-1 = precision (I + flatness / epsilon n n^T).
+    return 0.25 * precision_ *
+           (2.0 * Eigen::Matrix3d::Identity() +
+            flatness_ / (1.0 - flatness_) *
+                (map_normal * map_normal.transpose() + n * n.transpose()));
+  }
+
+ private:
+  double precision_, flatness_;
+  std::uint32_t neighbours_;
+};
+
+/// Generalized ICP, plane to plane (Segal et al. 2009).
+class Gicp final : public ScanMatcher {
+ public:
+  using Params = gicp::Params;
+
+  [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
+    VANTAGE_TRY(const NdtCoefficients coefficients, score_coefficients());
+    return std::make_unique<Gicp>(params, coefficients);
+  }
+  Gicp(const Params& params, const NdtCoefficients& coefficients)
+      : params_(params), coefficients_(coefficients) {}
+
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+      VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = params_.map_voxel,
+                                                            .neighbours = params_.neighbours,
+                                                            .planes_only = false}));
+      return std::make_unique<SurfelTarget<PlaneToPlane>>(std::move(surfels), params_,
+                                                          coefficients_, PlaneToPlane(params_));
+    });
+  }
+
+ private:
+  Params params_;
+  NdtCoefficients coefficients_;
+};
+
+}  // namespace
+}  // namespace vantage::gicp
+
+VANTAGE_PLUGIN(vantage::ScanMatcher, vantage::gicp::Gicp, "gicp",
+               "generalized ICP, plane to plane (Segal et al. 2009)");

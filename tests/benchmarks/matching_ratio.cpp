@@ -1,0 +1,267 @@
+// The matchers beside PCL's and Open3D's in one run, as a table: kitti_street, the whole map, each
+// predicting with constant velocity from its own answers.
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/command_line.hpp"
+#include "common/statistics.hpp"
+#include "io/point_cloud_io.hpp"
+#include "io/scan_sequence.hpp"
+#include "io/trajectory_io.hpp"
+#include "matching_peers.hpp"
+#include "support/plugins.hpp"
+#include "support/real_data.hpp"
+#include "vantage/scan_matcher.hpp"
+#include "vantage/viewpoints.hpp"
+
+namespace vantage::benchmarks {
+namespace {
+
+struct Options {
+  std::vector<std::string> matchers;  // empty: all
+  std::vector<std::string> with;      // "PLUGIN: KEY = VALUE; KEY = VALUE"
+  std::size_t scans = 0;              // 0: all
+  double scan_voxel = 0.5;            // [m]
+  double map_voxel = 0.25;            // [m]
+};
+
+/// CPU time of the process [s]: what others do on the machine tells less in it than in wall time.
+double cpu_seconds() {
+  timespec cpu{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
+  return static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec);
+}
+
+class Plugin final : public Competitor {
+ public:
+  Plugin(const std::string& name, const std::string& params)
+      : matcher_(test::plugin<ScanMatcher>(name, params)) {}
+
+  Result<void> prepare(PointsView map) override {
+    VANTAGE_TRY(auto target, matcher_->prepare(map));
+    target_ = in_library_of(matcher_, std::move(target));
+    return {};
+  }
+  void take(PointsView scan) override { scan_ = scan; }
+  Result<Answer> align(const Pose& T_map_scan_guess) override {
+    VANTAGE_TRY(const Alignment alignment, target_->align(scan_, T_map_scan_guess));
+    return Answer{.T_map_scan = alignment.T_map_scan, .iterations = alignment.iterations};
+  }
+
+ private:
+  PluginPtr<ScanMatcher> matcher_;
+  PluginPtr<MatchTarget> target_;
+  PointsView scan_;
+};
+
+struct Entry {
+  std::string name;
+  std::function<std::unique_ptr<Competitor>()> make;
+};
+
+/// The first is what the others are compared with.
+std::vector<Entry> entries(const Options& options) {
+  std::vector<Entry> all;
+  const auto plugin = [&](std::string label, std::string name, std::string params) {
+    all.push_back({std::move(label), [name = std::move(name), params = std::move(params)] {
+                     return std::make_unique<Plugin>(name, params);
+                   }});
+  };
+  plugin("ndt", "ndt", "");
+  for (const std::string mode : {"direct1", "direct26", "kdtree"}) {
+    plugin("ndt_" + mode, "ndt", "neighbours = \"" + mode + "\"");
+  }
+  plugin("icp", "icp", "");
+  plugin("gicp", "gicp", "");
+  all.push_back({"pcl_ndt", [] { return pcl_ndt(); }});
+  all.push_back({"pcl_gicp", [voxel = options.map_voxel] { return pcl_gicp(voxel); }});
+  all.push_back({"open3d_icp", [voxel = options.map_voxel] { return open3d_icp(voxel); }});
+  return all;
+}
+
+/// The recorded drive, scans thinned.
+struct Drive {
+  PointCloud map;
+  struct Frame {
+    double stamp;
+    PointCloud scan;
+    Pose T_map_scan;  // the reference
+  };
+  std::vector<Frame> frames;
+};
+
+Result<Drive> load(const std::filesystem::path& folder, const Options& options) {
+  Drive drive;
+  VANTAGE_TRY(auto map, io::read_point_cloud(folder / "map.pcd"));
+  drive.map = std::move(map.points);
+  VANTAGE_TRY(const auto reference, io::read_trajectory(folder / "ref_poses_tum.txt"));
+  VANTAGE_TRY(const auto scans, io::ScanSequence::open(folder / "scans", 10.0));
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (options.scans > 0 && drive.frames.size() == options.scans) break;
+    const auto pose = io::pose_at(reference, scans.stamp(i));
+    if (!pose) continue;
+    VANTAGE_TRY(const auto scan, scans.read(i));
+    VANTAGE_TRY(auto thinned, voxel_centroids(scan.points, options.scan_voxel));
+    drive.frames.push_back({scans.stamp(i), std::move(thinned), *pose});
+  }
+  if (drive.frames.empty()) return fail(ErrorCode::invalid_input, "no scan has a reference pose");
+  return drive;
+}
+
+/// Constant velocity in the sensor's own frame, as the localizer predicts.
+Pose predicted(const std::vector<Pose>& estimates, const std::vector<Drive::Frame>& frames) {
+  const std::size_t n = estimates.size();
+  if (n == 0) return frames[0].T_map_scan;
+  if (n == 1) return estimates[0];
+  const double fraction =
+      (frames[n].stamp - frames[n - 1].stamp) / (frames[n - 1].stamp - frames[n - 2].stamp);
+  const Pose step = estimates[n - 2].inverse() * estimates[n - 1];
+  return estimates[n - 1] * interpolate(Pose{}, step, fraction);
+}
+
+struct Figures {
+  double prepare_ms = 0.0;
+  std::vector<double> align_ms, centimetres, degrees, iterations;
+  std::size_t failed = 0;
+};
+
+Result<Figures> measure(Competitor& competitor, const Drive& drive) {
+  Figures result;
+  const double before = cpu_seconds();
+  VANTAGE_CHECK(competitor.prepare(drive.map));
+  result.prepare_ms = 1e3 * (cpu_seconds() - before);
+  std::vector<Pose> estimates;
+  for (const Drive::Frame& frame : drive.frames) {
+    const Pose guess = predicted(estimates, drive.frames);
+    competitor.take(frame.scan);
+    const double start = cpu_seconds();
+    const auto answer = competitor.align(guess);
+    result.align_ms.push_back(1e3 * (cpu_seconds() - start));
+    if (!answer) ++result.failed;
+    estimates.push_back(answer ? answer->T_map_scan : guess);
+    if (answer) result.iterations.push_back(answer->iterations);
+    const Pose& estimate = estimates.back();
+    result.centimetres.push_back(1e2 *
+                                 (estimate.translation - frame.T_map_scan.translation).norm());
+    result.degrees.push_back(rotation_between(estimate, frame.T_map_scan) * 180.0 /
+                             std::numbers::pi);
+  }
+  return result;
+}
+
+void print_row(const std::vector<std::string>& cells) {
+  std::cout << fmt::format("| {} |\n", fmt::join(cells, " | ")) << std::flush;
+}
+
+void print_head(const Drive& drive) {
+  double points = 0.0;
+  for (const Drive::Frame& frame : drive.frames) points += static_cast<double>(frame.scan.size());
+  std::cout << fmt::format(
+      "\nkitti_street: {} scans of {:.0f} points on the average, map of {} points, 1 thread, CPU "
+      "time\n\n",
+      drive.frames.size(), points / static_cast<double>(drive.frames.size()), drive.map.size());
+  const std::vector<std::string> columns{
+      "matcher", "prepare ms", "T_align mean ms", "median", "p99", "max",
+      "ratio",   "steps",      "error mean",      "p95",    "deg", "failed"};
+  print_row(columns);
+  print_row(std::vector<std::string>(columns.size(), "---"));
+}
+
+Result<std::vector<Entry>> chosen(const Options& options) {
+  const std::vector<Entry> all = entries(options);
+  std::vector<Entry> picked;
+  if (options.matchers.empty()) picked = all;
+  for (const std::string& name : options.matchers) {
+    const auto entry = std::ranges::find(all, name, &Entry::name);
+    if (entry == all.end()) {
+      std::vector<std::string> names;
+      for (const Entry& e : all) names.push_back(e.name);
+      return cli::usage_error(
+          fmt::format("there is no matcher '{}'; there are {}", name, fmt::join(names, ", ")));
+    }
+    picked.push_back(*entry);
+  }
+  for (const std::string& text : options.with) {
+    const std::size_t colon = text.find(':');
+    std::string params = colon == std::string::npos ? "" : text.substr(colon + 1);
+    std::ranges::replace(params, ';', '\n');
+    picked.push_back({text, [name = text.substr(0, colon), params = std::move(params)] {
+                        return std::make_unique<Plugin>(name, params);
+                      }});
+  }
+  return picked;
+}
+
+Result<void> run(const Options& options) {
+  VANTAGE_TRY(const auto picked, chosen(options));
+  const auto folder = test::real_data("kitti_street");
+  if (!folder) return {};
+  const cli::ThreadLimit one_thread(1);
+  omp_set_num_threads(1);  // Open3D's and PCL's
+  VANTAGE_TRY(const Drive drive, load(*folder, options));
+  print_head(drive);
+  std::optional<double> first;
+  for (const Entry& entry : picked) {
+    const auto competitor = entry.make();
+    VANTAGE_TRY(const Figures result, measure(*competitor, drive));
+    const auto time = cli::statistics_of(result.align_ms);
+    const auto error = cli::statistics_of(result.centimetres);
+    const double steps = cli::statistics_of(result.iterations).mean;
+    if (!first) first = time.mean;
+    print_row({entry.name, fmt::format("{:.0f}", result.prepare_ms),
+               fmt::format("{:.1f}", time.mean), fmt::format("{:.1f}", time.median),
+               fmt::format("{:.1f}", time.p99), fmt::format("{:.1f}", time.max),
+               fmt::format("{:.2f}", time.mean / *first),
+               steps > 0.0 ? fmt::format("{:.1f}", steps) : "",
+               fmt::format("{:.2f} cm", error.mean), fmt::format("{:.2f} cm", error.p95),
+               fmt::format("{:.3f}", cli::statistics_of(result.degrees).mean),
+               fmt::format("{}", result.failed)});
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage::benchmarks
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Scan matchers beside PCL's and Open3D's on the recorded street, as a markdown table.",
+      "./dev bench matching");
+  vantage::benchmarks::Options options;
+  app.add_option("--matchers", options.matchers,
+                 "only these, the first being what the others are compared with: ndt, ndt_direct1, "
+                 "ndt_direct26, ndt_kdtree, icp, gicp, pcl_ndt, pcl_gicp, open3d_icp")
+      ->delimiter(',')
+      ->type_name("A,B,...");
+  app.add_option("--with", options.with,
+                 "also a plugin with parameters of its own: 'ndt: resolution = 2.0; d1 = ...'")
+      ->type_name("PLUGIN[:PARAMS]");
+  app.add_option("--scans", options.scans, "only the first N scans; 0: all")
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--scan-voxel", options.scan_voxel, "scans are thinned to voxels of this edge")
+      ->check(CLI::PositiveNumber)
+      ->type_name("M")
+      ->capture_default_str();
+  app.add_option("--map-voxel", options.map_voxel,
+                 "the map of pcl_gicp and open3d_icp is thinned to voxels of this edge, as icp and "
+                 "gicp thin theirs; 0: it is not")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("M")
+      ->capture_default_str();
+  return vantage::cli::run_program(app, argc, argv,
+                                   [&] { return vantage::benchmarks::run(options); });
+}
