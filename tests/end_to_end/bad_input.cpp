@@ -157,7 +157,7 @@ TEST_CASE("wrong usage is exit code 2") {
   CHECK(test::run("vantage", {"build", "--help"}).exit_code == 0);
   const SmallMap small;
   CHECK(has(failure(test::run("vantage-localize", {small.config, "--scans", "s", "--out", "o"}), 2),
-            "no first pose: give --initial-pose or --reference"));
+            "no first pose: give --initial-pose (a pose or 'auto') or --reference"));
   CHECK(has(
       failure(test::run("vantage-localize", {small.config, "--scans", small.folder.path().string(),
                                              "--out", "o", "--initial-pose", "1,2,3"}),
@@ -213,25 +213,36 @@ TEST_CASE("localize: scans that see nothing of the map are marked lost, and loca
   const auto done = street.localize(config, "run", {"--quiet", "--json"});
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   const auto summary = nlohmann::json::parse(done.out);
-  CHECK(summary["scans"]["lost"] == 3);
-  CHECK(summary["scans"]["tracked"] == test::Street::kScans - 3);
+  // And a fourth, which fits again, until the next one confirms it.
+  CHECK(summary["scans"]["lost"] == 4);
+  CHECK(summary["scans"]["recovered"] == 1);
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans - 4);
   CHECK(summary["scans"]["dropped_points"] == 1);
   CHECK(summary["error_m"]["max"] < 0.5);
   CHECK(io::read_trajectory(street.folder() / "run/trajectory.tum")->size() ==
-        test::Street::kScans - 3);
+        test::Street::kScans - 4);
 }
 
 TEST_CASE("localize: a pose outside every region keeps the nearest map, and the output says so") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 20, "bundle");
   REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
-  const auto done = test::run("vantage-localize",
-                              {config, "--scans", street.path("scans"), "--out", street.path("run"),
-                               "--initial-pose", "-500,-500,0,0,0,0", "--json", "--quiet"});
-  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
-  const auto summary = nlohmann::json::parse(done.out);
+  const auto from_there = [&](const std::string& recovery) {
+    auto done = test::run("vantage-localize",
+                          {config, "--scans", street.path("scans"), "--out", street.path("run"),
+                           "--initial-pose", "-500,-500,0,0,0,0", "--json", "--quiet", "--set",
+                           "localizer." + recovery});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    return nlohmann::json::parse(done.out);
+  };
+  const auto summary = from_there("recovery_radius=0");
   CHECK(summary["scans"]["outside_every_region"] == test::Street::kScans);
   CHECK(summary["scans"]["lost"] == test::Street::kScans);
+
+  // Where it may look for the sensor, it finds it.
+  const auto found = from_there("recovery_radius=1000");
+  CHECK(found["scans"]["recovered"] == 1);
+  CHECK(found["scans"]["lost"] < 20);
 }
 
 TEST_CASE("evaluate: a missing bundle is told before any scan is localized") {

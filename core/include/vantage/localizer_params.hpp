@@ -16,7 +16,7 @@ struct LocalizerParams {
   std::optional<double> scan_max_range;
   double switch_margin = 0.0;
   double min_coverage = 0.3;
-  double min_nvtl = 1.0;
+  double min_nvtl = 0.75;
   double max_correction = 2.0;
   std::uint32_t confirming_scans = 2;
   std::optional<double> recovery_radius;
