@@ -22,13 +22,15 @@ class PointSet {
  public:
   explicit PointSet(std::size_t map_size) : words_((map_size + 63) / 64) {}
 
-  void insert(std::uint32_t i) { words_[i / 64] |= std::uint64_t{1} << (i % 64); }
+  /// Precondition: not in it yet.
+  void insert(std::uint32_t i) {
+    words_[i / 64] |= std::uint64_t{1} << (i % 64);
+    ++size_;
+  }
 
   [[nodiscard]] IndexList ascending() const {
-    std::size_t size = 0;
-    for (const std::uint64_t word : words_) size += static_cast<std::size_t>(std::popcount(word));
     IndexList indices;
-    indices.reserve(size);
+    indices.reserve(size_);
     for (std::size_t w = 0; w < words_.size(); ++w) {
       for (std::uint64_t rest = words_[w]; rest != 0; rest &= rest - 1) {
         const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
@@ -40,6 +42,7 @@ class PointSet {
 
  private:
   std::vector<std::uint64_t> words_;
+  std::size_t size_ = 0;
 };
 
 /// |p - q| of any p in `a` and q in `b` is, axis by axis, at least `gap` and at most `span`.
