@@ -1,21 +1,77 @@
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
+#include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
+#include "point_buckets.hpp"
 #include "vantage/plugin.hpp"
 
 namespace {
 
-using vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point, vantage::PointsView,
-    vantage::Result, vantage::VisibilityLimits, vantage::VisibilityOperator,
-    vantage::VisibilityProgress, vantage::VisibilityScene;
+using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point,
+    vantage::PointBuckets, vantage::PointsView, vantage::Result, vantage::VisibilityLimits,
+    vantage::VisibilityOperator, vantage::VisibilityProgress, vantage::VisibilityScene;
+
+/// A set of points of one map, a bit each.
+class PointSet {
+ public:
+  explicit PointSet(std::size_t map_size) : words_((map_size + 63) / 64) {}
+
+  /// Precondition: not in it yet.
+  void insert(std::uint32_t i) {
+    words_[i / 64] |= std::uint64_t{1} << (i % 64);
+    ++size_;
+  }
+
+  [[nodiscard]] IndexList ascending() const {
+    IndexList indices;
+    indices.reserve(size_);
+    for (std::size_t w = 0; w < words_.size(); ++w) {
+      for (std::uint64_t rest = words_[w]; rest != 0; rest &= rest - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
+        indices.push_back(static_cast<std::uint32_t>(64 * w + bit));
+      }
+    }
+    return indices;
+  }
+
+ private:
+  std::vector<std::uint64_t> words_;
+  std::size_t size_ = 0;
+};
+
+/// |p - q| of any p in `a` and q in `b` is, axis by axis, at least `gap` and at most `span`.
+/// Rounded differences, squares, sums and roots never change their order, so this holds bit for
+/// bit.
+Point gap(const Bounds3& a, const Bounds3& b) {
+  return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(Point::Zero());
+}
+Point span(const Bounds3& a, const Bounds3& b) { return (a.max - b.min).cwiseMax(b.max - a.min); }
+
+/// All but the points at the place of the only viewpoint; from two places, everything.
+IndexList seen_without_limit(PointsView map, std::span<const Point> viewpoints) {
+  const Point& first = viewpoints.front();
+  const bool one_place = std::all_of(viewpoints.begin(), viewpoints.end(),
+                                     [&](const Point& viewpoint) { return viewpoint == first; });
+  IndexList kept;
+  kept.reserve(map.size());
+  for (std::uint32_t i = 0; i < map.size(); ++i) {
+    if (!one_place || map[i] != first) kept.push_back(i);
+  }
+  return kept;
+}
 
 class Scene final : public VisibilityScene {
  public:
-  Scene(PointsView map, double max_range) noexcept
-      : VisibilityScene(map.size()), map_(map), max_range_(max_range) {}
+  Scene(PointsView map, double max_range)
+      : VisibilityScene(map.size()), map_(map), max_range_(max_range) {
+    if (std::isfinite(max_range)) buckets_.emplace(map, std::max(kWidth, max_range / kAcross));
+  }
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return visible_from_any({&viewpoint, 1}, nullptr);
@@ -31,19 +87,8 @@ class Scene final : public VisibilityScene {
         }
       }
       if (viewpoints.empty()) return IndexList{};
-      // Neighbours in the map are mostly seen from the same viewpoint: the last one goes first.
-      const Point* last = &viewpoints.front();
-      IndexList kept;
-      for (std::uint32_t i = 0; i < map_.size(); ++i) {
-        if (!within_reach(map_[i], *last)) {
-          const auto seen_from = std::find_if(
-              viewpoints.begin(), viewpoints.end(),
-              [&](const Point& viewpoint) { return within_reach(map_[i], viewpoint); });
-          if (seen_from == viewpoints.end()) continue;
-          last = &*seen_from;
-        }
-        kept.push_back(i);
-      }
+      IndexList kept = buckets_ ? seen_within_range({viewpoints.begin(), viewpoints.end()})
+                                : seen_without_limit(map_, viewpoints);
       // Points were gone through, not viewpoints: all of them are done only now.
       if (progress != nullptr) progress->advanced(viewpoints.size());
       return kept;
@@ -51,12 +96,61 @@ class Scene final : public VisibilityScene {
   }
 
  private:
-  [[nodiscard]] bool within_reach(const Point& p, const Point& viewpoint) const {
-    return p != viewpoint && (p - viewpoint).norm() <= max_range_;
+  static constexpr double kWidth = 2.0;    // of a bucket [m], at least
+  static constexpr double kAcross = 16.0;  // buckets in a range, at most
+
+  /// Who sees points of a bucket: one all of them, or each of `undecided` perhaps some.
+  struct Sight {
+    bool of_all = false;
+    std::vector<Point> undecided = {};
+  };
+
+  [[nodiscard]] IndexList seen_within_range(std::vector<Point> viewpoints) const {
+    const Bounds3 around = vantage::bounds_of(viewpoints);
+    PointSet kept(map_.size());
+    for (const PointBuckets::Bucket& bucket : buckets_->all()) {
+      if (!in_range(gap(bucket.bounds, around))) continue;
+      Sight sight = sight_of(bucket.bounds, viewpoints);
+      if (!sight.of_all && sight.undecided.empty()) continue;
+      for (const std::uint32_t i : buckets_->indices(bucket)) {
+        if (sight.of_all || seen_from_any(map_[i], sight.undecided)) kept.insert(i);
+      }
+    }
+    return kept.ascending();
   }
+
+  /// Moves the viewpoint that sees all to the front, because it mostly sees all of the next box.
+  [[nodiscard]] Sight sight_of(const Bounds3& box, std::span<Point> viewpoints) const {
+    std::vector<Point> undecided;
+    for (Point& viewpoint : viewpoints) {
+      const Bounds3 here{viewpoint, viewpoint};
+      const Point least = gap(box, here);
+      if (!in_range(least)) continue;
+      // Within the box a point may be at the viewpoint's own place, and is not seen then.
+      if (!least.isZero(0.0) && in_range(span(box, here))) {
+        std::swap(viewpoints.front(), viewpoint);
+        return {.of_all = true};
+      }
+      undecided.push_back(viewpoint);
+    }
+    return {.undecided = std::move(undecided)};
+  }
+
+  /// Moves the viewpoint that sees `p` to the front, because it mostly sees the next point too.
+  [[nodiscard]] bool seen_from_any(const Point& p, std::span<Point> viewpoints) const {
+    const auto sees = std::find_if(
+        viewpoints.begin(), viewpoints.end(),
+        [&](const Point& viewpoint) { return p != viewpoint && in_range(p - viewpoint); });
+    if (sees == viewpoints.end()) return false;
+    std::iter_swap(viewpoints.begin(), sees);
+    return true;
+  }
+
+  [[nodiscard]] bool in_range(const Point& offset) const { return offset.norm() <= max_range_; }
 
   PointsView map_;
   double max_range_;
+  std::optional<PointBuckets> buckets_;  // none without a limit
 };
 
 /// Every point within reach is observable: the wide-area map as the paper's baseline.

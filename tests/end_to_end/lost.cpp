@@ -1,0 +1,302 @@
+// Losing and finding on simulated drives with kidnappings and holes in the map: what the localizer
+// calls lost and tracked against what is true.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <future>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/point_cloud_io.hpp"
+#include "io/scan_sequence.hpp"
+#include "io/trajectory_io.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+
+namespace fs = std::filesystem;
+
+namespace vantage::test {
+namespace {
+
+using Row = std::map<std::string, std::string>;
+
+/// Lines of comma-separated values under a line of names; only the last value may hold commas.
+std::vector<Row> read_csv(const fs::path& path) {
+  std::istringstream lines(read_text(path));
+  const auto next_cell = [](std::istringstream& cells, bool last) {
+    std::string cell;
+    std::getline(cells, cell, last ? '\n' : ',');
+    return cell;
+  };
+  std::string line;
+  std::getline(lines, line);
+  std::vector<std::string> names;
+  for (std::istringstream cells(line); !cells.eof();) names.push_back(next_cell(cells, false));
+  std::vector<Row> rows;
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    Row row;
+    for (const std::string& name : names) row[name] = next_cell(cells, name == names.back());
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// Tells whether a map has a point within `reach` [m] of a place.
+class MapPoints {
+ public:
+  MapPoints(PointCloud points, double reach) : points_(std::move(points)), reach_(reach) {
+    for (std::uint32_t i = 0; i < points_.size(); ++i) by_cell_.emplace_back(key(points_[i]), i);
+    std::sort(by_cell_.begin(), by_cell_.end());
+  }
+
+  [[nodiscard]] bool near(const Point& p) const {
+    for (const double dx : {0.0, -1.0, 1.0}) {
+      for (const double dy : {0.0, -1.0, 1.0}) {
+        // Cells above each other have successive keys.
+        const std::uint64_t cell = key(p + reach_ * Point(dx, dy, 0.0));
+        auto at = std::lower_bound(by_cell_.begin(), by_cell_.end(), std::pair(cell - 1, 0U));
+        for (; at != by_cell_.end() && at->first <= cell + 1; ++at) {
+          if ((points_[at->second] - p).norm() <= reach_) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t key(const Point& p) const {
+    std::uint64_t key = 0;
+    for (const double x : p) {
+      key = (key << 21) + static_cast<std::uint64_t>(std::floor(x / reach_) + (1 << 20));
+    }
+    return key;
+  }
+
+  PointCloud points_;
+  double reach_;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> by_cell_;
+};
+
+/// Scans of a drive: those of [begin, end).
+struct Part {
+  std::size_t begin, end;
+};
+
+/// A simulated drive, and the region maps of its world.
+class Drive {
+ public:
+  /// @param world  one of configs/simulate
+  explicit Drive(std::string world) : name_(std::move(world)) {
+    const std::string source = VANTAGE_SOURCE_DIR "/configs/simulate/" + name_ + ".toml";
+    simulated_ = test::run("vantage-simulate", {source, "--out", path("world"), "--quiet"});
+    write_text(path("config.toml"), R"(schema = 1
+[map]
+files = ["world/map.pcd"]
+[partitioner]
+plugin = "uniform_grid"
+params = { cell_width = 20.0 }
+[ground]
+plugin = "pmf"
+[viewpoints]
+voxel_size = 2.0
+sensor_height = 1.0
+[visibility]
+plugin = "keep_all"
+max_range = 60.0
+[store]
+plugin = "pcd_tiles"
+content = "prepared"
+params = { root = "maps" }
+[matcher]
+plugin = "ndt"
+[localizer]
+scan_min_range = 1.0
+)");
+    built_ = test::run("vantage-build", {path("config.toml"), "--quiet"});
+  }
+
+  /// To be asked before anything else.
+  void require_made() const {
+    REQUIRE_MESSAGE(simulated_.exit_code == 0, simulated_.err);
+    REQUIRE_MESSAGE(built_.exit_code == 0, built_.err);
+  }
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] std::string path(const std::string& file) const {
+    return (folder_.path() / file).string();
+  }
+
+  [[nodiscard]] Part whole() const { return {0, scans().size()}; }
+  [[nodiscard]] io::ScanSequence scans() const {
+    return io::ScanSequence::open(path("world/scans"), 1.0).value();
+  }
+
+  /// The folder of a run over a part of the drive.
+  [[nodiscard]] std::string localize(Part part, std::vector<std::string> more = {}) const {
+    const std::string name = std::to_string(part.begin) + "-" + std::to_string(part.end);
+    const fs::path scans = path("scans_" + name), out = path("run_" + name);
+    fs::create_directory(scans);
+    const io::ScanSequence all = this->scans();
+    std::ostringstream times;
+    times.precision(17);
+    for (std::size_t i = part.begin; i < part.end; ++i) {
+      fs::create_symlink(all.file(i), scans / all.file(i).filename());
+      times << all.stamp(i) << '\n';
+    }
+    write_text(scans / "times.txt", times.str());
+    std::vector<std::string> arguments{path("config.toml"),
+                                       "--quiet",
+                                       "--scans",
+                                       scans.string(),
+                                       "--odometry",
+                                       path("world/odometry.tum"),
+                                       "--reference",
+                                       path("world/reference.tum"),
+                                       "--out",
+                                       out.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished done = test::run("vantage-localize", arguments);
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    return out.string();
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::string name_;
+  Finished simulated_, built_;
+};
+
+/// Whether the pose that a scan was given is right.
+bool is_right(const Row& scan) {
+  const auto below = [&](const std::string& column, double limit) {
+    const std::string& value = scan.at(column);
+    return !value.empty() && std::stod(value) <= limit;
+  };
+  return below("error_m", 2.0) && below("error_deg", 5.0);
+}
+
+/// What scans are (first) and what they are called (second).
+struct Verdict {
+  int lost_lost = 0, lost_tracked = 0, tracked_lost = 0, tracked_tracked = 0;
+  int tracked_and_wrong = 0;
+  std::vector<std::size_t> found_after;  ///< scans after each kidnapping
+};
+
+/// How many scans after a kidnapping, the first of `scans`, the first tracked and right one is.
+std::size_t scans_until_found(std::span<const Row> scans) {
+  const auto found = std::find_if(scans.begin(), scans.end(), [](const Row& scan) {
+    return scan.at("tracking") == "tracked" && is_right(scan);
+  });
+  return static_cast<std::size_t>(found - scans.begin());
+}
+
+/// The share of a scan's points, every tenth of them, that have a map point near at the true pose.
+double mapped_share(const PointCloud& scan, const Pose& T_map_scan, const MapPoints& map) {
+  std::size_t tried = 0, near = 0;
+  for (std::size_t i = 0; i < scan.size(); i += 10, ++tried) near += map.near(T_map_scan * scan[i]);
+  return static_cast<double>(near) / static_cast<double>(tried);
+}
+
+Verdict judge(const Drive& drive, Part part, Verdict verdict) {
+  const fs::path run = drive.localize(part);
+  const auto summary = nlohmann::json::parse(read_text(run / "summary.json"));
+  CHECK(summary["scans"]["blocking_loads"] == 0);
+  const std::vector<Row> rows = read_csv(run / "scans.csv");
+  const std::vector<Row> events = read_csv(drive.path("world/events.csv"));
+  const auto reference = io::read_trajectory(drive.path("world/reference.tum")).value();
+  const MapPoints map(io::read_point_cloud(drive.path("world/map.pcd")).value().points, 0.5);
+  const io::ScanSequence scans = drive.scans();
+  REQUIRE(rows.size() == part.end - part.begin);
+  REQUIRE(events.size() == scans.size());
+
+  for (std::size_t i = part.begin; i < part.end; ++i) {
+    const Row& row = rows[i - part.begin];
+    const bool called_lost = row.at("tracking") == "lost";
+    CHECK((called_lost || row.at("tracking") == "tracked"));
+    const Pose truth = io::pose_at(reference, scans.stamp(i)).value();
+    const double mapped = mapped_share(scans.read(i).value().points, truth, map);
+    const bool lost = !is_right(row) || mapped < 1.0 / 3.0;
+    verdict.lost_lost += lost && called_lost;
+    verdict.lost_tracked += lost && !called_lost;
+    verdict.tracked_lost += !lost && called_lost;
+    verdict.tracked_tracked += !lost && !called_lost;
+    verdict.tracked_and_wrong += !called_lost && !is_right(row);
+    if (lost != called_lost) {
+      MESSAGE(drive.name(), " scan ", i, " is ", lost ? "lost" : "fine", " and called ",
+              row.at("tracking"), ": off by ", row.at("error_m"), " m, ", row.at("error_deg"),
+              " deg; mapped ", mapped, ", coverage ", row.at("coverage"), ", NVTL ", row.at("NVTL"),
+              ", ", row.at("reason"));
+    }
+    if (events[i].at("kidnapped") == "1") {
+      verdict.found_after.push_back(scans_until_found(std::span(rows).subspan(i - part.begin)));
+    }
+  }
+  return verdict;
+}
+
+void check_verdict(const Verdict& v) {
+  const auto share = [](int part, int other) { return part / static_cast<double>(part + other); };
+  const double lost_precision = share(v.lost_lost, v.tracked_lost);
+  const double lost_recall = share(v.lost_lost, v.lost_tracked);
+  const double tracked_precision = share(v.tracked_tracked, v.lost_tracked);
+  const double tracked_recall = share(v.tracked_tracked, v.tracked_lost);
+  MESSAGE("lost: ", v.lost_lost, " called lost, ", v.lost_tracked,
+          " called tracked; fine: ", v.tracked_lost, " called lost, ", v.tracked_tracked,
+          " called tracked");
+  MESSAGE("lost: precision ", lost_precision, ", recall ", lost_recall, "; tracked: precision ",
+          tracked_precision, ", recall ", tracked_recall);
+  CHECK(lost_precision >= 0.95);
+  CHECK(lost_recall >= 0.95);
+  CHECK(tracked_precision >= 0.95);
+  CHECK(tracked_recall >= 0.95);
+  CHECK(v.tracked_and_wrong == 0);
+  std::string waits;
+  for (const std::size_t scans : v.found_after) {
+    waits += ' ' + std::to_string(scans);
+    CHECK(scans <= 20);
+  }
+  MESSAGE("tracked and right again, scans after each kidnapping:", waits);
+}
+
+}  // namespace
+
+TEST_CASE("what is called lost is lost, what is called tracked is right, and the lost are found") {
+  auto making = std::async(std::launch::async, [] { return std::make_unique<Drive>("lost_2"); });
+  const Drive first("lost");
+  const auto second = making.get();
+  first.require_made();
+  second->require_made();
+
+  // In the first world a kidnapping and half a hole, in the second all of a hole between two.
+  Verdict verdict = judge(first, {440, 510}, {});
+  verdict = judge(*second, {440, 560}, std::move(verdict));
+  CHECK(verdict.found_after.size() == 3);
+  check_verdict(verdict);
+
+  const fs::path run = first.localize({0, 6}, {"--initial-pose", "auto"});
+  const std::size_t found = scans_until_found(read_csv(run / "scans.csv"));
+  MESSAGE("tracked and right without a first pose after scans: ", found);
+  CHECK(found <= 3);
+}
+
+TEST_CASE("the same over the whole drives (minutes)" * doctest::skip()) {
+  Verdict verdict;
+  for (const std::string world : {"lost", "lost_2"}) {
+    const Drive drive(world);
+    drive.require_made();
+    verdict = judge(drive, drive.whole(), std::move(verdict));
+  }
+  CHECK(verdict.found_after.size() == 12);
+  check_verdict(verdict);
+}
+
+}  // namespace vantage::test
