@@ -90,10 +90,13 @@ Grid grid(const ReadyMap& map, const std::vector<Frame>& frames, const Options& 
 Result<ReadyMap> regions(const std::filesystem::path& config, const std::string& content,
                          const MatcherOption& option, const PluginPtr<ScanMatcher>& matcher,
                          const std::filesystem::path& map) {
-  if (!config.empty()) return ReadyMap::of_bundle(config, {}, matcher);
   const test::TemporaryFolder folder;
-  VANTAGE_TRY(const auto overrides, build_L20(map, folder.path() / content, content, option));
-  return ReadyMap::of_bundle(kL20, overrides, matcher);
+  std::vector<std::string> overrides;
+  if (config.empty()) {
+    VANTAGE_TRY(overrides, build_L20(map, folder.path() / content, content, option));
+  }
+  VANTAGE_TRY(const auto store, open_bundle(config.empty() ? kL20 : config, overrides));
+  return ReadyMap::of_bundle(store, matcher);
 }
 
 Result<std::vector<NamedMap>> maps(const PointCloud& map, const std::filesystem::path& map_file,
@@ -128,20 +131,21 @@ std::vector<std::string> header(const std::string& first, const std::vector<doub
 
 void print(const std::vector<NamedMap>& maps, const std::vector<Grid>& grids,
            const Options& options) {
-  print_head("Off by so many metres, facing right:", header("map", options.metres, " m"));
+  print_head("Moved by so many metres, not turned:", header("map", options.metres, " m"));
   for (std::size_t m = 0; m < maps.size(); ++m) {
     std::vector<std::string> row{maps[m].name};
     for (const auto& by_degrees : grids[m]) row.push_back(percent(by_degrees.front()));
     print_row(row);
   }
-  print_head("In the right place, turned by so many degrees:", header("map", options.degrees, "°"));
+  print_head("Turned by so many degrees, not moved:", header("map", options.degrees, "°"));
   for (std::size_t m = 0; m < maps.size(); ++m) {
     std::vector<std::string> row{maps[m].name};
     for (const Share& share : grids[m].front()) row.push_back(percent(share));
     print_row(row);
   }
   for (std::size_t m = 0; m < maps.size(); ++m) {
-    print_head(fmt::format("Both, {}:", maps[m].name), header("off by", options.degrees, "°"));
+    print_head(fmt::format("Moved and turned, {}:", maps[m].name),
+               header("off by", options.degrees, "°"));
     for (std::size_t i = 0; i < options.metres.size(); ++i) {
       std::vector<std::string> row{fmt::format("{:g} m", options.metres[i])};
       for (const Share& share : grids[m][i]) row.push_back(percent(share));

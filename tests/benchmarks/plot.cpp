@@ -9,7 +9,7 @@
 namespace vantage::benchmarks {
 namespace {
 
-constexpr double kLeft = 62.0, kRight = 18.0, kTop = 70.0, kBottom = 52.0;  // around a panel
+constexpr double kLeft = 62.0, kRight = 26.0, kTop = 68.0, kBottom = 52.0;  // around a panel
 constexpr double kLegendY = 22.0, kLetter = 6.6;  // width of a letter of the legend, about
 
 struct Look {
@@ -111,10 +111,9 @@ std::string drawn(const Panel& panel, double left, double width, double height) 
     for (const Mark& m : panel.curves[k].marks) {
       svg += mark(k, x(m.x), y(m.y));
       if (m.text.empty()) continue;
-      svg +=
-          text(x(m.x), y(m.y) - 9.0, m.text,
-               fmt::format("text-anchor=\"middle\" font-size=\"11\" fill=\"{}\"", kLooks[k].colour)
-                   .c_str());
+      svg += text(x(m.x), y(m.y) + (panel.curves[k].texts_below ? 18.0 : -9.0), m.text,
+                  "text-anchor=\"middle\" font-size=\"11\" fill=\"#555\" paint-order=\"stroke\" "
+                  "stroke=\"#fff\" stroke-width=\"3\"");
     }
   }
   return svg;

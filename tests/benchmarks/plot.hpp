@@ -27,7 +27,8 @@ struct Mark {
 
 struct Curve {
   std::string name;
-  std::vector<Mark> marks;  ///< joined in this order
+  std::vector<Mark> marks;   ///< joined in this order
+  bool texts_below = false;  ///< their texts, instead of above
 };
 
 struct Panel {

@@ -33,12 +33,8 @@ ReadyMap ReadyMap::everywhere(PluginPtr<MatchTarget> target) {
   return map;
 }
 
-Result<ReadyMap> ReadyMap::of_bundle(const std::filesystem::path& config,
-                                     const std::vector<std::string>& overrides,
+Result<ReadyMap> ReadyMap::of_bundle(const PluginPtr<MapStore>& store,
                                      const PluginPtr<ScanMatcher>& matcher) {
-  VANTAGE_TRY(const Config loaded, load_config(config, overrides));
-  VANTAGE_TRY(const StoreConfig chosen, loaded.need(loaded.store, "store", "the benchmark"));
-  VANTAGE_TRY(const auto store, test::built_plugins().load<MapStore>(chosen.choice()));
   ReadyMap map;
   VANTAGE_TRY(map.index_, store->index());
   for (std::uint32_t r = 0; r < map.index_.partition.size(); ++r) {
@@ -48,7 +44,7 @@ Result<ReadyMap> ReadyMap::of_bundle(const std::filesystem::path& config,
     if (ready) {
       map.regions_.back() = *std::move(ready);
     } else if (ready.error().code != ErrorCode::too_few_matches) {
-      return fail(std::move(ready).error().during("opening " + config.string()));
+      return fail(std::move(ready).error());
     }
   }
   return map;
@@ -65,9 +61,11 @@ Result<Alignment> ReadyMap::align(PointsView scan, const Pose& T_map_scan_guess)
   return region->target->align(scan, T_map_scan_guess);
 }
 
-double ReadyMap::seconds_prepare(RegionId region) const {
-  const auto& ready = regions_.at(region.value);
-  return ready ? ready->seconds_prepare : 0.0;
+Result<PluginPtr<MapStore>> open_bundle(const std::filesystem::path& config,
+                                        const std::vector<std::string>& overrides) {
+  VANTAGE_TRY(const Config loaded, load_config(config, overrides));
+  VANTAGE_TRY(const StoreConfig chosen, loaded.need(loaded.store, "store", "the benchmark"));
+  return test::built_plugins().load<MapStore>(chosen.choice());
 }
 
 Result<std::vector<std::string>> build_L20(const std::filesystem::path& map,

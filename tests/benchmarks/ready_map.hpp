@@ -27,10 +27,9 @@ struct MatcherOption {
 class ReadyMap {
  public:
   [[nodiscard]] static ReadyMap everywhere(PluginPtr<MatchTarget> target);
-  /// The regions of a built bundle, all of them; those whose map is empty match nothing.
-  /// Errors: those of the configuration, the store and the matcher.
-  [[nodiscard]] static Result<ReadyMap> of_bundle(const std::filesystem::path& config,
-                                                  const std::vector<std::string>& overrides,
+  /// The regions of a bundle, all of them; those whose map is empty match nothing.
+  /// Errors: those of the store and the matcher.
+  [[nodiscard]] static Result<ReadyMap> of_bundle(const PluginPtr<MapStore>& store,
                                                   const PluginPtr<ScanMatcher>& matcher);
 
   /// The region that a localizer at `place` [m] matches against (Eq. 11): the one that owns it,
@@ -39,8 +38,6 @@ class ReadyMap {
   /// Errors: `too_few_matches` if the map there is empty; those of MatchTarget::align.
   [[nodiscard]] Result<Alignment> align(PointsView scan, const Pose& T_map_scan_guess) const;
 
-  /// Seconds to make a region ready from what the store gave.
-  [[nodiscard]] double seconds_prepare(RegionId region) const;
   /// Of the bundle; no regions if the map is one.
   [[nodiscard]] const MapIndex& index() const noexcept { return index_; }
 
@@ -48,6 +45,10 @@ class ReadyMap {
   MapIndex index_;
   std::vector<std::shared_ptr<const ReadyRegion>> regions_;  // nullptr: empty
 };
+
+/// The bundle of a configuration. Errors: those of the configuration and the store.
+[[nodiscard]] Result<PluginPtr<MapStore>> open_bundle(const std::filesystem::path& config,
+                                                      const std::vector<std::string>& overrides);
 
 /// The recorded street in regions of 20 m by hpr, configs/kitti_street/L20.toml, built by
 /// `vantage-build` into a folder: what to add to the configuration to open it.
