@@ -87,15 +87,15 @@ Grid grid(const ReadyMap& map, const std::vector<Frame>& frames, const Options& 
 
 // ---- maps
 
-Result<ReadyMap> regions(const std::filesystem::path& config, const std::string& content,
+Result<ReadyMap> regions(const std::filesystem::path& config, StoredContent content,
                          const MatcherOption& option, const PluginPtr<ScanMatcher>& matcher,
                          const std::filesystem::path& map) {
   const test::TemporaryFolder folder;
   std::vector<std::string> overrides;
   if (config.empty()) {
-    VANTAGE_TRY(overrides, build_L20(map, folder.path() / content, content, option));
+    VANTAGE_TRY(overrides, build_L20(map, folder.path() / "bundle", content, option));
   }
-  VANTAGE_TRY(const auto store, open_bundle(config.empty() ? kL20 : config, overrides));
+  VANTAGE_TRY(const auto store, open_bundle(config.empty() ? kL20 : config, overrides, content));
   return ReadyMap::of_bundle(store, matcher);
 }
 
@@ -109,10 +109,12 @@ Result<std::vector<NamedMap>> maps(const PointCloud& map, const std::filesystem:
 
   std::vector<NamedMap> all;
   all.push_back({"whole map", ReadyMap::everywhere(in_library_of(matcher, std::move(target)))});
-  VANTAGE_TRY(auto points, regions(options.points, "points", option, matcher, map_file));
+  VANTAGE_TRY(auto points,
+              regions(options.points, StoredContent::points, option, matcher, map_file));
   all.push_back({"region map, points", std::move(points)});
   if (stores_cells) {
-    VANTAGE_TRY(auto cells, regions(options.cells, "prepared", option, matcher, map_file));
+    VANTAGE_TRY(auto cells,
+                regions(options.cells, StoredContent::prepared, option, matcher, map_file));
     all.push_back({"region map, cells", std::move(cells)});
   }
   return all;

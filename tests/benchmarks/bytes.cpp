@@ -41,7 +41,7 @@ struct Options {
   std::string matcher = "ndt";
   std::filesystem::path points, cells;  // configurations of built bundles; empty: L20 is built
   std::vector<double> voxels{0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5};  // [m]
-  std::size_t repeats = 7;
+  std::size_t repeats = 15;
   std::uint64_t seed = 1;
   double scan_voxel = 0.5;  // [m]
   std::filesystem::path svg;
@@ -120,9 +120,7 @@ class Bench {
   }
 
   /// Bytes and seconds are the mean of the regions that the drive needs.
-  [[nodiscard]] Result<Row> of_bundle(std::string name, const std::filesystem::path& config,
-                                      const std::vector<std::string>& overrides) const {
-    VANTAGE_TRY(const auto store, open_bundle(config, overrides));
+  [[nodiscard]] Result<Row> of_bundle(std::string name, const PluginPtr<MapStore>& store) const {
     VANTAGE_TRY(const auto map, ReadyMap::of_bundle(store, matcher_));
     std::set<RegionId> regions;
     Row row = row_of(follow_in(map, drive_, regions));
@@ -178,13 +176,16 @@ struct Rows {
   std::vector<Row> voxels, random, cells, regions;
 };
 
-Result<Row> of_regions(const Bench& bench, std::string name, const std::string& content,
+Result<Row> of_regions(const Bench& bench, std::string name, StoredContent content,
                        const std::filesystem::path& config, const std::filesystem::path& map,
                        const MatcherOption& matcher) {
-  if (!config.empty()) return bench.of_bundle(std::move(name), config, {});
   const test::TemporaryFolder folder;
-  VANTAGE_TRY(const auto overrides, build_L20(map, folder.path() / content, content, matcher));
-  return bench.of_bundle(std::move(name), kL20, overrides);
+  std::vector<std::string> overrides;
+  if (config.empty()) {
+    VANTAGE_TRY(overrides, build_L20(map, folder.path() / "bundle", content, matcher));
+  }
+  VANTAGE_TRY(const auto store, open_bundle(config.empty() ? kL20 : config, overrides, content));
+  return bench.of_bundle(std::move(name), store);
 }
 
 Result<Rows> measure(const Drive& drive, const std::filesystem::path& map_file,
@@ -217,12 +218,12 @@ Result<Rows> measure(const Drive& drive, const std::filesystem::path& map_file,
   VANTAGE_TRY(Row all_cells, bench.of_cells("cells of all points", cells));
   all_cells.mark = "all points";
   rows.cells.push_back(std::move(all_cells));
-  VANTAGE_TRY(Row seen_cells, of_regions(bench, "a region's seen cells", "prepared", options.cells,
-                                         map_file, option));
+  VANTAGE_TRY(Row seen_cells, of_regions(bench, "a region's seen cells", StoredContent::prepared,
+                                         options.cells, map_file, option));
   seen_cells.mark = "region map";
   rows.cells.push_back(std::move(seen_cells));
-  VANTAGE_TRY(Row seen_points, of_regions(bench, "a region's seen points", "points", options.points,
-                                          map_file, option));
+  VANTAGE_TRY(Row seen_points, of_regions(bench, "a region's seen points", StoredContent::points,
+                                          options.points, map_file, option));
   seen_points.mark = "region map";
   rows.regions.push_back(std::move(seen_points));
   return rows;

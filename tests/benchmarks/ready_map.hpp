@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "vantage/config.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/plugin_loader.hpp"
 #include "vantage/region_maps.hpp"
@@ -46,17 +46,23 @@ class ReadyMap {
   std::vector<std::shared_ptr<const ReadyRegion>> regions_;  // nullptr: empty
 };
 
-/// The bundle of a configuration. Errors: those of the configuration and the store.
+/// Errors: `invalid_input` for a bundle that keeps anything but `content`, or nothing.
+/// @param content  points or prepared
+[[nodiscard]] Result<void> check_content(const MapIndex& index, StoredContent content);
+
+/// The bundle of a configuration.
+/// Errors: those of the configuration, of the store and of `check_content`.
 [[nodiscard]] Result<PluginPtr<MapStore>> open_bundle(const std::filesystem::path& config,
-                                                      const std::vector<std::string>& overrides);
+                                                      const std::vector<std::string>& overrides,
+                                                      StoredContent content);
 
 /// The recorded street in regions of 20 m by hpr, configs/kitti_street/L20.toml, built by
 /// `vantage-build` into a folder: what to add to the configuration to open it.
-/// @param content  "points", "prepared" or "both"
+/// @param content  points or prepared
 /// Errors: `internal` with what the program said.
 [[nodiscard]] Result<std::vector<std::string>> build_L20(const std::filesystem::path& map,
                                                          const std::filesystem::path& bundle,
-                                                         const std::string& content,
+                                                         StoredContent content,
                                                          const MatcherOption& matcher);
 inline constexpr const char* kL20 = VANTAGE_SOURCE_DIR "/configs/kitti_street/L20.toml";
 
