@@ -4,13 +4,8 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <ctime>
-#include <filesystem>
 #include <functional>
-#include <iostream>
-#include <iterator>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,14 +13,11 @@
 
 #include "common/command_line.hpp"
 #include "common/statistics.hpp"
-#include "io/point_cloud_io.hpp"
-#include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
+#include "drive.hpp"
 #include "matching_peers.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "vantage/scan_matcher.hpp"
-#include "vantage/viewpoints.hpp"
 
 namespace vantage::benchmarks {
 namespace {
@@ -37,13 +29,6 @@ struct Options {
   double scan_voxel = 0.5;            // [m]
   double map_voxel = 0.25;            // [m]
 };
-
-/// CPU time of the process [s]: what others do on the machine tells less in it than in wall time.
-double cpu_seconds() {
-  timespec cpu{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
-  return static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec);
-}
 
 class Plugin final : public Competitor {
  public:
@@ -92,50 +77,10 @@ std::vector<Entry> entries(const Options& options) {
   return all;
 }
 
-/// The recorded drive, scans thinned.
-struct Drive {
-  PointCloud map;
-  struct Frame {
-    double stamp;
-    PointCloud scan;
-    Pose T_map_scan;  // the reference
-  };
-  std::vector<Frame> frames;
-};
-
-Result<Drive> load(const std::filesystem::path& folder, const Options& options) {
-  Drive drive;
-  VANTAGE_TRY(auto map, io::read_point_cloud(folder / "map.pcd"));
-  drive.map = std::move(map.points);
-  VANTAGE_TRY(const auto reference, io::read_trajectory(folder / "ref_poses_tum.txt"));
-  VANTAGE_TRY(const auto scans, io::ScanSequence::open(folder / "scans", 10.0));
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    if (options.scans > 0 && drive.frames.size() == options.scans) break;
-    const auto pose = io::pose_at(reference, scans.stamp(i));
-    if (!pose) continue;
-    VANTAGE_TRY(const auto scan, scans.read(i));
-    VANTAGE_TRY(auto thinned, voxel_centroids(scan.points, options.scan_voxel));
-    drive.frames.push_back({scans.stamp(i), std::move(thinned), *pose});
-  }
-  if (drive.frames.empty()) return fail(ErrorCode::invalid_input, "no scan has a reference pose");
-  return drive;
-}
-
-/// Constant velocity in the sensor's own frame, as the localizer predicts.
-Pose predicted(const std::vector<Pose>& estimates, const std::vector<Drive::Frame>& frames) {
-  const std::size_t n = estimates.size();
-  if (n == 0) return frames[0].T_map_scan;
-  if (n == 1) return estimates[0];
-  const double fraction =
-      (frames[n].stamp - frames[n - 1].stamp) / (frames[n - 1].stamp - frames[n - 2].stamp);
-  const Pose step = estimates[n - 2].inverse() * estimates[n - 1];
-  return estimates[n - 1] * interpolate(Pose{}, step, fraction);
-}
-
 struct Figures {
   double prepare_ms = 0.0;
-  std::vector<double> align_ms, centimetres, degrees, iterations;
-  std::size_t failed = 0;
+  std::vector<double> align_ms, iterations;
+  DriveErrors errors;
 };
 
 Result<Figures> measure(Competitor& competitor, const Drive& drive) {
@@ -143,41 +88,27 @@ Result<Figures> measure(Competitor& competitor, const Drive& drive) {
   const double before = cpu_seconds();
   VANTAGE_CHECK(competitor.prepare(drive.map));
   result.prepare_ms = 1e3 * (cpu_seconds() - before);
-  std::vector<Pose> estimates;
-  for (const Drive::Frame& frame : drive.frames) {
-    const Pose guess = predicted(estimates, drive.frames);
-    competitor.take(frame.scan);
+  result.errors = follow(drive.frames, [&](PointsView scan, const Pose& guess) -> Result<Pose> {
+    competitor.take(scan);
     const double start = cpu_seconds();
     const auto answer = competitor.align(guess);
     result.align_ms.push_back(1e3 * (cpu_seconds() - start));
-    if (!answer) ++result.failed;
-    estimates.push_back(answer ? answer->T_map_scan : guess);
-    if (answer) result.iterations.push_back(answer->iterations);
-    const Pose& estimate = estimates.back();
-    result.centimetres.push_back(1e2 *
-                                 (estimate.translation - frame.T_map_scan.translation).norm());
-    result.degrees.push_back(rotation_between(estimate, frame.T_map_scan) * 180.0 /
-                             std::numbers::pi);
-  }
+    if (!answer) return fail(answer.error());
+    result.iterations.push_back(answer->iterations);
+    return answer->T_map_scan;
+  });
   return result;
 }
 
-void print_row(const std::vector<std::string>& cells) {
-  std::cout << fmt::format("| {} |\n", fmt::join(cells, " | ")) << std::flush;
-}
-
-void print_head(const Drive& drive) {
+void print_head_of(const Drive& drive) {
   double points = 0.0;
-  for (const Drive::Frame& frame : drive.frames) points += static_cast<double>(frame.scan.size());
-  std::cout << fmt::format(
-      "\nkitti_street: {} scans of {:.0f} points on the average, map of {} points, 1 thread, CPU "
-      "time\n\n",
-      drive.frames.size(), points / static_cast<double>(drive.frames.size()), drive.map.size());
-  const std::vector<std::string> columns{
-      "matcher", "prepare ms", "T_align mean ms", "median", "p99", "max",
-      "ratio",   "steps",      "error mean",      "p95",    "deg", "failed"};
-  print_row(columns);
-  print_row(std::vector<std::string>(columns.size(), "---"));
+  for (const Frame& frame : drive.frames) points += static_cast<double>(frame.scan.size());
+  print_head(fmt::format("kitti_street: {} scans of {:.0f} points on the average, map of {} "
+                         "points, 1 thread, CPU time",
+                         drive.frames.size(), points / static_cast<double>(drive.frames.size()),
+                         drive.map.size()),
+             {"matcher", "prepare ms", "T_align mean ms", "median", "p99", "max", "ratio", "steps",
+              "error mean", "p95", "deg", "failed"});
 }
 
 Result<std::vector<Entry>> chosen(const Options& options) {
@@ -211,14 +142,14 @@ Result<void> run(const Options& options) {
   if (!folder) return {};
   const cli::ThreadLimit one_thread(1);
   omp_set_num_threads(1);  // Open3D's and PCL's
-  VANTAGE_TRY(const Drive drive, load(*folder, options));
-  print_head(drive);
+  VANTAGE_TRY(const Drive drive, load_drive(*folder, options.scan_voxel, options.scans));
+  print_head_of(drive);
   std::optional<double> first;
   for (const Entry& entry : picked) {
     const auto competitor = entry.make();
     VANTAGE_TRY(const Figures result, measure(*competitor, drive));
     const auto time = cli::statistics_of(result.align_ms);
-    const auto error = cli::statistics_of(result.centimetres);
+    const auto error = cli::statistics_of(result.errors.centimetres);
     const double steps = cli::statistics_of(result.iterations).mean;
     if (!first) first = time.mean;
     print_row({entry.name, fmt::format("{:.0f}", result.prepare_ms),
@@ -227,8 +158,8 @@ Result<void> run(const Options& options) {
                fmt::format("{:.2f}", time.mean / *first),
                steps > 0.0 ? fmt::format("{:.1f}", steps) : "",
                fmt::format("{:.2f} cm", error.mean), fmt::format("{:.2f} cm", error.p95),
-               fmt::format("{:.3f}", cli::statistics_of(result.degrees).mean),
-               fmt::format("{}", result.failed)});
+               fmt::format("{:.3f}", cli::statistics_of(result.errors.degrees).mean),
+               fmt::format("{}", result.errors.failed)});
   }
   return {};
 }

@@ -1,0 +1,279 @@
+// The basin of a matcher on the recorded street: from how far off it finds the reference, against
+// the whole map, region maps of points and region maps of cells.
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/command_line.hpp"
+#include "drive.hpp"
+#include "io/atomic_file.hpp"
+#include "plot.hpp"
+#include "ready_map.hpp"
+#include "starts.hpp"
+#include "support/real_data.hpp"
+
+namespace vantage::benchmarks {
+namespace {
+
+struct Options {
+  std::string matcher = "ndt";
+  std::filesystem::path points, cells;  // configurations of built bundles; empty: L20 is built
+  std::size_t every = 4, directions = 8;
+  std::vector<double> metres{0.25, 0.5, 1.0, 1.5, 2.0, 3.0};
+  std::vector<double> degrees{1.0, 2.0, 5.0, 10.0, 15.0, 20.0};
+  double centimetres_arrived = 10.0, degrees_arrived = 1.0;
+  double scan_voxel = 0.5;  // [m]
+  std::filesystem::path svg;
+  std::size_t jobs = 0;  // 0: all cores
+};
+
+struct NamedMap {
+  std::string name;
+  ReadyMap map;
+};
+
+struct Share {
+  std::size_t arrived = 0, of = 0;
+  [[nodiscard]] double value() const {
+    return static_cast<double>(arrived) / static_cast<double>(of);
+  }
+};
+
+/// By metres, then by degrees; both begin with 0.
+using Grid = std::vector<std::vector<Share>>;
+
+bool arrives(const ReadyMap& map, const Frame& frame, const Pose& start, const Options& options) {
+  const auto alignment = map.align(frame.scan, start);
+  if (!alignment) return false;
+  const PoseError error = error_of(alignment->T_map_scan, frame.T_map_scan);
+  return error.centimetres <= options.centimetres_arrived &&
+         error.degrees <= options.degrees_arrived;
+}
+
+Share share(const ReadyMap& map, const std::vector<Frame>& frames, const Off& off,
+            const Options& options) {
+  std::vector<Share> each(frames.size());
+  tbb::parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) {
+    for (const Pose& start : starts(frames[i].T_map_scan, off, options.directions)) {
+      ++each[i].of;
+      if (arrives(map, frames[i], start, options)) ++each[i].arrived;
+    }
+  });
+  Share all;
+  for (const Share& one : each) {
+    all.arrived += one.arrived;
+    all.of += one.of;
+  }
+  return all;
+}
+
+Grid grid(const ReadyMap& map, const std::vector<Frame>& frames, const Options& options) {
+  Grid result;
+  for (const double metres : options.metres) {
+    result.emplace_back();
+    for (const double degrees : options.degrees) {
+      result.back().push_back(share(map, frames, {metres, degrees}, options));
+    }
+  }
+  return result;
+}
+
+// ---- maps
+
+Result<ReadyMap> regions(const std::filesystem::path& config, StoredContent content,
+                         const MatcherOption& option, const PluginPtr<ScanMatcher>& matcher,
+                         const std::filesystem::path& map) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> overrides;
+  if (config.empty()) {
+    VANTAGE_TRY(overrides, build_L20(map, folder.path() / "bundle", content, option));
+  }
+  VANTAGE_TRY(const auto store, open_bundle(config.empty() ? kL20 : config, overrides, content));
+  return ReadyMap::of_bundle(store, matcher);
+}
+
+Result<std::vector<NamedMap>> maps(const PointCloud& map, const std::filesystem::path& map_file,
+                                   const Options& options) {
+  const MatcherOption option = MatcherOption::from(options.matcher);
+  VANTAGE_TRY(const auto matcher, option.load());
+  VANTAGE_TRY(auto target, matcher->prepare(map));
+  const auto excerpt = target->excerpt(PointsView(map).first(1));
+  const bool stores_cells = excerpt || excerpt.error().code != ErrorCode::unsupported;
+
+  std::vector<NamedMap> all;
+  all.push_back({"whole map", ReadyMap::everywhere(in_library_of(matcher, std::move(target)))});
+  VANTAGE_TRY(auto points,
+              regions(options.points, StoredContent::points, option, matcher, map_file));
+  all.push_back({"region map, points", std::move(points)});
+  if (stores_cells) {
+    VANTAGE_TRY(auto cells,
+                regions(options.cells, StoredContent::prepared, option, matcher, map_file));
+    all.push_back({"region map, cells", std::move(cells)});
+  }
+  return all;
+}
+
+// ---- what is printed
+
+std::string percent(const Share& share) { return fmt::format("{:.0f} %", 100.0 * share.value()); }
+
+std::vector<std::string> header(const std::string& first, const std::vector<double>& values,
+                                const char* unit) {
+  std::vector<std::string> columns{first};
+  for (const double value : values) columns.push_back(fmt::format("{:g}{}", value, unit));
+  return columns;
+}
+
+void print(const std::vector<NamedMap>& maps, const std::vector<Grid>& grids,
+           const Options& options) {
+  print_head("Moved by so many metres, not turned:", header("map", options.metres, " m"));
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    std::vector<std::string> row{maps[m].name};
+    for (const auto& by_degrees : grids[m]) row.push_back(percent(by_degrees.front()));
+    print_row(row);
+  }
+  print_head("Turned by so many degrees, not moved:", header("map", options.degrees, "°"));
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    std::vector<std::string> row{maps[m].name};
+    for (const Share& share : grids[m].front()) row.push_back(percent(share));
+    print_row(row);
+  }
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    print_head(fmt::format("Moved and turned, {}:", maps[m].name),
+               header("off by", options.degrees, "°"));
+    for (std::size_t i = 0; i < options.metres.size(); ++i) {
+      std::vector<std::string> row{fmt::format("{:g} m", options.metres[i])};
+      for (const Share& share : grids[m][i]) row.push_back(percent(share));
+      print_row(row);
+    }
+  }
+}
+
+std::string plotted(const std::vector<NamedMap>& maps, const std::vector<Grid>& grids,
+                    const Options& options) {
+  const Axis percents{fmt::format("ends within {:g} cm and {:g}° [%]", options.centimetres_arrived,
+                                  options.degrees_arrived),
+                      ticks({0, 20, 40, 60, 80, 100})};
+  Panel by_metres{"Moved, not turned", {"start off by [m]", ticks(options.metres)}, percents, {}};
+  Panel by_degrees{"Turned, not moved", {"start off by [°]", ticks(options.degrees)}, percents, {}};
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    Curve moved{maps[m].name, {}}, turned{maps[m].name, {}};
+    for (std::size_t i = 0; i < options.metres.size(); ++i) {
+      moved.marks.push_back({options.metres[i], 100.0 * grids[m][i].front().value()});
+    }
+    for (std::size_t i = 0; i < options.degrees.size(); ++i) {
+      turned.marks.push_back({options.degrees[i], 100.0 * grids[m].front()[i].value()});
+    }
+    by_metres.curves.push_back(std::move(moved));
+    by_degrees.curves.push_back(std::move(turned));
+  }
+  return to_svg({std::move(by_metres), std::move(by_degrees)});
+}
+
+void keep_every(std::size_t n, std::vector<Frame>& frames) {
+  std::vector<Frame> kept;
+  for (std::size_t i = 0; i < frames.size(); i += n) kept.push_back(std::move(frames[i]));
+  frames = std::move(kept);
+}
+
+/// Ascending, from 0: so that an axis and a grid begin where nothing is off.
+std::vector<double> from_zero(std::vector<double> values) {
+  values.push_back(0.0);
+  std::ranges::sort(values);
+  values.erase(std::ranges::unique(values).begin(), values.end());
+  return values;
+}
+
+Result<void> run(Options options) {
+  const auto folder = test::real_data("kitti_street");
+  if (!folder) return {};
+  const cli::ThreadLimit threads(options.jobs);
+  options.metres = from_zero(std::move(options.metres));
+  options.degrees = from_zero(std::move(options.degrees));
+  VANTAGE_TRY(Drive drive, load_drive(*folder, options.scan_voxel));
+  keep_every(options.every, drive.frames);
+  VANTAGE_TRY(const auto all, maps(drive.map, *folder / "map.pcd", options));
+  std::vector<Grid> grids;
+  for (const NamedMap& map : all) grids.push_back(grid(map.map, drive.frames, options));
+
+  std::cout << fmt::format(
+      "\nkitti_street, {}: {} scans, {} directions; share of the alignments that end within {:g} "
+      "cm and {:g}° of the reference\n",
+      options.matcher, drive.frames.size(), options.directions, options.centimetres_arrived,
+      options.degrees_arrived);
+  print(all, grids, options);
+  if (options.svg.empty()) return {};
+  return io::write_text_atomically(options.svg, plotted(all, grids, options));
+}
+
+}  // namespace
+}  // namespace vantage::benchmarks
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "From how far off a matcher finds the pose, on the recorded street, against the whole map "
+      "and against its region maps of points and of cells: markdown tables and a plot.",
+      "./dev bench basin");
+  vantage::benchmarks::Options options;
+  const CLI::Validator even(
+      [](const std::string& text) {
+        return (text.back() - '0') % 2 == 0 ? std::string() : std::string("it must be even");
+      },
+      "", "EVEN");
+  app.add_option("--matcher", options.matcher,
+                 "which, and with which parameters: 'ndt: resolution = 2.0; neighbours = ...'")
+      ->type_name("PLUGIN[:PARAMS]")
+      ->capture_default_str();
+  app.add_option("--points", options.points,
+                 "configuration of a built bundle of points; if left out, "
+                 "configs/kitti_street/L20.toml is built into a temporary folder")
+      ->check(CLI::ExistingFile)
+      ->type_name("CONFIG");
+  app.add_option("--cells", options.cells, "the same with store.content = \"prepared\"")
+      ->check(CLI::ExistingFile)
+      ->type_name("CONFIG");
+  app.add_option("--every", options.every, "every N-th of the 77 scans")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--metres", options.metres, "how far starts are moved")
+      ->check(CLI::PositiveNumber)
+      ->delimiter(',')
+      ->type_name("M,M,...")
+      ->capture_default_str();
+  app.add_option("--degrees", options.degrees, "how far they are turned, to either side")
+      ->check(CLI::Range(0.01, 180.0))
+      ->delimiter(',')
+      ->type_name("DEG,DEG,...")
+      ->capture_default_str();
+  app.add_option("--directions", options.directions,
+                 "in how many directions they are moved, evenly round; even")
+      ->check(CLI::Range(std::size_t{2}, std::size_t{360}) & even)
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--within-cm", options.centimetres_arrived, "how near the reference counts")
+      ->check(CLI::PositiveNumber)
+      ->type_name("CM")
+      ->capture_default_str();
+  app.add_option("--within-deg", options.degrees_arrived, "and how near in rotation")
+      ->check(CLI::PositiveNumber)
+      ->type_name("DEG")
+      ->capture_default_str();
+  app.add_option("--scan-voxel", options.scan_voxel, "scans are thinned to voxels of this edge")
+      ->check(CLI::PositiveNumber)
+      ->type_name("M")
+      ->capture_default_str();
+  app.add_option("--svg", options.svg, "where to write the plot")->type_name("FILE");
+  app.add_option("-j,--jobs", options.jobs, "threads; the results do not depend on it; 0: all")
+      ->type_name("N")
+      ->capture_default_str();
+  return vantage::cli::run_program(app, argc, argv,
+                                   [&] { return vantage::benchmarks::run(options); });
+}
