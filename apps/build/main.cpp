@@ -76,9 +76,11 @@ std::uint64_t peak_memory() {
 void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map) {
   std::vector<double> points;
   std::uint64_t bytes = 0;
-  for (const RegionSummary& region : index.regions) {
-    points.push_back(static_cast<double>(region.points));
-    bytes += region.bytes;
+  std::uint64_t elements = 0;
+  for (std::size_t r = 0; r < index.regions.size(); ++r) {
+    points.push_back(static_cast<double>(report.regions[r].points));
+    elements += index.regions[r].elements;
+    bytes += index.regions[r].bytes;
   }
   const cli::Statistics s = cli::statistics_of(points);
   const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
@@ -100,6 +102,10 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
       "memory {} MB\n",
       report.core_seconds_visibility, report.core_seconds_a_viewpoint_and_million_points(),
       cli::grouped((peak_memory() + 500'000) / 1'000'000));
+  if (elements > 0) {
+    std::cout << fmt::format("prepared maps are stored: {} elements of the matcher\n",
+                             cli::grouped(elements));
+  }
   if (map.dropped > 0) {
     std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
                              cli::grouped(map.dropped));
@@ -115,7 +121,8 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
   nlohmann::ordered_json regions = nlohmann::ordered_json::array();
   for (std::uint32_t r = 0; r < report.partition.size(); ++r) {
     regions.push_back({{"label", report.partition[RegionId{r}].label},
-                       {"points", index.regions[r].points},
+                       {"points", report.regions[r].points},
+                       {"elements", index.regions[r].elements},
                        {"viewpoints", index.regions[r].viewpoints},
                        {"bytes", index.regions[r].bytes}});
   }

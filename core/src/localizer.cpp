@@ -66,6 +66,7 @@ struct Localizer::State {
   bool lost = false;
   std::uint32_t lost_scans = 0;     // without a place that could be confirmed
   std::uint32_t fitting_scans = 0;  // one after the other, while lost
+  double usual_nvtl = 0.0;          // of tracked scans, lately; 0 before the first
 
   [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
 
@@ -144,6 +145,13 @@ struct Localizer::State {
     return doubt(alignment);
   }
 
+  /// A search tries so many places that some fit by chance, passably: what it finds must fit nearly
+  /// as well as scans did before.
+  [[nodiscard]] bool is_find(const Alignment& alignment) const {
+    constexpr double kNearly = 0.8;
+    return doubt(alignment).empty() && alignment.score.nvtl >= kNearly * usual_nvtl;
+  }
+
   /// Matches at the prediction and says what is to be thought of it.
   Result<void> match(PointsView scan, ScanReport& report) const {
     const Stopwatch stopwatch;
@@ -198,7 +206,7 @@ struct Localizer::State {
     const Stopwatch stopwatch;
     VANTAGE_TRY(const auto found, search_pose(index, maps, scan, *area));
     report.seconds_search = stopwatch.seconds();
-    if (found.empty() || !doubt(found.front().alignment).empty()) return false;
+    if (found.empty() || !is_find(found.front().alignment)) return false;
     // A map that nobody could expect to be needed is no stall of tracking.
     const bool blocked = report.blocked;
     const double seconds_stall = report.seconds_stall;
@@ -214,6 +222,9 @@ struct Localizer::State {
   void judge(ScanReport& report) {
     const bool fits = report.reason.empty();
     if (!lost && fits) {
+      constexpr double kNew = 0.1;
+      const double nvtl = report.alignment->score.nvtl;
+      usual_nvtl = usual_nvtl == 0.0 ? nvtl : std::lerp(usual_nvtl, nvtl, kNew);
       report.tracking = Tracking::tracked;
       return;
     }
@@ -276,6 +287,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
   s.initial = T_map_scan;
   s.anywhere = s.lost = false;
   s.lost_scans = s.fitting_scans = 0;
+  s.usual_nvtl = 0.0;
   s.motion.forget();
   return {};
 }
@@ -285,6 +297,7 @@ void Localizer::start_anywhere() {
   s.initial.reset();
   s.anywhere = s.lost = true;
   s.lost_scans = s.fitting_scans = 0;
+  s.usual_nvtl = 0.0;
   s.motion.forget();
 }
 

@@ -15,7 +15,7 @@ struct LocalizerParams {
   double scan_min_range = 0.0;
   std::optional<double> scan_max_range;
   double switch_margin = 0.0;
-  double min_coverage = 0.3;
+  double min_coverage = 0.42;
   double min_nvtl = 0.75;
   double max_correction = 2.0;
   std::uint32_t confirming_scans = 2;
@@ -24,7 +24,7 @@ struct LocalizerParams {
   double prefetch_time = 3.0;
   double prefetch_distance = 5.0;
   double map_memory = 64.0;
-  double covariance_scale = 1.0;
+  double covariance_scale = 30.0;
   bool deskew = false;
 
   static constexpr auto schema() {
@@ -62,8 +62,11 @@ struct LocalizerParams {
                  "regions are loaded that come this near to its way", non_negative),
         optional("map_memory", &LocalizerParams::map_memory, "MiB",
                  "bound of the region maps held in memory; the one in use always is", positive),
-        optional("covariance_scale", &LocalizerParams::covariance_scale, "",
-                 "the pose's covariance is this times the inverse Hessian", positive),
+        optional(
+            "covariance_scale", &LocalizerParams::covariance_scale, "",
+            "the pose's covariance is this times the inverse Hessian, which takes the errors of "
+            "points for independent",
+            positive),
         optional("deskew", &LocalizerParams::deskew, "",
                  "points with times are moved to where they were at the scan's stamp, by the "
                  "motion known"),

@@ -89,6 +89,80 @@ TEST_CASE("a build stores every region's observable map, its viewpoints and the 
   CHECK(report->regions[0].points == expected.size());
 }
 
+namespace {
+
+/// Of the whole map it excerpts how many points it was prepared from and how many were seen.
+class CountingMatcher final : public ScanMatcher {
+ public:
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept override {
+    class Target final : public MatchTarget {
+     public:
+      explicit Target(std::size_t points) : points_(points) {}
+      [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
+        return Alignment{};
+      }
+      [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
+        return ScanScore{};
+      }
+      [[nodiscard]] std::size_t bytes() const noexcept override { return 1; }
+      [[nodiscard]] std::size_t elements() const noexcept override { return points_; }
+      [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
+        return PreparedMap{
+            .bytes = {static_cast<std::byte>(points_), static_cast<std::byte>(seen.size())},
+            .elements = seen.size()};
+      }
+
+     private:
+      std::size_t points_;
+    };
+    return std::make_unique<Target>(map.size());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a bundle keeps points, what the matcher makes of the whole map around them, or both") {
+  const PointCloud map = map_with_a_gap();
+  const auto built = [&](StoredContent content) {
+    const auto memory = std::make_shared<test::Memory>();
+    auto p = plugins(memory);
+    p.matcher = test::in_process<CountingMatcher, ScanMatcher>();
+    auto with = params();
+    with.content = content;
+    const auto report = build_region_maps(map, {}, p, with);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(report->regions[0].points > 0);  // as seen, stored or not
+    return memory;
+  };
+  const auto points = built(StoredContent::points), prepared = built(StoredContent::prepared),
+             both = built(StoredContent::both);
+  const std::size_t seen = points->maps[0].points.size();
+  REQUIRE(seen > 0);
+  CHECK(points->maps[0].prepared.bytes.empty());
+  CHECK(prepared->maps[0].points.empty());
+  CHECK(prepared->maps[0].viewpoints == points->maps[0].viewpoints);
+  const PreparedMap expected{
+      .bytes = {static_cast<std::byte>(map.size()), static_cast<std::byte>(seen)},
+      .elements = seen};
+  CHECK(prepared->maps[0].prepared == expected);
+  CHECK(prepared->maps[1].prepared.bytes.empty());  // nothing is seen there
+  CHECK(both->maps[0].points == points->maps[0].points);
+  CHECK(both->maps[0].prepared == expected);
+}
+
+TEST_CASE("prepared content of a matcher that has none is an error, and nothing is stored") {
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  p.matcher = test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>());
+  auto with = params();
+  with.content = StoredContent::prepared;
+  const auto report = build_region_maps(map_with_a_gap(), {}, p, with);
+  REQUIRE_FALSE(report);
+  CHECK(report.error().code == ErrorCode::unsupported);
+  CHECK_FALSE(memory->begun);
+}
+
 TEST_CASE("scope \"region\" keeps to P_ij (Eq. 9), scope \"map\" reaches beyond the cell") {
   const PointCloud map = map_with_a_gap();
   const auto over_map = std::make_shared<test::Memory>(), inside = std::make_shared<test::Memory>();
