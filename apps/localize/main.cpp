@@ -15,6 +15,7 @@ namespace {
 
 struct Options {
   std::string config, initial_pose;
+  std::optional<double> speed;
   std::filesystem::path out;
   InputOptions inputs;
   cli::CommonOptions common;
@@ -51,6 +52,11 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
       s.scans, run.stamp_rule, s.tracked, s.lost, s.recovered, s.switches, s.blocking_loads);
+  if (run.speed) {
+    std::cout << fmt::format(
+        "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,
+        1e3 * run.seconds_late);
+  }
   if (s.outside > 0) {
     std::cout << fmt::format(
         "{} scans began outside every region that has a map; the last map was kept\n", s.outside);
@@ -88,6 +94,7 @@ Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   VANTAGE_TRY(auto inputs, options.inputs.open());
+  inputs.speed = options.speed;
   if (options.initial_pose == "auto") {
     inputs.start_anywhere = true;
   } else if (!options.initial_pose.empty()) {
@@ -125,6 +132,9 @@ int main(int argc, char** argv) {
       "--initial-pose", options.initial_pose,
       "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
       "look for it in all regions");
+  app.add_option("--speed", options.speed,
+                 "replay this many times faster than recorded; as fast as possible if left out")
+      ->check(CLI::PositiveNumber);
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

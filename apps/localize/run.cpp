@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "io/atomic_file.hpp"
 
@@ -117,8 +119,17 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
           .index = localizer.index(),
           .scans = {}};
   if (progress) progress(0, inputs.scans.size());
+  run.speed = inputs.speed;
+  const auto begin = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < inputs.scans.size(); ++i) {
     VANTAGE_TRY(const io::StampedScan scan, inputs.scans.read(i));
+    if (inputs.speed) {
+      const std::chrono::duration<double> due((scan.stamp - inputs.scans.stamp(0)) / *inputs.speed);
+      std::this_thread::sleep_until(
+          begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
+      const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
+      run.seconds_late = std::max(run.seconds_late, (now - due).count());
+    }
     std::optional<Pose> odometry;
     if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
     auto report = localizer.localize({.stamp = scan.stamp,
@@ -230,6 +241,9 @@ nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
       {"coverage", cli::to_json(s.coverage)},
       {"LCP", cli::to_json(s.lcp)},
       {"sigma_m", cli::to_json(s.sigma_m)}};
+  if (run.speed) {
+    json["replay"] = {{"speed", *run.speed}, {"late_ms_max", 1e3 * run.seconds_late}};
+  }
   if (s.error_m.count > 0) {
     json["error_m"] = cli::to_json(s.error_m);
     json["error_deg"] = cli::to_json(s.error_deg);

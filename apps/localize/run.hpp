@@ -25,6 +25,8 @@ struct RunInputs {
   io::ScanSequence scans;
   std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else the reference's
   bool start_anywhere = false;            ///< neither: the sensor is looked for
+  std::optional<double> speed = {};  ///< scans come so many times faster than they were recorded;
+                                     ///< each as soon as the last is done if none is given
   std::optional<io::Trajectory> reference = {};  ///< T_map_sensor
   std::optional<io::Trajectory> odometry = {};   ///< T_odom_sensor
 };
@@ -48,6 +50,8 @@ struct Run {
   std::string stamp_rule;
   MapIndex index;
   std::vector<RunScan> scans;
+  std::optional<double> speed = {};  ///< of the replay, see RunInputs
+  double seconds_late = 0.0;  ///< most that a scan had to wait for those before it, at that speed
 };
 
 /// The numbers of a run that people compare. Errors and scores are over tracked scans.

@@ -23,7 +23,7 @@ struct LocalizerParams {
   bool prefetch = true;
   double prefetch_time = 3.0;
   double prefetch_distance = 5.0;
-  double map_memory = 64.0;
+  double map_memory = 40.0;
   double covariance_scale = 30.0;
   bool deskew = false;
 

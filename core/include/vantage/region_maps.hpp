@@ -37,7 +37,7 @@ struct ReadyRegion {
 class VANTAGE_API RegionMaps {
  public:
   struct Options {
-    std::size_t memory = std::size_t{64} << 20U;  ///< bound [bytes]; the region taken last stays
+    std::size_t memory = std::size_t{40} << 20U;  ///< bound [bytes]; the region taken last stays
     bool background = true;                       ///< whether `expect` does anything
   };
 
