@@ -1,12 +1,12 @@
 #include <cmath>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "common/workspace_pool.hpp"
 #include "excerpt.hpp"
 #include "newton.hpp"
 #include "objective.hpp"
@@ -114,43 +114,6 @@ struct Params {
   }
 };
 
-/// Lends each alignment in flight a workspace of its own and keeps it for the next.
-class WorkspacePool {
- public:
-  class Lease {
-   public:
-    explicit Lease(WorkspacePool& pool) : pool_(pool), workspace_(pool.take()) {}
-    ~Lease() { pool_.give_back(std::move(workspace_)); }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    [[nodiscard]] Workspace& operator*() const noexcept { return *workspace_; }
-
-   private:
-    WorkspacePool& pool_;
-    std::unique_ptr<Workspace> workspace_;
-  };
-
- private:
-  [[nodiscard]] std::unique_ptr<Workspace> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) {
-      free_.reserve(++made_);  // giving back needs no memory
-      return std::make_unique<Workspace>();
-    }
-    auto workspace = std::move(free_.back());
-    free_.pop_back();
-    return workspace;
-  }
-  void give_back(std::unique_ptr<Workspace> workspace) noexcept {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(workspace));
-  }
-
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Workspace>> free_;
-  std::size_t made_ = 0;
-};
-
 class NdtTarget final : public MatchTarget {
  public:
   NdtTarget(Objective objective, const Params& params)
@@ -160,7 +123,7 @@ class NdtTarget final : public MatchTarget {
                                         const Pose& T_map_scan_guess) const noexcept override {
     return guarded([&]() -> Result<Alignment> {
       VANTAGE_CHECK(check(scan, T_map_scan_guess));
-      const WorkspacePool::Lease workspace(workspaces_);
+      const Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
       const Pose guess = objective_.to_local(T_map_scan_guess);
       const Start start = nearer(guess, scan.size(), *workspace);
@@ -187,7 +150,7 @@ class NdtTarget final : public MatchTarget {
                                         const Pose& T_map_scan) const noexcept override {
     return guarded([&]() -> Result<ScanScore> {
       VANTAGE_CHECK(check(scan, T_map_scan));
-      const WorkspacePool::Lease workspace(workspaces_);
+      const Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
       return objective_.score(objective_.to_local(T_map_scan), *workspace);
     });
@@ -209,6 +172,8 @@ class NdtTarget final : public MatchTarget {
   }
 
  private:
+  using Lease = matching::WorkspacePool<Workspace>::Lease;
+
   [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
     if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
     VANTAGE_CHECK(check_points(scan, "the scan"));
@@ -253,7 +218,7 @@ class NdtTarget final : public MatchTarget {
 
   Objective objective_;
   Params params_;
-  mutable WorkspacePool workspaces_;
+  mutable matching::WorkspacePool<Workspace> workspaces_;
 };
 
 /// Normal distributions transform, point to distribution (Magnusson 2009).

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "parallel.hpp"
+#include "common/parallel.hpp"
 
 namespace vantage::ndt {
 namespace {
@@ -151,7 +151,7 @@ kernel::Sums Objective::sum_up(const Pose& T_local_scan, Workspace& workspace,
       .stride = extent.stride};
   const std::size_t batches = workspace.batches_.size();
   const std::size_t chunk = kChunk * extent.stride;
-  for_each_chunk(batches, chunk, [&](std::size_t i, std::size_t begin, std::size_t end) {
+  matching::for_each_chunk(batches, chunk, [&](std::size_t i, std::size_t begin, std::size_t end) {
     evaluate_(task, begin, end, workspace.sums_[i]);
   });
   kernel::Sums total{};

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "parallel.hpp"
+#include "common/parallel.hpp"
 
 namespace vantage::ndt {
 namespace {
@@ -159,11 +159,12 @@ Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
   }
   std::ranges::sort(order);
   std::vector<std::optional<Cell>> made(order.size());
-  for_each_chunk(order.size(), kVoxelChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      made[i] = cell_of(voxels.moments()[order[i].second], options.eigenvalue_floor);
-    }
-  });
+  matching::for_each_chunk(
+      order.size(), kVoxelChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          made[i] = cell_of(voxels.moments()[order[i].second], options.eigenvalue_floor);
+        }
+      });
   std::vector<VoxelKey> keys;
   std::vector<Cell> cells;
   keys.reserve(made.size());
