@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -232,9 +233,35 @@ class SurfelTarget final : public MatchTarget {
   mutable WorkspacePool<Workspace> workspaces_;
 };
 
-/// d1, d2, d3 of the scores: those of ndt at its defaults, so that scores are comparable.
-[[nodiscard]] inline Result<NdtCoefficients> score_coefficients() {
-  return NdtCoefficients::derive(0.55, 1.0);
-}
+/// The matcher of a Residual, which says as `kPlanesOnly` which surfels it needs (see SurfelMap).
+/// @tparam MatcherParams  derives from MatchingParams
+template <class MatcherParams, class Residual>
+class SurfelMatcher final : public ScanMatcher {
+ public:
+  using Params = MatcherParams;
+
+  [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
+    // The scores are those of ndt at its defaults, so that they are comparable.
+    VANTAGE_TRY(const NdtCoefficients coefficients, NdtCoefficients::derive(0.55, 1.0));
+    return std::make_unique<SurfelMatcher>(params, coefficients);
+  }
+  SurfelMatcher(const Params& params, const NdtCoefficients& coefficients)
+      : params_(params), coefficients_(coefficients) {}
+
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+      VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = params_.map_voxel,
+                                                            .neighbours = params_.neighbours,
+                                                            .planes_only = Residual::kPlanesOnly}));
+      return std::make_unique<SurfelTarget<Residual>>(std::move(surfels), params_, coefficients_,
+                                                      Residual(params_));
+    });
+  }
+
+ private:
+  Params params_;
+  NdtCoefficients coefficients_;
+};
 
 }  // namespace vantage::matching

@@ -1,7 +1,5 @@
 #include <Eigen/LU>
-#include <memory>
 #include <tuple>
-#include <utility>
 
 #include "common/surfel_target.hpp"
 #include "vantage/plugin.hpp"
@@ -28,6 +26,8 @@ struct Params : MatchingParams {
 /// C = sigma^2 / epsilon (I - (1 - epsilon) n n^T) for each, n = 0 where no plane shows.
 class PlaneToPlane {
  public:
+  static constexpr bool kPlanesOnly = false;
+
   explicit PlaneToPlane(const Params& params)
       : precision_(params.epsilon / (params.sigma * params.sigma)),
         flatness_(1.0 - params.epsilon),
@@ -68,32 +68,7 @@ class PlaneToPlane {
 };
 
 /// Generalized ICP, plane to plane (Segal et al. 2009).
-class Gicp final : public ScanMatcher {
- public:
-  using Params = gicp::Params;
-
-  [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
-    VANTAGE_TRY(const NdtCoefficients coefficients, score_coefficients());
-    return std::make_unique<Gicp>(params, coefficients);
-  }
-  Gicp(const Params& params, const NdtCoefficients& coefficients)
-      : params_(params), coefficients_(coefficients) {}
-
-  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
-      PointsView map) const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = params_.map_voxel,
-                                                            .neighbours = params_.neighbours,
-                                                            .planes_only = false}));
-      return std::make_unique<SurfelTarget<PlaneToPlane>>(std::move(surfels), params_,
-                                                          coefficients_, PlaneToPlane(params_));
-    });
-  }
-
- private:
-  Params params_;
-  NdtCoefficients coefficients_;
-};
+using Gicp = SurfelMatcher<Params, PlaneToPlane>;
 
 }  // namespace
 }  // namespace vantage::gicp

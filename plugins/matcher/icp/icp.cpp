@@ -1,7 +1,3 @@
-#include <memory>
-#include <tuple>
-#include <utility>
-
 #include "common/surfel_target.hpp"
 #include "vantage/plugin.hpp"
 
@@ -17,6 +13,8 @@ struct Params : MatchingParams {
 /// The distance of a scan point from the plane through the map point nearest to it.
 class PointToPlane {
  public:
+  static constexpr bool kPlanesOnly = true;
+
   explicit PointToPlane(const Params& params) : precision_(1.0 / (params.sigma * params.sigma)) {}
 
   void begin(PointsView /*scan*/, Workspace& /*workspace*/) const {}
@@ -37,32 +35,7 @@ class PointToPlane {
 };
 
 /// Point-to-plane ICP (Chen and Medioni 1992).
-class Icp final : public ScanMatcher {
- public:
-  using Params = icp::Params;
-
-  [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
-    VANTAGE_TRY(const NdtCoefficients coefficients, score_coefficients());
-    return std::make_unique<Icp>(params, coefficients);
-  }
-  Icp(const Params& params, const NdtCoefficients& coefficients)
-      : params_(params), coefficients_(coefficients) {}
-
-  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
-      PointsView map) const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = params_.map_voxel,
-                                                            .neighbours = params_.neighbours,
-                                                            .planes_only = true}));
-      return std::make_unique<SurfelTarget<PointToPlane>>(std::move(surfels), params_,
-                                                          coefficients_, PointToPlane(params_));
-    });
-  }
-
- private:
-  Params params_;
-  NdtCoefficients coefficients_;
-};
+using Icp = SurfelMatcher<Params, PointToPlane>;
 
 }  // namespace
 }  // namespace vantage::icp
