@@ -36,11 +36,11 @@ double distance_to_box(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
 
 }  // namespace
 
-RegionsAhead::RegionsAhead(const MapIndex& index) : regions_(index.partition.regions()) {
-  for (std::uint32_t r = 0; r < regions_.size(); ++r) {
+RegionsAhead::RegionsAhead(const MapIndex& index) : index_(index) {
+  for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
     if (index.regions[r].empty()) continue;
-    const HalfOpenBox box =
-        std::visit([](const auto& shape) { return box_of(shape); }, regions_[r].footprint);
+    const HalfOpenBox box = std::visit([](const auto& shape) { return box_of(shape); },
+                                       index.partition[RegionId{r}].footprint);
     places_.push_back({box.min, box.max, RegionId{r}});
   }
 }
@@ -50,7 +50,7 @@ RegionId RegionsAhead::nearest(const Eigen::Vector2d& xy) const {
   double nearest_distance = std::numeric_limits<double>::infinity();
   for (const Place& place : places_) {
     if (distance_to_box(place.min, place.max, xy) >= nearest_distance) continue;
-    const double d = distance(regions_[place.region.value].footprint, xy);
+    const double d = distance(footprint_of(place), xy);
     if (d >= nearest_distance) continue;
     nearest = place.region;
     nearest_distance = d;
@@ -67,7 +67,7 @@ std::vector<RegionId> RegionsAhead::operator()(const Eigen::Vector2d& xy,
   for (const Place& place : places_) {
     const double from_here = distance_to_box(place.min, place.max, xy);
     if (from_here > reach) continue;
-    const Footprint& footprint = regions_[place.region.value].footprint;
+    const Footprint& footprint = footprint_of(place);
     for (int moment = 0; moment <= kMoments; ++moment) {
       const double share = static_cast<double>(moment) / kMoments;
       const Eigen::Vector2d there = xy + share * seconds * velocity;

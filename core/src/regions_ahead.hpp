@@ -10,6 +10,7 @@ namespace vantage {
 /// Which regions a sensor is about to enter.
 class RegionsAhead {
  public:
+  /// @param index  outlives the object
   explicit RegionsAhead(const MapIndex& index);
 
   /// The region with a map that is nearest to a place; there is one.
@@ -30,7 +31,10 @@ class RegionsAhead {
     Eigen::Vector2d min, max;  // of the footprint's box
     RegionId region;
   };
-  std::vector<Region> regions_;
+  [[nodiscard]] const Footprint& footprint_of(const Place& place) const {
+    return index_.partition[place.region].footprint;
+  }
+  const MapIndex& index_;
   std::vector<Place> places_;
 };
 

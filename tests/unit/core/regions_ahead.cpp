@@ -33,7 +33,8 @@ std::vector<std::uint32_t> values(const std::vector<RegionId>& regions) {
 }  // namespace
 
 TEST_CASE("regions are expected in the order in which they are reached") {
-  const RegionsAhead ahead(cells());
+  const MapIndex index = cells();
+  const RegionsAhead ahead(index);
   const auto east = values(ahead({15, 15}, {5, 0}, 5.0, 1.0));
   REQUIRE(east.size() >= 3);
   CHECK(std::vector(east.begin(), east.begin() + 3) == std::vector<std::uint32_t>{7, 8, 9});
@@ -44,7 +45,8 @@ TEST_CASE("regions are expected in the order in which they are reached") {
 }
 
 TEST_CASE("who stands expects what is near, with a map") {
-  const RegionsAhead ahead(cells());
+  const MapIndex index = cells();
+  const RegionsAhead ahead(index);
   CHECK(values(ahead({15, 15}, {0, 0}, 5.0, 4.9)) == std::vector<std::uint32_t>{7});
   CHECK(values(ahead({11, 15}, {0, 0}, 5.0, 2.0)) == std::vector<std::uint32_t>{7, 6});
   CHECK(values(ahead({11, 11}, {0, 0}, 5.0, 2.0)) == std::vector<std::uint32_t>{7, 1, 6});
@@ -52,7 +54,8 @@ TEST_CASE("who stands expects what is near, with a map") {
 }
 
 TEST_CASE("the nearest region with a map") {
-  const RegionsAhead ahead(cells());
+  const MapIndex index = cells();
+  const RegionsAhead ahead(index);
   CHECK(ahead.nearest({15, 15}) == RegionId{7});
   CHECK(ahead.nearest({2, 8}) == RegionId{6});
   CHECK(ahead.nearest({100, 100}) == RegionId{17});
