@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/gauss_newton.hpp"
+#include "common/guards.hpp"
 #include "common/parallel.hpp"
 #include "common/params.hpp"
 #include "common/surfel_map.hpp"
@@ -101,7 +102,7 @@ class SurfelTarget final : public MatchTarget {
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& T_map_scan_guess) const noexcept override {
     return guarded([&]() -> Result<Alignment> {
-      VANTAGE_CHECK(check(scan, T_map_scan_guess));
+      VANTAGE_CHECK(check_scan(scan, T_map_scan_guess));
       const Lease workspace(workspaces_);
       begin(scan, *workspace);
       const auto linearized = [&](const Pose& pose, std::uint32_t steps) {
@@ -124,7 +125,7 @@ class SurfelTarget final : public MatchTarget {
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
     return guarded([&]() -> Result<ScanScore> {
-      VANTAGE_CHECK(check(scan, T_map_scan));
+      VANTAGE_CHECK(check_scan(scan, T_map_scan));
       const Lease workspace(workspaces_);
       begin(scan, *workspace);
       return score(scan, map_.to_local(T_map_scan), *workspace);
@@ -139,25 +140,10 @@ class SurfelTarget final : public MatchTarget {
   using Lease = typename WorkspacePool<Workspace>::Lease;
   static constexpr std::size_t kPointChunk = 256;
 
-  [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
-    if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
-    VANTAGE_CHECK(check_points(scan, "the scan"));
-    if (!is_valid(T_map_scan)) {
-      return fail(ErrorCode::invalid_input,
-                  "the scan's pose is not finite or its rotation is not of unit length");
-    }
-    return {};
-  }
-
   [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
                                            const char* where) const {
-    const double needed = std::max(static_cast<double>(params_.min_matches),
-                                   std::ceil(params_.min_coverage * static_cast<double>(points)));
-    if (static_cast<double>(matched) >= needed) return {};
-    return fail(ErrorCode::too_few_matches,
-                std::to_string(matched) + " of " + std::to_string(points) +
-                    " scan points have a map point near " + where + "; at least " +
-                    std::to_string(static_cast<std::size_t>(needed)) + " are needed");
+    const LeastOverlap least{params_.min_matches, params_.min_coverage};
+    return least.check(matched, points, "a map point near", where);
   }
 
   void begin(PointsView scan, Workspace& workspace) const {

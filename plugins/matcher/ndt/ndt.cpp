@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/guards.hpp"
 #include "common/workspace_pool.hpp"
 #include "excerpt.hpp"
 #include "newton.hpp"
@@ -122,7 +123,7 @@ class NdtTarget final : public MatchTarget {
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& T_map_scan_guess) const noexcept override {
     return guarded([&]() -> Result<Alignment> {
-      VANTAGE_CHECK(check(scan, T_map_scan_guess));
+      VANTAGE_CHECK(matching::check_scan(scan, T_map_scan_guess));
       const Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
       const Pose guess = objective_.to_local(T_map_scan_guess);
@@ -149,7 +150,7 @@ class NdtTarget final : public MatchTarget {
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
     return guarded([&]() -> Result<ScanScore> {
-      VANTAGE_CHECK(check(scan, T_map_scan));
+      VANTAGE_CHECK(matching::check_scan(scan, T_map_scan));
       const Lease workspace(workspaces_);
       objective_.begin(scan, *workspace);
       return objective_.score(objective_.to_local(T_map_scan), *workspace);
@@ -174,16 +175,6 @@ class NdtTarget final : public MatchTarget {
  private:
   using Lease = matching::WorkspacePool<Workspace>::Lease;
 
-  [[nodiscard]] static Result<void> check(PointsView scan, const Pose& T_map_scan) {
-    if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
-    VANTAGE_CHECK(check_points(scan, "the scan"));
-    if (!is_valid(T_map_scan)) {
-      return fail(ErrorCode::invalid_input,
-                  "the scan's pose is not finite or its rotation is not of unit length");
-    }
-    return {};
-  }
-
   struct Start {
     Pose T_local_scan;
     std::uint32_t iterations = 0;  // spent on it
@@ -196,24 +187,17 @@ class NdtTarget final : public MatchTarget {
     options.translation_epsilon *= kCoarseEpsilon;
     options.rotation_epsilon *= kCoarseEpsilon;
     const Derivatives at = objective_.derivatives(guess, workspace, extent_of(options));
-    if (at.matched * options.stride < needed(points)) return {guess};  // all are asked next
+    if (at.matched * options.stride < least().of(points)) return {guess};  // all are asked next
     const Minimum coarse = minimize(objective_, guess, at, options, workspace);
     return {coarse.T_local_scan, coarse.iterations};
   }
 
-  [[nodiscard]] std::size_t needed(std::size_t points) const {
-    return std::max<std::size_t>(
-        params_.min_matches,
-        static_cast<std::size_t>(std::ceil(params_.min_coverage * static_cast<double>(points))));
+  [[nodiscard]] matching::LeastOverlap least() const {
+    return {params_.min_matches, params_.min_coverage};
   }
-
   [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
                                            const char* where) const {
-    if (matched >= needed(points)) return {};
-    return fail(ErrorCode::too_few_matches,
-                std::to_string(matched) + " of " + std::to_string(points) +
-                    " scan points have a map voxel " + where + "; at least " +
-                    std::to_string(needed(points)) + " are needed");
+    return least().check(matched, points, "a map voxel", where);
   }
 
   Objective objective_;
