@@ -60,6 +60,49 @@ std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*
   return within;
 }
 
+/// The way so far at each scan [m]: along the reference; along the poses where there is none.
+std::vector<double> distances(const Run& run) {
+  const bool referenced = std::any_of(run.scans.begin(), run.scans.end(), [](const RunScan& scan) {
+    return scan.reference.has_value();
+  });
+  std::vector<double> way;
+  std::optional<Eigen::Vector3d> last;
+  double sum = 0.0;
+  for (const RunScan& scan : run.scans) {
+    std::optional<Eigen::Vector3d> at;
+    if (scan.reference) {
+      at = scan.reference->translation;
+    } else if (!referenced && scan.report.has_pose) {
+      at = scan.report.T_map_scan.translation;
+    }
+    if (last && at) sum += (*at - *last).norm();
+    if (at) last = at;
+    way.push_back(sum);
+  }
+  return way;
+}
+
+/// @param step  [m] of the reference's path between the scans that are compared; 0: the next one
+RelativeErrors relative_errors(const Run& run, double step) {
+  const std::vector<double> way = distances(run);
+  const auto compared = [&](std::size_t i) {
+    return is_tracked(run.scans[i]) && run.scans[i].reference.has_value();
+  };
+  std::vector<double> m, deg;
+  for (std::size_t i = 0, j = 1; i + 1 < run.scans.size(); ++i) {
+    j = std::max(j, i + 1);
+    while (j < run.scans.size() && way[j] - way[i] < step) ++j;
+    if (j == run.scans.size()) break;
+    if (!compared(i) || !compared(j)) continue;
+    const auto motion = [](const Pose& from, const Pose& to) { return from.inverse() * to; };
+    const Pose truth = motion(*run.scans[i].reference, *run.scans[j].reference);
+    const Pose estimate = motion(run.scans[i].report.T_map_scan, run.scans[j].report.T_map_scan);
+    m.push_back((truth.inverse() * estimate).translation.norm());
+    deg.push_back(rotation_between(truth, estimate) * kDegrees);
+  }
+  return {.m = cli::statistics_of(m), .deg = cli::statistics_of(deg)};
+}
+
 std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", *x) : ""; }
 
 }  // namespace
@@ -139,11 +182,10 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
     if (!report) {
       return fail(std::move(report).error().during("localizing " + scan.file.string()));
     }
-    RunScan entry{*std::move(report), scan.dropped, {}};
-    if (inputs.reference && entry.report.has_pose) {
-      if (const auto truth = io::pose_at(*inputs.reference, scan.stamp)) {
-        entry.error = error_of(entry.report.T_map_scan, *truth);
-      }
+    RunScan entry{*std::move(report), scan.dropped, {}, {}};
+    if (inputs.reference) entry.reference = io::pose_at(*inputs.reference, scan.stamp);
+    if (entry.reference && entry.report.has_pose) {
+      entry.error = error_of(entry.report.T_map_scan, *entry.reference);
     }
     run.scans.push_back(std::move(entry));
     if (progress) progress(i + 1, inputs.scans.size());
@@ -162,6 +204,7 @@ RunSummary summarize(const Run& run) {
     s.blocking_loads += scan.report.blocked ? 1 : 0;
     s.outside += scan.report.outside ? 1 : 0;
     s.dropped_points += scan.report.dropped_points + scan.dropped_by_reader;
+    s.held_bytes = std::max(s.held_bytes, scan.report.held_bytes);
     if (scan.error && (scan.error->metres > kLostMetres || scan.error->degrees > kLostDegrees)) {
       ++s.far_off;
       s.tracked_far_off += is_tracked(scan) ? 1 : 0;
@@ -179,6 +222,8 @@ RunSummary summarize(const Run& run) {
   };
   s.error_m = error(&PoseError::metres);
   s.error_deg = error(&PoseError::degrees);
+  s.relative_frame = relative_errors(run, 0.0);
+  s.relative_10m = relative_errors(run, 10.0);
 
   s.align_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_align; });
   s.stall_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_stall; });
@@ -234,6 +279,7 @@ nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
       {"search_ms", cli::to_json(s.search_ms)},
       {"T_load_ms", cli::to_json(s.load_ms)},
       {"T_prepare_ms", cli::to_json(s.prepare_ms)},
+      {"held_bytes_max", s.held_bytes},
       {"N_point", cli::to_json(s.map_points)},
       {"iterations", cli::to_json(s.iterations)},
       {"fitness", cli::to_json(s.fitness)},
@@ -247,6 +293,11 @@ nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
   if (s.error_m.count > 0) {
     json["error_m"] = cli::to_json(s.error_m);
     json["error_deg"] = cli::to_json(s.error_deg);
+    const auto relative = [](const RelativeErrors& r) {
+      return nlohmann::ordered_json{{"m", cli::to_json(r.m)}, {"deg", cli::to_json(r.deg)}};
+    };
+    json["relative_error"] = {{"next_scan", relative(s.relative_frame)},
+                              {"10m", relative(s.relative_10m)}};
     json["scans_beyond_2m_or_5deg"] = s.far_off;
     json["tracked_scans_beyond_2m_or_5deg"] = s.tracked_far_off;
     json["errors_within_1_2_3_sigma"] = {{"translation", s.within_sigmas_translation},
@@ -268,15 +319,21 @@ std::string to_csv(const Run& run) {
       "stamp,tracking,recovered,region,switched,outside,blocked,N_point,N_scan,N_dropped,T_align_"
       "ms,"
       "stall_ms,search_ms,T_load_ms,T_prepare_ms,iterations,termination,fitness,NVTL,coverage,LCP,"
-      "sigma_m,sigma_deg,degenerate,correction_m,x,y,z,qx,qy,qz,qw,error_m,error_deg,reason\n";
-  for (const RunScan& scan : run.scans) {
+      "sigma_m,sigma_deg,degenerate,correction_m,x,y,z,qx,qy,qz,qw,error_m,error_deg,"
+      "distance_m,ref_x,ref_y,ref_z,ref_qx,ref_qy,ref_qz,ref_qw,held_bytes,reason\n";
+  const std::vector<double> way = distances(run);
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const RunScan& scan = run.scans[i];
     const ScanReport& r = scan.report;
     const auto& a = r.alignment;
     const auto score = [&](double ScanScore::*member) {
       return cell(a ? std::optional(a->score.*member) : std::nullopt);
     };
-    const auto& t = r.T_map_scan.translation;
-    const auto& q = r.T_map_scan.rotation;
+    const auto pose = [](const std::optional<Pose>& T) {
+      if (!T) return std::string(6, ',');
+      const auto& [q, t] = *T;
+      return fmt::format("{},{},{},{},{},{},{}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    };
     csv += fmt::format("{:.9f},{},{:d},{},{:d},{:d},{:d},{},{},{},", r.stamp, to_string(r.tracking),
                        r.recovered, run.index.partition[r.region].label, r.switched, r.outside,
                        r.blocked, r.map_points, r.scan_points,
@@ -296,12 +353,11 @@ std::string to_csv(const Run& run) {
                  ? std::optional(
                        (a->T_map_scan.translation - r.T_map_scan_predicted.translation).norm())
                  : std::nullopt));
-    csv += r.has_pose ? fmt::format("{},{},{},{},{},{},{},", t.x(), t.y(), t.z(), q.x(), q.y(),
-                                    q.z(), q.w())
-                      : ",,,,,,,";
-    csv += fmt::format(
-        "{},{},\"{}\"\n", cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
-        cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), r.reason);
+    csv += fmt::format("{},{},{},{:.4f},{},{},\"{}\"\n",
+                       pose(r.has_pose ? std::optional(r.T_map_scan) : std::nullopt),
+                       cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
+                       cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), way[i],
+                       pose(scan.reference), r.held_bytes, r.reason);
   }
   return csv;
 }

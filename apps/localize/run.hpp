@@ -41,7 +41,14 @@ struct PoseError {
 struct RunScan {
   ScanReport report;
   std::uint64_t dropped_by_reader = 0;  ///< non-finite points that the file held
-  std::optional<PoseError> error;       ///< none where the reference has no pose
+  std::optional<Pose> reference;        ///< T_map_sensor; none where there is none
+  std::optional<PoseError> error;       ///< none without a reference or without a pose
+};
+
+/// How far the estimated motion between two scans is from the true one: the translation and the
+/// turn of (true motion)^-1 * (estimated motion).
+struct RelativeErrors {
+  cli::Statistics m, deg;
 };
 
 /// One pass over recorded scans with one configuration.
@@ -62,12 +69,15 @@ struct RunSummary {
   std::size_t far_off = 0, tracked_far_off = 0;
   std::uint64_t dropped_points = 0;
   cli::Statistics error_m, error_deg;
+  RelativeErrors relative_frame;  ///< from each scan to the next; both tracked
+  RelativeErrors relative_10m;    ///< to the first scan 10 m on along the reference; both tracked
   cli::Statistics align_ms, search_ms;  ///< search over the scans that looked for the sensor
   cli::Statistics stall_ms;             ///< that scans waited for their map
   cli::Statistics load_ms, prepare_ms;  ///< over switches, by whatever thread
   cli::Statistics sigma_m;              ///< largest standard deviation that is claimed
   /// Share of the errors along map axes within 1, 2 and 3 of the standard deviations claimed.
   std::array<double, 3> within_sigmas_translation{}, within_sigmas_rotation{};
+  std::size_t held_bytes = 0;  ///< most memory that ready maps took at once
   cli::Statistics map_points, iterations, fitness, nvtl, coverage, lcp;
 };
 
@@ -83,7 +93,8 @@ struct RunSummary {
 /// The tracked poses. Lost scans are left out: their pose is a mere prediction (see scans.csv).
 [[nodiscard]] io::Trajectory trajectory_of(const Run& run);
 
-/// One line a scan, with a header; times in ms, lengths in m, angles in degrees.
+/// One line a scan, with a header; times in ms, lengths in m, angles in degrees; `distance_m` is
+/// the way so far along the reference, or along the estimates where there is none.
 [[nodiscard]] std::string to_csv(const Run& run);
 
 /// Writes trajectory.tum, scans.csv and summary.json into a folder, which is created if need be.

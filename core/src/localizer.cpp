@@ -98,8 +98,7 @@ struct Localizer::State {
 
   /// Makes a region's map the one to match against.
   Result<void> use(RegionId next, ScanReport& report) {
-    report.switched = !map || next != region;
-    if (report.switched) {
+    if (!map || next != region) {
       const Stopwatch stopwatch;
       auto taken = maps.take(next);
       if (!taken) {
@@ -322,6 +321,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
         std::move(error).during("matching the scan at " + std::to_string(scan.stamp) + " s"));
   };
 
+  const bool had_map = s.map != nullptr;
+  const RegionId region_before = s.region;
   if (s.anywhere) {
     report.reason = "the sensor has not been found yet";
     report.has_pose = false;
@@ -343,6 +344,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     if (!searched) return during(std::move(searched).error());
     found = *searched;
   }
+  report.switched = s.map && (!had_map || s.region != region_before);
+  report.held_bytes = s.maps.statistics().bytes;
   s.judge(report);
 
   if (s.anywhere && !found) return report;

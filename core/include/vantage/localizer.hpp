@@ -43,6 +43,7 @@ struct ScanReport {
   double seconds_stall = 0.0;  ///< that the scan waited for its map
   double seconds_load = 0.0, seconds_prepare = 0.0;  ///< of the map switched to, by whatever thread
   std::size_t map_points = 0;                        ///< N_point of Eq. 13
+  std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, those ahead included
 
   std::size_t scan_points = 0;               ///< N of Eq. 12, after thinning
   std::size_t dropped_points = 0;            ///< non-finite

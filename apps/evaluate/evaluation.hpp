@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/statistics.hpp"
+#include "evaluate/gates.hpp"
+#include "io/trajectory_io.hpp"
+#include "localize/run.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/point_cloud.hpp"
+
+namespace vantage {
+
+/// A recorded drive.
+struct Route {
+  std::string name;
+  io::Trajectory reference;  ///< T_map_sensor
+};
+
+/// One route, localized in one set of region maps.
+struct RouteRun {
+  Run run;
+  RunSummary summary;
+};
+
+/// Another way to make region maps as small: as many points in every region, from the same points
+/// within the sensor's reach.
+struct Opponent {
+  std::string name;  ///< "random", "voxel" or "radius"
+  std::vector<RouteRun> routes;
+};
+
+/// A region map to be looked at.
+struct Specimen {
+  RegionId region;
+  PointCloud points;      ///< V_ij, map frame [m]
+  PointCloud viewpoints;  ///< map frame [m]
+};
+
+/// A configuration with all that was found out about it.
+struct EvaluatedConfig {
+  std::string name;  ///< of the configuration file, without folder and suffix
+  MapIndex index;
+  cli::Statistics region_points;   ///< over the bundle's regions (Table 1)
+  std::uint64_t bundle_bytes = 0;  ///< of all region maps in the store
+  std::vector<RouteRun> routes;    ///< one for each of Evaluation::routes
+  std::vector<Opponent> opponents;
+  std::string no_opponents;          ///< why there are none; empty if there are
+  std::optional<Specimen> specimen;  ///< where the first route is halfway; none without points
+  std::vector<GateResult> gates;     ///< for each route, each gate
+
+  /// Share of the wide-area map's points that the mean region map does without.
+  [[nodiscard]] double reduction() const;
+  /// Whether every gate holds; none without gates.
+  [[nodiscard]] std::optional<bool> passed() const;
+};
+
+/// Configurations side by side on the same routes.
+struct Evaluation {
+  std::vector<Route> routes;
+  std::vector<EvaluatedConfig> configs;
+  PointCloud map;  ///< the wide-area map P [m]; empty if it is not at hand
+};
+
+}  // namespace vantage
