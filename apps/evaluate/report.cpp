@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/table.hpp"
+#include "evaluate/page/figures.hpp"
+#include "evaluate/page/maps.hpp"
 #include "evaluate/page/tables.hpp"
 #include "report/html.hpp"
 
@@ -31,13 +35,34 @@ std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
 }
 
 Result<std::string> to_html(const Evaluation& evaluation) {
-  report::Page html{.title = "Localization in region maps", .subtitle = "", .sections = {}};
-  html.subtitle = fmt::format("{} configurations on {} routes", evaluation.configs.size(),
-                              evaluation.routes.size());
-  html.sections.push_back({"verdict", "Verdict", page::verdict(evaluation)});
-  html.sections.push_back({"points", "Points", page::points_table(evaluation)});
-  html.sections.push_back({"accuracy", "Accuracy", page::accuracy_tables(evaluation)});
-  return to_html(html);
+  const auto number = [](std::size_t n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
+  std::size_t scans = 0;
+  for (const EvaluatedConfig& config : evaluation.configs) {
+    std::size_t its = 0;
+    for (const RouteRun& run : config.routes) its += run.summary.scans;
+    scans = std::max(scans, its);
+  }
+  VANTAGE_TRY(std::string region_maps, page::region_maps(evaluation));
+  VANTAGE_TRY(std::string trajectories, page::trajectories(evaluation));
+  page::View3d view = page::view_3d(evaluation);
+  return to_html(report::Page{
+      .title = "Localization in region maps",
+      .subtitle = fmt::format("{} on {}, {}", number(evaluation.configs.size(), "configuration"),
+                              number(evaluation.routes.size(), "route"), number(scans, "scan")),
+      .sections = {{"verdict", "Verdict", page::verdict(evaluation)},
+                   {"points", "Points", page::points_table(evaluation)},
+                   {"accuracy", "Accuracy", page::accuracy_tables(evaluation)},
+                   {"regionmaps", "Region maps", std::move(region_maps)},
+                   {"alignment", "Alignment time", page::alignment_figures(evaluation)},
+                   {"fitness", "Fitness", page::fitness_figures(evaluation)},
+                   {"lcp", "LCP", page::lcp_figures(evaluation)},
+                   {"error", "Error", page::error_figures(evaluation)},
+                   {"trajectories", "Trajectories", std::move(trajectories)},
+                   {"view", "3-D view", std::move(view.body)},
+                   {"method", "How it was measured", page::method(evaluation)}},
+      .scripts = std::move(view.scripts)});
 }
 
 }  // namespace vantage
