@@ -86,6 +86,11 @@ int main(int argc, char** argv) {
     std::cerr << "error: cannot run " << program << ": " << std::strerror(errno) << '\n';
     return EXIT_FAILURE;
   }
+  if (job == "view") {
+    std::cerr << "error: no job 'view' here: it is built only where Open3D is installed "
+                 "(libopen3d-dev); install that and build again\n";
+    return kUsage;
+  }
   std::cerr << "error: no job '" << job << "'" << vantage::did_you_mean(job, jobs())
             << " (`vantage --help` lists them)\n";
   return kUsage;
