@@ -9,6 +9,8 @@
 #include <optional>
 #include <thread>
 
+#include "common/completion.hpp"
+
 namespace vantage::cli {
 namespace {
 constexpr const char* kUsageContext = "reading the command line; see --help";
@@ -85,6 +87,10 @@ tl::unexpected<Error> usage_error(std::string message) {
 
 int run_program(CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& run) {
   std::set_terminate(&end_with_message);
+  if (argc == 2 && argv[1] == std::string_view(kCompletionQuery)) {
+    std::cout << completion_table(app);
+    return EXIT_SUCCESS;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -127,11 +127,13 @@ int main(int argc, char** argv) {
   app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
   options.inputs.add_to(app, false);
   app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")
+      ->type_name("DIR")
       ->required();
   app.add_option(
-      "--initial-pose", options.initial_pose,
-      "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
-      "look for it in all regions");
+         "--initial-pose", options.initial_pose,
+         "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
+         "look for it in all regions")
+      ->type_name("POSE");
   app.add_option("--speed", options.speed,
                  "replay this many times faster than recorded; as fast as possible if left out")
       ->check(CLI::PositiveNumber);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/command_line.hpp"
 #include "common/table.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 struct Options {
   std::vector<std::filesystem::path> plugin_dirs;
-  bool json = false, toml = false;
+  bool json = false, toml = false, names = false;
   std::string name, kind;
   std::filesystem::path file, out;
 };
@@ -31,6 +32,12 @@ Result<void> list_plugins(const Options& options) {
           {{"kind", to_string(file.kind)}, {"name", file.name}, {"file", file.path.string()}});
     }
     std::cout << all.dump(2) << '\n';
+    return {};
+  }
+  if (options.names) {
+    std::set<std::string> names;
+    for (const PluginFile& file : files) names.insert(file.name);
+    for (const std::string& name : names) std::cout << name << '\n';
     return {};
   }
   if (files.empty()) {
@@ -161,9 +168,9 @@ int main(int argc, char** argv) {
   };
   auto* list = app.add_subcommand("list", "every plugin file that would be found; opens none");
   add_folders(list);
-  add_json(list);
+  list->add_flag("--names", options.names, "names only, one a line")->excludes(add_json(list));
   auto* describe = app.add_subcommand("describe", "what a plugin does and its parameters");
-  describe->add_option("NAME", options.name, "name, or kind/name")->required();
+  describe->add_option("NAME", options.name, "name, or kind/name")->required()->type_name("PLUGIN");
   add_folders(describe);
   auto* json = add_json(describe, "the JSON Schema of its params");
   describe->add_flag("--toml", options.toml, "its section of a configuration file, to fill in")
@@ -175,9 +182,12 @@ int main(int argc, char** argv) {
       "reference", "docs/config_reference.md: every key of a configuration file, as Markdown");
   add_folders(reference, "the plugins here instead of those beside the library");
   auto* create = app.add_subcommand("new", "a project of its own for a new plugin");
-  create->add_option("KIND", options.kind, "partitioner, ground, visibility, store or matcher")
-      ->required();
-  create->add_option("NAME", options.name, "name of the plugin, as in my_split")->required();
+  create->add_option("KIND", options.kind, "what kind of plugin")
+      ->required()
+      ->type_name("{partitioner,ground,visibility,store,matcher}");
+  create->add_option("NAME", options.name, "name of the plugin, as in my_split")
+      ->required()
+      ->type_name("WORD");
   create->add_option("--out,-o", options.out, "folder to create")->required()->type_name("DIR");
   return vantage::cli::run_program(app, argc, argv, [&] {
     if (*create) return vantage::new_plugin(options);

@@ -74,6 +74,13 @@ int main(int argc, char** argv) {
     print_usage(std::cout);
     return EXIT_SUCCESS;
   }
+  if (job == "__complete") {  // what completion_table of apps/common prints for other programs
+    for (const std::string& name : jobs())
+      std::cout << ".\tcommand\t" << name << "\tnone\tone\t-\n";
+    std::cout << ".\tflag\t--help,-h\tnone\tone\tthe jobs\n"
+                 ".\tflag\t--version\tnone\tone\tthe version\n";
+    return EXIT_SUCCESS;
+  }
   if (job == "--version") {
     std::cout << "vantage " << VANTAGE_VERSION << '\n';
     return EXIT_SUCCESS;

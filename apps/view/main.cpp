@@ -210,7 +210,8 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::ExistingPath);
   app.add_option("--region", options.region,
-                 "only the map of this region and its viewpoints: label, or number from 0");
+                 "only the map of this region and its viewpoints: label, or number from 0")
+      ->type_name("ID");
   app.add_option("--trajectory", options.trajectory, "a line along these poses (TUM, KITTI)")
       ->type_name("FILE");
   app.add_option(
