@@ -1,5 +1,7 @@
 // vantage-plugins: what plugins there are, what they can be told, and whether one fits this
 // program.
+#include <unistd.h>
+
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -17,7 +19,8 @@ namespace {
 
 struct Options {
   std::vector<std::filesystem::path> plugin_dirs;
-  bool json = false, toml = false, names = false;
+  bool json = false, toml = false, names = false, quiet = false;
+  std::string color = "auto";
   std::string name, kind;
   std::filesystem::path file, out;
 };
@@ -48,7 +51,7 @@ Result<void> list_plugins(const Options& options) {
   cli::TextTable table({"kind", "name", "file"}, 3);
   for (const PluginFile& file : files)
     table.add({to_string(file.kind), file.name, file.path.string()});
-  std::cout << table.to_string();
+  std::cout << table.to_string(cli::Style::of(STDOUT_FILENO, options.color));
   return {};
 }
 
@@ -95,7 +98,7 @@ Result<void> check_plugin(const Options& options) {
     std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
               << info.name << "'\n";
     const std::string found_as = plugin_file_name(info.kind, info.name);
-    if (options.file.filename() != found_as) {
+    if (options.file.filename() != found_as && !options.quiet) {
       std::cerr << "note: programs find a plugin by its file name, which should be " << found_as
                 << '\n';
     }
@@ -119,6 +122,7 @@ Result<void> new_plugin(const Options& options) {
     }
   }
   VANTAGE_CHECK(write_plugin_project(kind, options.name, options.out));
+  if (options.quiet) return {};
   const std::string folder = "'" + (options.out / "").parent_path().string() + "'";
   std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
             << "  cmake -S " << folder << " -B " << folder << "/build"
@@ -189,6 +193,12 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("WORD");
   create->add_option("--out,-o", options.out, "folder to create")->required()->type_name("DIR");
+  for (CLI::App* job : {check, create}) {
+    job->add_flag("--quiet,-q", options.quiet, "no advice on stderr");
+  }
+  for (CLI::App* job : {list, describe, check, reference, create}) {
+    vantage::cli::add_color_option(*job, options.color);
+  }
   return vantage::cli::run_program(app, argc, argv, [&] {
     if (*create) return vantage::new_plugin(options);
     if (*list) return vantage::list_plugins(options);
