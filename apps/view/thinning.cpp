@@ -1,6 +1,7 @@
 #include "view/thinning.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace vantage::view {
@@ -40,19 +41,35 @@ bool PointTable::kept(std::uint64_t key) const noexcept {
   return share_ >= 1.0 || std::ldexp(static_cast<double>(mixed(key)), -64) < share_;
 }
 
+std::size_t PointTable::slot_of(std::uint64_t key) const noexcept {
+  const std::size_t mask = slots_.size() - 1;
+  // The low bits: the high ones say what is kept, and are small in a table that is thinned.
+  std::size_t slot = mixed(key) & mask;
+  while (slots_[slot] != 0 && keys_[slots_[slot] - 1] != key) slot = (slot + 1) & mask;
+  return slot;
+}
+
+void PointTable::rebuild_slots() {
+  slots_.assign(std::bit_ceil(std::max<std::size_t>(4 * keys_.size(), 1024)), 0);
+  for (std::uint32_t i = 0; i < keys_.size(); ++i) slots_[slot_of(keys_[i])] = i + 1;
+}
+
 void PointTable::add(PointsView map) {
   ++map_;
   for (const Point& p : map) {
     const std::uint64_t key = key_of(p);
     if (!kept(key)) continue;
-    const auto [entry, is_new] = index_.try_emplace(key, static_cast<std::uint32_t>(maps_.size()));
-    if (is_new) {
+    if (2 * keys_.size() >= slots_.size()) rebuild_slots();
+    std::uint32_t& slot = slots_[slot_of(key)];
+    if (slot == 0) {
       points_.push_back(p);
+      keys_.push_back(key);
       maps_.push_back(1);
       last_map_.push_back(map_);
-    } else if (last_map_[entry->second] != map_) {
-      last_map_[entry->second] = map_;
-      ++maps_[entry->second];
+      slot = static_cast<std::uint32_t>(keys_.size());
+    } else if (last_map_[slot - 1] != map_) {
+      last_map_[slot - 1] = map_;
+      ++maps_[slot - 1];
     }
     if (points_.size() > max_points_) thin_out();
   }
@@ -63,26 +80,25 @@ void PointTable::thin_out() {
     share_ *= kNextShare;
     std::size_t to = 0;
     for (std::size_t from = 0; from < points_.size(); ++from) {
-      const std::uint64_t key = key_of(points_[from]);
-      if (!kept(key)) {
-        index_.erase(key);
-        continue;
-      }
-      index_[key] = static_cast<std::uint32_t>(to);
+      if (!kept(keys_[from])) continue;
       points_[to] = points_[from];
+      keys_[to] = keys_[from];
       maps_[to] = maps_[from];
       last_map_[to] = last_map_[from];
       ++to;
     }
     points_.resize(to);
+    keys_.resize(to);
     maps_.resize(to);
     last_map_.resize(to);
   }
+  rebuild_slots();
 }
 
 std::uint32_t PointTable::maps_at(const Point& p) const noexcept {
-  const auto entry = index_.find(key_of(p));
-  return entry == index_.end() ? 0 : maps_[entry->second];
+  if (slots_.empty()) return 0;
+  const std::uint32_t slot = slots_[slot_of(key_of(p))];
+  return slot == 0 ? 0 : maps_[slot - 1];
 }
 
 }  // namespace vantage::view

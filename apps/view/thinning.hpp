@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "vantage/point_cloud.hpp"
@@ -39,12 +38,18 @@ class PointTable {
   [[nodiscard]] std::uint64_t key_of(const Point& p) const noexcept;
   [[nodiscard]] bool kept(std::uint64_t key) const noexcept;
   void thin_out();
+  /// The slot of a cell: the one that holds it, or the empty one where it belongs.
+  [[nodiscard]] std::size_t slot_of(std::uint64_t key) const noexcept;
+  /// Makes slots for twice as many points as there are, at least.
+  void rebuild_slots();
 
   Point origin_;
   double cell_;
   std::size_t max_points_;
   double share_ = 1.0;
-  std::unordered_map<std::uint64_t, std::uint32_t> index_;  // of a cell's point
+  // Open addressing, at most half full: 0, or the number of a cell's point counted from 1.
+  std::vector<std::uint32_t> slots_;
+  std::vector<std::uint64_t> keys_;  // of the points
   PointCloud points_;
   std::vector<std::uint32_t> maps_, last_map_;
   std::uint32_t map_ = 0;
