@@ -40,7 +40,11 @@ struct Raster {
   std::vector<float> tops;  ///< [m]
 };
 
-Raster raster_of(PointsView points, const PlanWindow& window) {
+/// Finer than the picture is drawn, for screens and prints that show more.
+constexpr double kPixelsPerUnit = 2.0;
+
+Raster raster_of(PointsView points, PlanWindow window) {
+  window.width *= kPixelsPerUnit;
   Raster raster{static_cast<std::size_t>(std::lround(window.width)),
                 static_cast<std::size_t>(std::max(1L, std::lround(window.height()))),
                 {},

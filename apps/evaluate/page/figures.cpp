@@ -39,10 +39,11 @@ std::string title_of(const Evaluation& e, const std::string& what, std::size_t r
 }
 
 /// All values of something on all routes: figures of different routes share an axis.
-std::vector<double> everything(const Evaluation& e, ScanValue value) {
+std::vector<double> everything(const Evaluation& e, ScanValue value, bool opponents = true) {
   std::vector<double> all;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     for (const MapRun& r : runs_of(e, route)) {
+      if (!opponents && !r.own()) continue;
       const auto sample = sample_of(r.run->run, value);
       all.insert(all.end(), sample.begin(), sample.end());
     }
@@ -107,7 +108,7 @@ double longest_way(const Evaluation& e, std::size_t route) {
 /// A curve of each configuration over the way.
 std::vector<std::string> lines(const Evaluation& e, const std::string& what,
                                const std::string& label, ScanValue value, bool from_zero) {
-  const Axis y = report::axis_over(label, everything(e, value), from_zero, 5);
+  const Axis y = report::axis_over(label, everything(e, value, false), from_zero, 5);
   std::vector<std::string> panels;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     LinePanel panel{
@@ -170,8 +171,9 @@ bool has_reference(const Evaluation& e) { return !everything(e, &error_cm).empty
 
 constexpr const char* kReading =
     "Box: middle half of the scans with the median; whiskers: to the last scan within 1.5 boxes; "
-    "dots: beyond; filled diamond: mean. Opponents with equal numbers of points stand beneath "
-    "their configuration: circle random, square voxel, triangle radius.";
+    "dots: beyond; diamond: mean. Opponents with equal numbers of points stand beneath their "
+    "configuration, with a mark of their own for the mean: circle random, square voxel, triangle "
+    "radius.";
 
 }  // namespace
 
