@@ -30,30 +30,11 @@ struct WideAreaMap {
   PointCloud trajectory;
 };
 
-/// One after the other. Beyond the points themselves it takes the memory of one part: what is
-/// reserved and not yet written takes none.
-PointCloud joined(std::vector<PointCloud> parts) {
-  if (parts.size() == 1) return std::move(parts.front());
-  std::size_t count = 0;
-  for (const PointCloud& part : parts) count += part.size();
-  PointCloud all;
-  all.reserve(count);
-  for (PointCloud& part : parts) {
-    all.insert(all.end(), part.begin(), part.end());
-    part = PointCloud();  // `= {}` would keep the memory
-  }
-  return all;
-}
-
 Result<WideAreaMap> read_map(const MapSource& source) {
   WideAreaMap map;
-  std::vector<PointCloud> parts;
-  for (const auto& file : source.files) {
-    VANTAGE_TRY(auto cloud, io::read_point_cloud(file));
-    map.dropped += cloud.dropped;
-    parts.push_back(std::move(cloud.points));
-  }
-  map.points = joined(std::move(parts));
+  VANTAGE_TRY(auto cloud, io::read_point_clouds(source.files));
+  map.points = std::move(cloud.points);
+  map.dropped = cloud.dropped;
   if (map.points.empty()) {
     return fail(ErrorCode::invalid_input,
                 "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",

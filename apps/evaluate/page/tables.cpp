@@ -218,13 +218,13 @@ std::string gate_table(const Evaluation& e) {
     for (const GateResult& g : c.gates) {
       table.rows.push_back(
           {.cells = {{c.name},
-                     {g.route},
+                     {g.route.empty() ? "all" : g.route},
                      {g.gate.text},
-                     {value_text(g.gate, g.value),
+                     {value_text(g),
                       {{"config", c.name},
                        {"route", g.route},
                        {"gate", g.gate.text},
-                       {"value", fmt::format("{}", g.value)}}},
+                       {"value", g.value ? fmt::format("{}", *g.value) : ""}}},
                      {g.holds ? "holds" : "FAILS", {{"verdict", g.holds ? "holds" : "fails"}}}}});
     }
   }
