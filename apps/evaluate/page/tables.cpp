@@ -213,19 +213,16 @@ std::string gate_table(const Evaluation& e) {
   Table table{.caption = "Gates",
               .header = {"configuration", "route", "gate", "value", "verdict"},
               .name_columns = 3};
-  std::string html;
   for (const EvaluatedConfig& c : e.configs) {
     for (const GateResult& g : c.gates) {
-      table.rows.push_back(
-          {.cells = {{c.name},
-                     {g.route.empty() ? "all" : g.route},
-                     {g.gate.text},
-                     {value_text(g),
-                      {{"config", c.name},
-                       {"route", g.route},
-                       {"gate", g.gate.text},
-                       {"value", g.value ? fmt::format("{}", *g.value) : ""}}},
-                     {g.holds ? "holds" : "FAILS", {{"verdict", g.holds ? "holds" : "fails"}}}}});
+      Cell value{value_text(g), {{"config", c.name}, {"route", g.route}, {"gate", g.gate.text}}};
+      if (g.value) value.data.emplace_back("value", fmt::format("{}", *g.value));
+      table.rows.push_back({.cells = {{c.name},
+                                      {g.route.empty() ? "all" : g.route},
+                                      {g.gate.text},
+                                      std::move(value),
+                                      {g.holds ? "holds" : "fails",
+                                       {{"verdict", g.holds ? "holds" : "fails"}}}}});
     }
   }
   return to_html(table);
@@ -252,7 +249,7 @@ std::pair<std::size_t, std::size_t> lost_of(const std::vector<RouteRun>& routes)
 }
 
 std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
-  const EvaluatedConfig* wide = wide_area(e);
+  const EvaluatedConfig* wide = wide_area_config(e);
   const Number error = mean_error(c.routes);
   const auto [lost, scans] = lost_of(c.routes);
   std::string text = fmt::format("<strong>{}</strong>: ", report::escaped(c.name));
@@ -278,7 +275,7 @@ std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
     if (!theirs) continue;
     opponents += fmt::format("{}{} {:.2f} cm", opponents.empty() ? "" : ", ",
                              report::escaped(opponent.name), 100.0 * *theirs);
-    if (const auto [gone, all] = lost_of(opponent.routes); gone > 0) {
+    if (const auto gone = lost_of(opponent.routes).first; gone != lost) {
       opponents += fmt::format(" with {} lost", gone);
     }
   }
@@ -301,17 +298,6 @@ std::vector<MapRun> runs_of(const Evaluation& e, std::size_t route) {
     }
   }
   return runs;
-}
-
-const EvaluatedConfig* wide_area(const Evaluation& e) {
-  for (const EvaluatedConfig& c : e.configs) {
-    if (c.index.regions.size() == 1 && c.index.map_points > 0 &&
-        (c.index.regions.front().points == c.index.map_points ||
-         c.index.regions.front().points == 0)) {
-      return &c;
-    }
-  }
-  return nullptr;
 }
 
 std::string verdict(const Evaluation& e) {
