@@ -1,12 +1,11 @@
 #include "report/evaluation_fixture.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
 namespace vantage::test {
 namespace {
-
-constexpr double kLength = 120.0;
 
 /// A ground of 120 m by 80 m and two rows of fronts along y = 30 and y = 50.
 PointCloud street(std::size_t points) {
@@ -14,7 +13,7 @@ PointCloud street(std::size_t points) {
   const auto next = [&] { return static_cast<double>(random() >> 8U) / 16777216.0; };
   PointCloud map;
   for (std::size_t i = 0; i < points; ++i) {
-    const double x = kLength * next();
+    const double x = 120.0 * next();
     if (i % 2 == 0) {
       map.emplace_back(x, 80.0 * next(), 0.03 * next());
     } else {
@@ -24,14 +23,15 @@ PointCloud street(std::size_t points) {
   return map;
 }
 
-MapIndex grid_index(double width, std::uint64_t map_points) {
+MapIndex grid_index(const Bounds3& box, double width, std::uint64_t map_points) {
   MapIndex index;
   std::vector<Region> regions;
-  const int columns = static_cast<int>(std::ceil(kLength / width));
-  const int rows = static_cast<int>(std::ceil(80.0 / width));
+  const Eigen::Vector2d first = box.min.head<2>(), extent = (box.max - box.min).head<2>();
+  const int columns = static_cast<int>(extent.x() / width) + 1;
+  const int rows = static_cast<int>(extent.y() / width) + 1;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const Eigen::Vector2d low(column * width, row * width);
+      const Eigen::Vector2d low = first + Eigen::Vector2d(column * width, row * width);
       regions.push_back({"x" + std::to_string(column) + "_y" + std::to_string(row),
                          HalfOpenBox{low, low + Eigen::Vector2d(width, width)},
                          {}});
@@ -41,6 +41,7 @@ MapIndex grid_index(double width, std::uint64_t map_points) {
     }
   }
   index.partition = *Partition::from(std::move(regions));
+  index.map_bounds = box;
   index.map_points = map_points;
   index.config = "schema = 1\n[partitioner]\ncell_width = " + std::to_string(width) + "\n";
   return index;
@@ -104,25 +105,33 @@ Specimen specimen_of(const PointCloud& map, const RouteRun& run) {
 }  // namespace
 
 Evaluation made_evaluation(const Made& made) {
-  Evaluation e;
-  e.map = street(made.map_points);
-  for (std::size_t route = 0; route < made.routes.size(); ++route) {
-    io::Trajectory reference;
-    for (std::size_t i = 0; i < made.scans; ++i) {
-      const double share = static_cast<double>(i) / static_cast<double>(made.scans);
-      reference.push_back(
-          {0.1 * static_cast<double>(i),
-           pose_from_xyz_rpy({5.0 + 110.0 * share,
-                              40.0 + 4.0 * std::sin(7.0 * share + static_cast<double>(route)), 1.0},
-                             Point::Zero())});
-    }
-    e.routes.push_back({made.routes[route], std::move(reference)});
+  io::Trajectory reference;
+  for (std::size_t i = 0; i < 2 * made.scans; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(2 * made.scans);
+    reference.push_back(
+        {0.1 * static_cast<double>(i),
+         pose_from_xyz_rpy({5.0 + 110.0 * share, 40.0 + 4.0 * std::sin(7.0 * share), 1.0},
+                           Point::Zero())});
   }
+  return made_evaluation(made, street(made.map_points), reference);
+}
+
+Evaluation made_evaluation(const Made& made, PointCloud map, const io::Trajectory& reference) {
+  Evaluation e;
+  e.map = std::move(map);
+  for (std::size_t route = 0; route < made.routes.size(); ++route) {
+    const std::size_t spare = reference.size() - std::min(reference.size(), made.scans);
+    const std::size_t first = spare * route / std::max<std::size_t>(1, made.routes.size());
+    const auto begin = reference.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(std::min(made.scans, reference.size()));
+    e.routes.push_back({made.routes[route], io::Trajectory(begin, end)});
+  }
+  const Bounds3 box = bounds_of(e.map);
   unsigned seed = 1;
   for (std::size_t c = 0; c < made.configs.size(); ++c) {
     EvaluatedConfig config;
     config.name = made.configs[c];
-    config.index = grid_index(c == 0 ? 200.0 : 10.0 * static_cast<double>(c), made.map_points);
+    config.index = grid_index(box, c == 0 ? 1e5 : 10.0 * static_cast<double>(c), e.map.size());
     std::vector<double> points;
     for (const RegionSummary& region : config.index.regions) {
       points.push_back(static_cast<double>(region.points));

@@ -20,4 +20,9 @@ struct Made {
 /// wide-area map, the others grids of 10 m, 20 m, ...
 [[nodiscard]] Evaluation made_evaluation(const Made& made);
 
+/// The same over a map and along a way of others: each route is as many poses of the reference as
+/// `made` has scans, from another one on.
+[[nodiscard]] Evaluation made_evaluation(const Made& made, PointCloud map,
+                                         const io::Trajectory& reference);
+
 }  // namespace vantage::test

@@ -173,9 +173,9 @@ std::string tip_of(const Run& run, std::size_t i, double way) {
 
 std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindow& window) {
   const Run& run = r.run->run;
-  const std::string title =
-      e.routes.size() == 1 ? r.config->name
-                           : fmt::format("{}, route {}", r.config->name, e.routes[r.route].name);
+  const std::string title = e.routes.size() == 1
+                                ? r.config->name
+                                : fmt::format("{}, {}", r.config->name, e.routes[r.route].name);
   constexpr double kHead = 26.0;
   std::string svg = svg_opening(title, window, kHead);
   const RunSummary& s = r.run->summary;
@@ -275,7 +275,7 @@ Result<std::string> region_maps(const Evaluation& e) {
   const report::Heights heights = report::heights_of(shown->specimen->points);
 
   std::string html = fmt::format(
-      "<p>The region map that each configuration localizes in halfway along route {}, from above, "
+      "<p>The region map that each configuration localizes in halfway along “{}”, from above, "
       "over "
       "the wide-area map in grey. All at the same scale; of a whole map, the same part.</p>\n",
       escaped(e.routes.empty() ? "" : e.routes.front().name));
@@ -304,7 +304,7 @@ Result<std::string> trajectories(const Evaluation& e) {
   std::string html = trajectory_legend();
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     const PlanWindow window = window_of_route(e, route);
-    if (e.routes.size() > 1) html += "<h3>Route " + escaped(e.routes[route].name) + "</h3>\n";
+    if (e.routes.size() > 1) html += "<h3>" + escaped(e.routes[route].name) + "</h3>\n";
     if (!e.map.empty()) {
       VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
       html += shared_picture(fmt::format("map-of-route{}", route), window, png);
