@@ -16,19 +16,22 @@ std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
   std::vector<std::vector<std::string>> rows{
       {"config", "map", "route", "points", "reduction", "error [cm]", "p95", "[deg]", "lost",
        "switches", "T_align [ms]", "fitness", "coverage", "NVTL", "LCP [1e-6]"}};
+  const auto text = [](const cli::Statistics& s, double value, int digits) {
+    return s.count == 0 ? std::string("-") : fmt::format("{:.{}f}", value, digits);
+  };
   for (std::size_t route = 0; route < evaluation.routes.size(); ++route) {
     for (const page::MapRun& r : page::runs_of(evaluation, route)) {
       const RunSummary& s = r.run->summary;
-      rows.push_back({r.config->name, std::string(r.map), evaluation.routes[route].name,
-                      cli::grouped(static_cast<std::uint64_t>(s.map_points.mean + 0.5)),
-                      fmt::format("{:.1f} %", 100.0 * r.config->reduction()),
-                      fmt::format("{:.2f}", 100.0 * s.error_m.mean),
-                      fmt::format("{:.2f}", 100.0 * s.error_m.p95),
-                      fmt::format("{:.3f}", s.error_deg.mean),
-                      fmt::format("{}/{}", s.lost, s.scans), std::to_string(s.switches),
-                      fmt::format("{:.1f}", s.align_ms.mean), fmt::format("{:.3f}", s.fitness.mean),
-                      fmt::format("{:.1f} %", 100.0 * s.coverage.mean),
-                      fmt::format("{:.3f}", s.nvtl.mean), fmt::format("{:.3f}", 1e6 * s.lcp.mean)});
+      rows.push_back(
+          {r.config->name, std::string(r.map), evaluation.routes[route].name,
+           cli::grouped(static_cast<std::uint64_t>(s.map_points.mean + 0.5)),
+           fmt::format("{:.1f} %", 100.0 * r.config->reduction()),
+           text(s.error_m, 100.0 * s.error_m.mean, 2), text(s.error_m, 100.0 * s.error_m.p95, 2),
+           text(s.error_deg, s.error_deg.mean, 3), fmt::format("{}/{}", s.lost, s.scans),
+           std::to_string(s.switches), text(s.align_ms, s.align_ms.mean, 1),
+           text(s.fitness, s.fitness.mean, 3),
+           s.coverage.count == 0 ? "-" : fmt::format("{:.1f} %", 100.0 * s.coverage.mean),
+           text(s.nvtl, s.nvtl.mean, 3), text(s.lcp, 1e6 * s.lcp.mean, 3)});
     }
   }
   return rows;

@@ -88,7 +88,8 @@ std::string badge(bool good, std::string_view words) {
 std::string figure(const std::vector<std::string>& svg, std::string_view caption,
                    std::string_view file) {
   std::string html =
-      fmt::format("<figure><div class=\"panels{}\">\n", svg.size() == 1 ? " single" : "");
+      fmt::format("<figure{}><div class=\"panels{}\">\n", svg.size() == 1 ? "" : " class=\"wide\"",
+                  svg.size() == 1 ? " single" : "");
   for (std::size_t i = 0; i < svg.size(); ++i) {
     const std::string name =
         svg.size() == 1 ? std::string(file) : fmt::format("{}-{}", file, i + 1);

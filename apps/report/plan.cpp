@@ -40,7 +40,8 @@ struct Raster {
   std::vector<float> tops;  ///< [m]
 };
 
-Raster raster_of(PointsView points, const PlanWindow& window) {
+Raster raster_at(PointsView points, PlanWindow window, double pixels_per_unit) {
+  window.width *= pixels_per_unit;
   Raster raster{static_cast<std::size_t>(std::lround(window.width)),
                 static_cast<std::size_t>(std::max(1L, std::lround(window.height()))),
                 {},
@@ -61,22 +62,42 @@ Raster raster_of(PointsView points, const PlanWindow& window) {
   return raster;
 }
 
-/// A count that is dense: above it all pixels look alike.
-double dense_count(const Raster& raster) {
-  std::vector<std::uint32_t> counts;
-  for (const std::uint32_t n : raster.counts) {
-    if (n > 0) counts.push_back(n);
-  }
-  if (counts.empty()) return 1.0;
-  const auto at = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() * 9 / 10);
-  std::nth_element(counts.begin(), at, counts.end());
-  return std::max(1.0, static_cast<double>(*at));
+/// Finer than the picture is drawn, for screens and prints that show more; but not where the points
+/// are so few that they would only become smaller.
+Raster raster_of(PointsView points, const PlanWindow& window) {
+  constexpr double kFine = 2.0, kFull = 0.35;
+  Raster fine = raster_at(points, window, kFine);
+  const auto empty = std::count(fine.counts.begin(), fine.counts.end(), 0U);
+  const double full = 1.0 - static_cast<double>(empty) / static_cast<double>(fine.counts.size());
+  return full >= kFull ? fine : raster_at(points, window, 1.0);
 }
 
-/// 0 for none, up to 1; by the logarithm, so that single points still show.
-double density(std::uint32_t count, double dense) {
-  return std::min(1.0, std::log1p(static_cast<double>(count)) / std::log1p(dense));
-}
+/// Tells how dense a pixel is, 0 to 1: by the logarithm, between what is sparse and what is dense
+/// in this raster.
+class Density {
+ public:
+  explicit Density(const Raster& raster) {
+    std::vector<std::uint32_t> counts;
+    for (const std::uint32_t n : raster.counts) {
+      if (n > 0) counts.push_back(n);
+    }
+    if (counts.empty()) return;
+    const auto at = [&](double share) {
+      const auto place = counts.begin() + static_cast<std::ptrdiff_t>(
+                                              share * static_cast<double>(counts.size() - 1));
+      std::nth_element(counts.begin(), place, counts.end());
+      return std::log(static_cast<double>(*place));
+    };
+    low_ = at(0.25);
+    high_ = std::max(at(0.985), low_ + std::log(2.0));
+  }
+  [[nodiscard]] double of(std::uint32_t count) const {
+    return std::clamp((std::log(static_cast<double>(count)) - low_) / (high_ - low_), 0.0, 1.0);
+  }
+
+ private:
+  double low_ = 0.0, high_ = 1.0;
+};
 
 Result<std::string> encoded(const Raster& raster, const std::vector<png_byte>& pixels,
                             const std::vector<std::array<png_byte, 4>>& colours) {
@@ -174,10 +195,10 @@ PlanWindow window_around(const Eigen::Vector2d& low, const Eigen::Vector2d& high
 Result<std::string> density_picture(PointsView points, const PlanWindow& window) {
   constexpr std::size_t kLevels = 16;
   const Raster raster = raster_of(points, window);
-  const double dense = dense_count(raster);
+  const Density density(raster);
   std::vector<png_byte> pixels(raster.counts.size());
   std::transform(raster.counts.begin(), raster.counts.end(), pixels.begin(), [&](std::uint32_t n) {
-    return n == 0 ? png_byte{0} : byte(std::max(1.0, density(n, dense) * (kLevels - 1)));
+    return n == 0 ? png_byte{0} : byte((0.22 + 0.78 * density.of(n)) * (kLevels - 1));
   });
   std::vector<std::array<png_byte, 4>> colours;
   for (std::size_t i = 0; i < kLevels; ++i) {
@@ -190,7 +211,7 @@ Result<std::string> height_picture(PointsView points, const PlanWindow& window, 
                                    double high) {
   constexpr std::size_t kHues = 60, kLevels = 4;
   const Raster raster = raster_of(points, window);
-  const double dense = dense_count(raster);
+  const Density density(raster);
   std::vector<png_byte> pixels(raster.counts.size(), 0);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (raster.counts[i] == 0) continue;
@@ -198,7 +219,7 @@ Result<std::string> height_picture(PointsView points, const PlanWindow& window, 
         std::clamp((static_cast<double>(raster.tops[i]) - low) / (high - low), 0.0, 1.0);
     const auto hue = static_cast<std::size_t>(std::lround(height * (kHues - 1)));
     const auto level =
-        std::min(kLevels - 1, static_cast<std::size_t>(density(raster.counts[i], dense) * kLevels));
+        std::min(kLevels - 1, static_cast<std::size_t>(density.of(raster.counts[i]) * kLevels));
     pixels[i] = static_cast<png_byte>(1 + hue * kLevels + level);
   }
   std::vector<std::array<png_byte, 4>> colours{{0, 0, 0, 0}};
@@ -206,7 +227,7 @@ Result<std::string> height_picture(PointsView points, const PlanWindow& window, 
     const Rgb c = height_colour(static_cast<double>(hue) / (kHues - 1));
     for (std::size_t level = 0; level < kLevels; ++level) {
       colours.push_back({byte(c.r), byte(c.g), byte(c.b),
-                         byte(255.0 * (0.55 + 0.15 * static_cast<double>(level)))});
+                         byte(255.0 * (0.7 + 0.1 * static_cast<double>(level)))});
     }
   }
   return encoded(raster, pixels, colours);

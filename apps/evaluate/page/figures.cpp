@@ -35,14 +35,15 @@ std::string name_of(const MapRun& r) { return r.own() ? r.config->name : std::st
 
 /// "T_align" of one route; routes are told apart where there are several.
 std::string title_of(const Evaluation& e, const std::string& what, std::size_t route) {
-  return e.routes.size() == 1 ? what : fmt::format("{}, route {}", what, e.routes[route].name);
+  return e.routes.size() == 1 ? what : fmt::format("{}, {}", what, e.routes[route].name);
 }
 
 /// All values of something on all routes: figures of different routes share an axis.
-std::vector<double> everything(const Evaluation& e, ScanValue value) {
+std::vector<double> everything(const Evaluation& e, ScanValue value, bool opponents = true) {
   std::vector<double> all;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     for (const MapRun& r : runs_of(e, route)) {
+      if (!opponents && !r.own()) continue;
       const auto sample = sample_of(r.run->run, value);
       all.insert(all.end(), sample.begin(), sample.end());
     }
@@ -107,7 +108,7 @@ double longest_way(const Evaluation& e, std::size_t route) {
 /// A curve of each configuration over the way.
 std::vector<std::string> lines(const Evaluation& e, const std::string& what,
                                const std::string& label, ScanValue value, bool from_zero) {
-  const Axis y = report::axis_over(label, everything(e, value), from_zero, 5);
+  const Axis y = report::axis_over(label, everything(e, value, false), from_zero, 5);
   std::vector<std::string> panels;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     LinePanel panel{
@@ -168,10 +169,16 @@ std::vector<std::string> cumulative_of_opponents(const Evaluation& e, const Axis
 
 bool has_reference(const Evaluation& e) { return !everything(e, &error_cm).empty(); }
 
+/// Figures side by side where each has but one panel.
+std::string side_by_side(const std::string& figures) {
+  return "<div class=\"figures\">\n" + figures + "</div>\n";
+}
+
 constexpr const char* kReading =
     "Box: middle half of the scans with the median; whiskers: to the last scan within 1.5 boxes; "
-    "dots: beyond; filled diamond: mean. Opponents with equal numbers of points stand beneath "
-    "their configuration: circle random, square voxel, triangle radius.";
+    "dots: beyond; diamond: mean. Opponents with equal numbers of points stand beneath their "
+    "configuration, with a mark of their own for the mean: circle random, square voxel, triangle "
+    "radius.";
 
 }  // namespace
 
@@ -179,11 +186,12 @@ std::string alignment_figures(const Evaluation& e) {
   std::string html =
       "<p>T<sub>align</sub> is the time of scan matching alone, after the map is in memory (Sec. "
       "3.3). It depends on the computer; compare configurations, not times.</p>\n";
-  html += report::figure(boxes(e, "T_align", "T_align [ms]", &align_ms, true),
-                         fmt::format("Fig. 10 a. Alignment time. {}", kReading), "fig10a-align");
-  html += report::figure(lines(e, "T_align over the way", "T_align [ms]", &align_ms, true),
-                         "Fig. 10 b. Alignment time over the way.", "fig10b-align");
-  return html;
+  std::string figures =
+      report::figure(boxes(e, "T_align", "T_align [ms]", &align_ms, true),
+                     fmt::format("Fig. 10 a. Alignment time. {}", kReading), "fig10a-align");
+  figures += report::figure(lines(e, "T_align over the way", "T_align [ms]", &align_ms, true),
+                            "Fig. 10 b. Alignment time over the way.", "fig10b-align");
+  return html + side_by_side(figures);
 }
 
 std::string fitness_figures(const Evaluation& e) {
@@ -195,7 +203,7 @@ std::string fitness_figures(const Evaluation& e) {
       report::figure(boxes(e, "S_fitness", "S_fitness (Eq. 12), more is better", &fitness, false),
                      fmt::format("Fig. 11. Scan-matching fitness of tracked scans. {}", kReading),
                      "fig11-fitness");
-  html += report::figure(
+  std::string figures = report::figure(
       boxes(e, "Coverage", "scan points with a voxel [%], more is better", &coverage_percent,
             false),
       "Coverage: share of a scan’s points that have a voxel to be compared with.", "coverage");
@@ -209,23 +217,21 @@ std::string fitness_figures(const Evaluation& e) {
         report::figure(boxes(e, "Position error", "error [cm], less is better", &error_cm, true),
                        "Error against the reference, on the same scans.", "error-beside-fitness");
   }
-  return html;
+  return html + side_by_side(figures);
 }
 
 std::string lcp_figures(const Evaluation& e) {
   std::string html =
-      "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). It grows with whatever "
-      "makes a map smaller, so that an opponent of equal size has about the same: it tells size, "
-      "not which points were kept.</p>\n";
-  html +=
-      report::figure(boxes(e, "LCP of scans", "LCP [10⁻⁶], more is better", &lcp_millionths, true),
-                     fmt::format("Fig. 12 a. LCP. {}", kReading), "fig12a-lcp");
-  html += report::figure(
+      "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). A positive one grows "
+      "with "
+      "whatever makes a map smaller (a negative one falls), so that opponents of equal size have "
+      "about the same: it tells a map’s size more than which points were kept.</p>\n";
+  std::string figures = report::figure(
       region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", &lcp_millionths),
       "Fig. 12 b. LCP of each local region: mean over the scans that were matched in it. Upright "
       "line: mean of the regions.",
       "fig12b-lcp");
-  return html;
+  return html + side_by_side(figures);
 }
 
 std::string error_figures(const Evaluation& e) {
@@ -233,21 +239,23 @@ std::string error_figures(const Evaluation& e) {
   std::string html =
       "<p>Errors against the reference of tracked scans, without aligning trajectories. A gap in a "
       "curve is a scan that was lost or has no reference.</p>\n";
-  html += report::figure(lines(e, "Position error over the way", "error [cm]", &error_cm, true),
-                         "Error over the way.", "error-way");
+  std::string figures =
+      report::figure(lines(e, "Position error over the way", "error [cm]", &error_cm, true),
+                     "Error over the way.", "error-way");
   const Axis x = report::axis_over("error [cm]", everything(e, &error_cm), true, 8);
-  html += report::figure(cumulative_of_configs(e, x),
-                         "Share of tracked scans with an error below x. Further left is better.",
-                         "error-cumulative");
+  figures += report::figure(cumulative_of_configs(e, x),
+                            "Share of tracked scans with an error below x. Further left is better.",
+                            "error-cumulative");
+  std::string against;
   if (const auto panels = cumulative_of_opponents(e, x); !panels.empty()) {
-    html += report::figure(panels, "Each configuration against as many points chosen otherwise.",
-                           "error-opponents");
+    against = report::figure(panels, "Each configuration against as many points chosen otherwise.",
+                             "error-opponents");
   }
-  html += report::figure(boxes(e, "Position error", "error [cm]", &error_cm, true),
-                         fmt::format("Position error. {}", kReading), "error-position");
-  html += report::figure(boxes(e, "Rotation error", "error [°]", &error_deg, true),
-                         "Rotation error.", "error-rotation");
-  return html;
+  figures += report::figure(boxes(e, "Position error", "error [cm]", &error_cm, true),
+                            fmt::format("Position error. {}", kReading), "error-position");
+  figures += report::figure(boxes(e, "Rotation error", "error [°]", &error_deg, true),
+                            "Rotation error.", "error-rotation");
+  return html + side_by_side(figures) + against;
 }
 
 }  // namespace vantage::page

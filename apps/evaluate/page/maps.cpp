@@ -135,7 +135,7 @@ Result<std::string> specimen_svg(const EvaluatedConfig& config, std::size_t numb
   each_of_some(specimen.viewpoints, 1500, [&](const Point& p) {
     const double x = window.x(p.x()), y = window.y(p.y());
     if (x < 0.0 || y < 0.0 || x > window.width || y > window.height()) return;
-    svg += fmt::format("<circle class=\"viewpoint\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2\"/>", x, y);
+    svg += fmt::format("<circle class=\"viewpoint\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"1.6\"/>", x, y);
   });
   svg += report::scale_bar(window) + legend_of_heights(window, heights, number);
   return svg + "</svg></svg>\n";
@@ -173,9 +173,9 @@ std::string tip_of(const Run& run, std::size_t i, double way) {
 
 std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindow& window) {
   const Run& run = r.run->run;
-  const std::string title =
-      e.routes.size() == 1 ? r.config->name
-                           : fmt::format("{}, route {}", r.config->name, e.routes[r.route].name);
+  const std::string title = e.routes.size() == 1
+                                ? r.config->name
+                                : fmt::format("{}, {}", r.config->name, e.routes[r.route].name);
   constexpr double kHead = 26.0;
   std::string svg = svg_opening(title, window, kHead);
   const RunSummary& s = r.run->summary;
@@ -210,11 +210,11 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
     }
     if (scan.report.switched && i > 0) {
       above += fmt::format(
-          "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5.5\">{}</circle>\n", x, y,
+          "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.8\">{}</circle>\n", x, y,
           tip);
     }
     const Number error = error_cm(scan);
-    svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.6\">{}</circle>\n",
+    svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",
                        error ? fmt::format("e{}", class_of(*error)) : "unknown", x, y, tip);
   }
   return svg + above + report::scale_bar(window) + "</svg></svg>\n";
@@ -242,7 +242,7 @@ PlanWindow window_of_route(const Evaluation& e, std::size_t route) {
   }
   if (extent.empty()) extent.see(Eigen::Vector2d::Zero());
   const double border = std::clamp(0.06 * (extent.high - extent.low).maxCoeff(), 10.0, 40.0);
-  return report::window_around(extent.low, extent.high, border, 40.0, 760.0, 640.0);
+  return report::window_around(extent.low, extent.high, border, 40.0, 560.0, 520.0);
 }
 
 }  // namespace
@@ -271,11 +271,11 @@ Result<std::string> region_maps(const Evaluation& e) {
     for (const Point& p : shown->specimen->points) extent.see(p.head<2>());
   }
   if (extent.empty()) extent.see(Eigen::Vector2d::Zero());
-  const PlanWindow window = report::window_around(extent.low, extent.high, 8.0, 40.0, 620.0, 620.0);
+  const PlanWindow window = report::window_around(extent.low, extent.high, 8.0, 40.0, 560.0, 560.0);
   const report::Heights heights = report::heights_of(shown->specimen->points);
 
   std::string html = fmt::format(
-      "<p>The region map that each configuration localizes in halfway along route {}, from above, "
+      "<p>The region map that each configuration localizes in halfway along “{}”, from above, "
       "over "
       "the wide-area map in grey. All at the same scale; of a whole map, the same part.</p>\n",
       escaped(e.routes.empty() ? "" : e.routes.front().name));
@@ -304,7 +304,7 @@ Result<std::string> trajectories(const Evaluation& e) {
   std::string html = trajectory_legend();
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     const PlanWindow window = window_of_route(e, route);
-    if (e.routes.size() > 1) html += "<h3>Route " + escaped(e.routes[route].name) + "</h3>\n";
+    if (e.routes.size() > 1) html += "<h3>" + escaped(e.routes[route].name) + "</h3>\n";
     if (!e.map.empty()) {
       VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
       html += shared_picture(fmt::format("map-of-route{}", route), window, png);

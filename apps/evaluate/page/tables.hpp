@@ -26,9 +26,6 @@ struct MapRun {
 /// All of one route: each configuration, its opponents after it.
 [[nodiscard]] std::vector<MapRun> runs_of(const Evaluation& evaluation, std::size_t route);
 
-/// The first configuration whose one region is the whole map; null without one.
-[[nodiscard]] const EvaluatedConfig* wide_area(const Evaluation& evaluation);
-
 [[nodiscard]] std::string verdict(const Evaluation& evaluation);
 [[nodiscard]] std::string points_table(const Evaluation& evaluation);
 [[nodiscard]] std::string accuracy_tables(const Evaluation& evaluation);

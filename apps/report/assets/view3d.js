@@ -55,14 +55,14 @@
       if (byHeight) look.vertexColors = THREE.VertexColors || true;
       return new THREE.Points(geometry(xyz, byHeight && heightColours(xyz)), new THREE.PointsMaterial(look));
     };
-    const line = (cloud, parts) => new (parts ? THREE.LineSegments : THREE.Line)(geometry(positions(cloud)), new THREE.LineBasicMaterial());
+    const line = (cloud, parts, faint) => new (parts ? THREE.LineSegments : THREE.Line)(geometry(positions(cloud)), new THREE.LineBasicMaterial({transparent: true, opacity: faint || 1}));
 
     const map = dots(data.map, 1.3, false);
     map.material.transparent = true;
     scene.add(map);
     const routes = data.routes.map(route => line(route.reference, false));
     const configs = data.configs.map(config => {
-      const all = {borders: line(config.borders, true), runs: config.runs.flatMap(run => [line(run, false), dots(run, 4, false)])};
+      const all = {borders: line(config.borders, true, 0.35), runs: config.runs.flatMap(run => [line(run, false), dots(run, 4, false)])};
       if (config.specimen) {
         all.specimen = dots(config.specimen, 2, true);
         all.viewpoints = dots(config.viewpoints, 4, false);
