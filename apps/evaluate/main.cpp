@@ -101,11 +101,11 @@ Result<void> write_runs(const Evaluation& evaluation, const fs::path& out) {
   return {};
 }
 
-void print_gates(const Evaluation& evaluation) {
+void print_gates(const Evaluation& evaluation, const cli::Style& style) {
   for (const EvaluatedConfig& config : evaluation.configs) {
     for (const GateResult& gate : config.gates) {
-      std::cout << (gate.holds ? "pass  " : "FAIL  ") << config.name << ": " << to_string(gate)
-                << '\n';
+      std::cout << (gate.holds ? style.good("pass") : style.bad("FAIL")) << "  " << config.name
+                << ": " << to_string(gate) << '\n';
     }
   }
   std::cout << '\n';
@@ -153,13 +153,13 @@ Result<void> run(const Options& options) {
   const auto rows = comparison(evaluation);
   cli::TextTable table(rows.front(), kComparisonNames);
   for (std::size_t i = 1; i < rows.size(); ++i) table.add(rows[i]);
-  std::cout << table.to_string() << '\n';
+  std::cout << table.to_string(options.common.style()) << '\n';
   for (const EvaluatedConfig& config : evaluation.configs) {
     if (!config.no_opponents.empty()) {
       std::cout << config.name << " has no opponents: " << config.no_opponents << '\n';
     }
   }
-  if (!gates.empty()) print_gates(evaluation);
+  if (!gates.empty()) print_gates(evaluation, options.common.style());
   std::cout << "report: " << fs::absolute(options.out / "report.html").lexically_normal().string()
             << '\n';
   return check_verdict(evaluation);
@@ -178,7 +178,8 @@ int main(int argc, char** argv) {
       ->required();
   options.routes.add_to(app);
   app.add_option("--out", options.out, "folder for report.html, summary.json and a folder a run")
-      ->required();
+      ->required()
+      ->type_name("DIR");
   app.add_option(
          "--gate", options.gates,
          "limits to keep on every route, such as error=0.5cm,lost=0, or L20:error=0.5cm for "
