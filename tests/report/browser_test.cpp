@@ -31,7 +31,7 @@ std::optional<fs::path> browser() {
 
 struct Visit {
   std::string dom;       ///< after scripts
-  std::string requests;  ///< URLs of the network
+  std::string requests;  ///< URLs that the page asked the network for
   std::string console;   ///< what scripts and the browser said of the page
 };
 
@@ -55,9 +55,11 @@ Visit visit(const std::string& page) {
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   Visit result{.dom = done.out, .requests = {}, .console = {}};
   const std::string net = read_text(log);
-  const std::regex url("\"url\":\"((?:https?|wss?|ftp):[^\"]*)\"");
-  for (std::sregex_iterator it(net.begin(), net.end(), url), end; it != end; ++it) {
-    result.requests += (*it)[1].str() + "\n";
+  // What a page asks for has the page as its initiator; the browser has errands of its own.
+  const std::regex request(
+      "\"initiator\":\"([^\"]*)\"[^{}]*\"url\":\"((?:https?|wss?|ftp):[^\"]*)\"");
+  for (std::sregex_iterator it(net.begin(), net.end(), request), end; it != end; ++it) {
+    if ((*it)[1] != "not an origin") result.requests += (*it)[2].str() + "\n";
   }
   std::istringstream lines(done.err);
   for (std::string line; std::getline(lines, line);) {
