@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <regex>
+#include <sstream>
 
 #include "evaluate/report.hpp"
 #include "report/evaluation_fixture.hpp"
@@ -55,11 +55,17 @@ Visit visit(const std::string& page) {
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   Visit result{.dom = done.out, .requests = {}, .console = {}};
   const std::string net = read_text(log);
-  // What a page asks for has the page as its initiator; the browser has errands of its own.
-  const std::regex request(
-      "\"initiator\":\"([^\"]*)\"[^{}]*\"url\":\"((?:https?|wss?|ftp):[^\"]*)\"");
-  for (std::sregex_iterator it(net.begin(), net.end(), request), end; it != end; ++it) {
-    if ((*it)[1] != "not an origin") result.requests += (*it)[2].str() + "\n";
+  // An event a line. What a page asks for has the page as its initiator; the browser has errands
+  // of its own.
+  std::istringstream events(net);
+  for (std::string event; std::getline(events, event);) {
+    const auto url = event.find("\"url\":\"");
+    if (event.find("\"initiator\":\"") == std::string::npos || url == std::string::npos) continue;
+    if (event.find("\"initiator\":\"not an origin\"") != std::string::npos) continue;
+    const std::string to = event.substr(url + 7, event.find('"', url + 7) - url - 7);
+    if (!to.starts_with("file:") && !to.starts_with("data:") && !to.starts_with("blob:")) {
+      result.requests += to + "\n";
+    }
   }
   std::istringstream lines(done.err);
   for (std::string line; std::getline(lines, line);) {
