@@ -35,7 +35,7 @@ struct Visit {
   std::string console;   ///< what scripts and the browser said of the page
 };
 
-Visit visit(const std::string& page) {
+Visit visit(const std::string& page, const std::string& more = "--disable-extensions") {
   const auto chromium = browser();
   if (!chromium) {
     std::cout << "SKIPPED: no Chromium to open reports in" << std::endl;
@@ -48,7 +48,7 @@ Visit visit(const std::string& page) {
       chromium->string(),
       {"--headless", "--no-sandbox", "--disable-gpu-sandbox", "--use-gl=angle",
        "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking",
-       "--disable-component-update", "--disable-sync", "--no-first-run", "--disable-extensions",
+       "--disable-component-update", "--disable-sync", "--no-first-run", more,
        "--user-data-dir=" + (folder.path() / "profile").string(), "--log-net-log=" + log,
        "--enable-logging=stderr", "--v=0", "--window-size=1200,1500", "--virtual-time-budget=5000",
        "--dump-dom", "file://" + (folder.path() / "page.html").string() + "#view"});
@@ -87,6 +87,12 @@ TEST_CASE("the page asks for nothing, its scripts run without errors, the 3-D vi
   CHECK(seen.dom.find("<canvas") != std::string::npos);
   CHECK(seen.dom.find("id=\"theme\">Dark</button>") != std::string::npos);
   CHECK(seen.dom.find("data-tip=") != std::string::npos);
+}
+
+TEST_CASE("without WebGL the page says so where the view would be") {
+  const Visit seen = visit(page(), "--disable-3d-apis");
+  CHECK(seen.dom.find("This browser shows no WebGL") != std::string::npos);
+  CHECK(seen.dom.find("<canvas") == std::string::npos);
 }
 
 TEST_CASE("a page that asks, or whose script fails, would be noticed") {
