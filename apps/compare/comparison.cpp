@@ -169,7 +169,7 @@ std::string pairing_text(const Comparison& c) {
 
 std::vector<std::vector<std::string>> rows_of(const Comparison& c) {
   std::vector<std::vector<std::string>> rows{
-      {"", "scans", "A", "B", "B - A", "95 % interval", "B better"}};
+      {"", "scans", "A", "B", "B - A", "95 % interval", "B better [%]"}};
   for (const Compared& q : c.quantities) {
     const auto text = [&](double x, const char* sign = "") {
       return q.digits == 0 && std::abs(x) < 0.5
@@ -179,7 +179,7 @@ std::vector<std::vector<std::string>> rows_of(const Comparison& c) {
     rows.push_back({with_unit(q), std::to_string(q.pairs.size()), text(q.mean_a), text(q.mean_b),
                     text(q.difference, "+"),
                     fmt::format("{} .. {}", text(q.interval.low, "+"), text(q.interval.high, "+")),
-                    fmt::format("{:.1f} %", 100.0 * q.share_better.value_or(0.0))});
+                    fmt::format("{:.1f}", 100.0 * q.share_better.value_or(0.0))});
   }
   const auto counts = [&](const char* name, const std::array<std::size_t, 2>& n) {
     rows.push_back(

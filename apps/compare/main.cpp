@@ -1,4 +1,6 @@
 // vantage-compare: two runs on the same scans, side by side.
+#include <unistd.h>
+
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +15,7 @@ namespace {
 struct Options {
   std::filesystem::path a, b, html;
   bool json = false;
+  std::string color = "auto";
 };
 
 Result<void> run(const Options& options) {
@@ -31,7 +34,7 @@ Result<void> run(const Options& options) {
   const auto rows = rows_of(comparison);
   cli::TextTable table(rows.front());
   for (std::size_t i = 1; i < rows.size(); ++i) table.add(rows[i]);
-  std::cout << table.to_string();
+  std::cout << table.to_string(cli::Style::of(STDOUT_FILENO, options.color));
   if (!options.html.empty()) std::cout << "\nreport: " << options.html.string() << '\n';
   return {};
 }
@@ -46,9 +49,10 @@ int main(int argc, char** argv) {
       "vantage compare");
   vantage::Options options;
   const char* const what = "folder that `vantage localize` or `evaluate` wrote, or its scans.csv";
-  app.add_option("A", options.a, what)->required();
-  app.add_option("B", options.b, what)->required();
-  app.add_option("--html", options.html, "write a page with figures");
+  app.add_option("A", options.a, what)->required()->type_name("PATH");
+  app.add_option("B", options.b, what)->required()->type_name("PATH");
+  app.add_option("--html", options.html, "write a page with figures")->type_name("FILE");
   app.add_flag("--json", options.json, "results as JSON on stdout");
+  vantage::cli::add_color_option(app, options.color);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

@@ -14,8 +14,8 @@ namespace vantage {
 
 std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
   std::vector<std::vector<std::string>> rows{
-      {"config", "map", "route", "points", "reduction", "error [cm]", "p95", "[deg]", "lost",
-       "switches", "T_align [ms]", "fitness", "coverage", "NVTL", "LCP [1e-6]"}};
+      {"config", "map", "route", "points", "reduction [%]", "error [cm]", "p95 [cm]", "error [deg]",
+       "lost", "switches", "T_align [ms]", "fitness", "coverage [%]", "NVTL", "LCP [1e-6]"}};
   const auto text = [](const cli::Statistics& s, double value, int digits) {
     return s.count == 0 ? std::string("-") : fmt::format("{:.{}f}", value, digits);
   };
@@ -25,12 +25,11 @@ std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
       rows.push_back(
           {r.config->name, std::string(r.map), evaluation.routes[route].name,
            cli::grouped(static_cast<std::uint64_t>(s.map_points.mean + 0.5)),
-           fmt::format("{:.1f} %", 100.0 * r.config->reduction()),
+           fmt::format("{:.1f}", 100.0 * r.config->reduction()),
            text(s.error_m, 100.0 * s.error_m.mean, 2), text(s.error_m, 100.0 * s.error_m.p95, 2),
            text(s.error_deg, s.error_deg.mean, 3), fmt::format("{}/{}", s.lost, s.scans),
            std::to_string(s.switches), text(s.align_ms, s.align_ms.mean, 1),
-           text(s.fitness, s.fitness.mean, 3),
-           s.coverage.count == 0 ? "-" : fmt::format("{:.1f} %", 100.0 * s.coverage.mean),
+           text(s.fitness, s.fitness.mean, 3), text(s.coverage, 100.0 * s.coverage.mean, 1),
            text(s.nvtl, s.nvtl.mean, 3), text(s.lcp, 1e6 * s.lcp.mean, 3)});
     }
   }

@@ -20,14 +20,15 @@ struct VoxelHash {
   }
 };
 
+bool before(const Point& a, const Point& b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+}
+
 /// The point of each voxel that comes first by its coordinates; empty if there are more than
 /// `most`.
 PointCloud one_a_voxel(PointsView points, double size, std::size_t most) {
   std::unordered_map<Voxel, Point, VoxelHash> firsts;
   firsts.reserve(std::min(points.size(), most + 1));
-  const auto before = [](const Point& a, const Point& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  };
   for (const Point& p : points) {
     const Voxel voxel{std::llround(std::floor(p.x() / size)),
                       std::llround(std::floor(p.y() / size)),
@@ -96,7 +97,11 @@ std::string base64(const QuantizedPoints& points) {
 }
 
 PointCloud thinned(PointsView points, std::size_t most) {
-  if (points.size() <= most) return {points.begin(), points.end()};
+  if (points.size() <= most) {
+    PointCloud all(points.begin(), points.end());
+    std::sort(all.begin(), all.end(), before);
+    return all;
+  }
   if (most == 0) return {};
   const Bounds3 box = bounds_of(points);
   // From voxels that are surely many enough, a tenth larger each time.

@@ -27,7 +27,7 @@ struct QuantizedPoints {
 [[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
 
 /// `most` of the points or fewer, spread evenly over what they cover: one a voxel, the voxels as
-/// large as that takes. The choice depends on the set of points alone, not on their order.
+/// large as that takes; sorted. The result depends on the set of points alone, not on their order.
 [[nodiscard]] PointCloud thinned(PointsView points, std::size_t most);
 
 }  // namespace vantage::report

@@ -195,43 +195,43 @@ std::string alignment_figures(const Evaluation& e) {
 }
 
 std::string fitness_figures(const Evaluation& e) {
-  std::string html =
-      "<p><strong>Fitness alone rewards deleting map.</strong> A scan point with no voxel near it "
-      "scores 0 in S<sub>fitness</sub> (Eq. 12), which is more than a badly matched point gets. "
-      "Coverage, NVTL and error beside it tell what was given up.</p>\n";
-  html +=
+  std::string figures =
       report::figure(boxes(e, "S_fitness", "S_fitness (Eq. 12), more is better", &fitness, false),
                      fmt::format("Fig. 11. Scan-matching fitness of tracked scans. {}", kReading),
                      "fig11-fitness");
-  std::string figures = report::figure(
+  figures += report::figure(
       boxes(e, "Coverage", "scan points with a voxel [%], more is better", &coverage_percent,
             false),
       "Coverage: share of a scan’s points that have a voxel to be compared with.", "coverage");
-  html +=
+  figures +=
       report::figure(boxes(e, "NVTL", "NVTL, more is better", &nvtl, false),
                      "NVTL: mean over the matched points of the best voxel’s likelihood. It does "
                      "not see what is missing, either.",
                      "nvtl");
   if (has_reference(e)) {
-    html +=
+    figures +=
         report::figure(boxes(e, "Position error", "error [cm], less is better", &error_cm, true),
                        "Error against the reference, on the same scans.", "error-beside-fitness");
   }
-  return html + side_by_side(figures);
+  return "<p><strong>Fitness alone rewards deleting map.</strong> A scan point with no voxel near "
+         "it scores 0 in S<sub>fitness</sub> (Eq. 12), which is more than a badly matched point "
+         "gets. Coverage, NVTL and error beside it tell what was given up.</p>\n" +
+         side_by_side(figures);
 }
 
 std::string lcp_figures(const Evaluation& e) {
-  std::string html =
-      "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). A positive one grows "
-      "with "
-      "whatever makes a map smaller (a negative one falls), so that opponents of equal size have "
-      "about the same: it tells a map’s size more than which points were kept.</p>\n";
-  std::string figures = report::figure(
+  std::string figures =
+      report::figure(boxes(e, "LCP of scans", "LCP [10⁻⁶], more is better", &lcp_millionths, true),
+                     fmt::format("Fig. 12 a. LCP of tracked scans. {}", kReading), "fig12a-lcp");
+  figures += report::figure(
       region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", &lcp_millionths),
       "Fig. 12 b. LCP of each local region: mean over the scans that were matched in it. Upright "
       "line: mean of the regions.",
       "fig12b-lcp");
-  return html + side_by_side(figures);
+  return "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). A positive one grows "
+         "with whatever makes a map smaller (a negative one falls), so that opponents of equal "
+         "size have about the same: it tells a map’s size more than which points were kept.</p>\n" +
+         side_by_side(figures);
 }
 
 std::string error_figures(const Evaluation& e) {

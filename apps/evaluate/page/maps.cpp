@@ -196,6 +196,11 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   }
   svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", reference);
   const std::vector<double> way = distances(run);
+  // Rings that would touch each other are smaller: what they are around has to be seen.
+  const double apart = way.empty() ? 0.0
+                                   : way.back() * window.pixels_per_metre() /
+                                         static_cast<double>(std::max<std::size_t>(s.switches, 1));
+  const double ring = std::clamp(0.3 * apart, 2.6, 4.8);
   std::string above;  // what must not be covered
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const RunScan& scan = run.scans[i];
@@ -210,8 +215,8 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
     }
     if (scan.report.switched && i > 0) {
       above += fmt::format(
-          "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.8\">{}</circle>\n", x, y,
-          tip);
+          "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\">{}</circle>\n", x, y,
+          ring, tip);
     }
     const Number error = error_cm(scan);
     svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",

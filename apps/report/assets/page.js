@@ -67,6 +67,7 @@
       if (!source || copy.contains(copy.querySelector(use.getAttribute('href')))) continue;
       const part = source.cloneNode(true);
       part.removeAttribute('id');
+      if (use.getAttribute('opacity')) part.setAttribute('opacity', use.getAttribute('opacity'));
       if (use.getAttribute('filter')) part.setAttribute('style', 'filter:' + use.getAttribute('filter'));
       use.replaceWith(part);
     }

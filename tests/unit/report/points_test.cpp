@@ -62,7 +62,10 @@ TEST_CASE("thinning keeps points of the cloud, not more than asked for, whatever
   for (const Point& p : kept) CHECK(std::find(points.begin(), points.end(), p) != points.end());
   std::shuffle(points.begin(), points.end(), std::mt19937(5));
   CHECK(thinned(points, 700) == kept);
-  CHECK(thinned(points, 5000).size() == 5000);
+  const PointCloud all = thinned(points, 5000);
+  CHECK(all.size() == 5000);
+  std::reverse(points.begin(), points.end());
+  CHECK(thinned(points, 5000) == all);
   CHECK(thinned(points, 0).empty());
   CHECK(thinned(PointCloud(50, Point(1, 2, 3)), 10).size() == 1);
 }

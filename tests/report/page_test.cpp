@@ -1,0 +1,213 @@
+// The page of an evaluation, as text.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <regex>
+#include <set>
+
+#include "evaluate/report.hpp"
+#include "report/evaluation_fixture.hpp"
+
+namespace vantage::test {
+namespace {
+
+std::string page_of(const Evaluation& evaluation) {
+  auto page = to_html(evaluation);
+  REQUIRE_MESSAGE(page, to_string(page.error()));
+  return *std::move(page);
+}
+
+/// The page without the content of its scripts and styles.
+std::string markup_of(const std::string& page) {
+  std::string rest;
+  std::size_t at = 0;
+  while (true) {
+    std::size_t open = std::string::npos;
+    std::string name;
+    for (const char* element : {"script", "style"}) {
+      const auto found = page.find("<" + std::string(element), at);
+      if (found < open) {
+        open = found;
+        name = element;
+      }
+    }
+    if (open == std::string::npos) return rest + page.substr(at);
+    const auto content = page.find('>', open) + 1;
+    rest += page.substr(at, content - at);
+    at = page.find("</" + name + ">", content);
+    REQUIRE(at != std::string::npos);
+  }
+}
+
+/// Where elements are not closed in the order they were opened; empty if they all are.
+std::string imbalance(const std::string& markup) {
+  static const std::set<std::string> kVoid{"meta", "link", "br", "input"};
+  std::vector<std::string> open;
+  const std::regex tag("<(/?)([a-zA-Z][a-zA-Z0-9]*)((?:[^>\"]|\"[^\"]*\")*)>");
+  for (std::sregex_iterator it(markup.begin(), markup.end(), tag), end; it != end; ++it) {
+    const std::string name = (*it)[2], rest = (*it)[3];
+    if ((*it)[1] == "/") {
+      if (open.empty() || open.back() != name) {
+        return "</" + name + "> inside <" + (open.empty() ? "" : open.back()) + ">";
+      }
+      open.pop_back();
+    } else if (!kVoid.contains(name) && !rest.ends_with("/")) {
+      open.push_back(name);
+    }
+  }
+  return open.empty() ? "" : "<" + open.back() + "> is never closed";
+}
+
+TEST_CASE("the page has every section, each in the navigation, and closes what it opens") {
+  const std::string page = page_of(made_evaluation({.configs = {"wide", "L10", "L20"}}));
+  for (const std::string id : {"verdict", "points", "accuracy", "regionmaps", "alignment",
+                               "fitness", "lcp", "error", "trajectories", "view", "method"}) {
+    CAPTURE(id);
+    CHECK(page.find("<section id=\"" + std::string(id) + "\">") != std::string::npos);
+    CHECK(page.find("<a href=\"#" + std::string(id) + "\">") != std::string::npos);
+  }
+  for (const std::string figure : {"Table 1.", "Fig. 9.", "Fig. 10 a.", "Fig. 10 b.", "Fig. 11.",
+                                   "Fig. 12 a.", "Fig. 12 b."}) {
+    CAPTURE(figure);
+    CHECK(page.find(figure) != std::string::npos);
+  }
+  CHECK(imbalance(markup_of(page)).empty());
+  CHECK(imbalance("<p><b></p></b>") == "</p> inside <b>");  // it can tell
+}
+
+TEST_CASE("the page asks for nothing that is not in it") {
+  const std::string page = page_of(made_evaluation({}));
+  CHECK(page.find("Content-Security-Policy\" content=\"default-src 'none'") != std::string::npos);
+  const std::string markup = markup_of(page);
+  const std::regex reference(
+      "(?:src|href|srcset|data|action|poster)=\"([^\"]*)\"|url\\(([^)]*)\\)");
+  std::size_t seen = 0;
+  for (std::sregex_iterator it(markup.begin(), markup.end(), reference), end; it != end; ++it) {
+    const std::string to = (*it)[1].matched ? (*it)[1].str() : (*it)[2].str();
+    CAPTURE(to.substr(0, 60));
+    CHECK((to.starts_with("#") || to.starts_with("data:")));
+    ++seen;
+  }
+  CHECK(seen > 10);
+  for (const std::string element : {"<iframe", "<object", "<embed", "<base", "@import"}) {
+    CAPTURE(element);
+    CHECK(markup.find(element) == std::string::npos);
+  }
+}
+
+TEST_CASE("names of any author stay text") {
+  const std::string script = "</script><script>alert(1)</script>",
+                    image = "<img src=x onerror=alert(1)>";
+  Evaluation e =
+      made_evaluation({.configs = {"wide", script}, .routes = {image, "b\" onload=\"c"}});
+  e.configs[1].no_opponents = script;
+  e.configs[1].index.config = "</pre>" + script;
+  e.configs[0].routes[0].run.stamp_rule = image;
+  e.configs[1].opponents[0].name = image;
+  e.configs[1].gates = {
+      {.gate = {.text = script, .config = "", .metric = image, .unit = ""}, .route = image}};
+  const std::string page = page_of(e);
+  CHECK(page.find("<script>alert") == std::string::npos);
+  CHECK(page.find("<img") == std::string::npos);
+  CHECK(page.find("onload=\"c\"") == std::string::npos);
+  CHECK(imbalance(markup_of(page)).empty());
+}
+
+using Key = std::array<std::string, 4>;
+
+std::string unescaped(std::string text) {
+  for (const auto& [from, to] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}}) {
+    for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at)) {
+      text.replace(at, std::string(from).size(), to);
+    }
+  }
+  return text;
+}
+
+std::map<Key, double> numbers_of(const std::string& page) {
+  const std::regex cell(
+      "data-config=\"([^\"]*)\" data-route=\"([^\"]*)\" data-map=\"([^\"]*)\" "
+      "data-metric=\"([^\"]*)\" "
+      "data-value=\"([^\"]*)\"");
+  std::map<Key, double> numbers;
+  for (std::sregex_iterator it(page.begin(), page.end(), cell), end; it != end; ++it) {
+    const auto& m = *it;
+    numbers[{unescaped(m[1]), unescaped(m[2]), unescaped(m[3]), unescaped(m[4])}] = std::stod(m[5]);
+  }
+  return numbers;
+}
+
+TEST_CASE("every number of a run is the one at its path in the run's summary, in full") {
+  const Evaluation e = made_evaluation({.configs = {"wide", "L<10"}, .routes = {"north", "south"}});
+  const auto numbers = numbers_of(markup_of(page_of(e)));
+  CHECK(numbers.size() > 300);
+  const auto check = [&](const EvaluatedConfig& config, const std::string& map, const RouteRun& run,
+                         const std::string& route) {
+    const nlohmann::ordered_json json = to_json(run.run, run.summary);
+    std::size_t of_this = 0;
+    for (const auto& [key, value] : numbers) {
+      if (key[0] != config.name || key[1] != route || key[2] != map) continue;
+      ++of_this;
+      std::string pointer = "/" + key[3];
+      std::replace(pointer.begin(), pointer.end(), '.', '/');
+      CAPTURE(pointer);
+      CHECK(json.at(nlohmann::ordered_json::json_pointer(pointer)).get<double>() == value);
+    }
+    CHECK(of_this >= 25);
+  };
+  for (const EvaluatedConfig& config : e.configs) {
+    for (std::size_t r = 0; r < e.routes.size(); ++r) {
+      check(config, "observable", config.routes[r], e.routes[r].name);
+      for (const Opponent& opponent : config.opponents) {
+        check(config, opponent.name, opponent.routes[r], e.routes[r].name);
+      }
+    }
+  }
+}
+
+TEST_CASE("the page is the same each time, whatever the order of the map's points") {
+  Evaluation e = made_evaluation({});
+  const std::string page = page_of(e);
+  std::shuffle(e.map.begin(), e.map.end(), std::mt19937(2));
+  CHECK(page_of(e) == page);
+}
+
+TEST_CASE("a bundle without points, no map and no error still make a page") {
+  Evaluation e = made_evaluation({.configs = {"wide", "cells"}, .opponents = false});
+  e.map.clear();
+  for (EvaluatedConfig& config : e.configs) {
+    config.specimen.reset();
+    for (RegionSummary& region : config.index.regions) region = {.elements = 10, .bytes = 400};
+    config.region_points = {};
+    for (RouteRun& run : config.routes) {
+      for (RunScan& scan : run.run.scans) {
+        scan.error.reset();
+        scan.report.tracking = Tracking::lost;
+        scan.report.alignment.reset();
+      }
+      run.summary = summarize(run.run);
+    }
+  }
+  const std::string page = page_of(e);
+  CHECK(imbalance(markup_of(page)).empty());
+  CHECK(page.find("nan") == page.find("nan", page.find("<script")));  // none in text or pictures
+  CHECK(markup_of(page).find("60 of 60 scans lost") != std::string::npos);
+}
+
+TEST_CASE("the terminal's table: a row each, opponents beneath, nothing measured is a dash") {
+  Evaluation e = made_evaluation({.configs = {"wide", "L10"}, .routes = {"north", "south"}});
+  e.configs[0].routes[0].summary = RunSummary{};
+  const auto rows = comparison(e);
+  REQUIRE(rows.size() == 1 + 2 * (1 + 1 + 3));
+  for (const auto& row : rows) CHECK(row.size() == rows.front().size());
+  CHECK(rows[1][0] == "wide");
+  CHECK(rows[1][5] == "-");
+  CHECK(rows[3][1] == "random");
+}
+
+}  // namespace
+}  // namespace vantage::test
