@@ -100,17 +100,33 @@ class Page(html.parser.HTMLParser):
 
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.links, self.loads, self.anchors = [], [], set()
+        self.links, self.loads, self.anchors, self.misread = [], [], set(), []
+        self.paragraph, self.in_code = None, False
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
         values = {key: value for key, value in attributes if value is not None and not re.match(r"(data|javascript):", value)}
         self.anchors.update(values[key] for key in ("id", "name") if key in values)
+        if tag == "p":
+            self.paragraph = ""
+        elif tag == "code":
+            self.in_code = True
         if tag in ("a", "area") and "href" in values:
             self.links.append(values["href"])
         for key in self.LOADS.get(tag, ()):
             if key in values:
                 self.loads.append(values[key])
+
+    def handle_endtag(self, tag):
+        if tag == "p" and self.paragraph is not None:
+            self.misread += re.findall(r"^(?:- |\| |#+ |```|\d+\. ).*", self.paragraph, re.MULTILINE)
+            self.paragraph = None
+        elif tag == "code":
+            self.in_code = False
+
+    def handle_data(self, data):
+        if self.paragraph is not None:
+            self.paragraph += "code" if self.in_code else data
 
 
 def page_faults(site):
@@ -130,6 +146,8 @@ def page_faults(site):
     for name, page in sorted(pages.items()):
         if os.path.basename(name) == "404.html":
             continue  # its links are meant from the root of a server
+        if not name.startswith(MADE_WITH_THE_SITE):
+            faults += [f"{name}: meant as a list, a table or a block, but is text: {text}" for text in page.misread]
         for target in page.loads:
             if is_outside(target):
                 faults.append(f"{name}: loads {target} from another machine")

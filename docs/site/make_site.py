@@ -10,6 +10,7 @@ a link or an anchor that leads nowhere, a page that loads something from another
 import glob
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -48,11 +49,30 @@ def linked_files(root, names):
                   if os.path.isfile(os.path.join(root, path)) and not path.startswith(".."))
 
 
+def for_mkdocs(text):
+    """Lists and tables that follow a paragraph without a blank line, as Markdown allows, get the one that mkdocs wants."""
+    lines, fenced = [], False
+    for line in text.split("\n"):
+        if re.match(r"\s*(```|~~~)", line):
+            fenced = not fenced
+        before = lines[-1] if lines else ""
+        starts = re.match(r"([-*+]|\d+\.) |\|", line)
+        goes_on = re.match(r"([-*+]|\d+\.) |\||\s|$", before)
+        if starts and not goes_on and not fenced:
+            lines.append("")
+        lines.append(line)
+    return "\n".join(lines)
+
+
 def copy(root, names, into):
     for name in names:
         target = os.path.join(into, name)
         os.makedirs(os.path.dirname(target), exist_ok=True)
-        shutil.copy(os.path.join(root, name), target)
+        if name.endswith(".md"):
+            with open(os.path.join(root, name), encoding="utf-8") as source, open(target, "w", encoding="utf-8") as page:
+                page.write(for_mkdocs(source.read()))
+        else:
+            shutil.copy(os.path.join(root, name), target)
 
 
 def run(command, **options):

@@ -215,6 +215,11 @@ class Links(TemporaryRoot):
         self.assertEqual(self.page('<a href="#b">b</a>'), ["a.html: a.html has no anchor #b"])
         self.assertEqual(self.page('<img src="b.png">'), ["a.html: there is no b.png"])
 
+    def test_a_list_or_table_that_became_text_is_a_fault(self):
+        self.assertEqual(self.page("<p>a - b\nc</p><pre>- x\n| y</pre><ul><li>- z</li></ul>"), [])
+        self.assertEqual(len(self.page("<p>text\n- a <b>b</b>\n- c</p>")), 2)
+        self.assertEqual(len(self.page("<p>text\n| a | b |</p>")), 1)
+
     def test_whatever_a_page_loads_from_another_machine_is_a_fault(self):
         for tag in ('<script src="https://example.org/x.js"></script>', '<img src="//example.org/x.png">',
                     '<link rel="stylesheet" href="http://example.org/x.css">', '<iframe src="https://example.org"></iframe>'):
@@ -237,6 +242,11 @@ class MakeSite(TemporaryRoot):
         with contextlib.redirect_stderr(io.StringIO()) as err, self.assertRaises(SystemExit):
             make_site.make_site(self.root, os.path.join(self.root, "out"))
         self.assertIn("README.md:1: there is no b.md", err.getvalue())
+
+    def test_lists_and_tables_get_the_blank_line_that_mkdocs_wants(self):
+        self.assertEqual(make_site.for_mkdocs("a\n- b\n  c\n- d\n| e |\nf\n1. g"), "a\n\n- b\n  c\n- d\n| e |\nf\n\n1. g")
+        for same in ("a\n\n- b\n- c\n", "```\na\n- b\n```\n", "# a\n\n| b |\n|---|\n| c |\n", "a - b\n-c\n"):
+            self.assertEqual(make_site.for_mkdocs(same), same)
 
     def test_files_that_pages_link_to_go_with_them(self):
         write(self.root, "README.md", "[a](docs/a.md) ![p](docs/p.png) [l](LICENSE) [o](https://example.org)\n")
