@@ -340,7 +340,7 @@ class Runner:
         self.faults, self.not_run, self.ran = [], [], 0
         self.environment = {key: value for key, value in os.environ.items() if not key.startswith("VANTAGE_")}
         self.environment.update(HOME=os.path.join(folder, "home"), CMAKE_GENERATOR="Ninja", LC_ALL="C.UTF-8",
-                                DOCS_BUILD_DIR=chosen.build)
+                                DOCS_BUILD_DIR=chosen.build, GIT_CEILING_DIRECTORIES=folder)
 
     def page(self, name, number):
         text = read(os.path.join(self.chosen.root, name))
