@@ -30,30 +30,11 @@ struct WideAreaMap {
   PointCloud trajectory;
 };
 
-/// One after the other. Beyond the points themselves it takes the memory of one part: what is
-/// reserved and not yet written takes none.
-PointCloud joined(std::vector<PointCloud> parts) {
-  if (parts.size() == 1) return std::move(parts.front());
-  std::size_t count = 0;
-  for (const PointCloud& part : parts) count += part.size();
-  PointCloud all;
-  all.reserve(count);
-  for (PointCloud& part : parts) {
-    all.insert(all.end(), part.begin(), part.end());
-    part = PointCloud();  // `= {}` would keep the memory
-  }
-  return all;
-}
-
 Result<WideAreaMap> read_map(const MapSource& source) {
   WideAreaMap map;
-  std::vector<PointCloud> parts;
-  for (const auto& file : source.files) {
-    VANTAGE_TRY(auto cloud, io::read_point_cloud(file));
-    map.dropped += cloud.dropped;
-    parts.push_back(std::move(cloud.points));
-  }
-  map.points = joined(std::move(parts));
+  VANTAGE_TRY(auto cloud, io::read_point_clouds(source.files));
+  map.points = std::move(cloud.points);
+  map.dropped = cloud.dropped;
   if (map.points.empty()) {
     return fail(ErrorCode::invalid_input,
                 "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",
@@ -73,7 +54,8 @@ std::uint64_t peak_memory() {
   return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
 }
 
-void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map) {
+void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map,
+                  const cli::Style& style) {
   std::vector<double> points;
   std::uint64_t bytes = 0;
   std::uint64_t elements = 0;
@@ -86,12 +68,13 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
   const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
   const double reduction = 100.0 * (1.0 - s.mean / static_cast<double>(report.map_points));
 
-  cli::TextTable table({"", "regions", "points (mean)", "min", "max", "std", "reduction", "MB"});
+  cli::TextTable table(
+      {"", "regions", "points (mean)", "min", "max", "std", "reduction [%]", "size [MB]"});
   table.add({"wide-area map", "1", cli::grouped(report.map_points), "", "", "", "", ""});
   table.add({"region maps", cli::grouped(report.partition.size()), count(s.mean), count(s.min),
-             count(s.max), count(s.std), fmt::format("{:.1f} %", reduction),
+             count(s.max), count(s.std), fmt::format("{:.1f}", reduction),
              fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6)});
-  std::cout << table.to_string();
+  std::cout << table.to_string(style);
   std::cout << fmt::format(
       "\n{} ground points, {} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
       "s\n",
@@ -195,7 +178,7 @@ Result<void> run(const Options& options) {
   if (options.common.json) {
     std::cout << to_json(report, index, map).dump(2) << '\n';
   } else {
-    print_report(report, index, map);
+    print_report(report, index, map, options.common.style());
   }
   return {};
 }

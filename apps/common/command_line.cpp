@@ -1,16 +1,22 @@
 #include "common/command_line.hpp"
 
 #include <tbb/global_control.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <thread>
+
+#include "common/completion.hpp"
 
 namespace vantage::cli {
 namespace {
+constexpr const char* kColor = "--color";
 constexpr const char* kUsageContext = "reading the command line; see --help";
 
 /// Set while a program does its job: who calls exit() then is not the program.
@@ -51,6 +57,25 @@ void refuse_to_exit() {
   std::_Exit(kFailed);
 }
 
+/// What `--color` says, of the program or the job of it that was asked for.
+std::string color_of(const CLI::App& app) {
+  const CLI::Option* option = app.get_option_no_throw(kColor);
+  if (option != nullptr && option->count() > 0) return option->results().front();
+  for (const CLI::App* job : app.get_subcommands()) return color_of(*job);
+  return "auto";
+}
+
+void print_error(const CLI::App& app, const Error& error) {
+  std::cerr << to_string(error, Style::of(STDERR_FILENO, color_of(app))) << '\n';
+}
+
+void print_error(const CLI::App& app, std::string message) {
+  print_error(
+      app,
+      Error{
+          .code = ErrorCode::internal, .message = std::move(message), .where = {}, .context = {}});
+}
+
 }  // namespace
 
 void CommonOptions::add_to(CLI::App& app) {
@@ -65,6 +90,15 @@ void CommonOptions::add_to(CLI::App& app) {
   app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")->capture_default_str();
   app.add_flag("--quiet,-q", quiet, "no progress on stderr");
   app.add_flag("--json", json, "results as JSON on stdout");
+  add_color_option(app, color);
+}
+
+Style CommonOptions::style() const { return Style::of(STDOUT_FILENO, color); }
+
+void add_color_option(CLI::App& app, std::string& color) {
+  app.add_option(kColor, color, "colours: auto is on a terminal, unless NO_COLOR is set")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str();
 }
 
 struct ThreadLimit::Control {
@@ -83,12 +117,30 @@ tl::unexpected<Error> usage_error(std::string message) {
                     .context = {kUsageContext}});
 }
 
+std::string to_string(const Error& error, const Style& style) {
+  constexpr std::string_view kWord = "error:";
+  std::string text = vantage::to_string(error);
+  std::size_t at = 0;
+  if (error.where) {
+    std::ostringstream where;
+    where << *error.where << ": ";
+    at = where.str().size();
+  }
+  return text.replace(at, kWord.size(), style.bad(kWord));
+}
+
 int run_program(CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& run) {
   std::set_terminate(&end_with_message);
+  if (argc == 2 && argv[1] == std::string_view(kCompletionQuery)) {
+    std::cout << completion_table(app);
+    return EXIT_SUCCESS;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? EXIT_SUCCESS : kUsage;
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help
+    print_error(app, usage_error(e.what()).value());
+    return kUsage;
   }
   std::atexit(&refuse_to_exit);
   try {
@@ -99,16 +151,16 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
     if (done) {
       std::cout.flush();
       if (std::cout) return EXIT_SUCCESS;
-      std::cerr << "error: cannot write to standard output\n";
+      print_error(app, "cannot write to standard output");
       return kFailed;
     }
-    std::cerr << done.error() << '\n';
+    print_error(app, done.error());
     const auto& context = done.error().context;
     return !context.empty() && context.front() == kUsageContext ? kUsage : kFailed;
   } catch (const std::bad_alloc&) {
-    std::cerr << "error: out of memory\n";
+    print_error(app, "out of memory");
   } catch (const std::exception& e) {
-    std::cerr << "error: " << e.what() << '\n';
+    print_error(app, e.what());
   }
   return kFailed;
 }

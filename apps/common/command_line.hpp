@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/style.hpp"
 #include "vantage/plugin_loader.hpp"
 #include "vantage/result.hpp"
 
@@ -23,12 +24,18 @@ struct CommonOptions {
   std::size_t jobs = 0;                            ///< --jobs; 0 = all cores
   bool quiet = false;                              ///< --quiet: no progress
   bool json = false;                               ///< --json: results for a program
+  std::string color = "auto";                      ///< --color, see add_color_option
 
   void add_to(CLI::App& app);
+  /// Of standard output.
+  [[nodiscard]] Style style() const;
   [[nodiscard]] PluginLoader loader() const {
     return PluginLoader::with_default_folders(plugin_dirs);
   }
 };
+
+/// `--color auto|always|never`, which run_program knows by its name for errors.
+void add_color_option(CLI::App& app, std::string& color);
 
 /// Limits TBB to `jobs` threads for as long as the object lives.
 class ThreadLimit {
@@ -44,7 +51,11 @@ class ThreadLimit {
   std::unique_ptr<Control> control_;
 };
 
-/// The whole of a main(): parses, runs, prints an error as one line on stderr.
+/// The error as one line, its "error:" red where the style is coloured.
+[[nodiscard]] std::string to_string(const Error& error, const Style& style);
+
+/// The whole of a main(): parses, runs, prints an error as one line on stderr. Answers the query of
+/// shells, see completion.hpp.
 /// @return 0; 1 if `run` failed or threw; 2 for wrong usage
 [[nodiscard]] int run_program(CLI::App& app, int argc, char** argv,
                               const std::function<Result<void>()>& run);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/style.hpp"
+
 namespace vantage::cli {
 namespace {
 
@@ -58,7 +60,8 @@ bool ProgressLines::due(std::size_t done, std::size_t total, double elapsed) noe
 Progress::Progress(std::string label, bool quiet)
     : label_(std::move(label)),
       quiet_(quiet),
-      terminal_(isatty(STDERR_FILENO) == 1),
+      terminal_(can_redraw(STDERR_FILENO)),
+      columns_(Style::of(STDERR_FILENO, "never").columns()),
       start_(Clock::now()) {}
 
 Progress::~Progress() {
@@ -76,7 +79,10 @@ void Progress::update(std::size_t done, std::size_t total) {
     return;
   }
   if (drawn_ && done < total && now - last_draw_ < std::chrono::milliseconds(100)) return;
-  fmt::print(stderr, "\r{}\033[K", progress_bar(label_, done, total, elapsed));
+  // A bar that wraps would leave a line behind at every step.
+  std::string bar = progress_bar(label_, done, total, elapsed);
+  if (columns_ > 0 && bar.size() >= columns_) bar.resize(columns_ - 1);
+  fmt::print(stderr, "\r{}\033[K", bar);
   std::fflush(stderr);
   drawn_ = true;
   last_draw_ = now;

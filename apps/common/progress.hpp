@@ -28,8 +28,8 @@ class ProgressLines {
   double last_ = 0.0;  // [s]
 };
 
-/// Progress on stderr: a bar on a terminal, a few plain lines elsewhere. The clock starts when the
-/// object is made.
+/// Progress on stderr: a bar on a terminal, cut to its width, a few plain lines elsewhere. The
+/// clock starts when the object is made.
 class Progress {
  public:
   /// @param label  what is being counted: "localizing (scans)"
@@ -44,6 +44,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   std::string label_;
   bool quiet_, terminal_;
+  std::size_t columns_;
   bool drawn_ = false;
   Clock::time_point start_, last_draw_;
   ProgressLines lines_;

@@ -8,10 +8,14 @@
 
 #include "common/statistics.hpp"
 #include "evaluate/gates.hpp"
+#include "evaluate/routes.hpp"
 #include "io/trajectory_io.hpp"
 #include "localize/run.hpp"
+#include "vantage/config.hpp"
 #include "vantage/map_store.hpp"
+#include "vantage/plugin_loader.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage {
 
@@ -65,5 +69,29 @@ struct Evaluation {
   std::vector<EvaluatedConfig> configs;
   PointCloud map;  ///< the wide-area map P [m]; empty if it is not at hand
 };
+
+struct NamedConfig {
+  std::string name;  ///< of the file, without folder and suffix
+  Config config;
+};
+
+struct EvaluationOptions {
+  PluginLoader loader;
+  bool opponents = true;
+  bool quiet = false;  ///< no progress
+};
+
+/// Localizes every route in the region maps of every configuration, and in those of its opponents.
+/// Gates are not judged yet.
+/// Precondition: every route has a reference.
+/// Errors: what localize_scans reports; a wide-area map that is damaged. One that is not there is
+/// said in EvaluatedConfig::no_opponents.
+[[nodiscard]] Result<Evaluation> evaluate(const std::vector<NamedConfig>& configs,
+                                          const std::vector<NamedInputs>& routes,
+                                          const EvaluationOptions& options);
+
+/// The one configuration whose map is the whole wide-area map in one piece; nullptr without one,
+/// or with several.
+[[nodiscard]] const EvaluatedConfig* wide_area_config(const Evaluation& evaluation);
 
 }  // namespace vantage

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,30 +15,39 @@ struct RouteRun;
 /// A limit that a configuration has to keep on every route.
 struct Gate {
   std::string text;       ///< as it was given: "error=0.5cm"
+  std::string config;     ///< that it is for; empty: all
   std::string metric;     ///< "error"
-  double limit = 0.0;     ///< in the metric's own unit
+  std::string unit;       ///< "cm"; empty for a plain number
+  double limit = 0.0;     ///< in that unit
   bool at_least = false;  ///< the value must not be below the limit, instead of not above it
 };
 
 struct GateResult {
   Gate gate;
-  std::string route;
-  double value = 0.0;  ///< in the metric's own unit; NaN where nothing could be measured
-  bool holds = false;  ///< false for NaN
+  std::string route;                 ///< empty: of the maps, whatever the route
+  std::optional<double> value = {};  ///< in the gate's unit; none where there is nothing to measure
+  bool holds = false;                ///< false without a value
 };
 
-/// Reads "error=0.5cm,lost=0,coverage=90%": limits of metrics, `=` in the direction that is better,
-/// `<=` and `>=` where that is to be said.
-/// Errors: `invalid_input` that names the gate, for an unknown metric, unit or number.
+/// Reads "error=0.5cm,lost=0,coverage=90%": limits of metrics; `=` means `<=`, or `>=` for metrics
+/// that are better when larger. "L20:error=0.5cm,lost=0" is for the configuration L20 alone.
+/// Errors: `invalid_input` that names the gate and what was expected, for an unknown metric, unit
+/// or number.
 [[nodiscard]] Result<std::vector<Gate>> parse_gates(std::string_view text);
 
-/// A line for each metric: its name, unit, what is better, what it means.
+/// A line for each metric: its name, which limit `=` means, its units, what it is.
 [[nodiscard]] std::string gate_help();
 
-[[nodiscard]] GateResult judge(const Gate& gate, const EvaluatedConfig& config, const RouteRun& run,
-                               std::string route);
+/// Holds a configuration to all gates that are for it, on all its routes.
+/// @param baseline  what `excess` is measured from; none: `excess` has no value
+[[nodiscard]] std::vector<GateResult> judge(const std::vector<Gate>& gates,
+                                            const EvaluatedConfig& config,
+                                            const std::vector<std::string>& routes,
+                                            const EvaluatedConfig* baseline);
 
-/// "0.42 cm": a value of a gate's metric with its unit.
-[[nodiscard]] std::string value_text(const Gate& gate, double value);
+/// "0.42 cm", or "not measured".
+[[nodiscard]] std::string value_text(const GateResult& result);
+/// "error 0.42 cm <= 0.5 cm on route_0".
+[[nodiscard]] std::string to_string(const GateResult& result);
 
 }  // namespace vantage

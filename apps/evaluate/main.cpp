@@ -1,52 +1,35 @@
 // vantage-evaluate: the same scans with several configurations, side by side.
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "common/command_line.hpp"
-#include "common/progress.hpp"
 #include "common/table.hpp"
+#include "evaluate/evaluation.hpp"
 #include "evaluate/report.hpp"
+#include "evaluate/summary.hpp"
 #include "io/atomic_file.hpp"
-#include "localize/run.hpp"
 
 namespace vantage {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct Options {
-  std::vector<std::filesystem::path> configs;
-  std::filesystem::path out;
-  InputOptions inputs;
+  std::vector<fs::path> configs;
+  fs::path out;
+  std::vector<std::string> gates;
+  std::string baseline;
+  bool no_opponents = false;
+  RouteOptions routes;
   cli::CommonOptions common;
 };
 
-Result<EvaluatedRun> evaluate(const std::filesystem::path& file, const RunInputs& inputs,
-                              const Options& options) {
-  VANTAGE_TRY(const Config config, load_config(file, options.common.overrides));
-  EvaluatedRun evaluated;
-  evaluated.name = file.stem().string();
-  {
-    cli::Progress progress(evaluated.name + " (scans)", options.common.quiet);
-    VANTAGE_TRY(evaluated.run, localize_scans(config, options.common.loader(), inputs,
-                                              [&](std::size_t done, std::size_t total) {
-                                                progress.update(done, total);
-                                              }));
-  }
-  evaluated.summary = summarize(evaluated.run);
-  std::vector<double> points;
-  for (const RegionSummary& region : evaluated.run.index.regions) {
-    points.push_back(static_cast<double>(region.points));
-    evaluated.bundle_bytes += region.bytes;
-  }
-  evaluated.region_points = cli::statistics_of(points);
-  return evaluated;
-}
-
 /// A bundle that is missing or damaged is told before any scan is localized.
-Result<void> check_bundle(const std::filesystem::path& file, const Options& options) {
-  VANTAGE_TRY(const Config config, load_config(file, options.common.overrides));
+Result<void> check_bundle(const Config& config, const PluginLoader& loader) {
   VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "evaluating"));
-  VANTAGE_TRY(const auto store, options.common.loader().load<MapStore>(choice.choice()));
+  VANTAGE_TRY(const auto store, loader.load<MapStore>(choice.choice()));
   auto index = store->index();
   if (index) return {};
   Error error = std::move(index).error();
@@ -54,66 +37,159 @@ Result<void> check_bundle(const std::filesystem::path& file, const Options& opti
   return fail(std::move(error));
 }
 
-Result<void> run(const Options& options) {
-  const cli::ThreadLimit threads(options.common.jobs);
+Result<std::vector<NamedConfig>> load_configs(const Options& options) {
+  std::vector<NamedConfig> configs;
   std::set<std::string> names;
-  for (const auto& config : options.configs) {
-    if (!names.insert(config.stem().string()).second) {
-      return cli::usage_error("two configurations are called '" + config.stem().string() +
+  for (const fs::path& file : options.configs) {
+    if (!names.insert(file.stem().string()).second) {
+      return cli::usage_error("two configurations are called '" + file.stem().string() +
                               "'; their results would overwrite each other");
     }
-  }
-  for (const auto& config : options.configs) {
-    if (auto there = check_bundle(config, options); !there) {
-      return fail(std::move(there).error().during("evaluating " + config.string()));
+    VANTAGE_TRY(Config config, load_config(file, options.common.overrides));
+    configs.push_back({file.stem().string(), std::move(config)});
+    if (auto there = check_bundle(configs.back().config, options.common.loader()); !there) {
+      return fail(std::move(there).error().during("evaluating " + file.string()));
     }
   }
-  VANTAGE_TRY(const auto inputs, options.inputs.open());
-  std::vector<EvaluatedRun> runs;
-  for (const auto& config : options.configs) {
-    auto evaluated = evaluate(config, inputs, options);
-    if (!evaluated)
-      return fail(std::move(evaluated).error().during("evaluating " + config.string()));
-    runs.push_back(*std::move(evaluated));
+  return configs;
+}
+
+Result<std::vector<Gate>> read_gates(const Options& options) {
+  std::vector<Gate> gates;
+  for (const std::string& text : options.gates) {
+    auto read = parse_gates(text);
+    if (!read) return cli::usage_error(read.error().message);
+    gates.insert(gates.end(), read->begin(), read->end());
+  }
+  return gates;
+}
+
+/// What `excess` is measured from: the configuration of that name, else the wide-area map.
+const EvaluatedConfig* baseline_of(const Evaluation& evaluation, const std::string& name) {
+  if (name.empty()) return wide_area_config(evaluation);
+  const auto named =
+      std::find_if(evaluation.configs.begin(), evaluation.configs.end(),
+                   [&](const EvaluatedConfig& config) { return config.name == name; });
+  return &*named;
+}
+
+/// Configurations that options name must be there.
+Result<void> check_names(const Options& options, const std::vector<Gate>& gates,
+                         const std::vector<NamedConfig>& configs) {
+  const auto check = [&](const std::string& option, const std::string& name) -> Result<void> {
+    const bool known = std::any_of(configs.begin(), configs.end(),
+                                   [&](const NamedConfig& config) { return config.name == name; });
+    if (name.empty() || known) return {};
+    return cli::usage_error(option + ": no configuration is called '" + name + "'");
+  };
+  for (const Gate& gate : gates) VANTAGE_CHECK(check("--gate", gate.config));
+  return check("--baseline", options.baseline);
+}
+
+/// A folder a run: <config>/<route>, and the opponents' in it.
+Result<void> write_runs(const Evaluation& evaluation, const fs::path& out) {
+  for (const EvaluatedConfig& config : evaluation.configs) {
+    for (std::size_t r = 0; r < evaluation.routes.size(); ++r) {
+      const fs::path folder = out / config.name / evaluation.routes[r].name;
+      VANTAGE_CHECK(write_run(config.routes[r].run, config.routes[r].summary, folder));
+      for (const Opponent& opponent : config.opponents) {
+        VANTAGE_CHECK(
+            write_run(opponent.routes[r].run, opponent.routes[r].summary, folder / opponent.name));
+      }
+    }
+  }
+  return {};
+}
+
+void print_gates(const Evaluation& evaluation) {
+  for (const EvaluatedConfig& config : evaluation.configs) {
+    for (const GateResult& gate : config.gates) {
+      std::cout << (gate.holds ? "pass  " : "FAIL  ") << config.name << ": " << to_string(gate)
+                << '\n';
+    }
+  }
+  std::cout << '\n';
+}
+
+Result<void> check_verdict(const Evaluation& evaluation) {
+  std::size_t failed = 0;
+  for (const EvaluatedConfig& config : evaluation.configs) {
+    if (config.passed() == false) ++failed;
+  }
+  if (failed == 0) return {};
+  return fail(ErrorCode::invalid_input, std::to_string(failed) + " of " +
+                                            std::to_string(evaluation.configs.size()) +
+                                            " configurations failed a gate");
+}
+
+Result<void> run(const Options& options) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(const std::vector<Gate> gates, read_gates(options));
+  VANTAGE_TRY(const auto configs, load_configs(options));
+  VANTAGE_CHECK(check_names(options, gates, configs));
+  VANTAGE_TRY(const auto routes, options.routes.open());
+
+  VANTAGE_TRY(Evaluation evaluation, evaluate(configs, routes,
+                                              {.loader = options.common.loader(),
+                                               .opponents = !options.no_opponents,
+                                               .quiet = options.common.quiet}));
+  std::vector<std::string> names;
+  for (const Route& route : evaluation.routes) names.push_back(route.name);
+  const EvaluatedConfig* baseline = baseline_of(evaluation, options.baseline);
+  for (EvaluatedConfig& config : evaluation.configs) {
+    config.gates = judge(gates, config, names, baseline);
   }
 
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const EvaluatedRun& r : runs) {
-    VANTAGE_CHECK(write_run(r.run, r.summary, options.out / r.name));
-    auto entry = to_json(r.run, r.summary);
-    entry["name"] = r.name;
-    entry["points_per_region"] = cli::to_json(r.region_points);
-    entry["reduction"] = r.reduction();
-    entry["bytes"] = r.bundle_bytes;
-    json.push_back(std::move(entry));
-  }
+  VANTAGE_CHECK(write_runs(evaluation, options.out));
+  const nlohmann::ordered_json json = to_json(evaluation);
   VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json.dump(2) + "\n"));
-  VANTAGE_CHECK(
-      io::write_text_atomically(options.out / "report.html", to_html(runs, *inputs.reference)));
+  VANTAGE_TRY(const std::string page, to_html(evaluation));
+  VANTAGE_CHECK(io::write_text_atomically(options.out / "report.html", page));
 
   if (options.common.json) {
     std::cout << json.dump(2) << '\n';
-    return {};
+    return check_verdict(evaluation);
   }
-  const auto rows = comparison(runs);
-  cli::TextTable table(rows.front());
+  const auto rows = comparison(evaluation);
+  cli::TextTable table(rows.front(), kComparisonNames);
   for (std::size_t i = 1; i < rows.size(); ++i) table.add(rows[i]);
-  std::cout << table.to_string() << "\nreport: " << (options.out / "report.html").string() << '\n';
-  return {};
+  std::cout << table.to_string() << '\n';
+  for (const EvaluatedConfig& config : evaluation.configs) {
+    if (!config.no_opponents.empty()) {
+      std::cout << config.name << " has no opponents: " << config.no_opponents << '\n';
+    }
+  }
+  if (!gates.empty()) print_gates(evaluation);
+  std::cout << "report: " << fs::absolute(options.out / "report.html").lexically_normal().string()
+            << '\n';
+  return check_verdict(evaluation);
 }
 
 }  // namespace
 }  // namespace vantage
 
 int main(int argc, char** argv) {
-  CLI::App app("Localizes the same scans with several configurations and compares them.",
-               "vantage evaluate");
+  CLI::App app(
+      "Localizes the same scans with several configurations, and with maps of equal size made in "
+      "simpler ways, and compares them.",
+      "vantage evaluate");
   vantage::Options options;
   app.add_option("CONFIG", options.configs, "configurations (TOML) whose bundles are built")
       ->required();
-  options.inputs.add_to(app, true);
+  options.routes.add_to(app);
   app.add_option("--out", options.out, "folder for report.html, summary.json and a folder a run")
       ->required();
+  app.add_option(
+         "--gate", options.gates,
+         "limits to keep on every route, such as error=0.5cm,lost=0, or L20:error=0.5cm for "
+         "one configuration; exit code 1 if one is not kept")
+      ->allow_extra_args(false);
+  app.add_option("--baseline", options.baseline,
+                 "configuration that the gate 'excess' is measured from; the wide-area map's if "
+                 "left out");
+  app.add_flag("--no-opponents", options.no_opponents,
+               "leave out the maps of equal size by random thinning, voxel thinning and radius");
   options.common.add_to(app);
+  app.footer("Gates, with the limit that '=' means:\n" + vantage::gate_help());
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

@@ -3,30 +3,24 @@
 #include <string>
 #include <vector>
 
-#include "io/trajectory_io.hpp"
-#include "localize/run.hpp"
+#include "evaluate/evaluation.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage {
 
-/// One configuration's run with its numbers.
-struct EvaluatedRun {
-  std::string name;  ///< of the configuration file, without folder and suffix
-  Run run;
-  RunSummary summary;
-  cli::Statistics region_points;  ///< over the bundle's regions (Table 1)
-  std::uint64_t bundle_bytes = 0;
+/// The comparison as rows of text, header first; a row for each configuration and route, the
+/// opponents beneath: for the terminal. The first `kComparisonNames` columns are names.
+[[nodiscard]] std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation);
+inline constexpr std::size_t kComparisonNames = 3;
 
-  /// Share of the wide-area map's points that the mean region map does without.
-  [[nodiscard]] double reduction() const;
-};
-
-/// The comparison as rows of text, header first: the same for terminal and page.
-[[nodiscard]] std::vector<std::vector<std::string>> comparison(
-    const std::vector<EvaluatedRun>& runs);
-
-/// One page that needs nothing but itself: the comparison, each trajectory over its regions
-/// coloured by error, and the error of every scan.
-[[nodiscard]] std::string to_html(const std::vector<EvaluatedRun>& runs,
-                                  const io::Trajectory& reference);
+/// One page that needs nothing but itself (see report::Page): verdict, tables, figures and maps of
+/// the paper, beside them what its metric cannot see.
+///
+/// Every number of a configuration on a route stands in an element with the attributes
+/// `data-config`, `data-route`, `data-map` ("observable" for the configuration's own region maps,
+/// else the opponent's name), `data-metric`, the path of the number in the run's summary.json
+/// ("error_m.mean"), and `data-value`, the number as it is there, in full.
+/// Errors: `internal` for a picture that cannot be made.
+[[nodiscard]] Result<std::string> to_html(const Evaluation& evaluation);
 
 }  // namespace vantage

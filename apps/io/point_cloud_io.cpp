@@ -102,4 +102,26 @@ Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTime
               SourceLocation{file, 0, 0});
 }
 
+Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> paths) {
+  LoadedCloud all;
+  std::vector<PointCloud> parts;
+  std::size_t count = 0;
+  for (const auto& path : paths) {
+    VANTAGE_TRY(auto cloud, read_point_cloud(path));
+    all.dropped += cloud.dropped;
+    count += cloud.points.size();
+    parts.push_back(std::move(cloud.points));
+  }
+  if (parts.size() == 1) {
+    all.points = std::move(parts.front());
+    return all;
+  }
+  all.points.reserve(count);  // what is reserved and not yet written takes no memory
+  for (PointCloud& part : parts) {
+    all.points.insert(all.points.end(), part.begin(), part.end());
+    part = PointCloud();  // `= {}` would keep the memory
+  }
+  return all;
+}
+
 }  // namespace vantage::io

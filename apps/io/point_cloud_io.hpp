@@ -32,6 +32,10 @@ enum class ReadTimes : bool { no, yes };
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path,
                                                    ReadTimes read_times = ReadTimes::no);
 
+/// Several files as one cloud, one after the other, without times. Beyond the points themselves it
+/// takes the memory of one file. Errors: those of read_point_cloud.
+[[nodiscard]] Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> paths);
+
 enum class Precision : std::uint8_t { float32, float64 };
 
 /// Writes binary PCD v0.7 with fields x y z; atomic, see OutputFile.

@@ -48,7 +48,8 @@ Result<Pose> parse_pose(const std::string& text) {
                            {numbers[3], numbers[4], numbers[5]});
 }
 
-void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out) {
+void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
+                   const cli::Style& style) {
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
       s.scans, run.stamp_rule, s.tracked, s.lost, s.recovered, s.switches, s.blocking_loads);
@@ -84,7 +85,7 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
   row("coverage", s.coverage, 4);
   row("LCP x 1e6", s.lcp, 4, 1e6);
   row("sigma [cm]", s.sigma_m, 2, 100.0);
-  std::cout << '\n' << table.to_string() << "\nwritten to " << out.string() << '\n';
+  std::cout << '\n' << table.to_string(style) << "\nwritten to " << out.string() << '\n';
 }
 
 Result<void> run(const Options& options) {
@@ -113,7 +114,7 @@ Result<void> run(const Options& options) {
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
   } else {
-    print_summary(run, summary, options.out);
+    print_summary(run, summary, options.out, options.common.style());
   }
   return {};
 }
@@ -127,11 +128,13 @@ int main(int argc, char** argv) {
   app.add_option("CONFIG", options.config, "configuration (TOML)")->required();
   options.inputs.add_to(app, false);
   app.add_option("--out", options.out, "folder for trajectory.tum, scans.csv, summary.json")
+      ->type_name("DIR")
       ->required();
   app.add_option(
-      "--initial-pose", options.initial_pose,
-      "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
-      "look for it in all regions");
+         "--initial-pose", options.initial_pose,
+         "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
+         "look for it in all regions")
+      ->type_name("POSE");
   app.add_option("--speed", options.speed,
                  "replay this many times faster than recorded; as fast as possible if left out")
       ->check(CLI::PositiveNumber);

@@ -136,7 +136,11 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                            const RunInputs& inputs,
                            const std::function<void(std::size_t, std::size_t)>& progress) {
   VANTAGE_TRY(auto localizer, Localizer::open(config, loader));
+  return localize_scans(std::move(localizer), config.file, inputs, progress);
+}
 
+Result<Run> localize_scans(Localizer localizer, const std::string& config, const RunInputs& inputs,
+                           const std::function<void(std::size_t, std::size_t)>& progress) {
   std::optional<Pose> first = inputs.initial_pose;
   if (!first && !inputs.start_anywhere && inputs.reference) {
     first = io::pose_at(*inputs.reference, inputs.scans.stamp(0));
@@ -157,7 +161,7 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
     return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
   }
 
-  Run run{.config = config.file,
+  Run run{.config = config,
           .stamp_rule = inputs.scans.stamp_rule(),
           .index = localizer.index(),
           .scans = {}};

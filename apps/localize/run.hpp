@@ -87,6 +87,12 @@ struct RunSummary {
     const Config& config, const PluginLoader& loader, const RunInputs& inputs,
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 
+/// The same with a localizer that was opened elsewhere.
+/// @param config  its file
+[[nodiscard]] Result<Run> localize_scans(
+    Localizer localizer, const std::string& config, const RunInputs& inputs,
+    const std::function<void(std::size_t, std::size_t)>& progress = {});
+
 [[nodiscard]] RunSummary summarize(const Run& run);
 [[nodiscard]] nlohmann::ordered_json to_json(const Run& run, const RunSummary& summary);
 

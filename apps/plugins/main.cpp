@@ -1,8 +1,11 @@
 // vantage-plugins: what plugins there are, what they can be told, and whether one fits this
 // program.
+#include <unistd.h>
+
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/command_line.hpp"
 #include "common/table.hpp"
@@ -16,7 +19,8 @@ namespace {
 
 struct Options {
   std::vector<std::filesystem::path> plugin_dirs;
-  bool json = false, toml = false;
+  bool json = false, toml = false, names = false, quiet = false;
+  std::string color = "auto";
   std::string name, kind;
   std::filesystem::path file, out;
 };
@@ -33,6 +37,12 @@ Result<void> list_plugins(const Options& options) {
     std::cout << all.dump(2) << '\n';
     return {};
   }
+  if (options.names) {
+    std::set<std::string> names;
+    for (const PluginFile& file : files) names.insert(file.name);
+    for (const std::string& name : names) std::cout << name << '\n';
+    return {};
+  }
   if (files.empty()) {
     std::string searched;
     for (const auto& folder : loader.folders()) searched += "\n  " + folder.string();
@@ -41,7 +51,7 @@ Result<void> list_plugins(const Options& options) {
   cli::TextTable table({"kind", "name", "file"}, 3);
   for (const PluginFile& file : files)
     table.add({to_string(file.kind), file.name, file.path.string()});
-  std::cout << table.to_string();
+  std::cout << table.to_string(cli::Style::of(STDOUT_FILENO, options.color));
   return {};
 }
 
@@ -88,7 +98,7 @@ Result<void> check_plugin(const Options& options) {
     std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
               << info.name << "'\n";
     const std::string found_as = plugin_file_name(info.kind, info.name);
-    if (options.file.filename() != found_as) {
+    if (options.file.filename() != found_as && !options.quiet) {
       std::cerr << "note: programs find a plugin by its file name, which should be " << found_as
                 << '\n';
     }
@@ -112,6 +122,7 @@ Result<void> new_plugin(const Options& options) {
     }
   }
   VANTAGE_CHECK(write_plugin_project(kind, options.name, options.out));
+  if (options.quiet) return {};
   const std::string folder = "'" + (options.out / "").parent_path().string() + "'";
   std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
             << "  cmake -S " << folder << " -B " << folder << "/build"
@@ -161,9 +172,9 @@ int main(int argc, char** argv) {
   };
   auto* list = app.add_subcommand("list", "every plugin file that would be found; opens none");
   add_folders(list);
-  add_json(list);
+  list->add_flag("--names", options.names, "names only, one a line")->excludes(add_json(list));
   auto* describe = app.add_subcommand("describe", "what a plugin does and its parameters");
-  describe->add_option("NAME", options.name, "name, or kind/name")->required();
+  describe->add_option("NAME", options.name, "name, or kind/name")->required()->type_name("PLUGIN");
   add_folders(describe);
   auto* json = add_json(describe, "the JSON Schema of its params");
   describe->add_flag("--toml", options.toml, "its section of a configuration file, to fill in")
@@ -175,10 +186,19 @@ int main(int argc, char** argv) {
       "reference", "docs/config_reference.md: every key of a configuration file, as Markdown");
   add_folders(reference, "the plugins here instead of those beside the library");
   auto* create = app.add_subcommand("new", "a project of its own for a new plugin");
-  create->add_option("KIND", options.kind, "partitioner, ground, visibility, store or matcher")
-      ->required();
-  create->add_option("NAME", options.name, "name of the plugin, as in my_split")->required();
+  create->add_option("KIND", options.kind, "what kind of plugin")
+      ->required()
+      ->type_name("{partitioner,ground,visibility,store,matcher}");
+  create->add_option("NAME", options.name, "name of the plugin, as in my_split")
+      ->required()
+      ->type_name("WORD");
   create->add_option("--out,-o", options.out, "folder to create")->required()->type_name("DIR");
+  for (CLI::App* job : {check, create}) {
+    job->add_flag("--quiet,-q", options.quiet, "no advice on stderr");
+  }
+  for (CLI::App* job : {list, describe, check, reference, create}) {
+    vantage::cli::add_color_option(*job, options.color);
+  }
   return vantage::cli::run_program(app, argc, argv, [&] {
     if (*create) return vantage::new_plugin(options);
     if (*list) return vantage::list_plugins(options);

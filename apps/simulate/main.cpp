@@ -1,8 +1,10 @@
 // vantage-simulate: a world file in, a campus as a map and as a VLP-16 sees it on a drive out.
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "common/command_line.hpp"
@@ -17,7 +19,8 @@ struct Options {
   std::filesystem::path world, out;
   std::vector<std::string> overrides;
   std::size_t jobs = 0;
-  bool overwrite = false, quiet = false;
+  bool overwrite = false, quiet = false, json = false;
+  std::string color = "auto";
 };
 
 void print(const simulation::Summary& summary, const std::filesystem::path& out) {
@@ -40,6 +43,21 @@ void print(const simulation::Summary& summary, const std::filesystem::path& out)
   }
 }
 
+nlohmann::ordered_json to_json(const simulation::Summary& summary) {
+  const auto list = [](const Point& p) { return std::array{p.x(), p.y(), p.z()}; };
+  return {{"triangles", summary.triangles},
+          {"map_points", summary.map_points},
+          {"precision", summary.precision == io::Precision::float32 ? "float32" : "float64"},
+          {"map_bounds",
+           {{"min", list(summary.map_bounds.min)}, {"max", list(summary.map_bounds.max)}}},
+          {"scans", summary.scans},
+          {"scan_points", summary.scan_points},
+          {"distance", summary.distance},
+          {"seconds", summary.seconds},
+          {"kidnaps", summary.kidnaps},
+          {"holes", summary.holes}};
+}
+
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.jobs);
   VANTAGE_TRY(const auto world, simulation::load_world(options.world, options.overrides));
@@ -55,7 +73,11 @@ Result<void> run(const Options& options) {
   auto summary = simulation::simulate(world, options.out, options.overwrite, show);
   progress.reset();
   if (!summary) return fail(std::move(summary).error());
-  print(*summary, options.out);
+  if (options.json) {
+    std::cout << to_json(*summary).dump(2) << '\n';
+  } else {
+    print(*summary, options.out);
+  }
   return {};
 }
 
@@ -76,5 +98,7 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("--jobs,-j", options.jobs, "threads; 0 for all cores")->capture_default_str();
   app.add_flag("--quiet,-q", options.quiet, "no progress on stderr");
+  app.add_flag("--json", options.json, "results as JSON on stdout");
+  vantage::cli::add_color_option(app, options.color);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

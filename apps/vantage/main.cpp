@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/style.hpp"
 #include "vantage/config_value.hpp"
 
 namespace fs = std::filesystem;
@@ -55,6 +56,8 @@ std::vector<std::string> jobs() {
   return names;
 }
 
+std::string error() { return vantage::cli::Style::of(STDERR_FILENO, "auto").bad("error:") + " "; }
+
 void print_usage(std::ostream& out) {
   out << "usage: vantage JOB [OPTIONS]\n\nLocalization in wide-area point cloud maps with small "
          "observable region maps.\n\njobs:\n";
@@ -74,6 +77,13 @@ int main(int argc, char** argv) {
     print_usage(std::cout);
     return EXIT_SUCCESS;
   }
+  if (job == "__complete") {  // what completion_table of apps/common prints for other programs
+    for (const std::string& name : jobs())
+      std::cout << ".\tcommand\t" << name << "\tnone\tone\t-\n";
+    std::cout << ".\tflag\t--help,-h\tnone\tone\tthe jobs\n"
+                 ".\tflag\t--version\tnone\tone\tthe version\n";
+    return EXIT_SUCCESS;
+  }
   if (job == "--version") {
     std::cout << "vantage " << VANTAGE_VERSION << '\n';
     return EXIT_SUCCESS;
@@ -83,10 +93,16 @@ int main(int argc, char** argv) {
     if (job.find('/') != std::string::npos || !is_program(program)) continue;
     argv[1] = const_cast<char*>(program.c_str());
     execv(program.c_str(), argv + 1);
-    std::cerr << "error: cannot run " << program << ": " << std::strerror(errno) << '\n';
+    std::cerr << error() << "cannot run " << program << ": " << std::strerror(errno) << '\n';
     return EXIT_FAILURE;
   }
-  std::cerr << "error: no job '" << job << "'" << vantage::did_you_mean(job, jobs())
+  if (job == "view") {
+    std::cerr << error()
+              << "no job 'view' here: it is built only where Open3D is installed "
+                 "(libopen3d-dev); install that and build again\n";
+    return kUsage;
+  }
+  std::cerr << error() << "no job '" << job << "'" << vantage::did_you_mean(job, jobs())
             << " (`vantage --help` lists them)\n";
   return kUsage;
 }

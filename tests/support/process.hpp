@@ -11,7 +11,8 @@ struct Finished {
   std::string out, err;
 };
 
-/// Runs one of the built programs (`vantage-build`, ...) to its end, without a shell.
+/// Runs one of the built programs (`vantage-build`, ...), or any by its absolute path, to its end,
+/// without a shell.
 [[nodiscard]] Finished run(const std::string& program, const std::vector<std::string>& arguments);
 
 [[nodiscard]] std::string read_text(const std::filesystem::path& path);

@@ -35,7 +35,8 @@ struct Options {
   std::uint32_t seed = conformance::kDefaultSeed;
   std::vector<std::string> only;
   double timeout = 300.0;  // [s]
-  bool json = false, list = false;
+  bool json = false, list = false, quiet = false;
+  std::string color = "auto";
 };
 
 enum class Outcome { ok, failed, skipped };
@@ -216,8 +217,18 @@ Result<ClauseResult> run_clause(const Subject& subject, const Clause& clause, do
   return ClauseResult{clause, Outcome::failed, std::move(detail)};
 }
 
-void print(const ClauseResult& result) {
-  std::cout << fmt::format("{:<8} {:<4} {}\n", to_string(result.outcome), result.clause.id,
+std::string styled(Outcome outcome, const cli::Style& style) {
+  const std::string text = fmt::format("{:<8}", to_string(outcome));
+  switch (outcome) {
+    case Outcome::ok: return style.good(text);
+    case Outcome::failed: return style.bad(text);
+    case Outcome::skipped: return style.dim(text);
+  }
+  return text;
+}
+
+void print(const ClauseResult& result, const cli::Style& style) {
+  std::cout << fmt::format("{} {:<4} {}\n", styled(result.outcome, style), result.clause.id,
                            result.clause.text);
   std::istringstream lines(result.detail);
   for (std::string line; std::getline(lines, line);) std::cout << "              " << line << '\n';
@@ -279,11 +290,12 @@ Result<void> run(const Options& options) {
                               " has no clause '" + id + "'" + did_you_mean(id, ids));
     }
   }
-  if (!options.json) {
+  if (!options.json && !options.quiet) {
     std::cout << to_string(subject.info().kind) << " '" << subject.info().name << "', "
               << subject.info().path.string() << "\nparameters of " << options.params.string()
               << ", random cases from --seed " << subject.seed() << "\n\n";
   }
+  const cli::Style style = cli::Style::of(STDOUT_FILENO, options.color);
   std::vector<ClauseResult> results;
   for (const Clause& clause : clauses) {
     if (!options.only.empty() &&
@@ -292,7 +304,8 @@ Result<void> run(const Options& options) {
     }
     VANTAGE_TRY(const auto& result, run_clause(subject, clause, options.timeout));
     results.push_back(result);
-    if (!options.json) print(results.back());
+    const bool told = !options.quiet || results.back().outcome == Outcome::failed;
+    if (told && !options.json) print(results.back(), style);
   }
   const auto count = [&](Outcome outcome) {
     return std::count_if(results.begin(), results.end(),
@@ -333,6 +346,8 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1e6));
   app.add_flag("--list", options.list, "list the clauses of every kind and check nothing");
+  app.add_flag("--quiet,-q", options.quiet, "only clauses that fail, and how many there are");
   app.add_flag("--json", options.json, "results as JSON on stdout");
+  vantage::cli::add_color_option(app, options.color);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

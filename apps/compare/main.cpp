@@ -1,0 +1,54 @@
+// vantage-compare: two runs on the same scans, side by side.
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/command_line.hpp"
+#include "common/table.hpp"
+#include "compare/comparison.hpp"
+#include "io/atomic_file.hpp"
+
+namespace vantage {
+namespace {
+
+struct Options {
+  std::filesystem::path a, b, html;
+  bool json = false;
+};
+
+Result<void> run(const Options& options) {
+  VANTAGE_TRY(ScanTable a, read_scans(options.a));
+  VANTAGE_TRY(ScanTable b, read_scans(options.b));
+  VANTAGE_TRY(const Comparison comparison, compare(std::move(a), std::move(b)));
+  if (!options.html.empty()) {
+    VANTAGE_CHECK(io::write_text_atomically(options.html, to_html(comparison)));
+  }
+  if (options.json) {
+    std::cout << to_json(comparison).dump(2) << '\n';
+    return {};
+  }
+  std::cout << "A  " << comparison.a.file.string() << "\nB  " << comparison.b.file.string() << '\n'
+            << pairing_text(comparison) << "\n\n";
+  const auto rows = rows_of(comparison);
+  cli::TextTable table(rows.front());
+  for (std::size_t i = 1; i < rows.size(); ++i) table.add(rows[i]);
+  std::cout << table.to_string();
+  if (!options.html.empty()) std::cout << "\nreport: " << options.html.string() << '\n';
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Compares two runs on the same scans, paired by stamp: means, their difference with a 95 % "
+      "bootstrap interval, and the share of scans where B is better.",
+      "vantage compare");
+  vantage::Options options;
+  const char* const what = "folder that `vantage localize` or `evaluate` wrote, or its scans.csv";
+  app.add_option("A", options.a, what)->required();
+  app.add_option("B", options.b, what)->required();
+  app.add_option("--html", options.html, "write a page with figures");
+  app.add_flag("--json", options.json, "results as JSON on stdout");
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

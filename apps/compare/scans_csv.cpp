@@ -1,0 +1,205 @@
+#include "compare/scans_csv.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/file_content.hpp"
+#include "io/text.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+auto corrupt(std::string message, const std::string& file, std::uint32_t line) {
+  return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file, line, 0});
+}
+
+/// Takes cells off the front of a text.
+class CsvReader {
+ public:
+  CsvReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+  [[nodiscard]] bool done() const { return at_ == text_.size(); }
+  [[nodiscard]] std::uint32_t line() const { return line_; }
+
+  /// The cells of a record, which may go over several lines.
+  Result<std::vector<std::string>> record() {
+    std::vector<std::string> cells;
+    while (true) {
+      VANTAGE_TRY(std::string cell, next() == '"' ? quoted_cell() : bare_cell());
+      cells.push_back(std::move(cell));
+      if (done()) return cells;
+      const char end = text_[at_++];
+      if (end == ',') continue;
+      if (end == '\r' && next() == '\n') ++at_;
+      ++line_;
+      return cells;
+    }
+  }
+
+ private:
+  [[nodiscard]] char next() const { return done() ? '\0' : text_[at_]; }
+
+  Result<std::string> bare_cell() {
+    const std::size_t start = at_;
+    while (!done() && next() != ',' && next() != '\n' && next() != '\r') {
+      if (next() == '"') return corrupt("a quote inside a cell without quotes", file_, line_);
+      ++at_;
+    }
+    return std::string(text_.substr(start, at_ - start));
+  }
+
+  Result<std::string> quoted_cell() {
+    const std::uint32_t first = line_;
+    std::string cell;
+    for (++at_; !done(); ++at_) {
+      if (next() == '\n') ++line_;
+      if (next() != '"') {
+        cell += next();
+        continue;
+      }
+      ++at_;
+      if (next() == '"') {
+        cell += '"';
+        continue;
+      }
+      if (!done() && next() != ',' && next() != '\n' && next() != '\r') {
+        return corrupt("text after the closing quote of a cell", file_, line_);
+      }
+      return cell;
+    }
+    return corrupt("a quote that is never closed", file_, first);
+  }
+
+  std::string_view text_;
+  const std::string& file_;
+  std::size_t at_ = 0;
+  std::uint32_t line_ = 1;
+};
+
+/// "; its folders a, b hold one", for a folder that holds none itself.
+std::string folders_below(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    if (it.depth() > 2) it.disable_recursion_pending();
+    if (it->path().filename() == "scans.csv") {
+      names.push_back(fs::relative(it->path().parent_path(), folder, error).string());
+    }
+  }
+  if (names.empty()) return {};
+  std::sort(names.begin(), names.end());
+  constexpr std::size_t kMost = 5;
+  std::string text = names.size() == 1 ? "; its folder " : "; its folders ";
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return text + (names.size() > kMost ? ", ..." : "") +
+         (names.size() == 1 ? " holds one" : " hold one");
+}
+
+Result<std::size_t> column(const CsvTable& table, const std::string& name,
+                           const std::string& file) {
+  const auto found = std::find(table.header.begin(), table.header.end(), name);
+  if (found == table.header.end()) {
+    return corrupt("no column '" + name + "'; expected scans.csv of `vantage localize`", file, 1);
+  }
+  return static_cast<std::size_t>(found - table.header.begin());
+}
+
+Result<std::optional<double>> number(const CsvTable::Row& row, std::size_t column,
+                                     const std::string& name, const std::string& file) {
+  const std::string& cell = row.cells[column];
+  if (cell.empty()) return std::optional<double>{};
+  const auto value = io::parse_number<double>(cell);
+  if (!value || !std::isfinite(*value)) {
+    return corrupt(io::quoted(cell) + " in column '" + name + "' is no finite number", file,
+                   row.line);
+  }
+  return value;
+}
+
+Result<void> read_stamps(const CsvTable& csv, const std::string& file, ScanTable& table) {
+  VANTAGE_TRY(const std::size_t stamp, column(csv, "stamp", file));
+  VANTAGE_TRY(const std::size_t tracking, column(csv, "tracking", file));
+  for (const CsvTable::Row& row : csv.rows) {
+    VANTAGE_TRY(const auto value, number(row, stamp, "stamp", file));
+    if (!value) return corrupt("no stamp", file, row.line);
+    if (!table.stamps.empty() && *value <= table.stamps.back()) {
+      return corrupt(
+          fmt::format("the stamp {} is not after the one before, {}", *value, table.stamps.back()),
+          file, row.line);
+    }
+    const std::string& state = row.cells[tracking];
+    if (state != "tracked" && state != "lost") {
+      return corrupt(io::quoted(state) + " in column 'tracking'; expected tracked or lost", file,
+                     row.line);
+    }
+    table.stamps.push_back(*value);
+    table.tracked.push_back(state == "tracked");
+    table.lines.push_back(row.line);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<CsvTable> parse_csv(std::string_view content, const std::string& file) {
+  CsvReader reader(content, file);
+  if (reader.done()) return corrupt("no header", file, 1);
+  CsvTable table;
+  VANTAGE_TRY(table.header, reader.record());
+  std::set<std::string> names;
+  for (const std::string& name : table.header) {
+    if (!names.insert(name).second) return corrupt("column '" + name + "' is there twice", file, 1);
+  }
+  while (!reader.done()) {
+    const std::uint32_t line = reader.line();
+    VANTAGE_TRY(auto cells, reader.record());
+    if (cells.size() != table.header.size()) {
+      return corrupt(fmt::format("{} cells; the header has {}", cells.size(), table.header.size()),
+                     file, line);
+    }
+    table.rows.push_back({std::move(cells), line});
+  }
+  return table;
+}
+
+const std::vector<std::string>& number_columns() {
+  static const std::vector<std::string> kColumns{
+      "error_m", "error_deg", "T_align_ms", "stall_ms", "fitness", "NVTL",      "coverage",
+      "LCP",     "N_point",   "held_bytes", "switched", "blocked", "distance_m"};
+  return kColumns;
+}
+
+Result<ScanTable> read_scans(const fs::path& path) {
+  std::error_code error;
+  const bool folder = fs::is_directory(path, error);
+  const fs::path file = folder ? path / "scans.csv" : path;
+  if (folder && !fs::exists(file, error)) {
+    return fail(ErrorCode::not_found, "no scans.csv in this folder" + folders_below(path),
+                SourceLocation{path.string(), 0, 0});
+  }
+  const std::string name = file.string();
+  VANTAGE_TRY(const io::FileContent content,
+              io::read_file(file, "scans.csv of `vantage localize`"));
+  VANTAGE_TRY(const CsvTable csv, parse_csv(content.view(), name));
+  ScanTable table{.file = file, .stamps = {}, .tracked = {}, .lines = {}, .columns = {}};
+  VANTAGE_CHECK(read_stamps(csv, name, table));
+  if (csv.rows.empty()) return corrupt("no scan", name, 1);
+  for (const std::string& wanted : number_columns()) {
+    VANTAGE_TRY(const std::size_t at, column(csv, wanted, name));
+    auto& values = table.columns[wanted];
+    for (const CsvTable::Row& row : csv.rows) {
+      VANTAGE_TRY(values.emplace_back(), number(row, at, wanted, name));
+    }
+  }
+  return table;
+}
+
+}  // namespace vantage

@@ -1,0 +1,19 @@
+// vantage-completion: the script by which a shell completes `vantage` and its jobs.
+#include <iostream>
+#include <string>
+
+#include "common/command_line.hpp"
+#include "scripts.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app("Prints a script that completes jobs, options and their values in a shell.",
+               "vantage completion");
+  std::string shell;
+  app.add_option("SHELL", shell, "the shell: source <(vantage completion bash)")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh"}));
+  return vantage::cli::run_program(app, argc, argv, [&]() -> vantage::Result<void> {
+    std::cout << (shell == "bash" ? vantage::completion::kBash : vantage::completion::kZsh);
+    return {};
+  });
+}

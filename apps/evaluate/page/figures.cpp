@@ -1,0 +1,261 @@
+#include "evaluate/page/figures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "evaluate/page/samples.hpp"
+#include "evaluate/page/tables.hpp"
+#include "report/chart.hpp"
+#include "report/html.hpp"
+
+namespace vantage::page {
+namespace {
+
+using report::Axis;
+using report::Curve;
+using report::LinePanel;
+using report::Look;
+using report::Marker;
+using report::Row;
+using report::RowPanel;
+
+Marker marker_of(std::string_view map) {
+  if (map == kOwnMap) return Marker::disc;
+  if (map == "random") return Marker::ring;
+  if (map == "voxel") return Marker::square;
+  if (map == "radius") return Marker::triangle;
+  return Marker::diamond;
+}
+
+Look look_of(const MapRun& r) { return {r.config_number, marker_of(r.map)}; }
+
+std::string name_of(const MapRun& r) { return r.own() ? r.config->name : std::string(r.map); }
+
+/// "T_align" of one route; routes are told apart where there are several.
+std::string title_of(const Evaluation& e, const std::string& what, std::size_t route) {
+  return e.routes.size() == 1 ? what : fmt::format("{}, {}", what, e.routes[route].name);
+}
+
+/// All values of something on all routes: figures of different routes share an axis.
+std::vector<double> everything(const Evaluation& e, ScanValue value, bool opponents = true) {
+  std::vector<double> all;
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    for (const MapRun& r : runs_of(e, route)) {
+      if (!opponents && !r.own()) continue;
+      const auto sample = sample_of(r.run->run, value);
+      all.insert(all.end(), sample.begin(), sample.end());
+    }
+  }
+  return all;
+}
+
+std::vector<std::string> boxes(const Evaluation& e, const std::string& what,
+                               const std::string& label, ScanValue value, bool from_zero) {
+  const Axis axis = report::axis_over(label, everything(e, value), from_zero);
+  std::vector<std::string> panels;
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    RowPanel panel{.title = title_of(e, what, route), .x = axis, .rows = {}};
+    for (const MapRun& r : runs_of(e, route)) {
+      panel.rows.push_back({.name = name_of(r),
+                            .look = look_of(r),
+                            .beneath = !r.own(),
+                            .sample = sample_of(r.run->run, value)});
+    }
+    panels.push_back(to_svg(panel));
+  }
+  return panels;
+}
+
+std::vector<std::string> region_dots(const Evaluation& e, const std::string& what,
+                                     const std::string& label, ScanValue value) {
+  std::vector<RowPanel> panels;
+  std::vector<double> all;
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    RowPanel panel{.title = title_of(e, what, route), .x = {}, .rows = {}};
+    panel.style = report::RowStyle::dots;
+    for (const MapRun& r : runs_of(e, route)) {
+      Row row{.name = name_of(r), .look = look_of(r), .beneath = !r.own(), .sample = {}};
+      for (const RegionMean& mean : by_region(r.run->run, value)) {
+        row.sample.push_back(mean.mean);
+        row.tips.push_back(fmt::format("{}: {:.4g}, {} scans",
+                                       r.run->run.index.partition[mean.region].label, mean.mean,
+                                       mean.scans));
+        all.push_back(mean.mean);
+      }
+      panel.rows.push_back(std::move(row));
+    }
+    panels.push_back(std::move(panel));
+  }
+  std::vector<std::string> drawn;
+  for (RowPanel& panel : panels) {
+    panel.x = report::axis_over(label, all, true);
+    drawn.push_back(to_svg(panel));
+  }
+  return drawn;
+}
+
+double longest_way(const Evaluation& e, std::size_t route) {
+  double longest = 1.0;
+  for (const MapRun& r : runs_of(e, route)) {
+    const auto way = distances(r.run->run);
+    if (!way.empty()) longest = std::max(longest, way.back());
+  }
+  return longest;
+}
+
+/// A curve of each configuration over the way.
+std::vector<std::string> lines(const Evaluation& e, const std::string& what,
+                               const std::string& label, ScanValue value, bool from_zero) {
+  const Axis y = report::axis_over(label, everything(e, value, false), from_zero, 5);
+  std::vector<std::string> panels;
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    LinePanel panel{
+        .title = title_of(e, what, route),
+        .x = report::linear_axis("way along the route [m]", 0.0, longest_way(e, route), 8),
+        .y = y,
+        .curves = {}};
+    for (const MapRun& r : runs_of(e, route)) {
+      if (!r.own()) continue;
+      panel.curves.push_back({name_of(r), look_of(r), over_distance(r.run->run, value)});
+    }
+    panels.push_back(to_svg(panel, 560.0, 210.0));
+  }
+  return panels;
+}
+
+/// As panels that would be crossed: all routes' curves of what lies below a value.
+Curve cumulative_curve(const MapRun& r, ScanValue value) {
+  return {name_of(r), look_of(r),
+          report::thinned(report::cumulative(sample_of(r.run->run, value)), 240)};
+}
+
+Axis share_axis() {
+  Axis axis{.label = "share of tracked scans below", .ticks = {}};
+  for (const int percent : {0, 25, 50, 75, 100}) {
+    axis.ticks.push_back({0.01 * percent, fmt::format("{} %", percent)});
+  }
+  return axis;
+}
+
+std::vector<std::string> cumulative_of_configs(const Evaluation& e, const Axis& x) {
+  std::vector<std::string> panels;
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    LinePanel panel{title_of(e, "Error, all configurations", route), x, share_axis(), {}};
+    for (const MapRun& r : runs_of(e, route)) {
+      if (r.own()) panel.curves.push_back(cumulative_curve(r, &error_cm));
+    }
+    panels.push_back(to_svg(panel, 560.0, 210.0));
+  }
+  return panels;
+}
+
+std::vector<std::string> cumulative_of_opponents(const Evaluation& e, const Axis& x) {
+  std::vector<std::string> panels;
+  for (std::size_t c = 0; c < e.configs.size(); ++c) {
+    if (e.configs[c].opponents.empty()) continue;
+    for (std::size_t route = 0; route < e.routes.size(); ++route) {
+      LinePanel panel{
+          title_of(e, e.configs[c].name + " and its opponents", route), x, share_axis(), {}};
+      for (const MapRun& r : runs_of(e, route)) {
+        if (r.config_number == c) panel.curves.push_back(cumulative_curve(r, &error_cm));
+      }
+      panels.push_back(to_svg(panel, 560.0, 190.0));
+    }
+  }
+  return panels;
+}
+
+bool has_reference(const Evaluation& e) { return !everything(e, &error_cm).empty(); }
+
+/// Figures side by side where each has but one panel.
+std::string side_by_side(const std::string& figures) {
+  return "<div class=\"figures\">\n" + figures + "</div>\n";
+}
+
+constexpr const char* kReading =
+    "Box: middle half of the scans with the median; whiskers: to the last scan within 1.5 boxes; "
+    "dots: beyond; diamond: mean. Opponents with equal numbers of points stand beneath their "
+    "configuration, with a mark of their own for the mean: circle random, square voxel, triangle "
+    "radius.";
+
+}  // namespace
+
+std::string alignment_figures(const Evaluation& e) {
+  std::string html =
+      "<p>T<sub>align</sub> is the time of scan matching alone, after the map is in memory (Sec. "
+      "3.3). It depends on the computer; compare configurations, not times.</p>\n";
+  std::string figures =
+      report::figure(boxes(e, "T_align", "T_align [ms]", &align_ms, true),
+                     fmt::format("Fig. 10 a. Alignment time. {}", kReading), "fig10a-align");
+  figures += report::figure(lines(e, "T_align over the way", "T_align [ms]", &align_ms, true),
+                            "Fig. 10 b. Alignment time over the way.", "fig10b-align");
+  return html + side_by_side(figures);
+}
+
+std::string fitness_figures(const Evaluation& e) {
+  std::string html =
+      "<p><strong>Fitness alone rewards deleting map.</strong> A scan point with no voxel near it "
+      "scores 0 in S<sub>fitness</sub> (Eq. 12), which is more than a badly matched point gets. "
+      "Coverage, NVTL and error beside it tell what was given up.</p>\n";
+  html +=
+      report::figure(boxes(e, "S_fitness", "S_fitness (Eq. 12), more is better", &fitness, false),
+                     fmt::format("Fig. 11. Scan-matching fitness of tracked scans. {}", kReading),
+                     "fig11-fitness");
+  std::string figures = report::figure(
+      boxes(e, "Coverage", "scan points with a voxel [%], more is better", &coverage_percent,
+            false),
+      "Coverage: share of a scan’s points that have a voxel to be compared with.", "coverage");
+  html +=
+      report::figure(boxes(e, "NVTL", "NVTL, more is better", &nvtl, false),
+                     "NVTL: mean over the matched points of the best voxel’s likelihood. It does "
+                     "not see what is missing, either.",
+                     "nvtl");
+  if (has_reference(e)) {
+    html +=
+        report::figure(boxes(e, "Position error", "error [cm], less is better", &error_cm, true),
+                       "Error against the reference, on the same scans.", "error-beside-fitness");
+  }
+  return html + side_by_side(figures);
+}
+
+std::string lcp_figures(const Evaluation& e) {
+  std::string html =
+      "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). A positive one grows "
+      "with "
+      "whatever makes a map smaller (a negative one falls), so that opponents of equal size have "
+      "about the same: it tells a map’s size more than which points were kept.</p>\n";
+  std::string figures = report::figure(
+      region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", &lcp_millionths),
+      "Fig. 12 b. LCP of each local region: mean over the scans that were matched in it. Upright "
+      "line: mean of the regions.",
+      "fig12b-lcp");
+  return html + side_by_side(figures);
+}
+
+std::string error_figures(const Evaluation& e) {
+  if (!has_reference(e)) return "<p>No scan has both a reference and an estimate.</p>\n";
+  std::string html =
+      "<p>Errors against the reference of tracked scans, without aligning trajectories. A gap in a "
+      "curve is a scan that was lost or has no reference.</p>\n";
+  std::string figures =
+      report::figure(lines(e, "Position error over the way", "error [cm]", &error_cm, true),
+                     "Error over the way.", "error-way");
+  const Axis x = report::axis_over("error [cm]", everything(e, &error_cm), true, 8);
+  figures += report::figure(cumulative_of_configs(e, x),
+                            "Share of tracked scans with an error below x. Further left is better.",
+                            "error-cumulative");
+  std::string against;
+  if (const auto panels = cumulative_of_opponents(e, x); !panels.empty()) {
+    against = report::figure(panels, "Each configuration against as many points chosen otherwise.",
+                             "error-opponents");
+  }
+  figures += report::figure(boxes(e, "Position error", "error [cm]", &error_cm, true),
+                            fmt::format("Position error. {}", kReading), "error-position");
+  figures += report::figure(boxes(e, "Rotation error", "error [°]", &error_deg, true),
+                            "Rotation error.", "error-rotation");
+  return html + side_by_side(figures) + against;
+}
+
+}  // namespace vantage::page

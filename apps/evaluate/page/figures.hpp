@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "evaluate/evaluation.hpp"
+
+namespace vantage::page {
+
+/// Fig. 10: T_align.
+[[nodiscard]] std::string alignment_figures(const Evaluation& evaluation);
+/// Fig. 11: S_fitness, with coverage, NVTL and error in the same manner.
+[[nodiscard]] std::string fitness_figures(const Evaluation& evaluation);
+/// Fig. 12: LCP, over scans and of each region.
+[[nodiscard]] std::string lcp_figures(const Evaluation& evaluation);
+[[nodiscard]] std::string error_figures(const Evaluation& evaluation);
+
+}  // namespace vantage::page

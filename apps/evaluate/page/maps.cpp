@@ -1,0 +1,322 @@
+#include "evaluate/page/maps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "common/table.hpp"
+#include "evaluate/page/samples.hpp"
+#include "evaluate/page/tables.hpp"
+#include "report/chart.hpp"
+#include "report/html.hpp"
+#include "report/plan.hpp"
+#include "report/points.hpp"
+
+namespace vantage::page {
+namespace {
+
+using report::escaped;
+using report::PlanWindow;
+
+/// The box around something in the plan.
+struct Extent {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector2d high = -low;
+
+  void see(const Eigen::Vector2d& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  [[nodiscard]] bool empty() const { return !(low.array() <= high.array()).all(); }
+};
+
+/// A picture that several figures show: it is in the page once.
+std::string shared_picture(const std::string& id, const PlanWindow& window,
+                           const std::string& png) {
+  return fmt::format(
+      "<svg width=\"0\" height=\"0\" class=\"shared\" aria-hidden=\"true\"><defs><image id=\"{}\" "
+      "width=\"{:.0f}\" height=\"{:.1f}\" href=\"{}\" "
+      "style=\"image-rendering:auto\"/></defs></svg>\n",
+      id, window.width, window.height(), png);
+}
+
+std::string borders(const Partition& partition, const PlanWindow& window) {
+  std::string d;
+  for (const Region& region : partition.regions()) d += report::outline(region.footprint, window);
+  return d.empty() ? "" : fmt::format("<path class=\"border\" d=\"{}\"/>\n", d);
+}
+
+std::string svg_opening(const std::string& label, const PlanWindow& window, double above) {
+  return fmt::format(
+      "<svg class=\"plan\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\" "
+      "xmlns=\"http://www.w3.org/2000/svg\">\n",
+      window.width, window.height() + above, escaped(label));
+}
+
+std::string frame(const PlanWindow& window) {
+  return fmt::format("<rect class=\"frame\" width=\"{:.0f}\" height=\"{:.1f}\"/>\n", window.width,
+                     window.height());
+}
+
+// ---- Fig. 9
+
+/// Some of the points at least, evenly picked.
+template <class F>
+void each_of_some(PointsView points, std::size_t most, const F& draw) {
+  const std::size_t step = std::max<std::size_t>(1, (points.size() + most - 1) / most);
+  for (std::size_t i = 0; i < points.size(); i += step) draw(points[i]);
+}
+
+/// Where a specimen's region and most of its points are: a tenth of them may lie further out.
+void see_specimen(Extent& extent, const EvaluatedConfig& config) {
+  const Specimen& specimen = *config.specimen;
+  const bool whole = config.index.regions.size() == 1;
+  if (!whole) {
+    const auto& footprint = config.index.partition[specimen.region].footprint;
+    for (const Eigen::Vector2d& p : report::outline_lines(footprint)) extent.see(p);
+  }
+  std::array<std::vector<double>, 2> sides;
+  for (const Point& p : specimen.points) {
+    sides[0].push_back(p.x());
+    sides[1].push_back(p.y());
+  }
+  if (whole || sides[0].empty()) return;
+  Eigen::Vector2d low, high;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    auto& v = sides[axis];
+    std::sort(v.begin(), v.end());
+    low[static_cast<Eigen::Index>(axis)] = v[v.size() / 50];
+    high[static_cast<Eigen::Index>(axis)] = v[v.size() - 1 - v.size() / 50];
+  }
+  extent.see(low);
+  extent.see(high);
+}
+
+std::string legend_of_heights(const PlanWindow& window, const report::Heights& heights,
+                              std::size_t number) {
+  const double x = window.width - 152.0, y = window.height() - 30.0;
+  return fmt::format(
+      "<defs><linearGradient id=\"heights{0}\">{1}</linearGradient></defs><rect class=\"plate\" "
+      "x=\"{2:.0f}\" y=\"{3:.1f}\" width=\"144\" height=\"34\" rx=\"4\"/><rect x=\"{4:.0f}\" "
+      "y=\"{5:.1f}\" width=\"124\" height=\"7\" fill=\"url(#heights{0})\"/><text class=\"tick\" "
+      "x=\"{4:.0f}\" y=\"{6:.1f}\">{7:.1f} m</text><text class=\"tick\" x=\"{8:.0f}\" "
+      "y=\"{6:.1f}\" text-anchor=\"end\">{9:.1f} m</text>",
+      number, report::height_gradient_stops(), x, y - 12.0, x + 10.0, y - 6.0, y + 14.0,
+      heights.low, x + 134.0, heights.high);
+}
+
+Result<std::string> specimen_svg(const EvaluatedConfig& config, std::size_t number,
+                                 const PlanWindow& window, const report::Heights& heights,
+                                 bool over_map) {
+  constexpr double kHead = 26.0;
+  const Specimen& specimen = *config.specimen;
+  const Region& region = config.index.partition[specimen.region];
+  VANTAGE_TRY(const std::string png,
+              report::height_picture(specimen.points, window, heights.low, heights.high));
+  std::string svg = svg_opening(config.name, window, kHead);
+  svg += fmt::format(
+      "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" dx=\"8\">region "
+      "{}, {} points</tspan></text>\n",
+      escaped(report::shortened(config.name, 26)), escaped(report::shortened(region.label, 24)),
+      cli::grouped(specimen.points.size()));
+  svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
+                     window.height());
+  svg += frame(window);
+  if (over_map) svg += "<use class=\"ground\" href=\"#map-of-specimens\"/>\n";
+  svg += fmt::format("<image width=\"{:.0f}\" height=\"{:.1f}\" href=\"{}\"/>\n", window.width,
+                     window.height(), png);
+  if (config.index.regions.size() > 1) {
+    const std::string d = report::outline(region.footprint, window);
+    svg +=
+        fmt::format("<path class=\"here halo\" d=\"{0}\"/><path class=\"here\" d=\"{0}\"/>\n", d);
+  }
+  each_of_some(specimen.viewpoints, 1500, [&](const Point& p) {
+    const double x = window.x(p.x()), y = window.y(p.y());
+    if (x < 0.0 || y < 0.0 || x > window.width || y > window.height()) return;
+    svg += fmt::format("<circle class=\"viewpoint\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"1.6\"/>", x, y);
+  });
+  svg += report::scale_bar(window) + legend_of_heights(window, heights, number);
+  return svg + "</svg></svg>\n";
+}
+
+// ---- trajectories
+
+struct ErrorClass {
+  double below_cm;
+  const char* label;
+};
+// Ordered from good to bad: the page's colours --e0 to --e4.
+constexpr std::array kErrorClasses{
+    ErrorClass{2.0, "below 2 cm"}, ErrorClass{5.0, "2 to 5 cm"}, ErrorClass{10.0, "5 to 10 cm"},
+    ErrorClass{50.0, "10 to 50 cm"},
+    ErrorClass{std::numeric_limits<double>::infinity(), "50 cm and more"}};
+
+std::size_t class_of(double cm) {
+  std::size_t k = 0;
+  while (cm >= kErrorClasses[k].below_cm) ++k;
+  return std::min(k, kErrorClasses.size() - 1);
+}
+
+std::string tip_of(const Run& run, std::size_t i, double way) {
+  const RunScan& scan = run.scans[i];
+  std::string text = fmt::format("scan {}, {:.0f} m, {}", i + 1, way,
+                                 run.index.partition[scan.report.region].label);
+  if (scan.error) {
+    text += fmt::format("\n{:.1f} cm, {:.2f}°", 100.0 * scan.error->metres, scan.error->degrees);
+  }
+  if (scan.report.switched) text += "\nswitched to this region";
+  if (!is_tracked(scan)) text += "\nlost: " + scan.report.reason;
+  return text;
+}
+
+std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindow& window) {
+  const Run& run = r.run->run;
+  const std::string title = e.routes.size() == 1
+                                ? r.config->name
+                                : fmt::format("{}, {}", r.config->name, e.routes[r.route].name);
+  constexpr double kHead = 26.0;
+  std::string svg = svg_opening(title, window, kHead);
+  const RunSummary& s = r.run->summary;
+  svg += fmt::format(
+      "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" dx=\"8\">{} "
+      "scans, {} lost, {} switches</tspan></text>\n",
+      escaped(report::shortened(title, 40)), s.scans, s.lost, s.switches);
+  svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
+                     window.height());
+  svg += frame(window);
+  if (!e.map.empty())
+    svg += fmt::format("<use class=\"ground\" href=\"#map-of-route{}\"/>\n", r.route);
+  svg += borders(run.index.partition, window);
+  std::string reference;
+  for (const auto& moment : e.routes[r.route].reference) {
+    const auto& p = moment.pose.translation;
+    reference += fmt::format("{:.1f},{:.1f} ", window.x(p.x()), window.y(p.y()));
+  }
+  svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", reference);
+  const std::vector<double> way = distances(run);
+  std::string above;  // what must not be covered
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const RunScan& scan = run.scans[i];
+    if (!scan.report.has_pose) continue;
+    const auto& p = scan.report.T_map_scan.translation;
+    const double x = window.x(p.x()), y = window.y(p.y());
+    const std::string tip = "<title>" + escaped(tip_of(run, i, way[i])) + "</title>";
+    if (!is_tracked(scan)) {
+      above += fmt::format("<path class=\"lost\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\">{}</path>\n",
+                           x - 4.0, y - 4.0, tip);
+      continue;
+    }
+    if (scan.report.switched && i > 0) {
+      above += fmt::format(
+          "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.8\">{}</circle>\n", x, y,
+          tip);
+    }
+    const Number error = error_cm(scan);
+    svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",
+                       error ? fmt::format("e{}", class_of(*error)) : "unknown", x, y, tip);
+  }
+  return svg + above + report::scale_bar(window) + "</svg></svg>\n";
+}
+
+std::string trajectory_legend() {
+  std::string html = "<p class=\"legend\">";
+  for (std::size_t k = 0; k < kErrorClasses.size(); ++k) {
+    html += fmt::format("<span><i class=\"dot e{}\"></i>{}</span> ", k, kErrorClasses[k].label);
+  }
+  return html +
+         "<span><i class=\"dot ringed\"></i>map switched</span> <span><i class=\"cross\">✕</i>scan "
+         "lost</span> <span><i class=\"bar\"></i>region border</span></p>\n";
+}
+
+PlanWindow window_of_route(const Evaluation& e, std::size_t route) {
+  Extent extent;
+  for (const auto& moment : e.routes[route].reference)
+    extent.see(moment.pose.translation.head<2>());
+  for (const MapRun& r : runs_of(e, route)) {
+    if (!r.own()) continue;
+    for (const RunScan& scan : r.run->run.scans) {
+      if (is_tracked(scan)) extent.see(scan.report.T_map_scan.translation.head<2>());
+    }
+  }
+  if (extent.empty()) extent.see(Eigen::Vector2d::Zero());
+  const double border = std::clamp(0.06 * (extent.high - extent.low).maxCoeff(), 10.0, 40.0);
+  return report::window_around(extent.low, extent.high, border, 40.0, 560.0, 520.0);
+}
+
+}  // namespace
+
+Result<std::string> region_maps(const Evaluation& e) {
+  Extent extent;
+  PointCloud heights_of;
+  std::string missing;
+  for (const EvaluatedConfig& config : e.configs) {
+    if (!config.specimen) {
+      missing += fmt::format("{}{}", missing.empty() ? "" : ", ", escaped(config.name));
+      continue;
+    }
+    see_specimen(extent, config);
+  }
+  const EvaluatedConfig* shown = nullptr;
+  for (const EvaluatedConfig& config : e.configs) {
+    if (config.specimen && (shown == nullptr || config.index.regions.size() > 1)) shown = &config;
+  }
+  if (shown == nullptr) {
+    return std::string(
+        "<p>No bundle holds points: region maps that are ready to match against cannot be "
+        "drawn.</p>\n");
+  }
+  if (extent.empty()) {
+    for (const Point& p : shown->specimen->points) extent.see(p.head<2>());
+  }
+  if (extent.empty()) extent.see(Eigen::Vector2d::Zero());
+  const PlanWindow window = report::window_around(extent.low, extent.high, 8.0, 40.0, 560.0, 560.0);
+  const report::Heights heights = report::heights_of(shown->specimen->points);
+
+  std::string html = fmt::format(
+      "<p>The region map that each configuration localizes in halfway along “{}”, from above, "
+      "over "
+      "the wide-area map in grey. All at the same scale; of a whole map, the same part.</p>\n",
+      escaped(e.routes.empty() ? "" : e.routes.front().name));
+  if (!e.map.empty()) {
+    VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
+    html += shared_picture("map-of-specimens", window, png);
+  }
+  std::vector<std::string> panels;
+  for (std::size_t c = 0; c < e.configs.size(); ++c) {
+    if (!e.configs[c].specimen) continue;
+    VANTAGE_TRY(std::string svg, specimen_svg(e.configs[c], c, window, heights, !e.map.empty()));
+    panels.push_back(std::move(svg));
+  }
+  html += report::figure(
+      panels,
+      "Fig. 9. Region maps, coloured by height. Line: border of the local region; "
+      "white dots: virtual viewpoints. What is seen from a region reaches beyond it.",
+      "fig9-region-map");
+  if (!missing.empty()) {
+    html += "<p>Without points, so not drawn: " + missing + ".</p>\n";
+  }
+  return html;
+}
+
+Result<std::string> trajectories(const Evaluation& e) {
+  std::string html = trajectory_legend();
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    const PlanWindow window = window_of_route(e, route);
+    if (e.routes.size() > 1) html += "<h3>" + escaped(e.routes[route].name) + "</h3>\n";
+    if (!e.map.empty()) {
+      VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
+      html += shared_picture(fmt::format("map-of-route{}", route), window, png);
+    }
+    std::vector<std::string> panels;
+    for (const MapRun& r : runs_of(e, route)) {
+      if (r.own()) panels.push_back(trajectory_svg(e, r, window));
+    }
+    html += report::figure(panels, "Estimated positions, coloured by error; grey line: reference.",
+                           fmt::format("trajectory-{}", route + 1));
+  }
+  return html;
+}
+
+}  // namespace vantage::page

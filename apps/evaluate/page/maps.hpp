@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "evaluate/evaluation.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::page {
+
+/// Fig. 9: the specimen of each configuration from above, over the wide-area map, all at one scale.
+/// Errors: those of report::density_picture.
+[[nodiscard]] Result<std::string> region_maps(const Evaluation& evaluation);
+
+/// Each configuration's way on each route over the map, coloured by error.
+/// Errors: as above.
+[[nodiscard]] Result<std::string> trajectories(const Evaluation& evaluation);
+
+/// Map, region maps and ways to be turned in the browser: the section's body, and the scripts that
+/// the page needs for it.
+struct View3d {
+  std::string body, scripts;
+};
+[[nodiscard]] View3d view_3d(const Evaluation& evaluation);
+
+}  // namespace vantage::page

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "localize/run.hpp"
+
+namespace vantage::page {
+
+using Number = std::optional<double>;
+/// Something of a scan; none where it was not measured.
+using ScanValue = Number (*)(const RunScan&);
+
+// As summarize() takes them: scores and errors of tracked scans only.
+[[nodiscard]] bool is_tracked(const RunScan& scan);
+[[nodiscard]] Number align_ms(const RunScan& scan);
+[[nodiscard]] Number fitness(const RunScan& scan);
+[[nodiscard]] Number coverage_percent(const RunScan& scan);
+[[nodiscard]] Number nvtl(const RunScan& scan);
+[[nodiscard]] Number lcp_millionths(const RunScan& scan);
+[[nodiscard]] Number error_cm(const RunScan& scan);
+[[nodiscard]] Number error_deg(const RunScan& scan);
+
+[[nodiscard]] std::vector<double> sample_of(const Run& run, ScanValue value);
+
+/// The way so far at each scan [m]: along the reference, along the poses without one.
+[[nodiscard]] std::vector<double> distances(const Run& run);
+
+/// The value of each scan over the way [m]; NaN where there is none.
+[[nodiscard]] std::vector<Eigen::Vector2d> over_distance(const Run& run, ScanValue value);
+
+/// The mean of a value over each region's scans, by region; of those that have one.
+struct RegionMean {
+  RegionId region;
+  double mean = 0.0;
+  std::size_t scans = 0;
+};
+[[nodiscard]] std::vector<RegionMean> by_region(const Run& run, ScanValue value);
+
+}  // namespace vantage::page

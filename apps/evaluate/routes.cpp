@@ -1,0 +1,96 @@
+#include "evaluate/routes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "common/command_line.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool all_differ(const std::vector<std::string>& names) {
+  return std::set<std::string>(names.begin(), names.end()).size() == names.size();
+}
+
+/// A name becomes a folder.
+bool is_fit_for_a_folder(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return c >= ' ' && c != '/' && c != '\\'; });
+}
+
+Result<void> check_count(const char* option, std::size_t given, std::size_t scans) {
+  if (given == 0 || given == scans) return {};
+  return cli::usage_error(
+      fmt::format("{} is given {} times for {} --scans: one for each, in the same order", option,
+                  given, scans));
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> route_names(const std::vector<fs::path>& scans) {
+  std::vector<std::string> own, parents;
+  for (const fs::path& path : scans) {
+    fs::path whole = fs::absolute(path).lexically_normal();
+    if (whole.filename().empty()) whole = whole.parent_path();  // a slash at the end
+    own.push_back(whole.stem().string());
+    parents.push_back(whole.parent_path().filename().string());
+  }
+  const bool telling =
+      std::none_of(own.begin(), own.end(), [](const auto& name) { return name == "scans"; });
+  if (telling && all_differ(own)) return own;
+  if (all_differ(parents) && std::all_of(parents.begin(), parents.end(), is_fit_for_a_folder)) {
+    return parents;
+  }
+  return cli::usage_error(
+      "the folders of --scans do not tell the routes apart: give each a --route");
+}
+
+void RouteOptions::add_to(CLI::App& app) {
+  app.add_option("--scans", scans,
+                 "folder of PCD, PLY or KITTI .bin scans, or one file; repeated: several routes")
+      ->required()
+      ->allow_extra_args(false);
+  app.add_option("--reference", references,
+                 "true trajectory (TUM or KITTI) of each --scans: errors are measured against it")
+      ->required()
+      ->allow_extra_args(false);
+  app.add_option("--odometry", odometries,
+                 "odometry (TUM or KITTI) of each --scans, instead of constant velocity")
+      ->allow_extra_args(false);
+  app.add_option("--route", names, "name of each --scans; its folder's if left out")
+      ->allow_extra_args(false);
+  app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+Result<std::vector<NamedInputs>> RouteOptions::open() const {
+  VANTAGE_CHECK(check_count("--reference", references.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--odometry", odometries.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--route", names.size(), scans.size()));
+  std::vector<std::string> called = names;
+  if (called.empty()) {
+    VANTAGE_TRY(called, route_names(scans));
+  }
+  if (!all_differ(called)) return cli::usage_error("two routes have the same name");
+  std::vector<NamedInputs> routes;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (!is_fit_for_a_folder(called[i])) {
+      return cli::usage_error("a route is called '" + called[i] + "', which no folder can be");
+    }
+    const InputOptions options{.scans = scans[i],
+                               .reference = references[i],
+                               .odometry = odometries.empty() ? fs::path() : odometries[i],
+                               .rate_hz = rate_hz};
+    VANTAGE_TRY(auto inputs, options.open());
+    routes.push_back({called[i], std::move(inputs)});
+  }
+  return routes;
+}
+
+}  // namespace vantage

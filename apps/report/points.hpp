@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::report {
+
+/// Points as 16-bit numbers in a box: origin + step * number, along each axis.
+struct QuantizedPoints {
+  Point origin = Point::Zero();
+  Point step = Point::Zero();  ///< [m]; a point moves by half of it at most
+  std::vector<std::array<std::uint16_t, 3>> points;
+
+  [[nodiscard]] Point at(std::size_t i) const;
+};
+/// @param box  points outside are moved to its border
+[[nodiscard]] QuantizedPoints quantized(PointsView points, const Bounds3& box);
+
+/// Little endian, x y z x y z ...
+[[nodiscard]] std::string base64(const QuantizedPoints& points);
+[[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
+
+/// `most` of the points or fewer, spread evenly over what they cover: one a voxel, the voxels as
+/// large as that takes. The choice depends on the set of points alone, not on their order.
+[[nodiscard]] PointCloud thinned(PointsView points, std::size_t most);
+
+}  // namespace vantage::report

@@ -1,0 +1,87 @@
+#include "view/controls.hpp"
+
+#include <algorithm>
+
+namespace vantage::view {
+namespace {
+
+constexpr int kSmallestPoint = 1, kLargestPoint = 15;  // [pixels]
+
+Reaction resized(Controls& controls, int by) {
+  const int size = std::clamp(controls.point_size + by, kSmallestPoint, kLargestPoint);
+  if (size == controls.point_size) return Reaction::none;
+  controls.point_size = size;
+  return Reaction::point_size;
+}
+
+Reaction toggled(bool& flag, bool there) {
+  if (!there) return Reaction::none;
+  flag = !flag;
+  return Reaction::lines;
+}
+
+Reaction next_coloring(Controls& controls) {
+  const auto next = (static_cast<int>(controls.coloring) + 1) % 3;
+  controls.coloring = static_cast<Coloring>(next);
+  return Reaction::points;
+}
+
+Reaction next_region(Controls& controls, std::uint32_t regions) {
+  controls.region =
+      RegionId{controls.region ? (controls.region->value + 1) % regions : std::uint32_t{0}};
+  return Reaction::points;
+}
+
+}  // namespace
+
+const char* to_string(Coloring coloring) noexcept {
+  switch (coloring) {
+    case Coloring::height: return "height";
+    case Coloring::region: return "region";
+    case Coloring::views: return "views";
+  }
+  return "";
+}
+
+Reaction press(char key, Controls& controls, const Shown& shown) {
+  const bool bundle = shown.regions > 0;
+  switch (key) {
+    case 'H': return Reaction::help;
+    case 'C': return bundle ? next_coloring(controls) : Reaction::none;
+    case 'R': return bundle ? next_region(controls, shown.regions) : Reaction::none;
+    case 'A':
+      if (!controls.region) return Reaction::none;
+      controls.region.reset();
+      return Reaction::points;
+    case 'B': return toggled(controls.borders, bundle);
+    case 'V': return toggled(controls.viewpoints, bundle && controls.region.has_value());
+    case 'T': return toggled(controls.trajectory, shown.trajectory);
+    case 'F': return Reaction::fit;
+    case '+': return resized(controls, 1);
+    case '-': return resized(controls, -1);
+    case 'S': return Reaction::picture;
+    case 'Q': return Reaction::quit;
+    default: return Reaction::none;
+  }
+}
+
+std::string key_help(const Shown& shown) {
+  std::string text =
+      "mouse  left: turn, wheel: zoom, Ctrl + left: move\n"
+      "H      this help\n";
+  if (shown.regions > 0) {
+    text +=
+        "C      next colour: height, region, views\n"
+        "R, A   the map of the next region; all regions\n"
+        "B      borders of the regions on and off\n"
+        "V      viewpoints of the region on and off\n";
+  }
+  if (shown.trajectory) text += "T      trajectory on and off\n";
+  return text +
+         "F      fit the view to what is shown\n"
+         "+, -   larger and smaller points\n"
+         "S      save a picture here\n"
+         "Q      quit\n";
+}
+
+}  // namespace vantage::view

@@ -1,0 +1,104 @@
+#include "view/thinning.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace vantage::view {
+namespace {
+
+constexpr double kFinestCell = 0.01;  // [m]
+constexpr int kBits = 21;             // of a coordinate in a key
+constexpr double kNextShare = 0.75;
+
+/// The finalizer of SplitMix64: keys of neighbours are far apart.
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+}  // namespace
+
+PointTable::PointTable(const Bounds3& bounds, std::size_t max_points)
+    : origin_(bounds.empty() ? Point::Zero() : bounds.min), max_points_(max_points) {
+  const double extent = bounds.empty() ? 0.0 : (bounds.max - bounds.min).maxCoeff();
+  cell_ = std::max(kFinestCell, std::ldexp(extent, -(kBits - 1)));
+}
+
+std::uint64_t PointTable::key_of(const Point& p) const noexcept {
+  std::uint64_t key = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double last = std::ldexp(1.0, kBits) - 1.0;
+    const double cell = std::clamp(std::round((p[axis] - origin_[axis]) / cell_), 0.0, last);
+    key = key << kBits | static_cast<std::uint64_t>(cell);
+  }
+  return key;
+}
+
+bool PointTable::kept(std::uint64_t key) const noexcept {
+  return share_ >= 1.0 || std::ldexp(static_cast<double>(mixed(key)), -64) < share_;
+}
+
+std::size_t PointTable::slot_of(std::uint64_t key) const noexcept {
+  const std::size_t mask = slots_.size() - 1;
+  // The low bits: the high ones say what is kept, and are small in a table that is thinned.
+  std::size_t slot = mixed(key) & mask;
+  while (slots_[slot] != 0 && keys_[slots_[slot] - 1] != key) slot = (slot + 1) & mask;
+  return slot;
+}
+
+void PointTable::rebuild_slots() {
+  slots_.assign(std::bit_ceil(std::max<std::size_t>(4 * keys_.size(), 1024)), 0);
+  for (std::uint32_t i = 0; i < keys_.size(); ++i) slots_[slot_of(keys_[i])] = i + 1;
+}
+
+void PointTable::add(PointsView map) {
+  ++map_;
+  for (const Point& p : map) {
+    const std::uint64_t key = key_of(p);
+    if (!kept(key)) continue;
+    if (2 * keys_.size() >= slots_.size()) rebuild_slots();
+    std::uint32_t& slot = slots_[slot_of(key)];
+    if (slot == 0) {
+      points_.push_back(p);
+      keys_.push_back(key);
+      maps_.push_back(1);
+      last_map_.push_back(map_);
+      slot = static_cast<std::uint32_t>(keys_.size());
+    } else if (last_map_[slot - 1] != map_) {
+      last_map_[slot - 1] = map_;
+      ++maps_[slot - 1];
+    }
+    if (points_.size() > max_points_) thin_out();
+  }
+}
+
+void PointTable::thin_out() {
+  while (points_.size() > max_points_) {
+    share_ *= kNextShare;
+    std::size_t to = 0;
+    for (std::size_t from = 0; from < points_.size(); ++from) {
+      if (!kept(keys_[from])) continue;
+      points_[to] = points_[from];
+      keys_[to] = keys_[from];
+      maps_[to] = maps_[from];
+      last_map_[to] = last_map_[from];
+      ++to;
+    }
+    points_.resize(to);
+    keys_.resize(to);
+    maps_.resize(to);
+    last_map_.resize(to);
+  }
+  rebuild_slots();
+}
+
+std::uint32_t PointTable::maps_at(const Point& p) const noexcept {
+  if (slots_.empty()) return 0;
+  const std::uint32_t slot = slots_[slot_of(key_of(p))];
+  return slot == 0 ? 0 : maps_[slot - 1];
+}
+
+}  // namespace vantage::view

@@ -1,0 +1,278 @@
+"""recompute.py EVALUATION: judges what `vantage evaluate` wrote, from its scans.csv alone.
+
+Every run's numbers are computed anew from scans.csv (errors from the two poses of a line) and
+compared with the run's summary.json, the summary of all runs, and every cell of report.html that
+says which number it shows. Table 1 is counted in the bundles' own index. Prints how many numbers
+agree; exit code 1 with one line for each that does not. Python's standard library only.
+"""
+import csv
+import json
+import math
+import os
+import sys
+import tomllib
+from html.parser import HTMLParser
+
+problems = []
+compared = 0
+
+
+def compare(what, expected, found, tolerance=1e-9, absolute=1e-12):
+    global compared
+    compared += 1
+    if expected is None or found is None:
+        if expected is not found:
+            problems.append(f"{what}: recomputed {expected}, found {found}")
+    elif not math.isclose(expected, found, rel_tol=tolerance, abs_tol=absolute):
+        problems.append(f"{what}: recomputed {expected!r}, found {found!r}")
+
+
+def percentile(ordered, share):
+    """Linear between neighbours."""
+    at = share * (len(ordered) - 1)
+    low = math.floor(at)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (at - low) * (ordered[high] - ordered[low])
+
+
+def statistics(sample):
+    if not sample:
+        return {"count": 0}
+    n = len(sample)
+    mean = math.fsum(sample) / n
+    ordered = sorted(sample)
+    return {
+        "count": n,
+        "mean": mean,
+        "rmse": math.sqrt(math.fsum(x * x for x in sample) / n),
+        "std": math.sqrt(math.fsum((x - mean) ** 2 for x in sample) / n),
+        "min": ordered[0],
+        "median": percentile(ordered, 0.5),
+        "p95": percentile(ordered, 0.95),
+        "p99": percentile(ordered, 0.99),
+        "max": ordered[-1],
+    }
+
+
+# A pose is (x, y, z, qx, qy, qz, qw).
+def pose(row, prefix):
+    cells = [row[prefix + name] for name in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+    return None if "" in cells else tuple(map(float, cells))
+
+
+def conjugate(q):
+    return (-q[0], -q[1], -q[2], q[3])
+
+
+def product(a, b):
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def rotate(q, v):
+    return product(product(q, (*v, 0.0)), conjugate(q))[:3]
+
+
+def motion(start, end):
+    """end seen from start."""
+    back = conjugate(start[3:])
+    offset = tuple(end[i] - start[i] for i in range(3))
+    return (*rotate(back, offset), *product(back, end[3:]))
+
+
+def degrees(q):
+    return math.degrees(2.0 * math.atan2(math.hypot(*q[:3]), abs(q[3])))
+
+
+def difference(a, b):
+    """Metres and degrees."""
+    return math.dist(a[:3], b[:3]), degrees(product(conjugate(b[3:]), a[3:]))
+
+
+def relative_errors(rows, truth, found, tracked, step):
+    way, ways, last = 0.0, [], None
+    for at in truth:
+        if at is not None:
+            if last is not None:
+                way += math.dist(at[:3], last[:3])
+            last = at
+        ways.append(way)
+    metres, turns = [], []
+    for i in range(len(rows)):
+        j = i + 1
+        while j < len(rows) and ways[j] - ways[i] < step:
+            j += 1
+        if j >= len(rows) or not (tracked[i] and tracked[j]) or None in (truth[i], truth[j]):
+            continue
+        error = motion(motion(truth[i], truth[j]), motion(found[i], found[j]))
+        metres.append(math.hypot(*error[:3]))
+        turns.append(degrees(error[3:]))
+    return {"m": statistics(metres), "deg": statistics(turns)}
+
+
+def recompute(path):
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    tracked = [row["tracking"] == "tracked" for row in rows]
+    truth = [pose(row, "ref_") for row in rows]
+    found = [pose(row, "") for row in rows]
+    errors = [
+        difference(f, t) if f is not None and t is not None else None for f, t in zip(found, truth)
+    ]
+    for i, row in enumerate(rows):
+        if errors[i] is None:
+            continue
+        compare(f"{path}:{i + 2}: error_m", errors[i][0], float(row["error_m"]), 1e-6, 1e-9)
+        compare(f"{path}:{i + 2}: error_deg", errors[i][1], float(row["error_deg"]), 1e-4, 1e-5)
+
+    def column(name, which=tracked):
+        return statistics([float(r[name]) for r, w in zip(rows, which) if w and r[name] != ""])
+
+    everywhere = [True] * len(rows)
+    switched = [row["switched"] == "1" for row in rows]
+    good = [e for e, t in zip(errors, tracked) if t and e is not None]
+    far = [e is not None and (e[0] > 2.0 or e[1] > 5.0) for e in errors]
+    lcp = statistics(
+        [float(r["fitness"]) / float(r["N_point"]) for r, t in zip(rows, tracked) if t and r["fitness"]]
+    )
+    return {
+        "scans": {
+            "total": len(rows),
+            "tracked": sum(tracked),
+            "lost": len(rows) - sum(tracked),
+            "recovered": sum(row["recovered"] == "1" for row in rows),
+            "switches": sum(switched) - (1 if switched and switched[0] else 0),
+            "blocking_loads": sum(row["blocked"] == "1" for row in rows),
+        },
+        "T_align_ms": column("T_align_ms", everywhere),
+        "stall_ms": column("stall_ms", everywhere),
+        "T_load_ms": column("T_load_ms", switched),
+        "T_prepare_ms": column("T_prepare_ms", switched),
+        "held_bytes_max": max(int(row["held_bytes"]) for row in rows),
+        "N_point": column("N_point", everywhere),
+        "iterations": column("iterations"),
+        "fitness": column("fitness"),
+        "NVTL": column("NVTL"),
+        "coverage": column("coverage"),
+        "LCP": lcp,
+        "error_m": statistics([e[0] for e in good]),
+        "error_deg": statistics([e[1] for e in good]),
+        "relative_error": {
+            "next_scan": relative_errors(rows, truth, found, tracked, 0.0),
+            "10m": relative_errors(rows, truth, found, tracked, 10.0),
+        },
+        "scans_beyond_2m_or_5deg": sum(far),
+        "tracked_scans_beyond_2m_or_5deg": sum(f and t for f, t in zip(far, tracked)),
+    }
+
+
+def tolerances(where):
+    """Times have four digits after the point in scans.csv; angles of next to nothing are noise."""
+    if "_ms" in where:
+        return {"tolerance": 1e-9, "absolute": 1e-4}
+    if "deg" in where:
+        return {"tolerance": 1e-4, "absolute": 1e-5}
+    return {"tolerance": 1e-6, "absolute": 1e-9}
+
+
+def compare_tree(where, expected, found):
+    for key, value in expected.items():
+        if key not in found:
+            problems.append(f"{where}.{key}: missing")
+        elif isinstance(value, dict):
+            compare_tree(f"{where}.{key}", value, found[key])
+        else:
+            compare(f"{where}.{key}", value, found[key], **tolerances(f"{where}.{key}"))
+
+
+def at_path(tree, path):
+    for key in path.split("."):
+        tree = tree[key]
+    return tree
+
+
+class Cells(HTMLParser):
+    """The elements that say which number they show."""
+
+    def __init__(self):
+        super().__init__()
+        self.cells = []
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        if "data-metric" in attributes:
+            self.cells.append(attributes)
+
+
+def table_1(config):
+    with open(config["config"], "rb") as file:
+        store = tomllib.load(file)["store"]["params"]["root"]
+    index = os.path.join(os.path.dirname(config["config"]), store, "index.json")
+    with open(index) as file:
+        content = json.load(file)
+    regions = content["regions"]
+    points = statistics([region["points"] for region in regions])
+    size = sum(region["bytes"] for region in regions)
+    return {
+        "regions": len(regions),
+        "map_points": content["map"]["points"],
+        "points_per_region": points,
+        "bytes": size,
+        "reduction": 1.0 - points["mean"] / content["map"]["points"],
+    }
+
+
+def main(folder):
+    with open(os.path.join(folder, "summary.json")) as file:
+        summary = json.load(file)
+    runs, configs = {}, {}
+    for config in summary["configs"]:
+        configs[config["name"]] = table_1(config)
+        compare_tree(config["name"], configs[config["name"]], config)
+        for run in config["routes"]:
+            for name, found in [("observable", run), *run.get("opponents", {}).items()]:
+                path = os.path.join(folder, config["name"], run["route"])
+                if name != "observable":
+                    path = os.path.join(path, name)
+                where = f"{config['name']}/{run['route']}/{name}"
+                numbers = recompute(os.path.join(path, "scans.csv"))
+                runs[config["name"], run["route"], name] = numbers
+                compare_tree(where, numbers, found)
+                with open(os.path.join(path, "summary.json")) as file:
+                    compare_tree(path, numbers, json.load(file))
+    cells = Cells()
+    with open(os.path.join(folder, "report.html")) as file:
+        cells.feed(file.read())
+    shown = set()
+    for cell in cells.cells:
+        metric = cell["data-metric"]
+        if metric == "map.points":
+            sizes = {config["map_points"] for config in configs.values()}
+            compare("report.html: points of the map", sizes.pop(), float(cell["data-value"]))
+            continue
+        name = cell["data-config"]
+        where = f"report.html: {metric} of {name} {cell.get('data-route')} {cell.get('data-map')}"
+        if "data-route" in cell:
+            key = (name, cell["data-route"], cell["data-map"])
+            shown.add(key)
+            expected = runs[key]
+        else:
+            expected = configs[name]
+        value = at_path(expected, metric)
+        compare(where, value, float(cell["data-value"]), **tolerances(metric))
+    for run in set(runs) - shown:
+        problems.append(f"report.html: no number of {run}")
+    for problem in problems:
+        print(problem)
+    print(f"{compared} numbers compared, {len(problems)} differ; {len(cells.cells)} cells of the report")
+    return 1 if problems or compared == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

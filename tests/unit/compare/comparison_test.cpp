@@ -1,0 +1,97 @@
+#include "compare/comparison.hpp"
+
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+#include "tiny_scans.hpp"
+
+namespace vantage {
+namespace {
+
+using test::tiny_csv;
+using test::TinyScan;
+
+Result<Comparison> compared(const std::vector<TinyScan>& a, const std::vector<TinyScan>& b) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder.path() / "a.csv", tiny_csv(a));
+  test::write_text(folder.path() / "b.csv", tiny_csv(b));
+  VANTAGE_TRY(ScanTable table_a, read_scans(folder.path() / "a.csv"));
+  VANTAGE_TRY(ScanTable table_b, read_scans(folder.path() / "b.csv"));
+  return compare(std::move(table_a), std::move(table_b));
+}
+
+TEST_CASE("means, difference and share are those of the paired scans, by hand") {
+  // Pairs: 2, 3, 4 s; at 4 s B is lost, so its error does not count.
+  const auto c = compared({{.stamp = "1", .error_m = "9"},
+                           {.stamp = "2", .error_m = "0.02", .T_align_ms = "4"},
+                           {.stamp = "3", .error_m = "0.04", .T_align_ms = "6"},
+                           {.stamp = "4", .error_m = "0.05", .T_align_ms = "8"}},
+                          {{.stamp = "2.0000000001", .error_m = "0.03", .T_align_ms = "1"},
+                           {.stamp = "3", .error_m = "0.01", .T_align_ms = "1"},
+                           {.stamp = "4", .tracking = "lost", .error_m = "7", .T_align_ms = "1"},
+                           {.stamp = "5"}});
+  REQUIRE_MESSAGE(c, to_string(c.error()));
+  CHECK(pairing_text(*c) == "3 scans in both; only in A: 1 (1 s); only in B: 1 (5 s)");
+  const Compared& error = c->quantities.front();
+  CHECK(error.column == "error_m");
+  CHECK(error.pairs.size() == 2);
+  CHECK(error.mean_a == doctest::Approx(3.0));
+  CHECK(error.mean_b == doctest::Approx(2.0));
+  CHECK(error.difference == doctest::Approx(-1.0));
+  CHECK(*error.share_better == doctest::Approx(0.5));
+  CHECK(error.interval.low == doctest::Approx(-3.0));  // of two values, a resample may be all one
+  CHECK(error.interval.high == doctest::Approx(1.0));
+  const Compared& time = c->quantities[2];
+  CHECK(time.column == "T_align_ms");
+  CHECK(time.pairs.size() == 3);
+  CHECK(time.difference == doctest::Approx(-5.0));
+  CHECK(*time.share_better == 1.0);
+  CHECK(c->lost == std::array<std::size_t, 2>{0, 1});
+  const auto json = to_json(*c);
+  CHECK(json["quantities"]["error_m"]["difference"] == error.difference);
+  CHECK(json["stamps_only_in_b"] == nlohmann::ordered_json{5.0});
+}
+
+TEST_CASE("runs without a scan in common are an error that names file and line") {
+  const auto c = compared({{.stamp = "1"}}, {{.stamp = "2"}});
+  REQUIRE_FALSE(c);
+  CHECK(c.error().code == ErrorCode::invalid_input);
+  REQUIRE(c.error().where);
+  CHECK(c.error().where->line == 2);
+  CHECK(c.error().message.find("no scan in common") != std::string::npos);
+}
+
+TEST_CASE("the interval of a mean") {
+  SUBCASE("values that are all alike leave no doubt") {
+    const auto interval = bootstrap_mean(std::vector<double>(20, 0.5));
+    CHECK(interval.low == 0.5);
+    CHECK(interval.high == 0.5);
+  }
+  SUBCASE("it is as wide as 1.96 standard errors, and the same each time") {
+    std::vector<double> values;
+    for (int i = 0; i < 400; ++i) values.push_back(i % 2 == 0 ? -1.0 : 1.0);
+    const auto interval = bootstrap_mean(values);
+    CHECK(interval.low == doctest::Approx(-1.96 / 20.0).epsilon(0.08));
+    CHECK(interval.high == doctest::Approx(1.96 / 20.0).epsilon(0.08));
+    CHECK(bootstrap_mean(values).low == interval.low);
+  }
+}
+
+TEST_CASE("the page has both runs, their numbers, and disarmed names") {
+  auto c = compared({{.stamp = "1", .error_m = "0.02"}, {.stamp = "2", .error_m = "0.03"}},
+                    {{.stamp = "1", .error_m = "0.01"}, {.stamp = "2", .error_m = "0.02"}});
+  REQUIRE(c);
+  c->a.file = "<script>alert(1)</script>.csv";
+  const std::string html = to_html(*c);
+  CHECK(html.find("<script>alert") == std::string::npos);
+  CHECK(html.find("data-metric=\"error_m.a\" data-value=\"2.5\"") != std::string::npos);
+  for (const char* id : {"summary", "error", "match", "cost"}) {
+    CHECK(html.find("<section id=\"" + std::string(id) + "\">") != std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,141 @@
+#include "evaluate/gates.hpp"
+
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "evaluate/evaluation.hpp"
+
+using namespace vantage;
+
+namespace {
+
+cli::Statistics constant(double x) {
+  cli::Statistics s;
+  s.count = 10;
+  s.mean = s.rmse = s.min = s.median = s.p95 = s.p99 = s.max = x;
+  return s;
+}
+
+RouteRun route(double error_m, std::size_t lost) {
+  RouteRun run;
+  run.summary.scans = 200;
+  run.summary.lost = lost;
+  run.summary.error_m = constant(error_m);
+  run.summary.coverage = constant(0.9);
+  run.summary.align_ms = constant(1.5);
+  run.summary.held_bytes = 12'000'000;
+  return run;
+}
+
+EvaluatedConfig config(const std::string& name, std::vector<RouteRun> routes) {
+  EvaluatedConfig c;
+  c.name = name;
+  c.routes = std::move(routes);
+  c.region_points = constant(1000);
+  c.index.map_points = 4000;
+  c.bundle_bytes = 3'000'000;
+  return c;
+}
+
+GateResult judge_one(const std::string& text, const EvaluatedConfig& c,
+                     const EvaluatedConfig* baseline = nullptr) {
+  const auto gates = parse_gates(text);
+  REQUIRE_MESSAGE(gates, gates.error().message);
+  const auto results = judge(*gates, c, {"a"}, baseline);
+  REQUIRE(results.size() == 1);
+  return results.front();
+}
+
+}  // namespace
+
+TEST_CASE("gates: a list of limits, each in the direction that is better") {
+  const auto gates = parse_gates("error=0.5cm,lost=0,coverage=90%,T_align<=2ms,points>=10");
+  REQUIRE_MESSAGE(gates, gates.error().message);
+  REQUIRE(gates->size() == 5);
+  CHECK((*gates)[0].metric == "error");
+  CHECK((*gates)[0].limit == 0.5);
+  CHECK((*gates)[0].unit == "cm");
+  CHECK_FALSE((*gates)[0].at_least);
+  CHECK((*gates)[1].limit == 0.0);
+  CHECK((*gates)[2].at_least);
+  CHECK_FALSE((*gates)[3].at_least);
+  CHECK((*gates)[4].at_least);
+}
+
+TEST_CASE("gates: what is wrong is named, with what was expected") {
+  const auto message = [](const char* text) {
+    const auto gates = parse_gates(text);
+    REQUIRE_FALSE(gates);
+    CHECK(gates.error().code == ErrorCode::invalid_input);
+    return gates.error().message;
+  };
+  CHECK(message("").find("expected a metric and its limit") != std::string::npos);
+  CHECK(message("error").find("gate 'error'") != std::string::npos);
+  CHECK(message("=3").find("expected a metric") != std::string::npos);
+  CHECK(message("eror=1cm").find("did you mean 'error'") != std::string::npos);
+  CHECK(message("error=much").find("expected a number") != std::string::npos);
+  CHECK(message("error=nan").find("expected a number") != std::string::npos);
+  CHECK(message("error=1").find("m, cm, mm") != std::string::npos);
+  CHECK(message("error=1ms").find("the unit 'ms'") != std::string::npos);
+  CHECK(message("error=1cm,,lost=0").find("gate ''") != std::string::npos);
+}
+
+TEST_CASE("gates: values are measured in the gate's unit, and a limit is kept when it is met") {
+  const EvaluatedConfig c = config("c", {route(0.004, 3)});
+  CHECK(*judge_one("error=0.4cm", c).value == doctest::Approx(0.4));
+  CHECK(judge_one("error<=0.004m", c).holds);
+  CHECK_FALSE(judge_one("error=0.39cm", c).holds);
+  CHECK_FALSE(judge_one("error>=5mm", c).holds);
+  CHECK(judge_one("lost=3", c).holds);
+  CHECK_FALSE(judge_one("lost=2", c).holds);
+  CHECK(*judge_one("lost=1%", c).value == doctest::Approx(1.5));
+  CHECK_FALSE(judge_one("lost=1%", c).holds);
+  CHECK(judge_one("coverage=0.9", c).holds);
+  CHECK_FALSE(judge_one("coverage=91%", c).holds);
+  CHECK(judge_one("memory=12MB", c).holds);
+  CHECK(judge_one("bytes=3MB", c).holds);
+  CHECK(*judge_one("reduction=70%", c).value == doctest::Approx(75));
+  CHECK(judge_one("T_align=0.0015s", c).holds);
+}
+
+TEST_CASE("gates: what cannot be measured does not pass") {
+  EvaluatedConfig c = config("c", {route(0.004, 0)});
+  CHECK_FALSE(judge_one("excess=1m", c).holds);
+  CHECK_FALSE(judge_one("over_opponents=1m", c).holds);
+  c.routes.front().summary.error_m = {};
+  CHECK_FALSE(judge_one("error=1m", c).holds);
+  CHECK_FALSE(judge_one("error=1m", c).value.has_value());
+  CHECK(to_string(judge_one("error=1m", c)) == "error not measured <= 1 m on a");
+}
+
+TEST_CASE("gates: excess over the baseline, and over the best opponent") {
+  EvaluatedConfig c = config("c", {route(0.004, 0)});
+  const EvaluatedConfig baseline = config("wide", {route(0.003, 0)});
+  CHECK(*judge_one("excess=1cm", c, &baseline).value == doctest::Approx(0.1));
+  c.opponents.push_back({"random", {route(0.0035, 0)}});
+  c.opponents.push_back({"voxel", {route(0.0025, 0)}});
+  CHECK(*judge_one("over_opponents=1mm", c).value == doctest::Approx(1.5));
+  CHECK_FALSE(judge_one("over_opponents=1mm", c).holds);
+}
+
+TEST_CASE("gates: on every route; what belongs to the maps once; one configuration if so said") {
+  const EvaluatedConfig c = config("L20", {route(0.004, 0), route(0.006, 1)});
+  const auto results =
+      judge(parse_gates("error=0.5cm,points=1000").value(), c, {"a", "b"}, nullptr);
+  REQUIRE(results.size() == 3);
+  CHECK(results[0].holds);
+  CHECK(results[0].route == "a");
+  CHECK_FALSE(results[1].holds);
+  CHECK(results[1].route == "b");
+  CHECK(results[2].route.empty());
+  CHECK(judge(parse_gates("wide:error=0.5cm").value(), c, {"a", "b"}, nullptr).empty());
+  CHECK(judge(parse_gates("L20:error=0.5cm,lost=0").value(), c, {"a", "b"}, nullptr).size() == 4);
+}
+
+TEST_CASE("gates: the help has a line for every metric") {
+  const std::string help = gate_help();
+  for (const char* name : {"error ", "excess", "over_opponents", "lost", "stall", "memory"}) {
+    CHECK_MESSAGE(help.find(name) != std::string::npos, name);
+  }
+}

@@ -1,0 +1,243 @@
+// `vantage view --png` through the program, on a virtual display.
+#include <doctest/doctest.h>
+#include <png.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "io/point_cloud_io.hpp"
+#include "io/trajectory_io.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+
+namespace fs = std::filesystem;
+using namespace vantage;
+
+namespace {
+
+using Pixel = std::array<std::uint8_t, 3>;
+
+struct Image {
+  unsigned width = 0, height = 0;
+  std::vector<Pixel> pixels;
+
+  [[nodiscard]] std::size_t colors() const {
+    return std::set<Pixel>(pixels.begin(), pixels.end()).size();
+  }
+  /// Share of the pixels that are not as the corner at the top left.
+  [[nodiscard]] double covered() const {
+    const auto drawn = std::count_if(pixels.begin(), pixels.end(),
+                                     [&](const Pixel& p) { return p != pixels.front(); });
+    return static_cast<double>(drawn) / static_cast<double>(pixels.size());
+  }
+};
+
+double difference(const Image& a, const Image& b) {
+  REQUIRE(a.pixels.size() == b.pixels.size());
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) different += a.pixels[i] != b.pixels[i] ? 1 : 0;
+  return static_cast<double>(different) / static_cast<double>(a.pixels.size());
+}
+
+Image read_png(const fs::path& file) {
+  const std::string content = test::read_text(file);
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_memory(&png, content.data(), content.size()) != 0);
+  png.format = PNG_FORMAT_RGB;
+  Image image{png.width, png.height, std::vector<Pixel>(std::size_t{png.width} * png.height)};
+  REQUIRE(png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr) != 0);
+  return image;
+}
+
+test::Finished view(std::vector<std::string> arguments) {
+  const fs::path program = fs::path(VANTAGE_PROGRAM_DIR) / "vantage";
+  std::vector<std::string> all{"-a", program.string(), "view"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return test::run(VANTAGE_XVFB_RUN, all);
+}
+
+/// A yard of 24 x 12 m with a wall across, at coordinates of a UTM zone, and its bundle.
+class Yard {
+ public:
+  static constexpr double kEast = 561000.0, kNorth = 5932000.0;
+
+  Yard() {
+    PointCloud map;
+    for (double x = 0; x < 24; x += 0.2) {
+      for (double y = 0; y < 12; y += 0.2) map.emplace_back(kEast + x, kNorth + y, 30.0);
+    }
+    for (double y = 0; y < 9; y += 0.1) {
+      for (double z = 0.1; z < 4; z += 0.1) map.emplace_back(kEast + 12, kNorth + y, 30.0 + z);
+    }
+    REQUIRE(io::write_pcd(path("map.pcd"), map, io::Precision::float64));
+    io::Trajectory drive;
+    for (int i = 0; i < 30; ++i) {
+      Pose pose;
+      pose.translation = {kEast + 1 + 0.7 * i, kNorth + 10, 31.5};
+      drive.push_back({0.1 * i, pose});
+    }
+    REQUIRE(io::write_tum(path("drive.tum"), drive));
+    build("points");
+    build("prepared");
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+  [[nodiscard]] bool holds_picture() const {
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
+      if (entry.path().string().find("png") != std::string::npos) return true;
+    }
+    return false;
+  }
+
+ private:
+  void build(const std::string& content) {
+    test::write_text(path(content + ".toml"), R"(schema = 1
+[map]
+files = ["map.pcd"]
+[partitioner]
+plugin = "uniform_grid"
+params = { cell_width = 6.0 }
+[ground]
+plugin = "pmf"
+[viewpoints]
+voxel_size = 3.0
+[visibility]
+plugin = "hpr"
+[store]
+plugin = "pcd_tiles"
+content = ")" + content + R"("
+params = { root = ")" + content + R"(" }
+[matcher]
+plugin = "ndt"
+)");
+    const auto built = test::run("vantage-build", {path(content + ".toml"), "--quiet"});
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+const Yard& yard() {
+  static const Yard one;
+  return one;
+}
+
+/// Failed with exactly one line on stderr, and without a picture.
+std::string failure(const test::Finished& finished, int exit_code) {
+  CHECK_MESSAGE(finished.exit_code == exit_code, finished.err);
+  CHECK(finished.out.empty());
+  CHECK_MESSAGE(std::count(finished.err.begin(), finished.err.end(), '\n') == 1, finished.err);
+  CHECK_FALSE(yard().holds_picture());
+  return finished.err;
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("a bundle as a picture in every colour, of the size that was asked for") {
+  std::vector<Image> images;
+  for (const std::string color : {"height", "region", "views"}) {
+    CAPTURE(color);
+    const std::string png = yard().path(color + ".png");
+    const auto done = view({yard().path("points"), "--color", color, "--trajectory",
+                            yard().path("drive.tum"), "--png", png, "--size", "480x320", "--json"});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    const auto json = nlohmann::json::parse(done.out);
+    CHECK(json["color"] == color);
+    CHECK(json["regions"].get<int>() >= 8);
+    // Whole metres near the middle of the map.
+    CHECK(json["origin"][0] == Yard::kEast + 12.0);
+    CHECK(json["origin"][1] == Yard::kNorth + 6.0);
+    CHECK(json["thinned"] == false);
+    CHECK(json["drawn_points"] <= json["map_points"]);
+    CHECK(json["drawn_points"] > 0.9 * json["map_points"].get<double>());
+    CHECK(json["views"] > 2);
+    CHECK(json["height"][0].get<double>() == doctest::Approx(30.0).epsilon(1e-4));
+    images.push_back(read_png(png));
+    fs::remove(png);
+    CHECK(images.back().width == 480);
+    CHECK(images.back().height == 320);
+    CHECK(images.back().colors() > 100);
+    CHECK(images.back().covered() > 0.2);
+    CHECK(images.back().covered() < 0.9);
+  }
+  CHECK(difference(images[0], images[1]) > 0.1);
+  CHECK(difference(images[0], images[2]) > 0.1);
+  CHECK(difference(images[1], images[2]) > 0.1);
+}
+
+TEST_CASE("a region by its label and by its number is the same picture; a cloud is one too") {
+  const std::string label = nlohmann::json::parse(
+      test::read_text(yard().path("points/index.json")))["regions"][3]["label"];
+  std::vector<Image> images;
+  for (const std::string& region : {label, std::string("3")}) {
+    const std::string png = yard().path("region.png");
+    const auto done = view({yard().path("points"), "--region", region, "--png", png, "--size",
+                            "320x240", "--json", "--quiet"});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    CHECK(done.err.empty());
+    const auto json = nlohmann::json::parse(done.out);
+    CHECK(json["region"] == label);
+    CHECK(json["viewpoints"] > 0);
+    images.push_back(read_png(png));
+    fs::remove(png);
+  }
+  CHECK(images[0].pixels == images[1].pixels);
+
+  const std::string png = yard().path("cloud.png");
+  const auto done =
+      view({yard().path("map.pcd"), "--png", png, "--size", "320x240", "--max-points", "2000"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  CHECK(has(done.out, "thinned to --max-points 2,000"));
+  CHECK(has(done.out, "origin     drawn around x 561012, y 5932006"));
+  CHECK(read_png(png).colors() > 50);
+  fs::remove(png);
+}
+
+TEST_CASE("bad input: one clear error, and no picture") {
+  const std::string png = yard().path("never.png"), bundle = yard().path("points");
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--png", png});
+    return view(arguments);
+  };
+  CHECK(has(failure(with({bundle, "--region", "x+00_y+0O"}), 1), "did you mean"));
+  CHECK(has(failure(with({bundle, "--region", "99"}), 1), "no region '99'"));
+  CHECK(has(failure(with({yard().path("prepared")}), 1), "prepared maps only"));
+  CHECK(has(failure(with({fs::path(bundle).parent_path().string()}), 1), "no index.json"));
+  CHECK(has(failure(with({yard().path("points.toml")}), 1), "points.toml"));
+  CHECK(has(failure(with({yard().path("map.pcd"), "--color", "views"}), 2), "takes a bundle"));
+  CHECK(has(failure(with({yard().path("map.pcd"), "--region", "1"}), 2), "takes a bundle"));
+  CHECK(has(failure(with({bundle, "--size", "10x10"}), 2), "64 to 8192"));
+  CHECK(has(failure(with({bundle, "--size", "640"}), 2), "WxH"));
+  CHECK(has(failure(with({bundle, "--trajectory", yard().path("none.tum")}), 1), "none.tum"));
+  CHECK(has(failure(view({bundle, "--png", yard().path("a.jpg")}), 2), "ends in .png"));
+  CHECK(has(failure(view({bundle, "--png", yard().path("no/such/a.png")}), 1), "no/such"));
+}
+
+TEST_CASE("without a display the error says what to run it under") {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) ::unsetenv(name);
+  const std::string png = yard().path("never.png");
+  const auto done = test::run("vantage-view", {yard().path("points"), "--png", png});
+  CHECK(has(failure(done, 1), "no display: run it under `xvfb-run"));
+  ::setenv("DISPLAY", ":4711", 1);
+  const auto dead = test::run("vantage-view", {yard().path("points"), "--png", png, "--quiet"});
+  CHECK(has(failure(dead, 1), "no window can be opened on this display"));
+  ::unsetenv("DISPLAY");
+}
+
+TEST_CASE("where the program was not built, `vantage view` says why") {
+  const test::TemporaryFolder folder;
+  fs::copy_file(fs::path(VANTAGE_PROGRAM_DIR) / "vantage", folder.path() / "vantage");
+  ::setenv("PATH", "/usr/bin:/bin", 1);
+  const auto done = test::run((folder.path() / "vantage").string(), {"view", "bundle"});
+  CHECK(done.exit_code == 2);
+  CHECK(has(done.err, "error: no job 'view' here: it is built only where Open3D is installed"));
+}
