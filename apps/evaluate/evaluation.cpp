@@ -13,6 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kOpponentSearch = 20.0;  // [m]
+
 /// What serves all that is done with one configuration.
 struct Job {
   const Config& config;
@@ -35,17 +37,18 @@ Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInput
   return RouteRun{std::move(run), std::move(summary)};
 }
 
-Result<Opponent> run_opponent(const Job& job, const MapStore& store, const MapIndex& index,
-                              const Reach& reach, Thinning thinning) {
+Result<Opponent> run_opponent(const Job& job, const OpponentMaps& maps, Thinning thinning) {
   Opponent opponent{.name = std::string(to_string(thinning)), .routes = {}};
   LocalizerParams params = job.config.localizer.value_or(LocalizerParams{});
   params.prefetch = false;  // choosing points ahead of time would disturb T_align
-  // For all routes: a region that two of them pass is made once.
-  const ThinnedRegions regions(store, index, reach, thinning);
+  // A search of the whole campus would have to make every region's map first.
+  params.recovery_radius =
+      std::min(params.recovery_radius.value_or(kOpponentSearch), kOpponentSearch);
   for (const NamedInputs& route : job.routes) {
     VANTAGE_TRY(auto matcher, job.options.loader.load<ScanMatcher>(*job.config.matcher));
-    VANTAGE_TRY(auto localizer, Localizer::open(PluginPtr<MapStore>(new ThinnedStore(regions)),
-                                                std::move(matcher), params));
+    VANTAGE_TRY(auto localizer,
+                Localizer::open(PluginPtr<MapStore>(new OpponentStore(maps, thinning)),
+                                std::move(matcher), params));
     VANTAGE_TRY(opponent.routes.emplace_back(),
                 run_route(job, std::move(localizer), route, opponent.name));
   }
@@ -53,38 +56,42 @@ Result<Opponent> run_opponent(const Job& job, const MapStore& store, const MapIn
 }
 
 /// Whether no region that was driven through leaves out anything within reach.
-Result<bool> leaves_nothing_out(const std::vector<RouteRun>& routes, const MapStore& store,
-                                const MapIndex& index, const Reach& reach) {
+Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const OpponentMaps& maps) {
   std::set<std::uint32_t> driven;
   for (const RouteRun& route : routes) {
     for (const RunScan& scan : route.run.scans) driven.insert(scan.report.region.value);
   }
   for (const std::uint32_t region : driven) {
-    VANTAGE_TRY(const bool everything,
-                holds_everything(store, reach, index.partition, RegionId{region}));
+    VANTAGE_TRY(const bool everything, maps.holds_everything(RegionId{region}));
     if (!everything) return false;
   }
   return true;
 }
 
-/// Runs the opponents, or says why there are none.
+/// Runs the opponents, or says why some or all are missing.
 Result<void> add_opponents(const Job& job, const MapStore& store, PointsView map,
                            EvaluatedConfig& evaluated) {
   if (evaluated.region_points.max == 0.0) {
     evaluated.no_opponents = "the bundle stores no points, so there is no number to be equal to";
     return {};
   }
-  const VisibilityConfig visibility = job.config.visibility.value_or(VisibilityConfig{});
-  VANTAGE_TRY(const Reach reach, Reach::over(map, visibility, job.options.loader));
-  VANTAGE_TRY(const bool nothing,
-              leaves_nothing_out(evaluated.routes, store, evaluated.index, reach));
+  const OpponentMaps maps(store, evaluated.index, map,
+                          job.config.visibility.value_or(VisibilityConfig{}));
+  VANTAGE_TRY(const bool nothing, leave_nothing_out(evaluated.routes, maps));
   if (nothing) {
     evaluated.no_opponents = "its region maps hold every point within reach";
     return {};
   }
   for (const Thinning thinning : kThinnings) {
-    VANTAGE_TRY(evaluated.opponents.emplace_back(),
-                run_opponent(job, store, evaluated.index, reach, thinning));
+    auto opponent = run_opponent(job, maps, thinning);
+    if (opponent) {
+      evaluated.opponents.push_back(*std::move(opponent));
+      continue;
+    }
+    // A map so thin that no scan can be matched against it is a result, not a failure.
+    if (!evaluated.no_opponents.empty()) evaluated.no_opponents += "; ";
+    evaluated.no_opponents +=
+        std::string(to_string(thinning)) + " left out: " + opponent.error().message;
   }
   return {};
 }

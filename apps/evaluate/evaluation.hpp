@@ -32,7 +32,7 @@ struct RouteRun {
 };
 
 /// Another way to make region maps as small: as many points in every region, from the same points
-/// within the sensor's reach.
+/// within the sensor's reach. A lost sensor is looked for within 20 m at most.
 struct Opponent {
   std::string name;  ///< "random", "voxel" or "radius"
   std::vector<RouteRun> routes;
@@ -53,7 +53,7 @@ struct EvaluatedConfig {
   std::uint64_t bundle_bytes = 0;  ///< of all region maps in the store
   std::vector<RouteRun> routes;    ///< one for each of Evaluation::routes
   std::vector<Opponent> opponents;
-  std::string no_opponents;          ///< why there are none; empty if there are
+  std::string no_opponents;          ///< why some or all of them are missing; empty if none is
   std::optional<Specimen> specimen;  ///< where the first route is halfway; none without points
   std::vector<GateResult> gates;     ///< for each route, each gate
 

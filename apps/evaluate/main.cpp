@@ -156,7 +156,8 @@ Result<void> run(const Options& options) {
   std::cout << table.to_string(options.common.style()) << '\n';
   for (const EvaluatedConfig& config : evaluation.configs) {
     if (!config.no_opponents.empty()) {
-      std::cout << config.name << " has no opponents: " << config.no_opponents << '\n';
+      std::cout << config.name << (config.opponents.empty() ? " has no opponents: " : ": ")
+                << config.no_opponents << '\n';
     }
   }
   if (!gates.empty()) print_gates(evaluation, options.common.style());

@@ -8,9 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <nanoflann.hpp>
-#include <unordered_set>
+#include <utility>
 
 #include "common/hash.hpp"
+#include "vantage/plugin.hpp"
 
 namespace vantage {
 namespace {
@@ -19,6 +20,16 @@ namespace {
 std::uint64_t draw(const Point& p) {
   return hash(0, std::bit_cast<std::uint64_t>(p.x()), std::bit_cast<std::uint64_t>(p.y()),
               std::bit_cast<std::uint64_t>(p.z()));
+}
+
+/// f(i) for every i below `count`, in parallel.
+template <class F>
+auto for_each_index(std::size_t count, const F& f) {
+  std::vector<std::invoke_result_t<F, std::size_t>> results(count);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) results[i] = f(i);
+  });
+  return results;
 }
 
 /// The `count` candidates with the least keys, strictly ascending as indices.
@@ -34,24 +45,30 @@ IndexList least(const IndexList& candidates, const std::vector<Key>& keys, std::
   return chosen;
 }
 
-/// The voxel of each candidate, as a hash of 64 bits: two voxels of one map that share it are next
-/// to impossible, and would cost one point.
-std::uint64_t voxel_of(const Point& p, double size) {
+/// The voxel of each candidate, as a hash of 64 bits, never 0: two voxels of one map that share it
+/// are next to impossible, and would cost one point.
+std::vector<std::uint64_t> voxels_of(PointsView map, const IndexList& candidates, double size) {
   const auto cell = [&](double x) {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / size)));
   };
-  return hash(0, cell(p.x()), cell(p.y()), cell(p.z()));
+  return for_each_index(candidates.size(), [&](std::size_t i) -> std::uint64_t {
+    const Point& p = map[candidates[i]];
+    return std::max<std::uint64_t>(1, hash(0, cell(p.x()), cell(p.y()), cell(p.z())));
+  });
 }
 
-/// How many voxels the candidates are in; counting ends above `enough`.
-std::size_t count_voxels(PointsView map, const IndexList& candidates, double size,
-                         std::size_t enough) {
-  std::unordered_set<std::uint64_t> voxels;
-  voxels.reserve(std::min(candidates.size(), enough) + 1);
-  for (const std::uint32_t i : candidates) {
-    if (voxels.insert(voxel_of(map[i], size)).second && voxels.size() > enough) break;
+/// Whether there are at least `count` different voxels.
+bool has_voxels(const std::vector<std::uint64_t>& voxels, std::size_t count) {
+  std::vector<std::uint64_t> seen(std::bit_ceil(2 * count + 2));  // 0: free
+  std::size_t different = 0;
+  for (const std::uint64_t voxel : voxels) {
+    std::size_t slot = voxel & (seen.size() - 1);
+    while (seen[slot] != 0 && seen[slot] != voxel) slot = (slot + 1) & (seen.size() - 1);
+    if (seen[slot] == voxel) continue;
+    seen[slot] = voxel;
+    if (++different >= count) return true;
   }
-  return voxels.size();
+  return false;
 }
 
 /// Of each voxel the candidate with the least draw.
@@ -61,10 +78,9 @@ IndexList one_a_voxel(PointsView map, const IndexList& candidates, double size) 
     std::uint32_t index;
     auto operator<=>(const Drawn&) const = default;
   };
-  std::vector<Drawn> drawn(candidates.size());
-  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
-    const Point& p = map[candidates[i]];
-    drawn[i] = {voxel_of(p, size), draw(p), candidates[i]};
+  const std::vector<std::uint64_t> voxels = voxels_of(map, candidates, size);
+  auto drawn = for_each_index(candidates.size(), [&](std::size_t i) {
+    return Drawn{voxels[i], draw(map[candidates[i]]), candidates[i]};
   });
   std::sort(drawn.begin(), drawn.end());
   IndexList chosen;
@@ -104,111 +120,109 @@ std::string_view to_string(Thinning thinning) noexcept {
   return "";
 }
 
+Reach reach_of(PointsView map, PointsView viewpoints, const VisibilityConfig& visibility,
+               const Partition& partition, RegionId region) {
+  if (viewpoints.empty()) return {};
+  const double range = visibility.max_range.value_or(std::numeric_limits<double>::infinity());
+  const Bounds3 around = bounds_of(viewpoints);
+  const CloudAdaptor cloud{viewpoints};
+  const Tree tree(3, cloud);
+  constexpr double kOutside = -1.0;
+  const std::vector<double> squared = for_each_index(map.size(), [&](std::size_t i) {
+    const Point& p = map[i];
+    const Point gap = (around.min - p).cwiseMax(p - around.max).cwiseMax(Point::Zero());
+    if (gap.squaredNorm() > range * range) return kOutside;
+    std::uint32_t nearest = 0;
+    double distance = 0.0;
+    tree.knnSearch(p.data(), 1, &nearest, &distance);
+    if (distance > range * range) return kOutside;
+    if (visibility.scope == VisibilityScope::region && partition.locate(p) != region) {
+      return kOutside;
+    }
+    return distance;
+  });
+  Reach reach;
+  for (std::uint32_t i = 0; i < map.size(); ++i) {
+    if (squared[i] < 0.0) continue;
+    reach.indices.push_back(i);
+    reach.squared.push_back(squared[i]);
+  }
+  return reach;
+}
+
 IndexList random_thinning(PointsView map, const IndexList& candidates, std::size_t count) {
-  std::vector<std::uint64_t> draws(candidates.size());
-  tbb::parallel_for(std::size_t{0}, candidates.size(),
-                    [&](std::size_t i) { draws[i] = draw(map[candidates[i]]); });
-  return least(candidates, draws, count);
+  return least(
+      candidates,
+      for_each_index(candidates.size(), [&](std::size_t i) { return draw(map[candidates[i]]); }),
+      count);
 }
 
 IndexList voxel_thinning(PointsView map, const IndexList& candidates, std::size_t count) {
   if (candidates.size() <= count) return candidates;
+  const auto leaves_enough = [&](double size) {
+    return has_voxels(voxels_of(map, candidates, size), count);
+  };
   // The number of voxels falls with their size, not quite steadily: any size whose neighbours leave
   // too few will do.
-  double few = 1.0, enough = 1.0;
-  while (count_voxels(map, candidates, few, count) >= count && few < 1e6) few *= 2.0;
-  while (count_voxels(map, candidates, enough, count) < count && enough > 1e-6) enough /= 2.0;
-  if (few < enough) few = 2.0 * enough;
-  for (int halving = 0; halving < 12; ++halving) {
+  double few = 0.25, enough = 0.25;
+  while (leaves_enough(few) && few < 1e6) few *= 2.0;
+  if (few > enough) enough = few / 2.0;
+  while (!leaves_enough(enough) && enough > 1e-6) enough /= 2.0;
+  for (int halving = 0; halving < 10; ++halving) {
     const double middle = std::sqrt(few * enough);
-    (count_voxels(map, candidates, middle, count) >= count ? enough : few) = middle;
+    (leaves_enough(middle) ? enough : few) = middle;
   }
   IndexList even = one_a_voxel(map, candidates, enough);
   if (even.size() < count) even = candidates;  // many points at one place
   return random_thinning(map, even, count);
 }
 
-IndexList radius_crop(PointsView map, const IndexList& candidates, PointsView viewpoints,
-                      std::size_t count) {
-  if (candidates.size() <= count) return candidates;
-  const CloudAdaptor cloud{viewpoints};
-  const Tree tree(3, cloud);
-  std::vector<double> squared(candidates.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size()), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      std::uint32_t nearest = 0;
-      tree.knnSearch(map[candidates[i]].data(), 1, &nearest, &squared[i]);
-    }
-  });
-  return least(candidates, squared, count);
+IndexList radius_crop(const Reach& candidates, std::size_t count) {
+  return least(candidates.indices, candidates.squared, count);
 }
 
-Result<Reach> Reach::over(PointsView map, const VisibilityConfig& visibility,
-                          const PluginLoader& loader) {
-  PluginChoice choice;
-  choice.plugin = "keep_all";
-  VANTAGE_TRY(const auto keep_all, loader.load<VisibilityOperator>(choice));
-  const VisibilityLimits limits{
-      .map_bounds = bounds_of(map),
-      .max_range = visibility.max_range.value_or(std::numeric_limits<double>::infinity())};
-  VANTAGE_TRY(auto scene, keep_all->prepare(map, limits));
-  return Reach(map, visibility.scope, in_library_of(keep_all, std::move(scene)));
-}
-
-Result<IndexList> Reach::candidates(const Partition& partition, RegionId region,
-                                    const PointCloud& viewpoints) const {
-  VANTAGE_TRY(IndexList reached, everything_->visible_from_any(viewpoints));
-  if (scope_ == VisibilityScope::region) {
-    std::erase_if(reached, [&](std::uint32_t i) { return partition.locate(map_[i]) != region; });
-  }
-  return reached;
-}
-
-Result<IndexList> ThinnedRegions::chosen(RegionId region, const RegionMap& original) const {
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto made = made_.find(region.value); made != made_.end()) return made->second;
-  }
-  VANTAGE_TRY(const IndexList candidates,
-              reach_.candidates(index_.partition, region, original.viewpoints));
+OpponentMaps::Chosen OpponentMaps::choose(RegionId region, const RegionMap& original) const {
+  const Reach reach = reach_of(map_, original.viewpoints, visibility_, index_.partition, region);
   const std::size_t count = original.points.size();
-  IndexList indices;
-  switch (thinning_) {
-    case Thinning::random: indices = random_thinning(reach_.map(), candidates, count); break;
-    case Thinning::voxel: indices = voxel_thinning(reach_.map(), candidates, count); break;
-    case Thinning::radius:
-      indices = radius_crop(reach_.map(), candidates, original.viewpoints, count);
-      break;
+  Chosen chosen;
+  for (const Thinning thinning : kThinnings) {
+    IndexList& indices = chosen[static_cast<std::size_t>(thinning)];
+    switch (thinning) {
+      case Thinning::random: indices = random_thinning(map_, reach.indices, count); break;
+      case Thinning::voxel: indices = voxel_thinning(map_, reach.indices, count); break;
+      case Thinning::radius: indices = radius_crop(reach, count); break;
+    }
   }
-  const std::lock_guard lock(mutex_);
-  return made_.emplace(region.value, std::move(indices)).first->second;
+  return chosen;
 }
 
-Result<RegionMap> ThinnedRegions::get(RegionId region) const {
+Result<RegionMap> OpponentMaps::get(RegionId region, Thinning thinning) const {
   VANTAGE_TRY(RegionMap map, original_.get(region));
-  VANTAGE_TRY(const IndexList indices, chosen(region, map));
+  const std::lock_guard lock(mutex_);
+  auto made = made_.find(region.value);
+  if (made == made_.end()) made = made_.emplace(region.value, choose(region, map)).first;
   map.points.clear();
-  map.points.reserve(indices.size());
-  for (const std::uint32_t i : indices) map.points.push_back(reach_.map()[i]);
+  for (const std::uint32_t i : made->second[static_cast<std::size_t>(thinning)]) {
+    map.points.push_back(map_[i]);
+  }
   map.prepared = {};  // of the original's points
   return map;
 }
 
-Result<void> ThinnedStore::begin(const MapIndex&) noexcept { return read_only(); }
-Result<void> ThinnedStore::put(RegionId, const RegionMap&) noexcept { return read_only(); }
-Result<void> ThinnedStore::commit() noexcept { return read_only(); }
-Result<MapIndex> ThinnedStore::index() const noexcept {
-  return guarded([&]() -> Result<MapIndex> { return regions_.index(); });
-}
-Result<RegionMap> ThinnedStore::get(RegionId region) const noexcept {
-  return guarded([&] { return regions_.get(region); });
+Result<bool> OpponentMaps::holds_everything(RegionId region) const {
+  VANTAGE_TRY(const RegionMap map, original_.get(region));
+  const Reach reach = reach_of(map_, map.viewpoints, visibility_, index_.partition, region);
+  return map.points.size() >= reach.indices.size();
 }
 
-Result<bool> holds_everything(const MapStore& store, const Reach& reach, const Partition& partition,
-                              RegionId region) {
-  VANTAGE_TRY(const RegionMap map, store.get(region));
-  VANTAGE_TRY(const IndexList candidates, reach.candidates(partition, region, map.viewpoints));
-  return map.points.size() >= candidates.size();
+Result<void> OpponentStore::begin(const MapIndex&) noexcept { return read_only(); }
+Result<void> OpponentStore::put(RegionId, const RegionMap&) noexcept { return read_only(); }
+Result<void> OpponentStore::commit() noexcept { return read_only(); }
+Result<MapIndex> OpponentStore::index() const noexcept {
+  return guarded([&]() -> Result<MapIndex> { return maps_.index(); });
+}
+Result<RegionMap> OpponentStore::get(RegionId region) const noexcept {
+  return guarded([&] { return maps_.get(region, thinning_); });
 }
 
 }  // namespace vantage

@@ -3,16 +3,14 @@
 #include <array>
 #include <cstddef>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <string_view>
+#include <vector>
 
 #include "vantage/config.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
-#include "vantage/visibility.hpp"
 
 namespace vantage {
 
@@ -24,6 +22,19 @@ enum class Thinning : std::uint8_t {
 };
 inline constexpr std::array kThinnings{Thinning::random, Thinning::voxel, Thinning::radius};
 [[nodiscard]] std::string_view to_string(Thinning) noexcept;
+
+/// What a sensor could reach from the viewpoints of a region if nothing stood in its way.
+struct Reach {
+  IndexList indices;            ///< into the wide-area map, strictly ascending
+  std::vector<double> squared;  ///< of each, the squared distance to the nearest viewpoint [m^2]
+};
+
+/// @param map         the wide-area map [m]
+/// @param viewpoints  of `region`, map frame [m]; none reach nothing
+/// @param visibility  says the sensor's range, and whether only P_ij counts
+[[nodiscard]] Reach reach_of(PointsView map, PointsView viewpoints,
+                             const VisibilityConfig& visibility, const Partition& partition,
+                             RegionId region);
 
 /// `count` of the candidates, drawn at random: by a hash of their coordinates, so the draw depends
 /// neither on their order nor on chance.
@@ -37,61 +48,45 @@ inline constexpr std::array kThinnings{Thinning::random, Thinning::voxel, Thinni
 [[nodiscard]] IndexList voxel_thinning(PointsView map, const IndexList& candidates,
                                        std::size_t count);
 
-/// The candidates that are nearest to a viewpoint. Arguments and result as above.
-/// @param viewpoints  map frame [m], at least one
-[[nodiscard]] IndexList radius_crop(PointsView map, const IndexList& candidates,
-                                    PointsView viewpoints, std::size_t count);
+/// The `count` candidates that are nearest to a viewpoint; result as above.
+[[nodiscard]] IndexList radius_crop(const Reach& candidates, std::size_t count);
 
-/// What a sensor could reach from the viewpoints of a region if nothing stood in its way.
-class Reach {
+/// The region maps of a store, and in their place others with as many points, chosen by each
+/// thinning of what the sensor can reach. Those of a region are made when one of them is asked for,
+/// and kept. Thread safety: `get` may run from several threads at once.
+class OpponentMaps {
  public:
-  /// @param map         borrowed
-  /// @param visibility  of the configuration: its range, and whether only P_ij counts
-  [[nodiscard]] static Result<Reach> over(PointsView map, const VisibilityConfig& visibility,
-                                          const PluginLoader& loader);
-
-  [[nodiscard]] PointsView map() const noexcept { return map_; }
-  /// Indices into the map of the points at most `max_range` from a viewpoint, strictly ascending.
-  [[nodiscard]] Result<IndexList> candidates(const Partition& partition, RegionId region,
-                                             const PointCloud& viewpoints) const;
-
- private:
-  Reach(PointsView map, VisibilityScope scope, PluginPtr<VisibilityScene> everything)
-      : map_(map), scope_(scope), everything_(std::move(everything)) {}
-
-  PointsView map_;
-  VisibilityScope scope_;
-  PluginPtr<VisibilityScene> everything_;  // that nothing occludes
-};
-
-/// The region maps of another store, each with as many points as there but chosen by a thinning of
-/// what the sensor can reach. They are made when they are asked for, and kept.
-/// Thread safety: `get` may run from several threads at once.
-class ThinnedRegions {
- public:
-  /// @param original, reach  borrowed
-  /// @param index            of `original`
-  ThinnedRegions(const MapStore& original, MapIndex index, const Reach& reach, Thinning thinning)
-      : original_(original), index_(std::move(index)), reach_(reach), thinning_(thinning) {}
+  /// @param original, map  borrowed; `map` is the wide-area map
+  /// @param index          of `original`
+  OpponentMaps(const MapStore& original, MapIndex index, PointsView map,
+               VisibilityConfig visibility)
+      : original_(original),
+        index_(std::move(index)),
+        map_(map),
+        visibility_(std::move(visibility)) {}
 
   [[nodiscard]] const MapIndex& index() const noexcept { return index_; }
-  [[nodiscard]] Result<RegionMap> get(RegionId region) const;
+  [[nodiscard]] Result<RegionMap> get(RegionId region, Thinning thinning) const;
+  /// Whether the region's own map holds everything within reach: then there is nothing to choose.
+  [[nodiscard]] Result<bool> holds_everything(RegionId region) const;
 
  private:
-  [[nodiscard]] Result<IndexList> chosen(RegionId region, const RegionMap& original) const;
+  using Chosen = std::array<IndexList, kThinnings.size()>;
+  [[nodiscard]] Chosen choose(RegionId region, const RegionMap& original) const;
 
   const MapStore& original_;
   MapIndex index_;
-  const Reach& reach_;
-  Thinning thinning_;
+  PointsView map_;
+  VisibilityConfig visibility_;
   mutable std::mutex mutex_;
-  mutable std::map<std::uint32_t, IndexList> made_;  // by RegionId
+  mutable std::map<std::uint32_t, Chosen> made_;  // by RegionId
 };
 
-/// They as a store, for a localizer to own; nothing can be put there.
-class ThinnedStore final : public MapStore {
+/// The maps of one thinning as a store, for a localizer to own; nothing can be put there.
+class OpponentStore final : public MapStore {
  public:
-  explicit ThinnedStore(const ThinnedRegions& regions) : regions_(regions) {}
+  /// @param maps  borrowed
+  OpponentStore(const OpponentMaps& maps, Thinning thinning) : maps_(maps), thinning_(thinning) {}
 
   Result<void> begin(const MapIndex&) noexcept override;
   Result<void> put(RegionId, const RegionMap&) noexcept override;
@@ -100,11 +95,8 @@ class ThinnedStore final : public MapStore {
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override;
 
  private:
-  const ThinnedRegions& regions_;
+  const OpponentMaps& maps_;
+  Thinning thinning_;
 };
-
-/// Whether a region map holds everything within reach: then there is nothing to choose.
-[[nodiscard]] Result<bool> holds_everything(const MapStore& store, const Reach& reach,
-                                            const Partition& partition, RegionId region);
 
 }  // namespace vantage

@@ -103,6 +103,16 @@ RelativeErrors relative_errors(const Run& run, double step) {
   return {.m = cli::statistics_of(m), .deg = cli::statistics_of(deg)};
 }
 
+/// As RFC 4180 has it.
+std::string quoted(const std::string& text) {
+  std::string cell = "\"";
+  for (const char c : text) {
+    if (c == '"') cell += '"';
+    cell += c;
+  }
+  return cell + '"';
+}
+
 std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", *x) : ""; }
 
 }  // namespace
@@ -357,11 +367,11 @@ std::string to_csv(const Run& run) {
                  ? std::optional(
                        (a->T_map_scan.translation - r.T_map_scan_predicted.translation).norm())
                  : std::nullopt));
-    csv += fmt::format("{},{},{},{:.4f},{},{},\"{}\"\n",
+    csv += fmt::format("{},{},{},{:.4f},{},{},{}\n",
                        pose(r.has_pose ? std::optional(r.T_map_scan) : std::nullopt),
                        cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
                        cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), way[i],
-                       pose(scan.reference), r.held_bytes, r.reason);
+                       pose(scan.reference), r.held_bytes, quoted(r.reason));
   }
   return csv;
 }

@@ -141,7 +141,7 @@ def recompute(path):
     lcp = statistics(
         [float(r["fitness"]) / float(r["N_point"]) for r, t in zip(rows, tracked) if t and r["fitness"]]
     )
-    return {
+    numbers = {
         "scans": {
             "total": len(rows),
             "tracked": sum(tracked),
@@ -170,6 +170,10 @@ def recompute(path):
         "scans_beyond_2m_or_5deg": sum(far),
         "tracked_scans_beyond_2m_or_5deg": sum(f and t for f, t in zip(far, tracked)),
     }
+    if not good:  # a run without a tracked scan says nothing of errors
+        for key in [k for k in numbers if "error" in k or "beyond" in k]:
+            del numbers[key]
+    return numbers
 
 
 def tolerances(where):

@@ -8,8 +8,6 @@
 #include <random>
 #include <set>
 
-#include "support/plugins.hpp"
-
 using namespace vantage;
 
 namespace {
@@ -33,6 +31,17 @@ IndexList all_of(PointsView map) {
 bool ascends_strictly(const IndexList& indices) {
   return std::adjacent_find(indices.begin(), indices.end(), std::greater_equal<>()) ==
          indices.end();
+}
+
+/// The candidates with their distances, one by one.
+Reach reach_from(PointsView map, const IndexList& candidates, PointsView viewpoints) {
+  Reach reach{.indices = candidates, .squared = {}};
+  for (const std::uint32_t i : candidates) {
+    double least = 1e300;
+    for (const Point& v : viewpoints) least = std::min(least, (map[i] - v).squaredNorm());
+    reach.squared.push_back(least);
+  }
+  return reach;
 }
 
 double share_on_the_left(PointsView map, const IndexList& indices) {
@@ -59,7 +68,7 @@ TEST_CASE("every thinning gives exactly as many points as asked for, all of them
     CAPTURE(count);
     for (const IndexList& chosen :
          {random_thinning(map, candidates, count), voxel_thinning(map, candidates, count),
-          radius_crop(map, candidates, viewpoints, count)}) {
+          radius_crop(reach_from(map, candidates, viewpoints), count)}) {
       CHECK(chosen.size() == std::min(count, candidates.size()));
       CHECK(ascends_strictly(chosen));
       CHECK(std::includes(candidates.begin(), candidates.end(), chosen.begin(), chosen.end()));
@@ -97,7 +106,7 @@ TEST_CASE("the radius crop takes what is nearest to any viewpoint") {
   const PointCloud map = uneven_floor();
   const IndexList all = all_of(map);
   const PointCloud viewpoints{{-8, 2, 1}, {8, 8, 1}};
-  const IndexList chosen = radius_crop(map, all, viewpoints, 400);
+  const IndexList chosen = radius_crop(reach_from(map, all, viewpoints), 400);
   const auto distance = [&](std::uint32_t i) {
     return std::min((map[i] - viewpoints[0]).norm(), (map[i] - viewpoints[1]).norm());
   };
@@ -126,7 +135,6 @@ TEST_CASE("voxel thinning copes with many points at one place") {
 
 TEST_CASE(
     "what is within reach: the range from any viewpoint, and the region where only it counts") {
-  const PluginLoader loader = test::built_plugins();
   PointCloud map;
   for (int i = 0; i < 100; ++i) map.push_back({0.5 + i, 0.5, 0.0});
   const auto partition = Partition::from({Region{"left", HalfOpenBox{{0, 0}, {50, 1}}, {}},
@@ -135,16 +143,17 @@ TEST_CASE(
   VisibilityConfig visibility;
   visibility.max_range = 10.0;
   const PointCloud viewpoints{{45.5, 0.5, 0.0}, {49.5, 0.5, 0.0}};
-  const auto reach = Reach::over(map, visibility, loader);
-  REQUIRE_MESSAGE(reach, reach.error().message);
-  const auto near = reach->candidates(*partition, RegionId{0}, viewpoints);
-  REQUIRE(near);
-  CHECK(near->front() == 35);
-  CHECK(near->back() == 59);
+  Reach reach = reach_of(map, viewpoints, visibility, *partition, RegionId{0});
+  CHECK(reach.indices.front() == 35);
+  CHECK(reach.indices.back() == 59);
+  CHECK(reach.indices.size() == 25);
+  CHECK(reach.squared.front() == doctest::Approx(100.0));
+  CHECK(reach.squared == reach_from(map, reach.indices, viewpoints).squared);
   visibility.scope = VisibilityScope::region;
-  const auto inside =
-      Reach::over(map, visibility, loader).value().candidates(*partition, RegionId{0}, viewpoints);
-  REQUIRE(inside);
-  CHECK(inside->front() == 35);
-  CHECK(inside->back() == 49);
+  reach = reach_of(map, viewpoints, visibility, *partition, RegionId{0});
+  CHECK(reach.indices.front() == 35);
+  CHECK(reach.indices.back() == 49);
+  CHECK(reach_of(map, {}, visibility, *partition, RegionId{0}).indices.empty());
+  visibility = {};
+  CHECK(reach_of(map, viewpoints, visibility, *partition, RegionId{0}).indices.size() == 100);
 }
