@@ -235,7 +235,8 @@ std::string gate_help() {
       if (!unit.name.empty()) units.push_back(unit.name);
     }
     help += fmt::format("  {:<15}{}  {:<12}{}\n", metric.name,
-                        metric.at_least ? ">=" : "<=", fmt::join(units, " "), metric.meaning);
+                        metric.at_least ? ">=" : "<=", fmt::format("{}", fmt::join(units, " ")),
+                        metric.meaning);
   }
   return help;
 }
