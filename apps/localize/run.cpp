@@ -36,8 +36,6 @@ PoseError error_of(const Pose& pose, const Pose& truth) {
           .rotation = turn.angle() * turn.axis()};
 }
 
-bool is_tracked(const RunScan& scan) { return scan.report.tracking == Tracking::tracked; }
-
 /// Share of the errors along the axes within 1, 2 and 3 standard deviations; one of a normal
 /// distribution would have 68, 95 and 99.7 %.
 std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*error,
@@ -58,28 +56,6 @@ std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*
   }
   for (double& share : within) share /= static_cast<double>(std::max<std::size_t>(errors, 1));
   return within;
-}
-
-/// The way so far at each scan [m]: along the reference; along the poses where there is none.
-std::vector<double> distances(const Run& run) {
-  const bool referenced = std::any_of(run.scans.begin(), run.scans.end(), [](const RunScan& scan) {
-    return scan.reference.has_value();
-  });
-  std::vector<double> way;
-  std::optional<Eigen::Vector3d> last;
-  double sum = 0.0;
-  for (const RunScan& scan : run.scans) {
-    std::optional<Eigen::Vector3d> at;
-    if (scan.reference) {
-      at = scan.reference->translation;
-    } else if (!referenced && scan.report.has_pose) {
-      at = scan.report.T_map_scan.translation;
-    }
-    if (last && at) sum += (*at - *last).norm();
-    if (at) last = at;
-    way.push_back(sum);
-  }
-  return way;
 }
 
 /// @param step  [m] of the reference's path between the scans that are compared; 0: the next one
@@ -128,6 +104,27 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
   app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+}
+
+std::vector<double> distances(const Run& run) {
+  const bool referenced = std::any_of(run.scans.begin(), run.scans.end(), [](const RunScan& scan) {
+    return scan.reference.has_value();
+  });
+  std::vector<double> way;
+  std::optional<Eigen::Vector3d> last;
+  double sum = 0.0;
+  for (const RunScan& scan : run.scans) {
+    std::optional<Eigen::Vector3d> at;
+    if (scan.reference) {
+      at = scan.reference->translation;
+    } else if (!referenced && scan.report.has_pose) {
+      at = scan.report.T_map_scan.translation;
+    }
+    if (last && at) sum += (*at - *last).norm();
+    if (at) last = at;
+    way.push_back(sum);
+  }
+  return way;
 }
 
 Result<RunInputs> InputOptions::open() const {

@@ -51,6 +51,10 @@ struct RelativeErrors {
   cli::Statistics m, deg;
 };
 
+[[nodiscard]] inline bool is_tracked(const RunScan& scan) {
+  return scan.report.tracking == Tracking::tracked;
+}
+
 /// One pass over recorded scans with one configuration.
 struct Run {
   std::string config;  ///< its file
@@ -60,6 +64,9 @@ struct Run {
   std::optional<double> speed = {};  ///< of the replay, see RunInputs
   double seconds_late = 0.0;  ///< most that a scan had to wait for those before it, at that speed
 };
+
+/// The way so far at each scan [m]: along the reference; along the poses where there is none.
+[[nodiscard]] std::vector<double> distances(const Run& run);
 
 /// The numbers of a run that people compare. Errors and scores are over tracked scans.
 struct RunSummary {

@@ -106,8 +106,9 @@ std::size_t longest_line(const std::string& text) {
 
 TEST_CASE("errors are red on a terminal, and nowhere else") {
   for (const std::string program :
-       {"vantage", "vantage-build", "vantage-completion", "vantage-conformance", "vantage-evaluate",
-        "vantage-localize", "vantage-plugins", "vantage-simulate", "vantage-view"}) {
+       {"vantage", "vantage-build", "vantage-compare", "vantage-completion", "vantage-conformance",
+        "vantage-evaluate", "vantage-localize", "vantage-plugins", "vantage-simulate",
+        "vantage-view"}) {
     CAPTURE(program);
     const std::vector<std::string> wrong{"no_such_thing", "no_such_thing", "no_such_thing"};
     const std::string text = on_terminal(program, wrong, 200, kXterm);

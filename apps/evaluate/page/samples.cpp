@@ -1,6 +1,5 @@
 #include "evaluate/page/samples.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <map>
 
@@ -15,7 +14,6 @@ Number scored(const RunScan& scan, const F& value) {
 
 }  // namespace
 
-bool is_tracked(const RunScan& scan) { return scan.report.tracking == Tracking::tracked; }
 Number align_ms(const RunScan& scan) { return 1e3 * scan.report.seconds_align; }
 Number fitness(const RunScan& scan) {
   return scored(scan, [](const ScanReport& r) { return r.alignment->score.fitness; });
@@ -42,27 +40,6 @@ std::vector<double> sample_of(const Run& run, ScanValue value) {
     if (const Number x = value(scan)) sample.push_back(*x);
   }
   return sample;
-}
-
-std::vector<double> distances(const Run& run) {
-  const bool referenced = std::any_of(run.scans.begin(), run.scans.end(), [](const RunScan& scan) {
-    return scan.reference.has_value();
-  });
-  std::vector<double> way;
-  std::optional<Eigen::Vector3d> last;
-  double sum = 0.0;
-  for (const RunScan& scan : run.scans) {
-    std::optional<Eigen::Vector3d> at;
-    if (scan.reference) {
-      at = scan.reference->translation;
-    } else if (!referenced && scan.report.has_pose) {
-      at = scan.report.T_map_scan.translation;
-    }
-    if (last && at) sum += (*at - *last).norm();
-    if (at) last = at;
-    way.push_back(sum);
-  }
-  return way;
 }
 
 std::vector<Eigen::Vector2d> over_distance(const Run& run, ScanValue value) {

@@ -12,7 +12,6 @@ using Number = std::optional<double>;
 using ScanValue = Number (*)(const RunScan&);
 
 // As summarize() takes them: scores and errors of tracked scans only.
-[[nodiscard]] bool is_tracked(const RunScan& scan);
 [[nodiscard]] Number align_ms(const RunScan& scan);
 [[nodiscard]] Number fitness(const RunScan& scan);
 [[nodiscard]] Number coverage_percent(const RunScan& scan);
@@ -22,9 +21,6 @@ using ScanValue = Number (*)(const RunScan&);
 [[nodiscard]] Number error_deg(const RunScan& scan);
 
 [[nodiscard]] std::vector<double> sample_of(const Run& run, ScanValue value);
-
-/// The way so far at each scan [m]: along the reference, along the poses without one.
-[[nodiscard]] std::vector<double> distances(const Run& run);
 
 /// The value of each scan over the way [m]; NaN where there is none.
 [[nodiscard]] std::vector<Eigen::Vector2d> over_distance(const Run& run, ScanValue value);
