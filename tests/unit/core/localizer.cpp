@@ -207,6 +207,26 @@ TEST_CASE("a sensor that was carried away is found again among the viewpoints") 
         1e-6);
 }
 
+TEST_CASE("a scan that switches maps and is found by the search in the new one has switched") {
+  const World world;
+  world.truth->reach = 1.0;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(pose_from_xyz_rpy({9, 0, 1}, {0, 0, 0})));
+  const auto at = [&](double stamp, double x) {
+    world.truth->T_map_scan.translation = {x, 0, 1};
+    return localizer.localize({stamp, world.scan, {}}).value();
+  };
+  CHECK(at(0.0, 9.0).region == RegionId{0});
+  CHECK(at(0.1, 9.6).region == RegionId{0});
+  CHECK(at(0.2, 10.2).region == RegionId{0});
+  // Beyond the border, and farther than the matcher reaches from the prediction at 10.8.
+  const ScanReport found = at(0.3, 12.0);
+  CHECK(found.seconds_search > 0.0);
+  REQUIRE(found.T_map_scan.translation.x() == doctest::Approx(12.0));
+  CHECK(found.region == RegionId{1});
+  CHECK(found.switched);
+}
+
 TEST_CASE("recovery_radius bounds the search; 0 is none") {
   for (const double radius : {0.0, 12.0}) {
     const World world;
