@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "simulate/random.hpp"
+#include "simulate/trails.hpp"
 
 namespace vantage::simulation {
 namespace {
@@ -41,8 +42,8 @@ class Sampler {
   }
 
  private:
-  enum class Kind : std::uint64_t { ground_row, solid, leaf };
-  /// Rows of the ground, solids or leaves [first, last).
+  enum class Kind : std::uint64_t { ground_row, solid, leaf, trail };
+  /// Rows of the ground, solids, leaves or trails [first, last).
   struct Part {
     Kind kind;
     std::size_t first, last;
@@ -53,6 +54,8 @@ class Sampler {
       case Kind::ground_row: return sample_ground_row(static_cast<long>(index));
       case Kind::solid: return sample_solid(static_cast<std::uint32_t>(index));
       case Kind::leaf: return sample_leaf(index);
+      case Kind::trail:
+        return trail_of_vehicle(world_, params_.point_spacing, hash(seed_, Kind::trail, index));
     }
     return {};
   }
@@ -66,6 +69,7 @@ class Sampler {
     split(Kind::ground_row, static_cast<std::size_t>(ground_rows_), 16);
     split(Kind::solid, world_.campus().solids.size(), 16);
     split(Kind::leaf, world_.campus().leaves.size(), 4096);
+    split(Kind::trail, static_cast<std::size_t>(params_.moving_vehicles), 1);
   }
 
   [[nodiscard]] PointCloud sample_ground_row(long row) const {

@@ -20,7 +20,8 @@ using ProgressFunction = std::function<void(std::size_t done, std::size_t total)
 /// every plane face (for the ground: in the plan), so that density is even and follows area. Noise
 /// is normal along the surface's normal, cut off at three standard deviations.
 /// @return  points in the map frame [m]; the ground in rows along x from low to high y, then the
-///          solids and the leaves as they are in the campus; the same for any number of threads
+///          solids and the leaves as they are in the campus, then what moving vehicles left; the
+///          same for any number of threads
 [[nodiscard]] PointCloud sample_map(const World& world, const MapParams& params, std::uint64_t seed,
                                     const ProgressFunction& progress = {});
 

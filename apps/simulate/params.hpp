@@ -70,6 +70,7 @@ struct MapParams {
   double noise = 0.02;
   int holes = 0;
   double hole_radius = 40.0;
+  int moving_vehicles = 0;
 
   static constexpr auto schema() {
     using P = MapParams;
@@ -84,6 +85,10 @@ struct MapParams {
                  "spread over the drive; none where it starts or a kidnap ends",
                  between(0, 1000)),
         optional("hole_radius", &P::hole_radius, "m", "of each hole", between(1, 1000)),
+        optional("moving_vehicles", &P::moving_vehicles, "",
+                 "vehicles that drove past while the map was made: the map has the points of their "
+                 "trails, the scans do not",
+                 between(0, 1000)),
     };
   }
 };
