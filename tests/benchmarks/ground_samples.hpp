@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::benchmarks {
+
+/// The samples of the ISPRS filter test in the recorded data: isprs_ground/samp<name>.pcd.
+inline const std::array<std::string, 8> kGroundSamples{"11", "21", "23", "31",
+                                                       "42", "52", "53", "61"};
+
+struct LabelledCloud {
+  PointCloud points;
+  std::vector<bool> is_ground;  ///< by point; false where the file has no labels
+};
+
+/// Reads a binary PCD with float x y z and perhaps a 32-bit label, where 1 is ground.
+/// Throws `std::runtime_error` for any other file.
+[[nodiscard]] LabelledCloud read_labelled(const std::filesystem::path& file);
+
+/// What is told wrongly of a labelled cloud (Sithole and Vosselman 2004) [%].
+struct GroundErrors {
+  double type_1;  ///< of the ground: taken for objects
+  double type_2;  ///< of the objects: taken for ground
+  double total;   ///< of all points
+  double kappa;   ///< agreement beyond chance (Cohen 1960)
+};
+[[nodiscard]] GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground);
+
+/// Copies of a cloud side by side along x, until there are at least so many points. They do not
+/// touch: between them are `gap` metres without points.
+[[nodiscard]] LabelledCloud repeated(const LabelledCloud& cloud, std::size_t least, double gap);
+
+}  // namespace vantage::benchmarks
