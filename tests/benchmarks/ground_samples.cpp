@@ -40,6 +40,14 @@ LabelledCloud read_labelled(const std::filesystem::path& file) {
   return cloud;
 }
 
+std::vector<LabelledCloud> ground_samples(const std::filesystem::path& folder) {
+  std::vector<LabelledCloud> samples;
+  for (const std::string& name : kGroundSamples) {
+    samples.push_back(read_labelled(folder / ("samp" + name + ".pcd")));
+  }
+  return samples;
+}
+
 GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground) {
   std::vector<bool> found(cloud.points.size());
   for (const std::uint32_t k : ground) found[k] = true;
@@ -55,13 +63,18 @@ GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground) {
           .kappa = 100.0 * (agreement - chance) / (1.0 - chance)};
 }
 
-LabelledCloud repeated(const LabelledCloud& cloud, std::size_t least, double gap) {
-  const Bounds3 bounds = bounds_of(cloud.points);
-  const double step = std::ceil(bounds.max.x() - bounds.min.x() + gap);
+LabelledCloud side_by_side(std::span<const LabelledCloud> clouds, std::size_t least) {
+  constexpr double kGap = 100.0;  // [m]
   LabelledCloud all;
-  for (double shift = 0.0; all.points.size() < least; shift += step) {
-    for (const Point& p : cloud.points) all.points.push_back(p + Point(shift, 0.0, 0.0));
-    all.is_ground.insert(all.is_ground.end(), cloud.is_ground.begin(), cloud.is_ground.end());
+  double x = 0.0;
+  while (all.points.size() < least) {
+    for (const LabelledCloud& cloud : clouds) {
+      const Bounds3 bounds = bounds_of(cloud.points);
+      const Point shift(x - std::floor(bounds.min.x()), -std::floor(bounds.min.y()), 0.0);
+      for (const Point& p : cloud.points) all.points.push_back(p + shift);
+      all.is_ground.insert(all.is_ground.end(), cloud.is_ground.begin(), cloud.is_ground.end());
+      x = std::ceil(bounds.max.x() + shift.x() + kGap);
+    }
   }
   return all;
 }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,9 @@ struct LabelledCloud {
 /// Throws `std::runtime_error` for any other file.
 [[nodiscard]] LabelledCloud read_labelled(const std::filesystem::path& file);
 
+/// In the order of kGroundSamples.
+[[nodiscard]] std::vector<LabelledCloud> ground_samples(const std::filesystem::path& folder);
+
 /// What is told wrongly of a labelled cloud (Sithole and Vosselman 2004) [%].
 struct GroundErrors {
   double type_1;  ///< of the ground: taken for objects
@@ -31,8 +36,11 @@ struct GroundErrors {
 };
 [[nodiscard]] GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground);
 
-/// Copies of a cloud side by side along x, until there are at least so many points. They do not
-/// touch: between them are `gap` metres without points.
-[[nodiscard]] LabelledCloud repeated(const LabelledCloud& cloud, std::size_t least, double gap);
+/// Points that a map of some size has at least.
+inline constexpr std::size_t kMany = 500'000;
+
+/// Copies of the clouds side by side along x, round after round, until there are at least so many
+/// points. Each begins at a whole metre; 100 m without points follow it, more than windows span.
+[[nodiscard]] LabelledCloud side_by_side(std::span<const LabelledCloud> clouds, std::size_t least);
 
 }  // namespace vantage::benchmarks
