@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <random>
 #include <stdexcept>
 
 #include "support/process.hpp"
@@ -64,17 +65,26 @@ GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground) {
 }
 
 LabelledCloud side_by_side(std::span<const LabelledCloud> clouds, std::size_t least) {
-  constexpr double kGap = 100.0;  // [m]
+  constexpr double kGap = 100.0, kAway = 0.25;  // [m]
+  std::size_t once = 0;
+  for (const LabelledCloud& cloud : clouds) once += cloud.points.size();
+  const std::size_t copies = (least + once - 1) / once;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> away(-kAway, kAway);
   LabelledCloud all;
   double x = 0.0;
-  while (all.points.size() < least) {
-    for (const LabelledCloud& cloud : clouds) {
-      const Bounds3 bounds = bounds_of(cloud.points);
-      const Point shift(x - std::floor(bounds.min.x()), -std::floor(bounds.min.y()), 0.0);
-      for (const Point& p : cloud.points) all.points.push_back(p + shift);
+  for (const LabelledCloud& cloud : clouds) {
+    const Bounds3 bounds = bounds_of(cloud.points);
+    const Point shift(x - std::floor(bounds.min.x()), -std::floor(bounds.min.y()), 0.0);
+    for (std::size_t copy = 0; copy < copies; ++copy) {
+      for (const Point& p : cloud.points) {
+        Point moved = p + shift;
+        if (copy > 0) moved += Point(away(random), away(random), 0.0);
+        all.points.push_back(moved);
+      }
       all.is_ground.insert(all.is_ground.end(), cloud.is_ground.begin(), cloud.is_ground.end());
-      x = std::ceil(bounds.max.x() + shift.x() + kGap);
     }
+    x = std::ceil(bounds.max.x() + shift.x() + kGap);
   }
   return all;
 }

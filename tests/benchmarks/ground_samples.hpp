@@ -15,6 +15,8 @@ namespace vantage::benchmarks {
 inline const std::array<std::string, 8> kGroundSamples{"11", "21", "23", "31",
                                                        "42", "52", "53", "61"};
 
+inline constexpr std::size_t kMany = 500'000;  ///< points of a map of some size
+
 struct LabelledCloud {
   PointCloud points;
   std::vector<bool> is_ground;  ///< by point; false where the file has no labels
@@ -36,11 +38,10 @@ struct GroundErrors {
 };
 [[nodiscard]] GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground);
 
-/// Points that a map of some size has at least.
-inline constexpr std::size_t kMany = 500'000;
-
-/// Copies of the clouds side by side along x, round after round, until there are at least so many
-/// points. Each begins at a whole metre; 100 m without points follow it, more than windows span.
+/// The clouds side by side along x, each beginning at a whole metre, with 100 m without points
+/// between them, more than windows span. Each point is there as often as it takes for at least
+/// `least` points in all, the copies within 0.25 m of it in the plan: the same terrain seen by a
+/// denser scan.
 [[nodiscard]] LabelledCloud side_by_side(std::span<const LabelledCloud> clouds, std::size_t least);
 
 }  // namespace vantage::benchmarks

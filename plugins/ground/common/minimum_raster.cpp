@@ -1,6 +1,7 @@
 #include "common/minimum_raster.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -45,7 +46,13 @@ MinimumRaster::MinimumRaster(PointsView cloud, IndexList members, double cell_si
       width_(width),
       height_(height),
       cell_of_member_(members_.size()),
-      lowest_(width * height, kNoPoint) {
+      lowest_(width * height, kNoPoint),
+      z_(width * height, kNothing) {
+  for (int dy = -kNeighbourhood; dy <= kNeighbourhood; ++dy) {
+    for (int dx = -kNeighbourhood; dx <= kNeighbourhood; ++dx) {
+      distances_[offset(dx, dy)] = cell_size_ * std::hypot(dx, dy);
+    }
+  }
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const Cell cell = cell_of(cloud_[members_[i]], cell_size_);
     cell_of_member_[i] =
@@ -61,11 +68,7 @@ Eigen::Vector2d MinimumRaster::centre(std::size_t cell) const noexcept {
   return {cell_size_ * (static_cast<double>(x) + 0.5), cell_size_ * (static_cast<double>(y) + 0.5)};
 }
 
-Heights MinimumRaster::heights() const {
-  Heights heights{width_, height_, std::vector<double>(lowest_.size())};
-  for (std::size_t cell = 0; cell < lowest_.size(); ++cell) heights.z[cell] = lowest_[cell].z();
-  return heights;
-}
+Heights MinimumRaster::heights() const { return {width_, height_, z_}; }
 
 void MinimumRaster::take_if_lower(std::size_t i) noexcept {
   Point& lowest = lowest_[cell_of_member_[i]];
@@ -73,61 +76,109 @@ void MinimumRaster::take_if_lower(std::size_t i) noexcept {
   // A total order of places, so that the order of the points does not matter.
   if (std::tuple(p.z(), p.x(), p.y()) < std::tuple(lowest.z(), lowest.x(), lowest.y())) {
     lowest = p;
+    z_[cell_of_member_[i]] = p.z();
   }
 }
 
 void MinimumRaster::remove_low_outliers(const OutlierRule& rule) {
+  std::vector<std::uint8_t> support = supports(rule.height);
+  std::vector<std::size_t> candidates(lowest_.size());
+  std::iota(candidates.begin(), candidates.end(), std::size_t{0});
   for (int pass = 0; pass < kOutlierPasses; ++pass) {
-    const std::vector<std::uint8_t> support = supports(rule.height);
-    std::vector<std::pair<std::size_t, double>> outliers;  // cell, the surface above it [m]
-    for (std::size_t cell = 0; cell < lowest_.size(); ++cell) {
+    std::vector<std::size_t> outliers;
+    std::vector<double> surfaces;  // above them [m]
+    for (const std::size_t cell : candidates) {
       const double enough = rule.ratio * support[cell];
       if (support[cell] == 0 || enough >= kMostSupport) continue;
       std::uint8_t most = 0;
       double surface = 0.0;
       for_neighbours(cell, [&](std::size_t other, double distance) {
-        const double least = lowest_[other].z() - rule.height - rule.slope * distance;
-        if (least <= lowest_[cell].z()) return;
+        const double least = z_[other] - rule.height - rule.slope * distance;
+        if (least <= z_[cell]) return;
         if (support[other] > most || (support[other] == most && least < surface)) {
           most = support[other];
           surface = least;
         }
       });
-      if (most > enough) outliers.emplace_back(cell, surface);
+      if (most <= enough) continue;
+      outliers.push_back(cell);
+      surfaces.push_back(surface);
     }
     if (outliers.empty()) return;
-    std::vector<double> floor(lowest_.size(), kNothing);
-    for (const auto& [cell, surface] : outliers) {
-      lowest_[cell] = kNoPoint;
-      floor[cell] = surface;
+    raise(outliers, surfaces);
+    // Nothing else has changed: neither a support nor a decision farther away.
+    for (const std::size_t cell : around(outliers, kNeighbourhood)) {
+      support[cell] = support_of(cell, rule.height);
     }
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-      if (cloud_[members_[i]].z() >= floor[cell_of_member_[i]]) take_if_lower(i);
-    }
+    candidates = around(outliers, 2 * kNeighbourhood);
   }
 }
 
-/// Cell by cell how many of the cells around it, itself included, are at its height; 0 for no
-/// cell.
+/// Gives each of the cells the lowest of its points that is not below a surface.
+void MinimumRaster::raise(const std::vector<std::size_t>& cells,
+                          const std::vector<double>& surfaces) {
+  std::vector<double> floor(lowest_.size(), kNothing);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    lowest_[cells[k]] = kNoPoint;
+    z_[cells[k]] = kNothing;
+    floor[cells[k]] = surfaces[k];
+  }
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (cloud_[members_[i]].z() >= floor[cell_of_member_[i]]) take_if_lower(i);
+  }
+}
+
+/// The cells within `reach` of some, ascending.
+std::vector<std::size_t> MinimumRaster::around(const std::vector<std::size_t>& cells,
+                                               std::size_t reach) const {
+  std::vector<bool> is_near(lowest_.size(), false);
+  for (const std::size_t cell : cells) {
+    const std::size_t x0 = cell % width_, y0 = cell / width_;
+    for (std::size_t y = y0 - std::min(y0, reach); y <= std::min(y0 + reach, height_ - 1); ++y) {
+      for (std::size_t x = x0 - std::min(x0, reach); x <= std::min(x0 + reach, width_ - 1); ++x) {
+        is_near[y * width_ + x] = true;
+      }
+    }
+  }
+  std::vector<std::size_t> near;
+  for (std::size_t cell = 0; cell < is_near.size(); ++cell) {
+    if (is_near[cell]) near.push_back(cell);
+  }
+  return near;
+}
+
+/// How many of the cells around a cell, itself included, are at its height; 0 for no point.
+std::uint8_t MinimumRaster::support_of(std::size_t cell, double height) const {
+  int support = 0;
+  for_neighbours(cell, [&](std::size_t other, double) {
+    support += std::abs(z_[other] - z_[cell]) <= height ? 1 : 0;
+  });
+  return static_cast<std::uint8_t>(support);
+}
+
+/// support_of all cells.
 std::vector<std::uint8_t> MinimumRaster::supports(double height) const {
-  const Heights surface = heights();
-  std::vector<std::uint8_t> support(lowest_.size(), 0);
+  std::vector<std::uint8_t> support(z_.size());
+  std::vector<std::int64_t> row(width_);  // as wide as the heights, so that the loop is vectorized
   const auto step = [](std::size_t i, int d) {
     return static_cast<std::size_t>(static_cast<std::int64_t>(i) + d);
   };
   for (std::size_t y = 0; y < height_; ++y) {
+    std::ranges::fill(row, 0);
     for (int dy = -kNeighbourhood; dy <= kNeighbourhood; ++dy) {
       if (step(y, dy) >= height_) continue;
       for (int dx = -kNeighbourhood; dx <= kNeighbourhood; ++dx) {
         const std::size_t begin = dx < 0 ? static_cast<std::size_t>(-dx) : 0;
         const std::size_t beyond = dx > 0 ? static_cast<std::size_t>(dx) : 0;
+        const double* here = z_.data() + y * width_;
+        const double* there = z_.data() + step(step(y, dy) * width_, dx);
         for (std::size_t x = begin; x + beyond < width_; ++x) {
-          const double here = surface.z[y * width_ + x];
-          const double there = surface.z[step(y, dy) * width_ + step(x, dx)];
-          const bool equal = std::abs(there - here) <= height;
-          support[y * width_ + x] = static_cast<std::uint8_t>(support[y * width_ + x] + equal);
+          row[x] += std::abs(there[x] - here[x]) <= height ? 1 : 0;
         }
       }
+    }
+    for (std::size_t x = 0; x < width_; ++x) {
+      support[y * width_ + x] = static_cast<std::uint8_t>(row[x]);
     }
   }
   return support;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -25,7 +27,9 @@ struct Cell {
 
 /// Stands for no point in a cell.
 inline const Point kNoPoint = Point::Constant(std::numeric_limits<double>::infinity());
-[[nodiscard]] inline bool is_point(const Point& p) noexcept { return p.z() != kNoPoint.z(); }
+[[nodiscard]] inline bool is_point(const Point& p) noexcept {
+  return p.z() != std::numeric_limits<double>::infinity();
+}
 
 /// The largest window that opens a raster.
 struct LargestWindow {
@@ -78,20 +82,20 @@ class MinimumRaster {
     }
   }
 
-  /// Calls visit(neighbour, distance [m]) for the cells around one that have a lowest point.
+  /// Calls visit(neighbour, distance [m]) for the cells around one that have a lowest point, itself
+  /// included.
   template <class Visit>
   void for_neighbours(std::size_t cell, const Visit& visit) const {
-    const auto x0 = static_cast<std::int64_t>(cell % width_);
-    const auto y0 = static_cast<std::int64_t>(cell / width_);
-    for (int dy = -kNeighbourhood; dy <= kNeighbourhood; ++dy) {
-      const std::int64_t y = y0 + dy;
-      if (y < 0 || y >= static_cast<std::int64_t>(height_)) continue;
-      for (int dx = -kNeighbourhood; dx <= kNeighbourhood; ++dx) {
-        const std::int64_t x = x0 + dx;
-        if (x < 0 || x >= static_cast<std::int64_t>(width_)) continue;
-        const std::size_t neighbour =
-            static_cast<std::size_t>(y) * width_ + static_cast<std::size_t>(x);
-        if (is_point(lowest_[neighbour])) visit(neighbour, cell_size_ * std::hypot(dx, dy));
+    const auto x0 = static_cast<int>(cell % width_), y0 = static_cast<int>(cell / width_);
+    const int left = std::max(-x0, -kNeighbourhood), low = std::max(-y0, -kNeighbourhood);
+    const int right = std::min(static_cast<int>(width_) - 1 - x0, kNeighbourhood);
+    const int high = std::min(static_cast<int>(height_) - 1 - y0, kNeighbourhood);
+    for (int dy = low; dy <= high; ++dy) {
+      for (int dx = left; dx <= right; ++dx) {
+        const auto neighbour =
+            static_cast<std::size_t>(y0 + dy) * width_ + static_cast<std::size_t>(x0 + dx);
+        if (z_[neighbour] != std::numeric_limits<double>::infinity())
+          visit(neighbour, distances_[offset(dx, dy)]);
       }
     }
   }
@@ -100,7 +104,17 @@ class MinimumRaster {
   MinimumRaster(PointsView cloud, IndexList members, double cell_size, const Cell& min,
                 std::size_t width, std::size_t height);
   void take_if_lower(std::size_t i) noexcept;
+  void raise(const std::vector<std::size_t>& cells, const std::vector<double>& surfaces);
+  [[nodiscard]] std::vector<std::size_t> around(const std::vector<std::size_t>& cells,
+                                                std::size_t reach) const;
+  [[nodiscard]] std::uint8_t support_of(std::size_t cell, double height) const;
   [[nodiscard]] std::vector<std::uint8_t> supports(double height) const;
+
+  static constexpr std::size_t kSide = 2 * kNeighbourhood + 1;
+  [[nodiscard]] static std::size_t offset(int dx, int dy) noexcept {
+    return static_cast<std::size_t>(dy + kNeighbourhood) * kSide +
+           static_cast<std::size_t>(dx + kNeighbourhood);
+  }
 
   PointsView cloud_;
   IndexList members_;
@@ -109,6 +123,8 @@ class MinimumRaster {
   std::size_t width_, height_;
   std::vector<std::uint32_t> cell_of_member_;
   std::vector<Point> lowest_;  // by cell: its lowest point that is no outlier, or kNoPoint
+  std::vector<double> z_;      // of `lowest_`; +infinity for none [m]
+  std::array<double, kSide * kSide> distances_{};  // to the cells around a cell [m]
 };
 
 }  // namespace vantage::terrain
