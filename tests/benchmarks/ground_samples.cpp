@@ -65,7 +65,7 @@ GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground) {
 }
 
 LabelledCloud side_by_side(std::span<const LabelledCloud> clouds, std::size_t least) {
-  constexpr double kGap = 100.0, kAway = 0.25;  // [m]
+  constexpr double kGap = 40.0, kAway = 0.25;  // [m]
   std::size_t once = 0;
   for (const LabelledCloud& cloud : clouds) once += cloud.points.size();
   const std::size_t copies = (least + once - 1) / once;

@@ -38,7 +38,7 @@ struct GroundErrors {
 };
 [[nodiscard]] GroundErrors errors_of(const LabelledCloud& cloud, const IndexList& ground);
 
-/// The clouds side by side along x, each beginning at a whole metre, with 100 m without points
+/// The clouds side by side along x, each beginning at a whole metre, with 40 m without points
 /// between them, more than windows span. Each point is there as often as it takes for at least
 /// `least` points in all, the copies within 0.25 m of it in the plan: the same terrain seen by a
 /// denser scan.

@@ -21,26 +21,15 @@ class Tiles {
       : cloud_(cloud), cell_size_(tiling.cell_size), reach_(tiling.reach) {
     width_ = std::max(kTileWidth, 4 * reach_);
     origin_ = cell_of(bounds.min, cell_size_);
-    std::vector<std::size_t> sizes;
-    for (const Point& p : cloud_) {
-      const Cell tile = tile_of(cell_of(p, cell_size_));
-      const auto [at, is_new] = number_.try_emplace(tile, tiles_.size());
-      if (is_new) {
-        tiles_.push_back(tile);
-        sizes.push_back(0);
-      }
-      ++sizes[at->second];
-    }
+    tile_of_point_.reserve(cloud_.size());
+    for (const Point& p : cloud_) tile_of_point_.push_back(number_of(tile_of(p)));
     points_.resize(tiles_.size());
-    for (std::size_t tile = 0; tile < tiles_.size(); ++tile) points_[tile].reserve(sizes[tile]);
-    for (std::uint32_t k = 0; k < cloud_.size(); ++k) {
-      points_[number_.at(tile_of(cell_of(cloud_[k], cell_size_)))].push_back(k);
-    }
+    for (std::uint32_t k = 0; k < cloud_.size(); ++k) points_[tile_of_point_[k]].push_back(k);
   }
 
   [[nodiscard]] std::size_t size() const noexcept { return tiles_.size(); }
   [[nodiscard]] bool holds(std::size_t tile, std::uint32_t point) const noexcept {
-    return tile_of(cell_of(cloud_[point], cell_size_)) == tiles_[tile];
+    return tile_of_point_[point] == tile;
   }
   /// The points of a tile, and those within reach of it.
   [[nodiscard]] IndexList with_surroundings(std::size_t tile) const {
@@ -53,7 +42,12 @@ class Tiles {
       for (std::int64_t x = t.x - 1; x <= t.x + 1; ++x) {
         const auto found = number_.find({x, y});
         if (found == number_.end()) continue;
-        for (const std::uint32_t k : points_[found->second]) {
+        const IndexList& points = points_[found->second];
+        if (found->second == tile) {
+          members.insert(members.end(), points.begin(), points.end());
+          continue;
+        }
+        for (const std::uint32_t k : points) {
           const Cell cell = cell_of(cloud_[k], cell_size_);
           if (cell.x >= min.x && cell.x < min.x + extent && cell.y >= min.y &&
               cell.y < min.y + extent) {
@@ -74,8 +68,16 @@ class Tiles {
       return h ^ (h >> 32U);
     }
   };
-  [[nodiscard]] Cell tile_of(const Cell& cell) const noexcept {
+  [[nodiscard]] Cell tile_of(const Point& p) const noexcept {
+    const Cell cell = cell_of(p, cell_size_);
     return {(cell.x - origin_.x) / width_, (cell.y - origin_.y) / width_};
+  }
+  /// Of a tile; a new one gets the next number.
+  std::uint32_t number_of(const Cell& tile) {
+    if (!tiles_.empty() && tiles_[last_] == tile) return last_;  // as most points' that follow one
+    const auto [at, is_new] = number_.try_emplace(tile, static_cast<std::uint32_t>(tiles_.size()));
+    if (is_new) tiles_.push_back(tile);
+    return last_ = at->second;
   }
 
   PointsView cloud_;
@@ -84,7 +86,9 @@ class Tiles {
   Cell origin_;                 // no point is in a lower one
   std::vector<Cell> tiles_;
   std::vector<IndexList> points_;  // by tile
-  std::unordered_map<Cell, std::size_t, Hash> number_;
+  std::vector<std::uint32_t> tile_of_point_;
+  std::unordered_map<Cell, std::uint32_t, Hash> number_;
+  std::uint32_t last_ = 0;  // number asked for last
 };
 
 }  // namespace

@@ -143,14 +143,16 @@ class Filter {
                                  .ratio = params_.outlier_ratio});
     const std::vector<std::uint8_t> is_ground = ground_cells();
     const std::vector<std::uint32_t> nearest_row = nearest_in_column(is_ground);
+    std::vector<std::uint8_t> is_wanted(raster_.size(), 0);
+    raster_.for_members(
+        [&](const Point&, std::uint32_t, std::size_t cell) { is_wanted[cell] = 1; });
     std::vector<Plane> planes(raster_.size());
-    std::vector<std::uint8_t> known(raster_.size(), 0);
+    for (std::size_t cell = 0; cell < planes.size(); ++cell) {
+      if (is_wanted[cell] == 0) continue;
+      const auto from = is_ground[cell] != 0 ? cell : nearest(nearest_row, cell);
+      if (from != kNowhere) planes[cell] = plane_of(from, is_ground);
+    }
     raster_.for_members([&](const Point& p, std::uint32_t k, std::size_t cell) {
-      if (known[cell] == 0) {
-        const auto from = is_ground[cell] != 0 ? cell : nearest(nearest_row, cell);
-        if (from != kNowhere) planes[cell] = plane_of(from, is_ground);
-        known[cell] = 1;
-      }
       const Plane& plane = planes[cell];
       if (!is_point(plane.through)) return;
       const Point offset = p - plane.through;
@@ -176,9 +178,8 @@ class Filter {
     for (const Window& window : params_.windows()) {
       Heights opened = terrain::opening(surface, std::min(window.radius, whole));
       for (std::size_t cell = 0; cell < raster_.size(); ++cell) {
-        if (is_ground[cell] != 0 && surface.z[cell] - opened.z[cell] > window.threshold) {
-          is_ground[cell] = 0;
-        }
+        const bool is_object = surface.z[cell] - opened.z[cell] > window.threshold;
+        is_ground[cell] = static_cast<std::uint8_t>(is_ground[cell] & (is_object ? 0U : 1U));
       }
       if (window.radius >= whole) break;  // all larger windows see the same
       surface = std::move(opened);
