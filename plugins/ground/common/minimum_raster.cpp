@@ -71,8 +71,9 @@ Eigen::Vector2d MinimumRaster::centre(std::size_t cell) const noexcept {
 Heights MinimumRaster::heights() const { return {width_, height_, z_}; }
 
 void MinimumRaster::take_if_lower(std::size_t i) noexcept {
-  Point& lowest = lowest_[cell_of_member_[i]];
   const Point& p = cloud_[members_[i]];
+  if (p.z() > z_[cell_of_member_[i]]) return;
+  Point& lowest = lowest_[cell_of_member_[i]];
   // A total order of places, so that the order of the points does not matter.
   if (std::tuple(p.z(), p.x(), p.y()) < std::tuple(lowest.z(), lowest.x(), lowest.y())) {
     lowest = p;

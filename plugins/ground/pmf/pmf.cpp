@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -167,6 +168,15 @@ class Filter {
     Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
   };
 
+  /// Of what was lowered by more than a threshold.
+  static void remove_objects(std::span<const double> before, std::span<const double> after,
+                             double threshold, std::span<std::uint8_t> is_ground) {
+    for (std::size_t cell = 0; cell < is_ground.size(); ++cell) {
+      const bool is_object = before[cell] - after[cell] > threshold;
+      is_ground[cell] = static_cast<std::uint8_t>(is_ground[cell] & (is_object ? 0U : 1U));
+    }
+  }
+
   /// The progressive filter: a cell that a window lowers by more than its threshold is an object.
   [[nodiscard]] std::vector<std::uint8_t> ground_cells() const {
     std::vector<std::uint8_t> is_ground(raster_.size());
@@ -177,10 +187,7 @@ class Filter {
     const std::size_t whole = std::max(width_, height_);
     for (const Window& window : params_.windows()) {
       Heights opened = terrain::opening(surface, std::min(window.radius, whole));
-      for (std::size_t cell = 0; cell < raster_.size(); ++cell) {
-        const bool is_object = surface.z[cell] - opened.z[cell] > window.threshold;
-        is_ground[cell] = static_cast<std::uint8_t>(is_ground[cell] & (is_object ? 0U : 1U));
-      }
+      remove_objects(surface.z, opened.z, window.threshold, is_ground);
       if (window.radius >= whole) break;  // all larger windows see the same
       surface = std::move(opened);
     }
