@@ -1,4 +1,4 @@
-#include "opening.hpp"
+#include "common/opening.hpp"
 
 #include <doctest/doctest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace vantage::pmf {
+namespace vantage::terrain {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
@@ -83,4 +83,4 @@ TEST_CASE("a tilted plane is its own opening, up to its border") {
 }
 
 }  // namespace
-}  // namespace vantage::pmf
+}  // namespace vantage::terrain

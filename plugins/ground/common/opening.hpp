@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace vantage::pmf {
+namespace vantage::terrain {
 
 /// Heights on a grid, row by row; +infinity where there is none [m].
 struct Heights {
@@ -16,4 +16,4 @@ struct Heights {
 /// grid, do not count. Takes the same time for every radius (van Herk 1992, Gil and Werman 1993).
 [[nodiscard]] Heights opening(const Heights& heights, std::size_t radius);
 
-}  // namespace vantage::pmf
+}  // namespace vantage::terrain

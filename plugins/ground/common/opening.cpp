@@ -1,10 +1,10 @@
-#include "opening.hpp"
+#include "common/opening.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <span>
 
-namespace vantage::pmf {
+namespace vantage::terrain {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
@@ -87,4 +87,4 @@ Heights opening(const Heights& heights, std::size_t radius) {
   return dilated_rows(transposed(columns), radius);
 }
 
-}  // namespace vantage::pmf
+}  // namespace vantage::terrain
