@@ -21,6 +21,7 @@ namespace {
 struct Options {
   std::string config;
   bool print_config = false;
+  std::optional<std::uint32_t> min_views;
   cli::CommonOptions common;
 };
 
@@ -56,24 +57,28 @@ std::uint64_t peak_memory() {
 
 void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map,
                   const cli::Style& style) {
-  std::vector<double> points;
+  std::vector<double> seen(report.seen.begin(), report.seen.end()), kept;
   std::uint64_t bytes = 0;
   std::uint64_t elements = 0;
   for (std::size_t r = 0; r < index.regions.size(); ++r) {
-    points.push_back(static_cast<double>(report.regions[r].points));
+    kept.push_back(static_cast<double>(report.regions[r].points));
     elements += index.regions[r].elements;
     bytes += index.regions[r].bytes;
   }
-  const cli::Statistics s = cli::statistics_of(points);
-  const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
-  const double reduction = 100.0 * (1.0 - s.mean / static_cast<double>(report.map_points));
 
   cli::TextTable table(
       {"", "regions", "points (mean)", "min", "max", "std", "reduction [%]", "size [MB]"});
   table.add({"wide-area map", "1", cli::grouped(report.map_points), "", "", "", "", ""});
-  table.add({"region maps", cli::grouped(report.partition.size()), count(s.mean), count(s.min),
-             count(s.max), count(s.std), fmt::format("{:.1f}", reduction),
-             fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6)});
+  const auto add = [&](const std::string& name, const std::vector<double>& points,
+                       const std::string& size) {
+    const cli::Statistics s = cli::statistics_of(points);
+    const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
+    const double reduction = 100.0 * (1.0 - s.mean / static_cast<double>(report.map_points));
+    table.add({name, cli::grouped(points.size()), count(s.mean), count(s.min), count(s.max),
+               count(s.std), fmt::format("{:.1f}", reduction), size});
+  };
+  if (seen != kept) add("seen", seen, "");  // min_views and thinning have left some out
+  add("region maps", kept, fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6));
   std::cout << table.to_string(style);
   std::cout << fmt::format(
       "\n{} ground points, {} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
@@ -105,6 +110,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
   for (std::uint32_t r = 0; r < report.partition.size(); ++r) {
     regions.push_back({{"label", report.partition[RegionId{r}].label},
                        {"points", report.regions[r].points},
+                       {"points_seen", report.seen[r]},
                        {"elements", index.regions[r].elements},
                        {"viewpoints", index.regions[r].viewpoints},
                        {"bytes", index.regions[r].bytes}});
@@ -193,6 +199,15 @@ int main(int argc, char** argv) {
   app.add_flag("--print-config", options.print_config,
                "print the configuration with all defaults and --set filled in, its paths absolute, "
                "and build nothing");
+  app.add_option("--min-views", options.min_views,
+                 "keep what so many of a region's viewpoints see: --set visibility.min_views=K")
+      ->type_name("K");
   options.common.add_to(app);
-  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+  return vantage::cli::run_program(app, argc, argv, [&] {
+    if (options.min_views) {
+      options.common.overrides.push_back("visibility.min_views=" +
+                                         std::to_string(*options.min_views));
+    }
+    return vantage::run(options);
+  });
 }

@@ -12,6 +12,7 @@
 
 #include "common/hash.hpp"
 #include "vantage/plugin.hpp"
+#include "vantage/thinning.hpp"
 
 namespace vantage {
 namespace {
@@ -43,32 +44,6 @@ IndexList least(const IndexList& candidates, const std::vector<Key>& keys, std::
   for (std::size_t i = 0; i < count; ++i) chosen[i] = order[i].second;
   std::sort(chosen.begin(), chosen.end());
   return chosen;
-}
-
-/// The voxel of each candidate, as a hash of 64 bits, never 0: two voxels of one map that share it
-/// are next to impossible, and would cost one point.
-std::vector<std::uint64_t> voxels_of(PointsView map, const IndexList& candidates, double size) {
-  const auto cell = [&](double x) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / size)));
-  };
-  return for_each_index(candidates.size(), [&](std::size_t i) -> std::uint64_t {
-    const Point& p = map[candidates[i]];
-    return std::max<std::uint64_t>(1, hash(0, cell(p.x()), cell(p.y()), cell(p.z())));
-  });
-}
-
-/// Whether there are at least `count` different voxels.
-bool has_voxels(const std::vector<std::uint64_t>& voxels, std::size_t count) {
-  std::vector<std::uint64_t> seen(std::bit_ceil(2 * count + 2));  // 0: free
-  std::size_t different = 0;
-  for (const std::uint64_t voxel : voxels) {
-    std::size_t slot = voxel & (seen.size() - 1);
-    while (seen[slot] != 0 && seen[slot] != voxel) slot = (slot + 1) & (seen.size() - 1);
-    if (seen[slot] == voxel) continue;
-    seen[slot] = voxel;
-    if (++different >= count) return true;
-  }
-  return false;
 }
 
 /// Of each voxel the candidate with the least draw.
@@ -159,20 +134,8 @@ IndexList random_thinning(PointsView map, const IndexList& candidates, std::size
 
 IndexList voxel_thinning(PointsView map, const IndexList& candidates, std::size_t count) {
   if (candidates.size() <= count) return candidates;
-  const auto leaves_enough = [&](double size) {
-    return has_voxels(voxels_of(map, candidates, size), count);
-  };
-  // The number of voxels falls with their size, not quite steadily: any size whose neighbours leave
-  // too few will do.
-  double few = 0.25, enough = 0.25;
-  while (leaves_enough(few) && few < 1e6) few *= 2.0;
-  if (few > enough) enough = few / 2.0;
-  while (!leaves_enough(enough) && enough > 1e-6) enough /= 2.0;
-  for (int halving = 0; halving < 10; ++halving) {
-    const double middle = std::sqrt(few * enough);
-    (leaves_enough(middle) ? enough : few) = middle;
-  }
-  IndexList even = one_a_voxel(map, candidates, enough);
+  const double size = voxel_sizes_around(map, candidates, count).enough;
+  IndexList even = one_a_voxel(map, candidates, size);
   if (even.size() < count) even = candidates;  // many points at one place
   return random_thinning(map, even, count);
 }
@@ -206,6 +169,7 @@ Result<RegionMap> OpponentMaps::get(RegionId region, Thinning thinning) const {
     map.points.push_back(map_[i]);
   }
   map.prepared = {};  // of the original's points
+  map.views = {};
   return map;
 }
 

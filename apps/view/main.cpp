@@ -89,7 +89,8 @@ std::string legend(const view::Drawing& drawing, const view::Controls& controls,
     case Coloring::views: {
       const auto most = std::max_element(drawing.views.begin(), drawing.views.end());
       return fmt::format(
-          "region maps that hold a point, 1 (dark) to {:.0f} (light){}", scales.views.high,
+          "{} a point, 1 (dark) to {:.0f} (light){}",
+          scene.has_views() ? "viewpoints that see" : "region maps that hold", scales.views.high,
           *most > scales.views.high ? fmt::format(" and more, {} at most", *most) : std::string());
     }
   }
@@ -214,9 +215,9 @@ int main(int argc, char** argv) {
       ->type_name("ID");
   app.add_option("--trajectory", options.trajectory, "a line along these poses (TUM, KITTI)")
       ->type_name("FILE");
-  app.add_option(
-         "--color", options.color,
-         "points by height, by the region they are in, or by how many region maps hold them")
+  app.add_option("--color", options.color,
+                 "points by height, by the region they are in, or by how many viewpoints see them "
+                 "(or region maps hold them, where a bundle has no views)")
       ->check(CLI::IsMember({"height", "region", "views"}))
       ->capture_default_str();
   app.add_option("--png", options.png, "write a picture and open no window")->type_name("FILE");

@@ -78,6 +78,11 @@ Result<Scene> Scene::open_cloud(const std::filesystem::path& file, std::size_t m
   return scene;
 }
 
+bool Scene::has_views() const noexcept {
+  return index_ && std::any_of(index_->regions.begin(), index_->regions.end(),
+                               [](const RegionSummary& region) { return region.max_views > 0; });
+}
+
 Result<RegionId> Scene::find_region(const std::string& id) const {
   const auto& regions = index_->partition.regions();
   std::vector<std::string> labels;
@@ -102,7 +107,7 @@ Result<void> Scene::read_all(const ReadProgress& progress) {
   for (std::uint32_t r = 0; r < count; ++r) {
     if (index_->regions[r].points > 0) {
       VANTAGE_TRY(const RegionMap map, store_->get(RegionId{r}));
-      table.add(map.points);
+      table.add(map.points, map.views);
     }
     if (progress) progress(r + 1, count);
   }
@@ -131,15 +136,18 @@ Result<Drawing> Scene::draw_region(RegionId region, bool count_views,
     return fail(ErrorCode::unsupported, "the map of region '" + label + "' holds no points",
                 SourceLocation{name_, 0, 0});
   }
-  if (count_views) VANTAGE_CHECK(read_all(progress));
+  const bool count_maps = count_views && !has_views();
+  if (count_maps) VANTAGE_CHECK(read_all(progress));
   VANTAGE_TRY(RegionMap map, store_->get(region));
-  if (count_views) std::erase_if(map.points, [&](const Point& p) { return !table_->maps_at(p); });
+  if (count_maps) std::erase_if(map.points, [&](const Point& p) { return !table_->views_at(p); });
   PointTable own(index_->map_bounds, max_points_);
-  own.add(map.points);
+  own.add(map.points, map.views);
   Drawing drawing = around_origin(own.points());
-  drawing.thinned = count_views ? table_->thinned() : own.thinned();
-  if (count_views) {
-    for (const Point& p : own.points()) drawing.views.push_back(table_->maps_at(p));
+  drawing.thinned = count_maps ? table_->thinned() : own.thinned();
+  if (count_maps) {
+    for (const Point& p : own.points()) drawing.views.push_back(table_->views_at(p));
+  } else if (count_views) {
+    drawing.views = own.views();
   }
   for (const Point& p : map.viewpoints) drawing.viewpoints.push_back(p - origin_);
   return drawing;
@@ -151,7 +159,7 @@ Result<Drawing> Scene::draw(const std::optional<RegionId>& region, bool count_vi
   VANTAGE_CHECK(read_all(progress));
   Drawing drawing = around_origin(table_->points());
   drawing.thinned = table_->thinned();
-  if (index_) drawing.views = table_->maps();
+  if (index_) drawing.views = table_->views();
   return drawing;
 }
 

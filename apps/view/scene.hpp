@@ -19,9 +19,11 @@ namespace vantage::view {
 struct Drawing {
   PointCloud points;
   std::vector<std::uint32_t> regions;  ///< whose footprint each is in, else nearest to; or empty
-  std::vector<std::uint32_t> views;    ///< in how many region maps each is; empty if not counted
-  PointCloud viewpoints;               ///< of the one region that is drawn
-  bool thinned = false;                ///< not all points are drawn
+  /// From how many viewpoints each is seen, if the bundle tells that, else in how many region maps
+  /// it is; empty if not counted.
+  std::vector<std::uint32_t> views;
+  PointCloud viewpoints;  ///< of the one region that is drawn
+  bool thinned = false;   ///< not all points are drawn
 };
 
 /// Called with the number of region maps read so far, and of all.
@@ -43,6 +45,8 @@ class Scene {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   /// Of a bundle; none for a cloud.
   [[nodiscard]] const MapIndex* index() const noexcept { return index_ ? &*index_ : nullptr; }
+  /// Whether the bundle tells how many viewpoints see a point.
+  [[nodiscard]] bool has_views() const noexcept;
   /// Whole metres, map frame.
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
   /// Points of the cloud or of the wide-area map.
@@ -56,8 +60,9 @@ class Scene {
   [[nodiscard]] Result<RegionId> find_region(const std::string& id) const;
 
   /// The points of all region maps, each place once (see PointTable), or of one region's map.
-  /// Counting views reads every region's map once; of a region only the points are drawn then that
-  /// are drawn of the whole. Errors: those of the store; `unsupported` for a region with no points.
+  /// Counting views in a bundle that does not tell them reads every region's map once; of a region
+  /// only the points are drawn then that are drawn of the whole. Errors: those of the store;
+  /// `unsupported` for a region with no points.
   [[nodiscard]] Result<Drawing> draw(const std::optional<RegionId>& region, bool count_views,
                                      const ReadProgress& progress = {});
 
@@ -81,7 +86,7 @@ class Scene {
 /// The scales by which a drawing is coloured.
 struct Scales {
   Range height;  ///< [m] around the origin
-  Range views;   ///< from 1 region map
+  Range views;   ///< from 1 region map or viewpoint
 };
 [[nodiscard]] Scales scales_of(const Drawing& drawing);
 

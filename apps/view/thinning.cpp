@@ -54,9 +54,11 @@ void PointTable::rebuild_slots() {
   for (std::uint32_t i = 0; i < keys_.size(); ++i) slots_[slot_of(keys_[i])] = i + 1;
 }
 
-void PointTable::add(PointsView map) {
+void PointTable::add(PointsView map, std::span<const std::uint32_t> views) {
   ++map_;
-  for (const Point& p : map) {
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const Point& p = map[i];
+    const std::uint32_t seen = views.empty() ? 1 : views[i];
     const std::uint64_t key = key_of(p);
     if (!kept(key)) continue;
     if (2 * keys_.size() >= slots_.size()) rebuild_slots();
@@ -64,12 +66,18 @@ void PointTable::add(PointsView map) {
     if (slot == 0) {
       points_.push_back(p);
       keys_.push_back(key);
-      maps_.push_back(1);
+      views_.push_back(seen);
       last_map_.push_back(map_);
+      views_of_last_.push_back(seen);
       slot = static_cast<std::uint32_t>(keys_.size());
-    } else if (last_map_[slot - 1] != map_) {
-      last_map_[slot - 1] = map_;
-      ++maps_[slot - 1];
+    } else {
+      const std::size_t at = slot - 1;
+      if (last_map_[at] != map_) views_of_last_[at] = 0;
+      last_map_[at] = map_;
+      if (seen > views_of_last_[at]) {
+        views_[at] += seen - views_of_last_[at];
+        views_of_last_[at] = seen;
+      }
     }
     if (points_.size() > max_points_) thin_out();
   }
@@ -83,22 +91,24 @@ void PointTable::thin_out() {
       if (!kept(keys_[from])) continue;
       points_[to] = points_[from];
       keys_[to] = keys_[from];
-      maps_[to] = maps_[from];
+      views_[to] = views_[from];
       last_map_[to] = last_map_[from];
+      views_of_last_[to] = views_of_last_[from];
       ++to;
     }
     points_.resize(to);
     keys_.resize(to);
-    maps_.resize(to);
+    views_.resize(to);
     last_map_.resize(to);
+    views_of_last_.resize(to);
   }
   rebuild_slots();
 }
 
-std::uint32_t PointTable::maps_at(const Point& p) const noexcept {
+std::uint32_t PointTable::views_at(const Point& p) const noexcept {
   if (slots_.empty()) return 0;
   const std::uint32_t slot = slots_[slot_of(key_of(p))];
-  return slot == 0 ? 0 : maps_[slot - 1];
+  return slot == 0 ? 0 : views_[slot - 1];
 }
 
 }  // namespace vantage::view

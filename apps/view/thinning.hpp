@@ -2,13 +2,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "vantage/point_cloud.hpp"
 
 namespace vantage::view {
 
-/// Points of several maps, each place once, and how many of the maps hold it. A place is a cell of
+/// Points of several maps, each place once, and how many of the maps hold it or, where maps tell
+/// how many viewpoints see a point, how many do from all maps together. A place is a cell of
 /// `cell_size()`: 1 cm, or 2^-20 of the largest extent where that is more. A store may hand out one
 /// map point a few micrometres apart from different maps; beside a cell's edge (one point in a
 /// thousand) it then counts as two.
@@ -23,14 +25,15 @@ class PointTable {
   PointTable(const Bounds3& bounds, std::size_t max_points);
 
   /// Adds the points of one more map.
-  void add(PointsView map);
+  /// @param views  of each point, or none; at one place the most count
+  void add(PointsView map, std::span<const std::uint32_t> views = {});
 
   /// The first point of each place, in the order they came.
   [[nodiscard]] const PointCloud& points() const noexcept { return points_; }
-  /// Of each of them: how many maps have a point in its cell.
-  [[nodiscard]] const std::vector<std::uint32_t>& maps() const noexcept { return maps_; }
-  /// The number of maps with a point in the cell of `p`; 0 for a place that is not kept.
-  [[nodiscard]] std::uint32_t maps_at(const Point& p) const noexcept;
+  /// Of each of them: how many maps have a point in its cell, or the views there.
+  [[nodiscard]] const std::vector<std::uint32_t>& views() const noexcept { return views_; }
+  /// The same of the cell of `p`; 0 for a place that is not kept.
+  [[nodiscard]] std::uint32_t views_at(const Point& p) const noexcept;
   [[nodiscard]] double cell_size() const noexcept { return cell_; }
   [[nodiscard]] bool thinned() const noexcept { return share_ < 1.0; }
 
@@ -51,7 +54,7 @@ class PointTable {
   std::vector<std::uint32_t> slots_;
   std::vector<std::uint64_t> keys_;  // of the points
   PointCloud points_;
-  std::vector<std::uint32_t> maps_, last_map_;
+  std::vector<std::uint32_t> views_, last_map_, views_of_last_;
   std::uint32_t map_ = 0;
 };
 

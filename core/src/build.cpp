@@ -45,6 +45,18 @@ Result<void> check_indices(const IndexList& indices, std::size_t size, const cha
   return {};
 }
 
+/// Nor about how often points are seen.
+Result<void> check_views(const ViewCounts& counts, std::size_t viewpoints) {
+  if (counts.views.size() == counts.points.size() &&
+      std::all_of(counts.views.begin(), counts.views.end(),
+                  [&](std::uint32_t views) { return views > 0 && views <= viewpoints; })) {
+    return {};
+  }
+  return fail(ErrorCode::internal,
+              "the visibility plugin broke its contract: every point that is seen has from 1 to " +
+                  std::to_string(viewpoints) + " views");
+}
+
 /// The region that owns each map point.
 Result<std::vector<std::uint32_t>> regions_of(PointsView map, const Partition& partition) {
   std::vector<std::uint32_t> region_of(map.size());
@@ -110,6 +122,19 @@ std::pair<Eigen::Vector2d, Eigen::Vector2d> plan_bounds(const Footprint& footpri
   return {min, max};
 }
 
+/// Keeps the points that enough viewpoints see, or all viewpoints where there are fewer.
+void keep_often_seen(ViewCounts& counts, std::size_t min_views, std::size_t viewpoints) {
+  const std::size_t needed = std::min(min_views, viewpoints);
+  std::size_t to = 0;
+  for (std::size_t from = 0; from < counts.points.size(); ++from) {
+    if (counts.views[from] < needed) continue;
+    counts.points[to] = counts.points[from];
+    counts.views[to++] = counts.views[from];
+  }
+  counts.points.resize(to);
+  counts.views.resize(to);
+}
+
 /// What the build knows before it cuts: the ground, and what can be seen. Answers the partitioner
 /// and then serves the build itself, so that what a partitioner was told is what the bundle will
 /// hold.
@@ -154,19 +179,33 @@ class BuildObserver final : public MapObserver {
     return guarded([&] { return count(region, enough); });
   }
 
-  /// V_ij of Eq. 10, as indices into the map.
+  /// V_ij of Eq. 10.
+  struct ObservableMap {
+    std::uint64_t seen = 0;  ///< points, from whatever number of viewpoints
+    ViewCounts kept = {};    ///< those seen from enough, of the map; `views` only if asked for
+  };
   /// @param inside  P_ij; only VisibilityScope::region looks at it
-  [[nodiscard]] Result<IndexList> observable_map(std::span<const std::uint32_t> inside,
-                                                 std::span<const Point> viewpoints,
-                                                 const VisibilityProgress& progress) const {
-    if (viewpoints.empty()) return IndexList{};
+  [[nodiscard]] Result<ObservableMap> observable_map(std::span<const std::uint32_t> inside,
+                                                     std::span<const Point> viewpoints,
+                                                     const VisibilityProgress& progress) const {
+    ObservableMap observable;
+    if (viewpoints.empty()) return observable;
     VANTAGE_TRY(const Scope scope, scope_of(inside));
     // All in one call: a scene uses what it has learnt from the viewpoints before.
-    VANTAGE_TRY(IndexList seen, scope.seen_from(viewpoints, &progress));
-    if (params_.scope == VisibilityScope::region) {
-      for (std::uint32_t& k : seen) k = inside[k];
+    ViewCounts& kept = observable.kept;
+    if (params_.min_views > 1 || params_.views) {
+      VANTAGE_TRY(kept, scope.views_from(viewpoints, &progress));
+      observable.seen = kept.points.size();
+      keep_often_seen(kept, params_.min_views, viewpoints.size());
+      if (!params_.views) kept.views = {};
+    } else {
+      VANTAGE_TRY(kept.points, scope.seen_from(viewpoints, &progress));
+      observable.seen = kept.points.size();
     }
-    return seen;
+    if (params_.scope == VisibilityScope::region) {
+      for (std::uint32_t& k : kept.points) k = inside[k];
+    }
+    return observable;
   }
 
   /// Frees what only a partitioner and `cut` need. Precondition: nobody asks anything any more.
@@ -191,6 +230,13 @@ class BuildObserver final : public MapObserver {
       VANTAGE_TRY(IndexList seen, scene->visible_from_any(viewpoints, progress));
       VANTAGE_CHECK(check_indices(seen, points.size(), "visibility"));
       return seen;
+    }
+    [[nodiscard]] Result<ViewCounts> views_from(
+        std::span<const Point> viewpoints, const VisibilityProgress* progress = nullptr) const {
+      VANTAGE_TRY(ViewCounts counts, scene->view_counts(viewpoints, progress));
+      VANTAGE_CHECK(check_indices(counts.points, points.size(), "visibility"));
+      VANTAGE_CHECK(check_views(counts, viewpoints.size()));
+      return counts;
     }
   };
 
@@ -242,21 +288,34 @@ class BuildObserver final : public MapObserver {
     // Far-apart viewpoints first, and more of them each time: a region that shows too much is found
     // out early.
     IndexSet seen(scope.points.size());
+    const std::size_t needed = std::min<std::size_t>(params_.min_views, viewpoints.size());
+    std::vector<std::uint32_t> views(needed > 1 ? scope.points.size() : 0);
+    const auto look = [&](std::span<const Point> batch) -> Result<void> {
+      IndexList often;
+      if (needed > 1) {
+        VANTAGE_TRY(const ViewCounts counts, scope.views_from(batch));
+        for (std::size_t i = 0; i < counts.points.size(); ++i) {
+          std::uint32_t& total = views[counts.points[i]];
+          total += counts.views[i];
+          if (total >= needed) often.push_back(counts.points[i]);
+        }
+      } else {
+        VANTAGE_TRY(often, scope.seen_from(batch));
+      }
+      seen.add(often);
+      return {};
+    };
     PointCloud batch;
     std::size_t batch_size = 1;
     for (const std::size_t i : spread_order(viewpoints.size())) {
       batch.push_back(viewpoints[i]);
       if (batch.size() < batch_size) continue;
-      VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
-      seen.add(indices);
+      VANTAGE_CHECK(look(batch));
       if (const std::size_t total = seen.size(); total > enough) return total;
       batch.clear();
       batch_size *= 2;
     }
-    if (!batch.empty()) {
-      VANTAGE_TRY(const IndexList indices, scope.seen_from(batch));
-      seen.add(indices);
-    }
+    if (!batch.empty()) VANTAGE_CHECK(look(batch));
     return seen.size();
   }
 
@@ -412,10 +471,17 @@ class Condenser {
     return condenser;
   }
 
-  [[nodiscard]] Result<void> apply(RegionMap& region) const {
-    if (!whole_ || region.points.empty()) return {};
-    VANTAGE_TRY(region.prepared, whole_->excerpt(region.points));
-    if (content_ == StoredContent::prepared) region.points = {};
+  /// Whether the form is more than points.
+  [[nodiscard]] bool prepares() const noexcept { return content_ != StoredContent::points; }
+
+  /// @param observable  what the prepared map is to stand for: the points of `region` or more
+  [[nodiscard]] Result<void> apply(RegionMap& region, PointsView observable) const {
+    if (!whole_ || observable.empty()) return {};
+    VANTAGE_TRY(region.prepared, whole_->excerpt(observable));
+    if (content_ == StoredContent::prepared) {
+      region.points = {};
+      region.views = {};
+    }
     return {};
   }
 
@@ -425,14 +491,40 @@ class Condenser {
   PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
 };
 
+/// What is to be stored of a region.
+struct BuiltRegion {
+  std::uint64_t seen = 0;     // points, from whatever number of viewpoints
+  ViewCounts stored = {};     // of the map
+  IndexList observable = {};  // as they were before they were thinned, if a matcher asks for them
+};
+
+/// Takes an observable map, which is left empty.
+BuiltRegion thinned_region(PointsView map, BuildObserver::ObservableMap observable,
+                           const BuildParams& params, const Condenser& condenser) {
+  ViewCounts& kept = observable.kept;
+  if (!params.thinning) return {.seen = observable.seen, .stored = std::move(kept)};
+  BuiltRegion region{.seen = observable.seen};
+  region.stored.points = thinned(map, kept.points, *params.thinning);
+  if (!kept.views.empty()) {
+    region.stored.views.reserve(region.stored.points.size());
+    for (std::size_t from = 0; const std::uint32_t k : region.stored.points) {
+      while (kept.points[from] != k) ++from;
+      region.stored.views.push_back(kept.views[from]);
+    }
+  }
+  if (condenser.prepares()) region.observable = std::move(kept.points);
+  return region;
+}
+
 /// Regions in parallel, stored in order; the first failing region decides the error. What waits to
 /// be stored are indices: points are copied for one region at a time.
-Result<std::vector<RegionSummary>> build_all(
-    PointsView map, BuildObserver& observer, const Work& work, const BuildReport& report,
-    const Condenser& condenser, MapStore& store,
-    const std::function<void(const BuildProgress&)>& progress) {
+Result<void> build_all(PointsView map, BuildObserver& observer, const Work& work,
+                       const BuildParams& params, const Condenser& condenser, MapStore& store,
+                       BuildReport& report,
+                       const std::function<void(const BuildProgress&)>& progress) {
   const auto regions = static_cast<std::uint32_t>(work.viewpoints.size());
-  std::vector<RegionSummary> summaries(regions);
+  report.regions.assign(regions, {});
+  report.seen.assign(regions, 0);
   Meter meter({.regions_done = 0,
                .regions = regions,
                .viewpoints_done = 0,
@@ -444,7 +536,7 @@ Result<std::vector<RegionSummary>> build_all(
   std::uint32_t next = 0;
   struct Item {
     RegionId region;
-    Result<IndexList> seen;
+    Result<BuiltRegion> built;
   };
 
   const auto test = [&](std::uint32_t r) {
@@ -452,25 +544,29 @@ Result<std::vector<RegionSummary>> build_all(
     const auto inside =
         work.inside.begin.empty() ? std::span<const std::uint32_t>{} : work.inside[r];
     const RegionProgress of_region(meter, viewpoints.size());
-    auto seen = observer.observable_map(inside, viewpoints, of_region);
-    if (seen) of_region.advanced(viewpoints.size());  // those that the plugin did not report
+    auto built = observer.observable_map(inside, viewpoints, of_region).map([&](auto&& seen) {
+      return thinned_region(map, std::move(seen), params, condenser);
+    });
+    if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report
     ++tested;
-    return std::make_shared<Item>(Item{RegionId{r}, std::move(seen)});
+    return std::make_shared<Item>(Item{RegionId{r}, std::move(built)});
   };
   const auto put = [&](Item& item) -> Result<void> {
-    VANTAGE_TRY(IndexList seen, std::move(item.seen));
+    VANTAGE_TRY(BuiltRegion built, std::move(item.built));
     if (tested == regions) observer.release_scene();
     const std::uint32_t r = item.region.value;
-    RegionMap region_map{.points = points_of(map, std::move(seen)),
+    RegionMap region_map{.points = points_of(map, std::move(built.stored.points)),
                          .viewpoints = work.viewpoints[r],
-                         .prepared = {}};
-    const std::size_t points = region_map.points.size();
-    VANTAGE_CHECK(condenser.apply(region_map));
+                         .prepared = {},
+                         .views = std::move(built.stored.views)};
+    RegionSummary& summary = report.regions[r];
+    summary.points = region_map.points.size();
+    summary.viewpoints = region_map.viewpoints.size();
+    const PointCloud observable = points_of(map, std::move(built.observable));
+    VANTAGE_CHECK(condenser.apply(region_map, observable.empty() ? region_map.points : observable));
+    summary.elements = region_map.prepared.elements;
     VANTAGE_CHECK(store.put(item.region, region_map));
-    summaries[r] = {.points = points,
-                    .viewpoints = region_map.viewpoints.size(),
-                    .elements = region_map.prepared.elements,
-                    .bytes = 0};
+    report.seen[r] = built.seen;
     meter.region_done();
     return {};
   };
@@ -492,8 +588,7 @@ Result<std::vector<RegionSummary>> build_all(
                     "building region '" + report.partition[item->region].label + "'"));
                 stop = true;
               }));
-  VANTAGE_CHECK(outcome);
-  return summaries;
+  return outcome;
 }
 
 }  // namespace
@@ -504,8 +599,13 @@ BuildParams BuildParams::from(const Config& config) {
   if (config.visibility) {
     params.scope = config.visibility->scope;
     params.max_range = config.visibility->max_range.value_or(params.max_range);
+    params.min_views = config.visibility->min_views;
   }
-  if (config.store) params.content = config.store->content;
+  params.thinning = config.thinning;
+  if (config.store) {
+    params.content = config.store->content;
+    params.views = config.store->views;
+  }
   return params;
 }
 
@@ -564,8 +664,8 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                                               .map_bounds = observer->limits().map_bounds,
                                               .map_points = report.map_points,
                                               .config = params.effective_config}));
-  VANTAGE_TRY(report.regions,
-              build_all(map, *observer, work, report, condenser, *plugins.store, progress));
+  VANTAGE_CHECK(
+      build_all(map, *observer, work, params, condenser, *plugins.store, report, progress));
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();
   report.core_seconds_visibility = cpu.seconds();

@@ -178,6 +178,19 @@ Result<void> MapSource::validate() const {
   return {};
 }
 
+Result<void> StoreConfig::validate() const {
+  if (!views || content != StoredContent::prepared) return {};
+  return fail_at({"views"},
+                 "'views' are kept beside points, and content = \"prepared\" keeps no points");
+}
+
+Result<void> Config::validate() const {
+  if (!thinning || !store || store->content != StoredContent::prepared) return {};
+  return fail_at({"thinning"},
+                 "[thinning] thins the points of region maps, and [store] content = \"prepared\" "
+                 "keeps none of them");
+}
+
 Result<Config> parse_config(const Table& table) {
   VANTAGE_TRY(Config config, parse<Config>(table));
   config.file = table.where.file;

@@ -199,6 +199,38 @@ TEST_CASE(
         test::read_text(street.folder() / "run2/trajectory.tum"));
 }
 
+TEST_CASE("graded and thinned maps are the same for any number of threads, and localize") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 10, "unused");
+  constexpr int kBudget = 12000;
+  for (const std::string jobs : {"1", "2"}) {
+    const auto built = test::run(
+        "vantage-build", {config, "--jobs", jobs, "--quiet", "--min-views", "2", "--json", "--set",
+                          "store.views=true", "--set", "thinning.budget=" + std::to_string(kBudget),
+                          "--set", "store.params.root=" + street.path("graded" + jobs)});
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    const auto report = nlohmann::json::parse(built.out);
+    bool thinned = false;
+    for (const auto& region : report["regions"]) {
+      CHECK(region["points"] <= kBudget);
+      CHECK(region["points"] <= region["points_seen"]);
+      thinned = thinned || region["points_seen"] > kBudget;
+    }
+    CHECK(thinned);
+  }
+  check_same_files(street.folder() / "graded1", street.folder() / "graded2");
+  // Larger voxels: in those of 1 m too few have the six points that it takes to find the first
+  // step.
+  const auto localized = street.localize(config, "run",
+                                         {"--quiet", "--set", "matcher.params.resolution=1.5",
+                                          "--set", "store.params.root=" + street.path("graded1")});
+  REQUIRE_MESSAGE(localized.exit_code == 0, localized.err);
+  const auto summary =
+      nlohmann::json::parse(test::read_text(street.folder() / "run" / "summary.json"));
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans);
+  CHECK(summary["error_m"]["mean"] < 0.1);
+}
+
 TEST_CASE("every partitioner makes maps to localize in, and budget keeps its budget") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 10, "unused");

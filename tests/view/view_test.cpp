@@ -174,6 +174,30 @@ TEST_CASE("a bundle as a picture in every colour, of the size that was asked for
   CHECK(difference(images[1], images[2]) > 0.1);
 }
 
+TEST_CASE("a bundle that tells from how many viewpoints points are seen is coloured by that") {
+  const auto built = test::run(
+      "vantage-build", {yard().path("points.toml"), "--quiet", "--set", "store.views=true", "--set",
+                        "store.params.root=" + yard().path("seen")});
+  REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  const std::string png = yard().path("views.png");
+  std::vector<nlohmann::json> regions;
+  for (const std::string bundle : {"points", "seen"}) {
+    const auto done = view({yard().path(bundle), "--region", "3", "--color", "views", "--png", png,
+                            "--size", "320x240", "--json"});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    regions.push_back(nlohmann::json::parse(done.out));
+  }
+  CHECK(regions[0]["views"] <= regions[0]["regions"]);
+  CHECK(regions[1]["views"] <= regions[1]["viewpoints"]);
+  CHECK(regions[1]["views"] != regions[0]["views"]);
+  CHECK(regions[1]["drawn_points"] == regions[0]["drawn_points"]);
+  const auto whole =
+      view({yard().path("seen"), "--color", "views", "--png", png, "--size", "320x240"});
+  REQUIRE_MESSAGE(whole.exit_code == 0, whole.err);
+  CHECK(has(whole.out, "viewpoints that see a point, 1 (dark) to"));
+  fs::remove(png);
+}
+
 TEST_CASE("a region by its label and by its number is the same picture; a cloud is one too") {
   const std::string label = nlohmann::json::parse(
       test::read_text(yard().path("points/index.json")))["regions"][3]["label"];

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "vantage/plugin_loader.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
+#include "vantage/thinning.hpp"
 #include "vantage/viewpoints.hpp"
 
 namespace vantage {
@@ -31,7 +33,10 @@ struct BuildParams {
   ViewpointParams viewpoints;
   VisibilityScope scope = VisibilityScope::map;
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
+  std::uint32_t min_views = 1;             ///< a point is kept if so many viewpoints see it
+  std::optional<ThinningParams> thinning;  ///< of what is kept
   StoredContent content = StoredContent::points;
+  bool views = false;  ///< whether the number of viewpoints that see a point is stored with it
   std::string effective_config;  ///< kept in the bundle
 
   /// What a configuration says, without the effective configuration.
@@ -46,9 +51,10 @@ struct BuildProgress {
 /// What a build made and what it cost (Table 1 comes from here).
 struct BuildReport {
   Partition partition;
-  /// By RegionId, `points` as seen, whether they are stored or not; `bytes` is left to the store's
-  /// index.
+  /// By RegionId, `points` as kept, whether they are stored or not; `bytes` and `max_views` are
+  /// left to the store's index.
   std::vector<RegionSummary> regions;
+  std::vector<std::uint64_t> seen;  ///< by RegionId: points that any viewpoint sees, kept or not
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;

@@ -15,6 +15,7 @@
 #include "vantage/params.hpp"
 #include "vantage/plugin_loader.hpp"
 #include "vantage/result.hpp"
+#include "vantage/thinning.hpp"
 #include "vantage/viewpoints.hpp"
 
 namespace vantage {
@@ -62,6 +63,7 @@ struct VisibilityConfig {
   std::optional<std::filesystem::path> library;
   VisibilityScope scope = VisibilityScope::map;
   std::optional<double> max_range;
+  std::uint32_t min_views = 1;
   Table params;
   SourceLocation where;
 
@@ -74,6 +76,10 @@ struct VisibilityConfig {
                  Source{"Eq. 9", "Yagi et al. 2026, Sec. 2.3"}),
         optional("max_range", &VisibilityConfig::max_range, "m",
                  "reach of the sensor; unlimited if left out", positive),
+        optional("min_views", &VisibilityConfig::min_views, "",
+                 "a point is kept if so many of its region's viewpoints see it, or all of them "
+                 "where there are fewer",
+                 at_least(1)),
         optional("params", &VisibilityConfig::params, "", "parameters of the plugin"),
     };
   }
@@ -97,6 +103,7 @@ struct StoreConfig {
   std::string plugin;
   std::optional<std::filesystem::path> library;
   StoredContent content = StoredContent::points;
+  bool views = false;
   Table params;
   SourceLocation where;
 
@@ -107,9 +114,12 @@ struct StoreConfig {
         optional("content", &StoreConfig::content, "",
                  "what a build keeps of each region: its points, what the [matcher] makes of the "
                  "whole map around them, or both"),
+        optional("views", &StoreConfig::views, "",
+                 "points are kept with the number of their region's viewpoints that see them"),
         optional("params", &StoreConfig::params, "", "parameters of the plugin"),
     };
   }
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
   [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
 };
 
@@ -120,6 +130,7 @@ struct Config {
   std::optional<PluginChoice> partitioner, ground;
   std::optional<ViewpointParams> viewpoints;
   std::optional<VisibilityConfig> visibility;
+  std::optional<ThinningParams> thinning;
   std::optional<StoreConfig> store;
   std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
@@ -138,6 +149,8 @@ struct Config {
                  Source{"Eqs. 4-5", "Yagi et al. 2026, Sec. 2.2"}),
         optional("visibility", &Config::visibility, "", "what is seen from a viewpoint",
                  Source{"Eqs. 6-10", "Yagi et al. 2026, Sec. 2.3"}),
+        optional("thinning", &Config::thinning, "",
+                 "how region maps are made smaller after that; not at all if left out"),
         optional("store", &Config::store, "", "where the bundle of region maps is kept",
                  Source{{}, "Yagi et al. 2026, Sec. 2.3"}),
         optional("matcher", &Config::matcher, "", "how scans are matched",
@@ -146,6 +159,8 @@ struct Config {
                  Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
     };
   }
+
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
 
   /// A table that this job cannot do without. Error: `invalid_config` that names table and job.
   template <class T>

@@ -26,7 +26,7 @@
 
 /// Counts up whenever an interface or a type that crosses the boundary changes.
 #ifndef VANTAGE_INTERFACE_VERSION
-#define VANTAGE_INTERFACE_VERSION 4
+#define VANTAGE_INTERFACE_VERSION 5
 #endif
 
 namespace vantage {

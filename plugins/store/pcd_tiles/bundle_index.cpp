@@ -197,6 +197,15 @@ Result<ReadRegion> region(const Node& node) {
   if (result.tile.elements > 0 && result.tile.prepared_bytes == 0) {
     return elements.refuse(" must be 0 without prepared bytes");
   }
+  if (node.has("max_views")) {
+    VANTAGE_TRY(const Node max_views, node["max_views"]);
+    VANTAGE_TRY(const std::uint64_t most,
+                max_views.count(std::numeric_limits<std::uint32_t>::max()));
+    if (most == 0 || result.tile.points == 0) {
+      return max_views.refuse(" must be above 0, and left out where no point is");
+    }
+    result.tile.max_views = static_cast<std::uint32_t>(most);
+  }
   VANTAGE_TRY(const Node origin, node["origin"]);
   VANTAGE_TRY(result.tile.origin, origin.vector<3>());
   if (!result.tile.origin.allFinite()) return origin.refuse(" must be finite");
@@ -219,9 +228,9 @@ Result<ReadRegion> region(const Node& node) {
 
 /// Versions count up from 1.
 Result<void> check_version(const Node& node) {
-  if (*node.value == kVersion) return {};
+  if (*node.value == kVersion || *node.value == kVersionWithViews) return {};
   const std::string is = node.value->dump(-1, ' ', true, Json::error_handler_t::replace);
-  const std::string here = std::to_string(kVersion);
+  const std::string here = std::to_string(kVersion) + " or " + std::to_string(kVersionWithViews);
   if (!node.value->is_number_unsigned() || *node.value == 0U) {
     return node.refuse(" must be " + here + ", not " + is);
   }
@@ -267,22 +276,26 @@ Result<std::string> to_json(const BundleIndex& index) {
   for (std::size_t r = 0; r < map.partition.size(); ++r) {
     const Region& region = map.partition.regions()[r];
     const TileInfo& tile = index.tiles.at(r);
-    regions.push_back({{"label", region.label},
-                       {"file", tile_name(region)},
-                       {"footprint", std::visit([](const auto& shape) { return footprint(shape); },
-                                                region.footprint)},
-                       {"height", {number(region.height.min), number(region.height.max)}},
-                       {"points", tile.points},
-                       {"viewpoints", tile.viewpoints},
-                       {"elements", tile.elements},
-                       {"prepared_bytes", tile.prepared_bytes},
-                       {"bytes", tile.bytes},
-                       {"origin", numbers(tile.origin)},
-                       {"checksum", hexadecimal(tile.checksum)}});
+    Json one = {{"label", region.label},
+                {"file", tile_name(region)},
+                {"footprint",
+                 std::visit([](const auto& shape) { return footprint(shape); }, region.footprint)},
+                {"height", {number(region.height.min), number(region.height.max)}},
+                {"points", tile.points},
+                {"viewpoints", tile.viewpoints},
+                {"elements", tile.elements},
+                {"prepared_bytes", tile.prepared_bytes}};
+    if (tile.max_views > 0) one["max_views"] = tile.max_views;
+    one["bytes"] = tile.bytes;
+    one["origin"] = numbers(tile.origin);
+    one["checksum"] = hexadecimal(tile.checksum);
+    regions.push_back(std::move(one));
   }
+  const bool with_views = std::any_of(index.tiles.begin(), index.tiles.end(),
+                                      [](const TileInfo& tile) { return tile.max_views > 0; });
   Json json = {
       {"format", kFormat},
-      {"version", kVersion},
+      {"version", with_views ? kVersionWithViews : kVersion},
       {"map",
        {{"points", map.map_points},
         {"bounds", {{"min", numbers(map.map_bounds.min)}, {"max", numbers(map.map_bounds.max)}}}}},

@@ -13,6 +13,7 @@ namespace vantage::pcd_tiles {
 
 inline constexpr std::string_view kFormat = "vantage pcd_tiles";
 inline constexpr std::uint64_t kVersion = 3;
+inline constexpr std::uint64_t kVersionWithViews = 4;  ///< where a region has views
 
 /// FNV-1a, 64 bit.
 class Checksum {

@@ -22,12 +22,16 @@ std::string shortest(double x) {
   return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
 }
 
-std::string header(std::uint64_t points, const Point& origin) {
-  const std::string n = std::to_string(points);
+std::string header(const TileInfo& info) {
+  const std::string n = std::to_string(info.points);
+  const Point& origin = info.origin;
+  const std::string fields = info.max_views > 0
+                                 ? "FIELDS x y z views\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1"
+                                 : "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1";
   return "# .PCD v0.7 - Point Cloud Data file format\n"
          "# vantage origin " +
          shortest(origin.x()) + ' ' + shortest(origin.y()) + ' ' + shortest(origin.z()) +
-         "\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " + n +
+         "\nVERSION 0.7\n" + fields + "\nWIDTH " + n +
          "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA binary\n";
 }
 
@@ -77,8 +81,13 @@ constexpr std::size_t kWord = 4;  // [bytes]
 /// Up to the next whole word.
 std::uint64_t padded(std::uint64_t bytes) { return (bytes + kWord - 1) / kWord * kWord; }
 
+/// Of the points, with their views.
+std::uint64_t points_size(const TileInfo& info) {
+  return info.points * (sizeof(Coordinates) + (info.max_views > 0 ? sizeof(std::uint32_t) : 0));
+}
+
 std::uint64_t data_size(const TileInfo& info) {
-  return (info.points + info.viewpoints) * sizeof(Coordinates) + padded(info.prepared_bytes);
+  return points_size(info) + info.viewpoints * sizeof(Coordinates) + padded(info.prepared_bytes);
 }
 
 /// Passes data on, in whole words, and sums them up.
@@ -90,21 +99,21 @@ class SummedSink {
     checksum_ = checksum_of(words, checksum_);
     return sink_(words);
   }
-  [[nodiscard]] Result<void> write(PointsView points, const Point& origin) {
+  /// @param views  of each point, or none
+  [[nodiscard]] Result<void> write(PointsView points, const Point& origin,
+                                   std::span<const std::uint32_t> views = {}) {
     constexpr std::size_t kBlock = 16'384;  // [points]
     std::string block;
-    while (!points.empty()) {
-      const PointsView now = points.first(std::min(points.size(), kBlock));
-      block.resize(now.size() * sizeof(Coordinates));
-      char* out = block.data();
-      for (const Point& p : now) {
-        const Eigen::Vector3f relative = (p - origin).cast<float>();
+    for (std::size_t begin = 0; begin < points.size(); begin += kBlock) {
+      const std::size_t end = std::min(points.size(), begin + kBlock);
+      block.clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        const Eigen::Vector3f relative = (points[i] - origin).cast<float>();
         const Coordinates xyz{relative.x(), relative.y(), relative.z()};
-        std::memcpy(out, xyz.data(), sizeof xyz);
-        out += sizeof xyz;
+        block.append(reinterpret_cast<const char*>(xyz.data()), sizeof xyz);
+        if (!views.empty()) block.append(reinterpret_cast<const char*>(&views[i]), sizeof views[i]);
       }
       VANTAGE_CHECK(write(block));
-      points = points.subspan(now.size());
     }
     return {};
   }
@@ -125,24 +134,27 @@ class SummedSink {
   std::uint64_t checksum_ = kEmptyChecksum;
 };
 
-/// @param data  of at least so many points
-PointCloud points_in(std::string_view data, std::uint64_t count, const Point& origin) {
+/// @param data   of at least so many points
+/// @param views  gets one for each point that it has room for, from between the points
+PointCloud points_in(std::string_view data, std::uint64_t count, const Point& origin,
+                     std::span<std::uint32_t> views = {}) {
   PointCloud points(count);
   const char* at = data.data();
-  for (Point& point : points) {
+  for (std::size_t i = 0; i < count; ++i) {
     Coordinates xyz;
     std::memcpy(xyz.data(), at, sizeof xyz);
-    point = origin + Eigen::Vector3f(xyz[0], xyz[1], xyz[2]).cast<double>();
+    points[i] = origin + Eigen::Vector3f(xyz[0], xyz[1], xyz[2]).cast<double>();
     at += sizeof xyz;
+    if (views.empty()) continue;
+    std::memcpy(&views[i], at, sizeof views[i]);
+    at += sizeof views[i];
   }
   return points;
 }
 
 }  // namespace
 
-std::uint64_t file_size(const TileInfo& info) {
-  return header(info.points, info.origin).size() + data_size(info);
-}
+std::uint64_t file_size(const TileInfo& info) { return header(info).size() + data_size(info); }
 
 Result<TileInfo> encode(const RegionMap& map, const Sink& sink) {
   if (map.prepared.bytes.empty() && map.prepared.elements > 0) {
@@ -152,11 +164,12 @@ Result<TileInfo> encode(const RegionMap& map, const Sink& sink) {
                 .viewpoints = map.viewpoints.size(),
                 .elements = map.prepared.elements,
                 .prepared_bytes = map.prepared.bytes.size()};
+  VANTAGE_TRY(info.max_views, max_views_of(map));
   VANTAGE_TRY(info.origin, origin_of(map));
   info.bytes = file_size(info);
-  VANTAGE_CHECK(sink(header(info.points, info.origin)));
+  VANTAGE_CHECK(sink(header(info)));
   SummedSink data(sink);
-  VANTAGE_CHECK(data.write(map.points, info.origin));
+  VANTAGE_CHECK(data.write(map.points, info.origin, map.views));
   VANTAGE_CHECK(data.write(map.viewpoints, info.origin));
   VANTAGE_CHECK(data.write_padded(map.prepared.bytes));
   info.checksum = data.checksum();
@@ -171,10 +184,10 @@ Result<RegionMap> decode(std::string_view content, const TileInfo& info, const s
     return corrupt("the file has " + std::to_string(content.size()) + " bytes, expected " +
                    std::to_string(info.bytes));
   }
-  const std::string head = header(info.points, info.origin);
+  const std::string head = header(info);
   if (!content.starts_with(head)) {
     return corrupt("the header is not that of a binary PCD with " + std::to_string(info.points) +
-                   " points x y z, as the index says");
+                   " points x y z" + (info.max_views > 0 ? " views" : "") + ", as the index says");
   }
   std::string_view data = content.substr(head.size());
   if (data.size() != data_size(info)) {
@@ -185,12 +198,16 @@ Result<RegionMap> decode(std::string_view content, const TileInfo& info, const s
     return corrupt("the data does not have the checksum that the index says: the file is damaged");
   }
   RegionMap map;
-  map.points = points_in(data, info.points, info.origin);
-  data.remove_prefix(info.points * sizeof(Coordinates));
+  if (info.max_views > 0) map.views.resize(info.points);
+  map.points = points_in(data, info.points, info.origin, map.views);
+  data.remove_prefix(points_size(info));
   map.viewpoints = points_in(data, info.viewpoints, info.origin);
   data.remove_prefix(info.viewpoints * sizeof(Coordinates));
   if (!all_finite(map.points) || !all_finite(map.viewpoints)) {
     return corrupt("a coordinate is not finite");
+  }
+  if (const auto max_views = max_views_of(map); !max_views || *max_views != info.max_views) {
+    return corrupt("the views do not go from 1 to the largest that the index says");
   }
   const auto* const prepared = reinterpret_cast<const std::byte*>(data.data());
   map.prepared = {.bytes = {prepared, prepared + info.prepared_bytes}, .elements = info.elements};

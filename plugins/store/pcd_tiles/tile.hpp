@@ -20,9 +20,14 @@ struct TileInfo {
   Point origin = Point::Zero();      ///< map frame [m]; the file holds coordinates relative to it
   std::uint64_t bytes = 0;           ///< of the whole file
   std::uint64_t checksum = 0;        ///< FNV-1a, 64 bit, over the 32-bit words after the header
+  std::uint32_t max_views = 0;       ///< 0: the points have no views
 
   [[nodiscard]] RegionSummary summary() const noexcept {
-    return {.points = points, .viewpoints = viewpoints, .elements = elements, .bytes = bytes};
+    return {.points = points,
+            .viewpoints = viewpoints,
+            .elements = elements,
+            .bytes = bytes,
+            .max_views = max_views};
   }
 };
 
@@ -32,11 +37,12 @@ inline constexpr std::uint64_t kMaxPreparedBytes = std::uint64_t{1} << 50U;  ///
 /// Takes the next bytes of a file.
 using Sink = std::function<Result<void>(std::string_view)>;
 
-/// Writes a binary PCD v0.7 of the points, x y z float32, little endian, and behind its data the
-/// viewpoints in the same form and the prepared bytes, filled up with zeros to whole words. In
-/// blocks: the file is never in memory as a whole.
+/// Writes a binary PCD v0.7 of the points, x y z float32, then views uint32 if the map has any,
+/// little endian, and behind its data the viewpoints, x y z, and the prepared bytes, filled up with
+/// zeros to whole words. In blocks: the file is never in memory as a whole.
 /// Errors: `invalid_input`, before anything is written, for a coordinate that is not finite or too
-/// far from the others for float32, and for elements without bytes; those of the sink.
+/// far from the others for float32, for views that are not one for each point or 0, and for
+/// elements without bytes; those of the sink.
 [[nodiscard]] Result<TileInfo> encode(const RegionMap& map, const Sink& sink);
 
 /// Every byte is checked. Errors: `corrupt_data` for a content that is not what `info` says of it.

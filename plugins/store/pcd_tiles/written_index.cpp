@@ -191,7 +191,15 @@ Region region(Scanner& scan, TileInfo& tile) {
   scan.next("\"prepared_bytes\"");
   tile.prepared_bytes = scan.count(kMaxPreparedBytes);
   if (tile.elements > 0 && tile.prepared_bytes == 0) scan.refuse();
-  scan.next("\"bytes\"");
+  scan.take(",");
+  if (scan.take_if("\"max_views\"")) {
+    scan.take(":");
+    tile.max_views =
+        static_cast<std::uint32_t>(scan.count(std::numeric_limits<std::uint32_t>::max()));
+    if (tile.max_views == 0 || tile.points == 0) scan.refuse();
+    scan.take(",");
+  }
+  scan.key("\"bytes\"");
   tile.bytes = scan.count(kAny);
   scan.next("\"origin\"");
   tile.origin = scan.numbers<Point>();
@@ -233,7 +241,7 @@ std::optional<BundleIndex> read_as_written(std::string_view text) {
   scan.key("\"format\"");
   if (scan.text() != kFormat) scan.refuse();
   scan.next("\"version\"");
-  if (scan.count(kVersion) != kVersion) scan.refuse();
+  if (scan.count(kVersionWithViews) < kVersion) scan.refuse();
   scan.next("\"map\"");
   scan.take("{");
   scan.key("\"points\"");

@@ -109,6 +109,9 @@ class Broken final : public MapStore {
       auto& bytes = map.prepared.bytes;
       bytes.resize((bytes.size() + 3) / 4 * 4);
     }
+    if (breaks("S16")) {  // in a byte
+      for (std::uint32_t& views : map.views) views = std::min(views, 255U);
+    }
     if (breaks("S8") && put_.contains(region.value)) return {};
     VANTAGE_CHECK(sound_->put(region, map));
     put_.insert(region.value);

@@ -58,16 +58,34 @@ class Scene final : public VisibilityScene {
       }
       if (!breaks("V6")) return VisibilityScene::visible_from_any(viewpoints, progress);
       // Neighbours see the same, or so it was thought.
-      PointCloud apart;
-      for (const Point& viewpoint : viewpoints) {
-        const auto is_near = [&](const Point& other) { return (viewpoint - other).norm() < 0.5; };
-        if (std::none_of(apart.begin(), apart.end(), is_near)) apart.push_back(viewpoint);
-      }
-      return VisibilityScene::visible_from_any(apart, progress);
+      return VisibilityScene::visible_from_any(apart(viewpoints, 0.5), progress);
+    });
+  }
+
+  [[nodiscard]] Result<ViewCounts> view_counts(
+      std::span<const Point> viewpoints,
+      const VisibilityProgress* progress) const noexcept override {
+    return guarded([&]() -> Result<ViewCounts> {
+      if (breaks("V9")) return sound_->view_counts(viewpoints, progress);
+      if (!breaks("V16")) return VisibilityScene::view_counts(viewpoints, progress);
+      // A viewpoint that is listed twice is looked around from once.
+      return VisibilityScene::view_counts(apart(viewpoints, 1e-9), progress);
     });
   }
 
  private:
+  /// Without those that are nearer to one before them.
+  [[nodiscard]] static PointCloud apart(std::span<const Point> viewpoints, double distance) {
+    PointCloud kept;
+    for (const Point& viewpoint : viewpoints) {
+      const auto is_near = [&](const Point& other) {
+        return (viewpoint - other).norm() < distance;
+      };
+      if (std::none_of(kept.begin(), kept.end(), is_near)) kept.push_back(viewpoint);
+    }
+    return kept;
+  }
+
   [[nodiscard]] IndexList spoilt(const Point& viewpoint, IndexList seen) const {
     // As the hull has its vertices.
     if (breaks("V1")) std::reverse(seen.begin(), seen.end());

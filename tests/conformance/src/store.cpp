@@ -60,7 +60,16 @@ PreparedMap some_prepared(Random& random, std::size_t bytes, std::uint64_t eleme
   return prepared;
 }
 
-/// Three regions side by side.
+/// Up to `most`, which is among them unless there are none.
+std::vector<std::uint32_t> some_views(Random& random, std::size_t points, std::uint32_t most) {
+  std::vector<std::uint32_t> views(points, most);
+  for (std::size_t i = 1; i < points; ++i) {
+    views[i] = 1 + static_cast<std::uint32_t>(random.below(most));
+  }
+  return views;
+}
+
+/// Three regions side by side, one of them with views.
 Bundle some_bundle(const Subject& subject) {
   Random random(subject.seed());
   Bundle bundle;
@@ -72,6 +81,7 @@ Bundle some_bundle(const Subject& subject) {
     bundle.maps.push_back({std::move(points),
                            random_cloud(random, 5 + r, {x, 0, 1}, {x + 10, 9, 2}),
                            some_prepared(random, 31 * r, 4 * r)});
+    if (r == 1) bundle.maps[r].views = some_views(random, bundle.maps[r].points.size(), 5 + r);
   }
   bundle.index = index_of(std::move(regions));
   return bundle;
@@ -110,7 +120,8 @@ bool same_bits(const Point& a, const Point& b) {
 }
 
 bool same(const RegionMap& a, const RegionMap& b) {
-  return a.viewpoints == b.viewpoints && a.points == b.points && a.prepared == b.prepared;
+  return a.viewpoints == b.viewpoints && a.points == b.points && a.prepared == b.prepared &&
+         a.views == b.views;
 }
 
 bool same(const MapIndex& a, const MapIndex& b) {
@@ -120,7 +131,8 @@ bool same(const MapIndex& a, const MapIndex& b) {
          std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
                     [](const RegionSummary& x, const RegionSummary& y) {
                       return x.points == y.points && x.viewpoints == y.viewpoints &&
-                             x.elements == y.elements && x.bytes == y.bytes;
+                             x.elements == y.elements && x.bytes == y.bytes &&
+                             x.max_views == y.max_views;
                     });
 }
 
@@ -518,6 +530,34 @@ void viewpoints_and_prepared(const Subject& subject) {
   }
 }
 
+void views(const Subject& subject) {
+  Random random(subject.seed());
+  Bundle bundle = some_bundle(subject);
+  constexpr std::array<std::uint32_t, 3> kMost{1, 300, std::numeric_limits<std::uint32_t>::max()};
+  for (std::size_t r = 0; r < kMost.size(); ++r) {
+    bundle.maps[r].views = some_views(random, bundle.maps[r].points.size(), kMost[r]);
+  }
+  const Place place(subject);
+  const auto store = place.open(subject);
+  require(store->begin(bundle.index), "begin");
+  RegionMap wrong = bundle.maps[0];
+  wrong.views.pop_back();
+  check_fails(store->put(RegionId{0}, wrong), ErrorCode::invalid_input);
+  wrong.views.push_back(0);
+  check_fails(store->put(RegionId{0}, wrong), ErrorCode::invalid_input);
+  put_all(*store, bundle);
+  require(store->commit(), "commit");
+
+  const auto reader = place.open(subject);
+  const MapIndex index = index_in(*reader);
+  REQUIRE(index.regions.size() == bundle.maps.size());
+  for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
+    CAPTURE(r);
+    CHECK_MESSAGE(get(*reader, r).views == bundle.maps[r].views, "the views differ");
+    CHECK(index.regions[r].max_views == kMost[r]);
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"S1", "points come back in their order, as close as claimed, far from the origin too",
            &points},
@@ -548,6 +588,8 @@ constexpr std::array kClauses{
            &same_bytes},
     Clause{"S15", "viewpoints and prepared bytes come back, with and without points",
            &viewpoints_and_prepared},
+    Clause{"S16", "views come back, the index has the largest; wrong ones are invalid_input",
+           &views},
 };
 
 }  // namespace

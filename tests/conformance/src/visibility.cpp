@@ -399,6 +399,7 @@ void bad_viewpoint(const Subject& subject) {
              {scene->visible(viewpoints[at]), scene->visible_from_any(viewpoints)}) {
           check_fails(seen, ErrorCode::invalid_input);
         }
+        check_fails(scene->view_counts(viewpoints), ErrorCode::invalid_input);
       }
     }
   }
@@ -439,9 +440,52 @@ void only_the_map(const Subject& subject) {
 void no_viewpoints(const Subject& subject) {
   const auto visibility = subject.make<VisibilityOperator>();
   const PointCloud map = some_map(subject);
-  const auto seen = prepare(*visibility, map, limits_of(map))->visible_from_any({});
+  const auto scene = prepare(*visibility, map, limits_of(map));
+  const auto seen = scene->visible_from_any({});
   REQUIRE_MESSAGE(seen, to_string(seen.error()));
   CHECK(seen->empty());
+  const auto counts = scene->view_counts({});
+  REQUIRE_MESSAGE(counts, to_string(counts.error()));
+  CHECK(counts->points.empty());
+  CHECK(counts->views.empty());
+}
+
+/// How many of the viewpoints see each point of a map, which `view_counts` may tell a progress.
+std::vector<std::uint32_t> views_in(const VisibilityScene& scene, std::size_t points,
+                                    std::span<const Point> viewpoints,
+                                    const VisibilityProgress* progress = nullptr) {
+  const auto counts = scene.view_counts(viewpoints, progress);
+  if (!counts) FAIL("the views are not counted: " << to_string(counts.error()));
+  check_ascending(counts->points, points);
+  REQUIRE(counts->views.size() == counts->points.size());
+  std::vector<std::uint32_t> views(points, 0);
+  for (std::size_t i = 0; i < counts->points.size(); ++i) {
+    REQUIRE_MESSAGE(counts->views[i] > 0, "a point that is listed is seen from no viewpoint");
+    views[counts->points[i]] = counts->views[i];
+  }
+  return views;
+}
+
+void counts_views(const Subject& subject) {
+  const auto visibility = subject.make<VisibilityOperator>();
+  const PointCloud map = some_map(subject);
+  PointCloud viewpoints = some_viewpoints(subject, 6);
+  viewpoints.push_back(viewpoints.front());
+  viewpoints.push_back(viewpoints.front() + Point(0.3, 0.2, 0.1));
+  viewpoints.push_back(map.front());
+  for (const double max_range : {kInfinity, 8.0}) {
+    const auto scene = prepare(*visibility, map, limits_of(map, max_range));
+    std::vector<std::uint32_t> expected(map.size(), 0);
+    for (std::size_t n = 0; n < viewpoints.size(); ++n) {
+      const Labels seen = seen_in(*scene, map.size(), viewpoints[n]);
+      for (std::size_t i = 0; i < seen.size(); ++i) expected[i] += seen[i] ? 1 : 0;
+      CAPTURE(n);
+      const auto got = views_in(*scene, map.size(), std::span(viewpoints).first(n + 1));
+      std::size_t differ = 0;
+      for (std::size_t i = 0; i < map.size(); ++i) differ += got[i] != expected[i] ? 1 : 0;
+      CHECK_MESSAGE(differ == 0, differ << " points have another number of viewpoints");
+    }
+  }
 }
 
 /// Adds up what it is told.
@@ -469,6 +513,10 @@ void progress(const Subject& subject) {
     REQUIRE_MESSAGE(got, to_string(got.error()));
     check_same(labels_of(*expected, map.size()), labels_of(*got, map.size()));
     CHECK_MESSAGE(sum.done() <= n, sum.done() << " of " << n << " viewpoints are reported");
+    const Sum of_counts;
+    CHECK(views_in(*scene, map.size(), asked, &of_counts) == views_in(*scene, map.size(), asked));
+    CHECK_MESSAGE(of_counts.done() <= n, of_counts.done()
+                                             << " of " << n << " viewpoints are reported");
   }
 }
 
@@ -498,6 +546,7 @@ constexpr std::array kClauses{
     Clause{"V14", "without viewpoints nothing is seen", &no_viewpoints},
     Clause{"V15", "progress adds up to the viewpoints asked for, or less, and changes nothing",
            &progress},
+    Clause{"V16", "view_counts tells how many of the sets visible each point is in", &counts_views},
 };
 
 }  // namespace

@@ -608,3 +608,138 @@ TEST_CASE("a plugin that breaks its contract is named, and nothing is committed"
   CHECK(to_string(failed.error()) == "error: too far east (while building region 'strip2')");
   CHECK_FALSE(memory->committed);
 }
+
+namespace {
+
+/// What is stored of the first strip of the map with a gap.
+struct Built {
+  RegionMap map;
+  RegionSummary summary;
+  std::uint64_t seen = 0;
+};
+
+Built first_strip(const BuildParams& with) {
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  p.matcher = test::in_process<CountingMatcher, ScanMatcher>();
+  const auto report = build_region_maps(map_with_a_gap(), {}, p, with);
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  return {memory->maps[0], report->regions[0], report->seen[0]};
+}
+
+/// By hand: how many of the first strip's viewpoints see a point.
+std::uint32_t views_of(const Point& point) {
+  std::uint32_t views = 0;
+  for (int x = 1; x < 10; x += 2) {
+    for (int y = 1; y < 4; y += 2) views += (point - Point(x, y, 1.0)).norm() <= 6.0 ? 1 : 0;
+  }
+  return views;
+}
+
+}  // namespace
+
+TEST_CASE("min_views keeps the points that so many viewpoints see, or all where there are fewer") {
+  auto with = params();
+  const Built all = first_strip(with);
+  CHECK(all.seen == all.map.points.size());
+  for (const std::uint32_t min_views : {2U, 5U, 10U, 1000U}) {
+    CAPTURE(min_views);
+    with.min_views = min_views;
+    const Built built = first_strip(with);
+    PointCloud expected;
+    for (const Point& point : all.map.points) {
+      if (views_of(point) >= std::min(min_views, 10U)) expected.push_back(point);  // 10 viewpoints
+    }
+    CHECK_FALSE(expected.empty());
+    CHECK(built.map.points == expected);
+    CHECK(built.map.views.empty());
+    CHECK(built.summary.points == expected.size());
+    CHECK(built.seen == all.seen);
+  }
+}
+
+TEST_CASE("views are stored beside their points, whatever is left out") {
+  for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
+    auto with = params(scope);
+    with.views = true;
+    for (const std::uint32_t min_views : {1U, 3U}) {
+      with.min_views = min_views;
+      for (const bool thin : {false, true}) {
+        with.thinning.reset();
+        if (thin) with.thinning = ThinningParams{.voxel_size = 3.0, .budget = {}};
+        const Built built = first_strip(with);
+        REQUIRE_FALSE(built.map.points.empty());
+        REQUIRE(built.map.views.size() == built.map.points.size());
+        for (std::size_t i = 0; i < built.map.points.size(); ++i) {
+          CHECK(built.map.views[i] == views_of(built.map.points[i]));
+          CHECK(built.map.views[i] >= min_views);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("thinning takes of what min_views has kept, and the matcher still gets all of that") {
+  auto with = params();
+  with.min_views = 3;
+  const Built kept = first_strip(with);
+  with.thinning = ThinningParams{.voxel_size = {}, .budget = 20};
+  with.content = StoredContent::both;
+  const Built built = first_strip(with);
+  CHECK(built.seen == kept.seen);
+  CHECK(built.summary.points == built.map.points.size());
+  CHECK(built.map.points.size() <= 20);
+  CHECK(built.map.points.size() > 10);
+  CHECK(built.map.prepared.elements == kept.map.points.size());
+  IndexList all(kept.map.points.size());
+  for (std::uint32_t k = 0; k < all.size(); ++k) all[k] = k;
+  CHECK(built.map.points == select(kept.map.points, thinned(kept.map.points, all, *with.thinning)));
+}
+
+TEST_CASE("the observer counts what min_views keeps") {
+  const PointCloud map = map_with_a_gap();
+  for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
+    for (const std::uint32_t min_views : {2U, 7U}) {
+      const auto memory = std::make_shared<test::Memory>();
+      const auto answers = std::make_shared<AsksFirst::Answers>();
+      auto p = plugins(memory);
+      p.partitioner = test::in_process<AsksFirst, Partitioner>(answers);
+      auto with = params(scope);
+      with.min_views = min_views;
+      REQUIRE(build_region_maps(map, {}, p, with));
+      for (std::uint32_t r = 0; r < 3; ++r) {
+        CHECK(answers->points[r] == memory->maps[r].points.size());
+        CHECK(answers->points_if_three_are_enough[r] <= answers->points[r]);
+      }
+    }
+  }
+}
+
+TEST_CASE("a visibility plugin that counts more viewpoints than there are is named") {
+  class CountsTooMany final : public VisibilityOperator {
+   public:
+    [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+        PointsView map, const VisibilityLimits&) const noexcept override {
+      class Scene final : public VisibilityScene {
+       public:
+        explicit Scene(std::size_t points) : VisibilityScene(points) {}
+        [[nodiscard]] Result<IndexList> visible(const Point&) const noexcept override {
+          return IndexList{0};
+        }
+        [[nodiscard]] Result<ViewCounts> view_counts(
+            std::span<const Point> viewpoints, const VisibilityProgress*) const noexcept override {
+          return ViewCounts{.points = {0},
+                            .views = {static_cast<std::uint32_t>(viewpoints.size() + 1)}};
+        }
+      };
+      return std::make_unique<Scene>(map.size());
+    }
+  };
+  auto p = plugins(std::make_shared<test::Memory>());
+  p.visibility = test::in_process<CountsTooMany, VisibilityOperator>();
+  auto with = params();
+  with.min_views = 2;
+  CHECK(build_region_maps(map_with_a_gap(), {}, p, with)
+            .error()
+            .message.starts_with("the visibility plugin broke its contract: every point"));
+}

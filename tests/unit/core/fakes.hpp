@@ -111,7 +111,8 @@ class MemoryStore final : public MapStore {
       memory_->index.regions.push_back({.points = memory_->maps[r].points.size(),
                                         .viewpoints = memory_->maps[r].viewpoints.size(),
                                         .elements = memory_->maps[r].prepared.elements,
-                                        .bytes = 0});
+                                        .bytes = 0,
+                                        .max_views = max_views_of(memory_->maps[r]).value()});
     }
     memory_->committed = true;
     return {};

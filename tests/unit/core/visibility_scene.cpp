@@ -70,3 +70,28 @@ TEST_CASE("a viewpoint that fails is not reported as done") {
   CHECK_FALSE(scene.visible_from_any(PointCloud{{7, 0, 0}, {-3, 0, 0}}, &reports));
   CHECK(reports.viewpoints() == 1);
 }
+
+TEST_CASE("view_counts tells from how many viewpoints each point is seen, for any thread count") {
+  const Divisible scene(1000);
+  const PointCloud viewpoints{{7, 0, 0}, {11, 0, 0}, {7, 0, 0}, {13, 0, 0}};
+  ViewCounts expected;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const std::uint32_t views =
+        (i % 7 == 0 ? 2U : 0U) + (i % 11 == 0 ? 1U : 0U) + (i % 13 == 0 ? 1U : 0U);
+    if (views == 0) continue;
+    expected.points.push_back(i);
+    expected.views.push_back(views);
+  }
+  for (const std::size_t threads : {1U, 2U, 4U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const test::Reports reports;
+    const auto counts = scene.view_counts(viewpoints, &reports);
+    REQUIRE(counts);
+    CHECK(counts->points == expected.points);
+    CHECK(counts->views == expected.views);
+    CHECK(reports.viewpoints() == 4);
+  }
+  CHECK(scene.view_counts({}).value().points.empty());
+  CHECK(scene.view_counts(PointCloud{{7, 0, 0}, {-3, 0, 0}, {-1, 0, 0}}).error().message ==
+        "at -3");
+}

@@ -10,14 +10,15 @@
 namespace vantage {
 namespace {
 
-TEST_CASE("Open3D reads the points of a region's file, with and without more behind them") {
+TEST_CASE("Open3D reads the points of a region's file, with views and with more behind them") {
   const PointCloud points{{1.5, 2, 3}, {2, 4, -5}, {2.25, 3, -1}};
   const PreparedMap prepared{std::vector<std::byte>(1001, std::byte{7}), 5};
-  const RegionMap maps[] = {{points, {}, {}}, {points, {{1, 2, 3}, {2, 3, 4}}, prepared}};
+  const RegionMap maps[] = {
+      {points, {}, {}}, {points, {{1, 2, 3}, {2, 3, 4}}, prepared}, {points, {}, {}, {1, 2, 3}}};
   for (const RegionMap& map : maps) {
     const test::TemporaryFolder folder;
-    const auto store = test::plugin<MapStore>(
-        "pcd_tiles", "root = '" + (folder.path() / "bundle").string() + "'");
+    const auto store =
+        test::plugin<MapStore>("pcd_tiles", "root = '" + (folder.path() / "bundle").string() + "'");
     MapIndex index;
     index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
     REQUIRE(store->begin(index));

@@ -234,6 +234,53 @@ TEST_CASE("viewpoints and prepared bytes lie behind the points, in the same file
   CHECK(store_at(folder.path() / "b")->get(RegionId{0})->prepared == prepared);
 }
 
+TEST_CASE("views are a field of the PCD, and version 4 says that there are some") {
+  const test::TemporaryFolder folder;
+  RegionMap with = points_alone({{2, 3, 4}, {4, 3, 4}});
+  with.viewpoints = {{2.5, 3, -1}};
+  with.views = {7, 70'000};
+  write_bundle(store_at(folder.path() / "b"), sample_index(),
+               {with, {}, points_alone({{1, 2, 3}})});
+  const std::string content = read_text(folder.path() / "b" / "x+000_y+000.pcd");
+  CHECK(content.find("\nFIELDS x y z views\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n") !=
+        std::string::npos);
+  const std::size_t data = content.find("DATA binary\n") + 12;
+  REQUIRE(content.size() == data + 16 + 16 + 12);
+  std::uint32_t views = 0;
+  std::memcpy(&views, content.data() + data + 28, sizeof views);
+  CHECK(views == 70'000);
+  const std::string index = read_text(folder.path() / "b" / "index.json");
+  CHECK(index.find("\"version\": 4") != std::string::npos);
+  const auto store = store_at(folder.path() / "b");
+  CHECK(store->get(RegionId{0})->points == with.points);
+  CHECK(store->get(RegionId{0})->viewpoints == with.viewpoints);
+  CHECK(store->get(RegionId{0})->views == with.views);
+  CHECK(store->get(RegionId{2})->views.empty());
+  CHECK(store->index()->regions[0].max_views == 70'000);
+  CHECK(store->index()->regions[2].max_views == 0);
+
+  // Without any the bundle is what it always was.
+  write_bundle(store_at(folder.path() / "without"), sample_index(),
+               {points_alone(with.points), {}, {}});
+  const std::string index_without = read_text(folder.path() / "without" / "index.json");
+  CHECK(index_without.find("\"version\": 3") != std::string::npos);
+  CHECK(index_without.find("max_views") == std::string::npos);
+}
+
+TEST_CASE("views that are not one for each point, or 0, are refused") {
+  const test::TemporaryFolder folder;
+  const auto store = store_at(folder.path() / "b");
+  REQUIRE(store->begin(sample_index()));
+  RegionMap map = points_alone({{2, 3, 4}, {4, 3, 4}});
+  map.views = {1};
+  check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input,
+              "the region map has 1 views for 2 points");
+  map.views = {1, 0};
+  check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input,
+              "a point of the region map is seen from 0 viewpoints");
+  CHECK(files_in(folder.path() / "b.partial").size() == 1);  // no file of a map that is refused
+}
+
 TEST_CASE("viewpoints and prepared bytes are kept without points") {
   const test::TemporaryFolder folder;
   const PointCloud viewpoints = random_cloud(20, {5e5, 2e6, 10}, 60.0);
@@ -558,13 +605,14 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt("{}", "no member 'format'");
   corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
   for (const std::string older : {"1", "2"}) {
-    corrupt(
-        replaced(good, "\"version\": 3", "\"version\": " + older),
-        "'version' is " + older + ", and 3 is needed: the bundle was built by an older version");
+    corrupt(replaced(good, "\"version\": 3", "\"version\": " + older),
+            "'version' is " + older +
+                ", and 3 or 4 is needed: the bundle was built by an older version");
   }
-  corrupt(replaced(good, "\"version\": 3", "\"version\": 4"), "a newer version");
+  corrupt(replaced(good, "\"version\": 3", "\"version\": 5"), "a newer version");
   for (const std::string odd : {"0", "-2", "2.0", "\"2\"", "\"3\"", "null", "[2]"}) {
-    corrupt(replaced(good, "\"version\": 3", "\"version\": " + odd), "'version' must be 3, not");
+    corrupt(replaced(good, "\"version\": 3", "\"version\": " + odd),
+            "'version' must be 3 or 4, not");
   }
   corrupt(replaced(good, "\"regions\"", "\"region\""), "no member 'regions'");
   corrupt(replaced(good, "\"config\": \"", "\"config\": 7, \"x\": \""),

@@ -27,11 +27,12 @@ BundleIndex sample(std::size_t regions) {
     if (r % 3 == 2) region.footprint = ConvexPolygon{{{0.1, 0.0}, {1e6, 0.0}, {0.3, 5e-3}}};
     if (r % 2 == 1) region.height = {-1.0 / 3.0, kInfinity};
     list.push_back(region);
-    TileInfo tile{.points = random() % 1000,
+    TileInfo tile{.points = 1 + random() % 1000,
                   .viewpoints = random() % 100,
                   .elements = random(),
                   .prepared_bytes = 1 + random() % 1000,
                   .origin = {number(), -0.0, number()}};
+    if (r % 2 == 1) tile.max_views = static_cast<std::uint32_t>(1 + random() % 100);
     tile.bytes = file_size(tile);
     tile.checksum = random();
     index.tiles.push_back(tile);
@@ -60,6 +61,8 @@ void check_equal(const BundleIndex& a, const BundleIndex& b) {
     CHECK(a.tiles[r].origin == b.tiles[r].origin);
     CHECK(a.tiles[r].bytes == b.tiles[r].bytes);
     CHECK(a.tiles[r].checksum == b.tiles[r].checksum);
+    CHECK(a.tiles[r].max_views == b.tiles[r].max_views);
+    CHECK(a.map.regions[r].max_views == b.map.regions[r].max_views);
     CHECK(a.map.regions[r].points == b.map.regions[r].points);
     CHECK(a.map.regions[r].viewpoints == b.map.regions[r].viewpoints);
     CHECK(a.map.regions[r].elements == b.map.regions[r].elements);
@@ -120,6 +123,13 @@ TEST_CASE("an index that contradicts itself is not read, whatever its checksum s
   refused([](TileInfo& tile) { tile.bytes += 1; }, "bytes");
   refused([](TileInfo& tile) { tile.viewpoints += 1; }, "bytes");
   refused([](TileInfo& tile) { tile.prepared_bytes += 4; }, "bytes");
+  refused([](TileInfo& tile) { tile.max_views = 0; }, "bytes");
+  refused(
+      [](TileInfo& tile) {
+        tile.points = 0;
+        tile.bytes = file_size(tile);
+      },
+      "max_views");
   refused([](TileInfo& tile) { tile.origin.x() = kInfinity; }, "origin");
   refused(
       [](TileInfo& tile) {

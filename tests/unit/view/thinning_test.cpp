@@ -34,10 +34,18 @@ TEST_CASE("a place of several maps is there once, with the number of maps") {
   table.add(PointCloud{{1, 1, 1}, {2, 2, 2}, {2.001, 2, 2}});
   table.add(PointCloud{{1.000005, 1, 1}, {3, 3, 3}});
   CHECK(table.points().size() == 3);
-  CHECK(table.maps() == std::vector<std::uint32_t>{2, 1, 1});
-  CHECK(table.maps_at({1, 1, 1.002}) == 2);
-  CHECK(table.maps_at({9, 9, 9}) == 0);
+  CHECK(table.views() == std::vector<std::uint32_t>{2, 1, 1});
+  CHECK(table.views_at({1, 1, 1.002}) == 2);
+  CHECK(table.views_at({9, 9, 9}) == 0);
   CHECK_FALSE(table.thinned());
+}
+
+TEST_CASE("views of maps add up, and of one map the most at a place count") {
+  PointTable table(kBounds, 100);
+  const std::vector<std::uint32_t> first{5, 2, 9}, second{3, 1};
+  table.add(PointCloud{{1, 1, 1}, {2, 2, 2}, {2.001, 2, 2}}, first);
+  table.add(PointCloud{{2, 2, 2}, {3, 3, 3}}, second);
+  CHECK(table.views() == std::vector<std::uint32_t>{5, 12, 1});
 }
 
 TEST_CASE("no more than the limit are kept, and more than half of it") {
@@ -61,7 +69,7 @@ TEST_CASE("which places are kept does not depend on the order, and counts stay w
   std::sort(a.begin(), a.end(), less);
   std::sort(b.begin(), b.end(), less);
   CHECK(a == b);
-  for (const std::uint32_t maps : forth.maps()) CHECK(maps == 2);
+  for (const std::uint32_t views : forth.views()) CHECK(views == 2);
 }
 
 TEST_CASE("places are a centimetre, more only where the map is wider than ten kilometres") {
