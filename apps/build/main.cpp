@@ -94,6 +94,10 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
     std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
                              cli::grouped(map.dropped));
   }
+  if (report.skipped_viewpoints > 0) {
+    std::cout << fmt::format("{} of the viewpoints show too little new and were not asked\n",
+                             cli::grouped(report.skipped_viewpoints));
+  }
   if (report.unreachable_viewpoints > 0) {
     std::cout << fmt::format("{} viewpoints over ground that is not reachable were left out\n",
                              cli::grouped(report.unreachable_viewpoints));
@@ -124,6 +128,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"dropped_points", map.dropped},
       {"ground_points", report.ground_points},
       {"viewpoints", report.viewpoints},
+      {"skipped_viewpoints", report.skipped_viewpoints},
       {"unreachable_viewpoints", report.unreachable_viewpoints},
       {"places_outside", report.places_outside},
       {"regions_without_viewpoints", report.regions_without_viewpoints},

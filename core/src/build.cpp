@@ -19,6 +19,7 @@
 #include <utility>
 #include <variant>
 
+#include "adaptive_viewpoints.hpp"
 #include "index_set.hpp"
 #include "plan_index.hpp"
 #include "stopwatch.hpp"
@@ -211,6 +212,26 @@ class BuildObserver final : public MapObserver {
       for (std::uint32_t& k : seen) k = inside[k];
     }
     return seen;
+  }
+
+  /// The same from as many of the viewpoints as show something new, see ViewpointParams::min_gain.
+  [[nodiscard]] Result<AdaptiveSight> adaptive_map(std::span<const std::uint32_t> inside,
+                                                   std::span<const Point> viewpoints,
+                                                   const VisibilityProgress& progress) const {
+    const ViewpointParams& params = params_.viewpoints;
+    if (viewpoints.empty() || params.min_gain == 0.0) {
+      VANTAGE_TRY(IndexList seen, observable_map(inside, viewpoints, progress));
+      return AdaptiveSight{std::move(seen), 0};
+    }
+    VANTAGE_TRY(const Scope scope, scope_of(inside));
+    VANTAGE_TRY(AdaptiveSight sight,
+                see_adaptively(
+                    viewpoints, params.voxel_size, params.min_gain, scope.points.size(),
+                    [&](std::span<const Point> some) { return scope.seen_from(some, &progress); }));
+    if (params_.scope == VisibilityScope::region) {
+      for (std::uint32_t& k : sight.seen) k = inside[k];
+    }
+    return sight;
   }
 
   /// Frees what only a partitioner and `cut` need. Precondition: nobody asks anything any more.
@@ -483,14 +504,19 @@ class Condenser {
   PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
 };
 
+/// By RegionId.
+struct Built {
+  std::vector<RegionSummary> summaries;
+  std::vector<std::size_t> skipped_viewpoints;
+};
+
 /// Regions in parallel, stored in order; the first failing region decides the error. What waits to
 /// be stored are indices: points are copied for one region at a time.
-Result<std::vector<RegionSummary>> build_all(
-    PointsView map, BuildObserver& observer, const Work& work, const BuildReport& report,
-    const Condenser& condenser, MapStore& store,
-    const std::function<void(const BuildProgress&)>& progress) {
+Result<Built> build_all(PointsView map, BuildObserver& observer, const Work& work,
+                        const BuildReport& report, const Condenser& condenser, MapStore& store,
+                        const std::function<void(const BuildProgress&)>& progress) {
   const auto regions = static_cast<std::uint32_t>(work.viewpoints.size());
-  std::vector<RegionSummary> summaries(regions);
+  Built built{std::vector<RegionSummary>(regions), std::vector<std::size_t>(regions)};
   Meter meter({.regions_done = 0,
                .regions = regions,
                .viewpoints_done = 0,
@@ -502,7 +528,7 @@ Result<std::vector<RegionSummary>> build_all(
   std::uint32_t next = 0;
   struct Item {
     RegionId region;
-    Result<IndexList> seen;
+    Result<AdaptiveSight> sight;
   };
 
   const auto test = [&](std::uint32_t r) {
@@ -510,25 +536,26 @@ Result<std::vector<RegionSummary>> build_all(
     const auto inside =
         work.inside.begin.empty() ? std::span<const std::uint32_t>{} : work.inside[r];
     const RegionProgress of_region(meter, viewpoints.size());
-    auto seen = observer.observable_map(inside, viewpoints, of_region);
-    if (seen) of_region.advanced(viewpoints.size());  // those that the plugin did not report
+    auto sight = observer.adaptive_map(inside, viewpoints, of_region);
+    if (sight) of_region.advanced(viewpoints.size());  // those that the plugin did not report
     ++tested;
-    return std::make_shared<Item>(Item{RegionId{r}, std::move(seen)});
+    return std::make_shared<Item>(Item{RegionId{r}, std::move(sight)});
   };
   const auto put = [&](Item& item) -> Result<void> {
-    VANTAGE_TRY(IndexList seen, std::move(item.seen));
+    VANTAGE_TRY(AdaptiveSight sight, std::move(item.sight));
     if (tested == regions) observer.release_scene();
     const std::uint32_t r = item.region.value;
-    RegionMap region_map{.points = points_of(map, std::move(seen)),
+    RegionMap region_map{.points = points_of(map, std::move(sight.seen)),
                          .viewpoints = work.viewpoints[r],
                          .prepared = {}};
     const std::size_t points = region_map.points.size();
     VANTAGE_CHECK(condenser.apply(region_map));
     VANTAGE_CHECK(store.put(item.region, region_map));
-    summaries[r] = {.points = points,
-                    .viewpoints = region_map.viewpoints.size(),
-                    .elements = region_map.prepared.elements,
-                    .bytes = 0};
+    built.skipped_viewpoints[r] = sight.skipped;
+    built.summaries[r] = {.points = points,
+                          .viewpoints = region_map.viewpoints.size(),
+                          .elements = region_map.prepared.elements,
+                          .bytes = 0};
     meter.region_done();
     return {};
   };
@@ -551,7 +578,7 @@ Result<std::vector<RegionSummary>> build_all(
                 stop = true;
               }));
   VANTAGE_CHECK(outcome);
-  return summaries;
+  return built;
 }
 
 }  // namespace
@@ -618,10 +645,6 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
     const std::size_t viewpoints = work.viewpoints[r].size();
     report.viewpoints += viewpoints;
     if (viewpoints == 0) ++report.regions_without_viewpoints;
-    const bool whole = params.scope == VisibilityScope::map;
-    report.points_times_viewpoints +=
-        static_cast<double>(viewpoints) *
-        static_cast<double>(whole ? map.size() : work.inside[r].size());
   }
   report.seconds_partition = stopwatch.seconds();
 
@@ -633,11 +656,20 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                                               .map_bounds = observer->limits().map_bounds,
                                               .map_points = report.map_points,
                                               .config = params.effective_config}));
-  VANTAGE_TRY(report.regions,
+  VANTAGE_TRY(Built built,
               build_all(map, *observer, work, report, condenser, *plugins.store, progress));
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();
   report.core_seconds_visibility = cpu.seconds();
+  report.regions = std::move(built.summaries);
+  for (std::size_t r = 0; r < regions; ++r) {
+    const std::size_t skipped = built.skipped_viewpoints[r];
+    report.skipped_viewpoints += skipped;
+    const bool whole = params.scope == VisibilityScope::map;
+    report.points_times_viewpoints +=
+        static_cast<double>(work.viewpoints[r].size() - skipped) *
+        static_cast<double>(whole ? map.size() : work.inside[r].size());
+  }
   return report;
 }
 

@@ -54,6 +54,7 @@ struct BuildReport {
   std::uint64_t viewpoints = 0;
   std::uint64_t unreachable_viewpoints = 0;  ///< left out; voxels of the whole map, not regions'
   std::uint64_t places_outside = 0;  ///< along the trajectory, in no region: without a viewpoint
+  std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`: not asked, see `min_gain`
   std::uint64_t regions_without_viewpoints = 0;  ///< nor ground or path: their maps are empty
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included

@@ -34,6 +34,7 @@ struct ViewpointParams {
   std::vector<double> lateral_offsets{0.0};
   bool reachable = false;
   double max_step = 0.3;
+  double min_gain = 0.0;
 
   static constexpr auto schema() {
     return std::tuple{
@@ -62,6 +63,11 @@ struct ViewpointParams {
                  "with reachable: the greatest difference in height between neighbouring square "
                  "metres on a way",
                  positive),
+        optional("min_gain", &ViewpointParams::min_gain, "",
+                 "spacing that adapts: viewpoints are asked at 8, 4, 2 times voxel_size and at "
+                 "voxel_size as long as, of what they see, a larger share than this is new; all "
+                 "are asked if 0",
+                 Range{.min = 0.0, .max = 1.0, .max_open = true}),
     };
   }
   [[nodiscard]] VANTAGE_API Result<void> validate() const;

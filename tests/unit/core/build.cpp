@@ -701,3 +701,53 @@ TEST_CASE("a plugin that breaks its contract is named, and nothing is committed"
   CHECK(to_string(failed.error()) == "error: too far east (while building region 'strip2')");
   CHECK_FALSE(memory->committed);
 }
+
+TEST_CASE("adaptive spacing: skipped viewpoints are counted and kept, for any number of threads") {
+  PointCloud map = long_floor();
+  std::vector<PointCloud> first_maps;
+  for (const std::size_t threads : {1U, 2U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const auto all = std::make_shared<test::Memory>(), few = std::make_shared<test::Memory>();
+    const auto log = std::make_shared<Asked::Log>();
+    auto p = plugins(all, 0, 1e9, 2);
+    auto q = plugins(few, 0, 1e9, 2);
+    q.visibility = test::in_process<Asked, VisibilityOperator>(log);
+    BuildParams with = one_metre();
+    with.max_range = 12.0;  // neighbours see nearly the same
+    const auto expected = build_region_maps(map, {}, p, with);
+    with.viewpoints.min_gain = 0.3;
+    std::vector<BuildProgress> said;
+    const auto report =
+        build_region_maps(map, {}, q, with, [&](const BuildProgress& now) { said.push_back(now); });
+    REQUIRE(expected);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(expected->skipped_viewpoints == 0);
+    CHECK(report->viewpoints == expected->viewpoints);
+    CHECK(report->skipped_viewpoints > report->viewpoints / 2);
+    CHECK(log->viewpoints.size() == report->viewpoints - report->skipped_viewpoints);
+    CHECK(report->points_times_viewpoints ==
+          static_cast<double>(log->viewpoints.size()) * static_cast<double>(map.size()));
+    CHECK(said.back().viewpoints_done == report->viewpoints);
+    for (std::uint32_t r = 0; r < 2; ++r) {
+      CHECK(few->maps[r].viewpoints == all->maps[r].viewpoints);
+      CHECK(few->maps[r].points.size() > 0.9 * static_cast<double>(all->maps[r].points.size()));
+    }
+    first_maps.push_back(few->maps[0].points);
+  }
+  CHECK(first_maps[0] == first_maps[1]);
+}
+
+TEST_CASE("adaptive spacing keeps to P_ij with scope \"region\"") {
+  const PointCloud map = long_floor();
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory, 0, 1e9, 2);
+  BuildParams with = one_metre();
+  with.max_range = 12.0;
+  with.scope = VisibilityScope::region;
+  with.viewpoints.min_gain = 0.3;
+  const auto report = build_region_maps(map, {}, p, with);
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->skipped_viewpoints > 0);
+  REQUIRE_FALSE(memory->maps[1].points.empty());
+  for (const Point& point : memory->maps[1].points) CHECK(point.x() >= 10.0);
+}
