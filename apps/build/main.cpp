@@ -81,10 +81,11 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
   add("region maps", kept, fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6));
   std::cout << table.to_string(style);
   std::cout << fmt::format(
-      "\n{} ground points, {} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
+      "\n{}{} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
       "s\n",
-      cli::grouped(report.ground_points), cli::grouped(report.viewpoints), report.seconds_partition,
-      report.seconds_ground, report.seconds_visibility);
+      report.ground_points > 0 ? cli::grouped(report.ground_points) + " ground points, " : "",
+      cli::grouped(report.viewpoints), report.seconds_partition, report.seconds_ground,
+      report.seconds_visibility);
   std::cout << fmt::format(
       "{:.1f} core-seconds for visibility, {:.3g} for each viewpoint and million points; peak "
       "memory {} MB\n",
@@ -98,9 +99,22 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
     std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
                              cli::grouped(map.dropped));
   }
+  if (report.skipped_viewpoints > 0) {
+    std::cout << fmt::format("{} of the viewpoints show too little new and were not asked\n",
+                             cli::grouped(report.skipped_viewpoints));
+  }
+  if (report.unreachable_viewpoints > 0) {
+    std::cout << fmt::format("{} viewpoints over ground that is not reachable were left out\n",
+                             cli::grouped(report.unreachable_viewpoints));
+  }
+  if (report.places_outside > 0) {
+    std::cout << fmt::format("{} places along the trajectory are in no region and were left out\n",
+                             cli::grouped(report.places_outside));
+  }
   if (report.regions_without_viewpoints > 0) {
-    std::cout << fmt::format("{} regions hold no ground, so no viewpoint: their maps are empty\n",
-                             cli::grouped(report.regions_without_viewpoints));
+    std::cout << fmt::format("{} regions hold no {}, so no viewpoint: their maps are empty\n",
+                             cli::grouped(report.regions_without_viewpoints),
+                             report.ground_points > 0 ? "ground" : "part of the trajectory");
   }
 }
 
@@ -120,6 +134,9 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"dropped_points", map.dropped},
       {"ground_points", report.ground_points},
       {"viewpoints", report.viewpoints},
+      {"skipped_viewpoints", report.skipped_viewpoints},
+      {"unreachable_viewpoints", report.unreachable_viewpoints},
+      {"places_outside", report.places_outside},
       {"regions_without_viewpoints", report.regions_without_viewpoints},
       {"seconds",
        {{"partition", report.seconds_partition},
@@ -160,6 +177,7 @@ Result<void> run(const Options& options) {
   Config kept = config;
   kept.store.reset();
   if (config.store->content == StoredContent::points) kept.matcher.reset();
+  if (!plugins.ground) kept.ground.reset();
   kept.localizer.reset();
   BuildParams params = BuildParams::from(config);
   kept.viewpoints = params.viewpoints;

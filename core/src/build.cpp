@@ -13,11 +13,13 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
 #include <variant>
 
+#include "adaptive_viewpoints.hpp"
 #include "index_set.hpp"
 #include "plan_index.hpp"
 #include "stopwatch.hpp"
@@ -30,6 +32,16 @@ namespace {
 struct Work {
   Groups inside;                       // P_ij of Eq. 3, only for VisibilityScope::region
   std::vector<PointCloud> viewpoints;  // Eq. 5, by RegionId
+  std::uint64_t places_outside = 0;    // of all regions
+};
+
+/// Where viewpoints come from: some of the points of a cloud.
+struct Places {
+  PointsView points;  // the map, or `own`
+  IndexList which;    // of `points`: the ground, or all
+  PointCloud own;     // along the trajectory
+  std::uint64_t ground_points = 0;
+  std::uint64_t unreachable_viewpoints = 0;
 };
 
 /// A plugin is not trusted to keep its promise about indices: a wrong one would read past the map.
@@ -81,9 +93,9 @@ Result<std::vector<std::uint32_t>> regions_of(PointsView map, const Partition& p
 }
 
 /// Eq. 3, and the viewpoints of every region (Eqs. 4-5).
-Result<Work> cut(PointsView map, const IndexList& ground, const Partition& partition,
+Result<Work> cut(PointsView map, const Places& places, const Partition& partition,
                  const BuildParams& params) {
-  VANTAGE_TRY(const auto region_of, regions_of(map, partition));
+  VANTAGE_TRY(auto region_of, regions_of(map, partition));
   const auto owner = [&](std::uint32_t k) { return region_of[k]; };
   Work work;
   if (params.scope == VisibilityScope::region) {
@@ -91,11 +103,26 @@ Result<Work> cut(PointsView map, const IndexList& ground, const Partition& parti
         map.size(), partition.size(), [](std::size_t k) { return static_cast<std::uint32_t>(k); },
         owner);
   }
-  const Groups ground_of = grouped(
-      ground.size(), partition.size(), [&](std::size_t i) { return ground[i]; }, owner);  // g_ij
+  const auto regions = static_cast<std::uint32_t>(partition.size());
+  if (params.viewpoints.source == ViewpointSource::trajectory) {
+    region_of.clear();
+    for (const Point& p : places.points) {
+      const auto region = partition.locate(p);
+      region_of.push_back(region ? region->value : regions);
+    }
+  }
+  const Groups places_of = grouped(
+      places.which.size(), regions + 1, [&](std::size_t i) { return places.which[i]; },
+      owner);  // g_ij
+  work.places_outside = places_of[regions].size();
+  if (work.places_outside == places.which.size()) {
+    return fail(ErrorCode::invalid_input,
+                "the whole trajectory lies outside of all regions, so there is nowhere to put a "
+                "viewpoint: is it in the frame of the map?");
+  }
   std::vector<Result<PointCloud>> viewpoints(partition.size());
   tbb::parallel_for(std::size_t{0}, partition.size(), [&](std::size_t r) {
-    viewpoints[r] = viewpoints_over(map, ground_of[r], params.viewpoints);
+    viewpoints[r] = viewpoints_over(places.points, places_of[r], params.viewpoints);
   });
   work.viewpoints.reserve(partition.size());
   for (auto& of_region : viewpoints) {
@@ -135,21 +162,38 @@ void keep_often_seen(ViewCounts& counts, std::size_t min_views, std::size_t view
   counts.views.resize(to);
 }
 
-/// What the build knows before it cuts: the ground, and what can be seen. Answers the partitioner
-/// and then serves the build itself, so that what a partitioner was told is what the bundle will
-/// hold.
+/// What the build knows before it cuts: the ground or path, and what can be seen. Answers the
+/// partitioner and then serves the build itself, so that what a partitioner was told is what the
+/// bundle will hold.
 class BuildObserver final : public MapObserver {
  public:
-  /// Finds the ground. All arguments are borrowed.
-  static Result<std::unique_ptr<BuildObserver>> over(PointsView map, const BuildPlugins& plugins,
+  /// Finds the places of viewpoints. All arguments are borrowed.
+  static Result<std::unique_ptr<BuildObserver>> over(PointsView map, PointsView trajectory,
+                                                     const BuildPlugins& plugins,
                                                      const BuildParams& params) {
     auto observer = std::make_unique<BuildObserver>(map, plugins, params);
-    VANTAGE_TRY(observer->ground_, plugins.ground->ground(map));
-    VANTAGE_CHECK(check_indices(observer->ground_, map.size(), "ground"));
-    if (observer->ground_.empty()) {
-      return fail(ErrorCode::invalid_input,
-                  "no ground was found in the map, so there is nowhere to put a viewpoint");
+    Places& places = observer->places_;
+    if (params.viewpoints.source == ViewpointSource::trajectory) {
+      if (trajectory.empty()) {
+        return fail(ErrorCode::invalid_input,
+                    "viewpoints are to come from the trajectory, but there is none");
+      }
+      VANTAGE_TRY(places.own, places_along(trajectory, params.viewpoints));
+      places.points = places.own;
+      places.which.resize(places.own.size());
+      std::iota(places.which.begin(), places.which.end(), 0U);
+      return observer;
     }
+    VANTAGE_TRY(places.which, plugins.ground->ground(map));
+    VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
+    if (places.which.empty()) {
+      return fail(ErrorCode::invalid_input,
+                  "no ground was found in the map, so there is nowhere to put a viewpoint; "
+                  "viewpoints.source = \"trajectory\" needs none");
+    }
+    places.points = map;
+    places.ground_points = places.which.size();
+    if (params.viewpoints.reachable) VANTAGE_CHECK(observer->keep_reachable(trajectory));
     return observer;
   }
   BuildObserver(PointsView map, const BuildPlugins& plugins, const BuildParams& params)
@@ -158,11 +202,12 @@ class BuildObserver final : public MapObserver {
         params_(params),
         limits_{.map_bounds = bounds_of(map), .max_range = params.max_range} {}
 
-  [[nodiscard]] const IndexList& ground() const noexcept { return ground_; }
+  [[nodiscard]] const Places& places() const noexcept { return places_; }
   [[nodiscard]] const VisibilityLimits& limits() const noexcept { return limits_; }
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override {
-    return guarded([&] { return viewpoints_over(map_, ground_, params_.viewpoints); });
+    return guarded(
+        [&] { return viewpoints_over(places_.points, places_.which, params_.viewpoints); });
   }
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
@@ -181,8 +226,9 @@ class BuildObserver final : public MapObserver {
 
   /// V_ij of Eq. 10.
   struct ObservableMap {
-    std::uint64_t seen = 0;  ///< points, from whatever number of viewpoints
-    ViewCounts kept = {};    ///< those seen from enough, of the map; `views` only if asked for
+    std::uint64_t seen = 0;   ///< points, from whatever number of viewpoints
+    ViewCounts kept = {};     ///< those seen from enough, of the map; `views` only if asked for
+    std::size_t skipped = 0;  ///< viewpoints that were not asked, see ViewpointParams::min_gain
   };
   /// @param inside  P_ij; only VisibilityScope::region looks at it
   [[nodiscard]] Result<ObservableMap> observable_map(std::span<const std::uint32_t> inside,
@@ -198,6 +244,15 @@ class BuildObserver final : public MapObserver {
       observable.seen = kept.points.size();
       keep_often_seen(kept, params_.min_views, viewpoints.size());
       if (!params_.views) kept.views = {};
+    } else if (const ViewpointParams& which = params_.viewpoints; which.min_gain > 0.0) {
+      VANTAGE_TRY(AdaptiveSight sight,
+                  see_adaptively(viewpoints, which.voxel_size, which.min_gain, scope.points.size(),
+                                 [&](std::span<const Point> some) {
+                                   return scope.seen_from(some, &progress);
+                                 }));
+      observable.seen = sight.seen.size();
+      observable.skipped = sight.skipped;
+      kept.points = std::move(sight.seen);
     } else {
       VANTAGE_TRY(kept.points, scope.seen_from(viewpoints, &progress));
       observable.seen = kept.points.size();
@@ -209,15 +264,26 @@ class BuildObserver final : public MapObserver {
   }
 
   /// Frees what only a partitioner and `cut` need. Precondition: nobody asks anything any more.
-  void release_ground() {
-    ground_ = IndexList();
-    ground_index_.reset();
+  void release_places() {
+    places_ = {};
+    place_index_.reset();
     map_index_.reset();
   }
   /// Frees what `observable_map` needs. Precondition: nobody asks anything any more.
   void release_scene() { map_scene_.reset(); }
 
  private:
+  Result<void> keep_reachable(PointsView trajectory) {
+    const ViewpointParams& params = params_.viewpoints;
+    VANTAGE_TRY(IndexList reachable,
+                reachable_ground(map_, places_.which, trajectory, params.max_step));
+    VANTAGE_TRY(const PointCloud before, viewpoints_over(map_, places_.which, params));
+    VANTAGE_TRY(const PointCloud after, viewpoints_over(map_, reachable, params));
+    places_.unreachable_viewpoints = before.size() - after.size();
+    places_.which = std::move(reachable);
+    return {};
+  }
+
   /// The points among which a region's visibility is decided, ready to be asked.
   struct Scope {
     PointsView points;
@@ -278,11 +344,12 @@ class BuildObserver final : public MapObserver {
   }
 
   [[nodiscard]] Result<std::uint64_t> count(const Region& region, std::uint64_t enough) const {
-    const IndexList ground = owned(region, index_of_ground());  // g_ij
-    VANTAGE_TRY(const PointCloud viewpoints, viewpoints_over(map_, ground, params_.viewpoints));
+    const PointsView points = places_.points;
+    const IndexList places = owned(region, points, index_of_places());  // g_ij
+    VANTAGE_TRY(const PointCloud viewpoints, viewpoints_over(points, places, params_.viewpoints));
     if (viewpoints.empty()) return 0;
     IndexList inside;  // P_ij
-    if (params_.scope == VisibilityScope::region) inside = owned(region, index_of_map());
+    if (params_.scope == VisibilityScope::region) inside = owned(region, map_, index_of_map());
     VANTAGE_TRY(const Scope scope, scope_of(inside));
 
     // Far-apart viewpoints first, and more of them each time: a region that shows too much is found
@@ -319,22 +386,24 @@ class BuildObserver final : public MapObserver {
     return seen.size();
   }
 
-  /// What a region owns of the points in an index.
-  [[nodiscard]] IndexList owned(const Region& region, const PlanIndex& index) const {
+  /// What a region owns of the points in an index over `points`.
+  [[nodiscard]] static IndexList owned(const Region& region, PointsView points,
+                                       const PlanIndex& index) {
     const auto [min, max] = plan_bounds(region.footprint);
-    IndexList points = index.near(min, max);
-    std::erase_if(points, [&](std::uint32_t k) {
-      const Point& p = map_[k];
+    IndexList inside = index.near(min, max);
+    std::erase_if(inside, [&](std::uint32_t k) {
+      const Point& p = points[k];
       return !region.height.contains(p.z()) || !contains(region.footprint, p.head<2>());
     });
-    return points;
+    return inside;
   }
 
-  [[nodiscard]] const PlanIndex& index_of_ground() const {
-    std::call_once(ground_indexed_, [&] {
-      ground_index_.emplace(map_, ground_.size(), [&](std::size_t i) { return ground_[i]; });
+  [[nodiscard]] const PlanIndex& index_of_places() const {
+    std::call_once(places_indexed_, [&] {
+      place_index_.emplace(places_.points, places_.which.size(),
+                           [&](std::size_t i) { return places_.which[i]; });
     });
-    return *ground_index_;
+    return *place_index_;
   }
   [[nodiscard]] const PlanIndex& index_of_map() const {
     std::call_once(map_indexed_, [&] {
@@ -361,12 +430,12 @@ class BuildObserver final : public MapObserver {
   const BuildPlugins& plugins_;
   const BuildParams& params_;
   VisibilityLimits limits_;
-  IndexList ground_;
+  Places places_;
   mutable std::mutex mutex_;
   mutable PluginPtr<VisibilityScene> map_scene_;
   // Only a partitioner that asks about regions needs these.
-  mutable std::once_flag ground_indexed_, map_indexed_;
-  mutable std::optional<PlanIndex> ground_index_, map_index_;
+  mutable std::once_flag places_indexed_, map_indexed_;
+  mutable std::optional<PlanIndex> place_index_, map_index_;
 };
 
 /// Says how far a build is, whoever gets on: at every region, and in between at every hundredth of
@@ -496,14 +565,18 @@ struct BuiltRegion {
   std::uint64_t seen = 0;     // points, from whatever number of viewpoints
   ViewCounts stored = {};     // of the map
   IndexList observable = {};  // as they were before they were thinned, if a matcher asks for them
+  std::size_t skipped = 0;    // viewpoints
 };
 
 /// Takes an observable map, which is left empty.
 BuiltRegion thinned_region(PointsView map, BuildObserver::ObservableMap observable,
                            const BuildParams& params, const Condenser& condenser) {
   ViewCounts& kept = observable.kept;
-  if (!params.thinning) return {.seen = observable.seen, .stored = std::move(kept)};
-  BuiltRegion region{.seen = observable.seen};
+  BuiltRegion region{.seen = observable.seen, .skipped = observable.skipped};
+  if (!params.thinning) {
+    region.stored = std::move(kept);
+    return region;
+  }
   region.stored.points = thinned(map, kept.points, *params.thinning);
   if (!kept.views.empty()) {
     region.stored.views.reserve(region.stored.points.size());
@@ -567,6 +640,11 @@ Result<void> build_all(PointsView map, BuildObserver& observer, const Work& work
     summary.elements = region_map.prepared.elements;
     VANTAGE_CHECK(store.put(item.region, region_map));
     report.seen[r] = built.seen;
+    report.skipped_viewpoints += built.skipped;
+    const bool whole = params.scope == VisibilityScope::map;
+    report.points_times_viewpoints +=
+        static_cast<double>(region_map.viewpoints.size() - built.skipped) *
+        static_cast<double>(whole ? map.size() : work.inside[r].size());
     meter.region_done();
     return {};
   };
@@ -612,12 +690,21 @@ BuildParams BuildParams::from(const Config& config) {
 Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader& loader) {
   constexpr std::string_view kJob = "building region maps";
   VANTAGE_TRY(const auto partitioner, config.need(config.partitioner, "partitioner", kJob));
-  VANTAGE_TRY(const auto ground, config.need(config.ground, "ground", kJob));
   VANTAGE_TRY(const auto visibility, config.need(config.visibility, "visibility", kJob));
   VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", kJob));
   BuildPlugins plugins;
   VANTAGE_TRY(plugins.partitioner, loader.load<Partitioner>(partitioner));
-  VANTAGE_TRY(plugins.ground, loader.load<GroundFilter>(ground));
+  if (config.viewpoints && config.viewpoints->source == ViewpointSource::trajectory) {
+    if (config.map && !config.map->trajectory) {
+      return fail(ErrorCode::invalid_config,
+                  "missing key 'trajectory' in [map], which viewpoints.source = \"trajectory\" "
+                  "needs",
+                  SourceLocation{config.file, 0, 0});
+    }
+  } else {
+    VANTAGE_TRY(const auto ground, config.need(config.ground, "ground", kJob));
+    VANTAGE_TRY(plugins.ground, loader.load<GroundFilter>(ground));
+  }
   VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
   VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
   if (store.content != StoredContent::points) {
@@ -636,23 +723,21 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   BuildReport report;
   report.map_points = map.size();
   Stopwatch stopwatch;
-  VANTAGE_TRY(const auto observer, BuildObserver::over(map, plugins, params));
-  report.ground_points = observer->ground().size();
+  VANTAGE_TRY(const auto observer, BuildObserver::over(map, trajectory, plugins, params));
+  report.ground_points = observer->places().ground_points;
+  report.unreachable_viewpoints = observer->places().unreachable_viewpoints;
   report.seconds_ground = stopwatch.seconds();
 
   stopwatch = {};
   VANTAGE_TRY(report.partition, plugins.partitioner->partition(map, trajectory, *observer));
-  VANTAGE_TRY(const Work work, cut(map, observer->ground(), report.partition, params));
-  observer->release_ground();
+  VANTAGE_TRY(const Work work, cut(map, observer->places(), report.partition, params));
+  observer->release_places();
+  report.places_outside = work.places_outside;
   const std::size_t regions = report.partition.size();
   for (std::size_t r = 0; r < regions; ++r) {
     const std::size_t viewpoints = work.viewpoints[r].size();
     report.viewpoints += viewpoints;
     if (viewpoints == 0) ++report.regions_without_viewpoints;
-    const bool whole = params.scope == VisibilityScope::map;
-    report.points_times_viewpoints +=
-        static_cast<double>(viewpoints) *
-        static_cast<double>(whole ? map.size() : work.inside[r].size());
   }
   report.seconds_partition = stopwatch.seconds();
 

@@ -185,6 +185,11 @@ Result<void> StoreConfig::validate() const {
 }
 
 Result<void> Config::validate() const {
+  const bool counted = (visibility && visibility->min_views > 1) || (store && store->views);
+  if (counted && viewpoints && viewpoints->min_gain > 0.0) {
+    return fail_at({"viewpoints.min_gain"},
+                   "'min_gain' leaves viewpoints out, and 'min_views' and 'views' count all");
+  }
   if (!thinning || !store || store->content != StoredContent::prepared) return {};
   return fail_at({"thinning"},
                  "[thinning] thins the points of region maps, and [store] content = \"prepared\" "

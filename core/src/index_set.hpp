@@ -33,6 +33,10 @@ class IndexSet {
     }
   }
 
+  [[nodiscard]] bool contains(std::uint32_t index) const noexcept {
+    return (words_[index / kBits] >> (index % kBits) & 1U) != 0;
+  }
+
   [[nodiscard]] std::size_t size() const noexcept {
     std::size_t count = 0;
     for (const std::uint64_t word : words_) count += static_cast<std::size_t>(std::popcount(word));

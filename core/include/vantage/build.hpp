@@ -22,7 +22,7 @@ namespace vantage {
 /// The plugins that a build runs.
 struct BuildPlugins {
   PluginPtr<Partitioner> partitioner;
-  PluginPtr<GroundFilter> ground;
+  PluginPtr<GroundFilter> ground;  ///< none for viewpoints along the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
   PluginPtr<ScanMatcher> matcher;  ///< none unless its prepared map is to be stored
@@ -58,7 +58,10 @@ struct BuildReport {
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;
-  std::uint64_t regions_without_viewpoints = 0;  ///< no ground in them: their maps are empty
+  std::uint64_t unreachable_viewpoints = 0;  ///< left out; voxels of the whole map, not regions'
+  std::uint64_t places_outside = 0;  ///< along the trajectory, in no region: without a viewpoint
+  std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`: not asked, see `min_gain`
+  std::uint64_t regions_without_viewpoints = 0;  ///< nor ground or path: their maps are empty
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
   double points_times_viewpoints = 0;  ///< each viewpoint counts the points it was decided among
@@ -70,8 +73,10 @@ struct BuildReport {
   }
 };
 
-/// Loads the plugins a build needs, the matcher only for prepared content.
-/// Errors: a missing table, plugin or wrong parameter.
+/// Loads the plugins a build needs, the matcher only for prepared content, the ground filter only
+/// for viewpoints over the ground.
+/// Errors: a missing table, plugin or wrong parameter; viewpoints along a trajectory that [map]
+/// does not name.
 [[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
                                                                   const PluginLoader& loader);
 
@@ -79,13 +84,15 @@ struct BuildReport {
 /// regions and viewpoints, within the limits of the caller's TBB arena; the bundle does not depend
 /// on the number of threads.
 /// @param map         N points of P, map frame, z up [m]; finite
-/// @param trajectory  where the sensor was while mapping [m]; may be empty
+/// @param trajectory  where the sensor was while mapping, in the order of the drive, map frame [m];
+///                    may be empty unless viewpoints come from it
 /// @param progress    called from one thread at a time, first with nothing done, then with counts
 ///                    that never fall, at every region and a few times a second within; must not
 ///                    use TBB; what it throws comes out of here; may be empty
-/// Errors: `invalid_input` for an empty or non-finite map, or one without any ground; what the
-/// plugins report, `unsupported` among them for a matcher that cannot store what it prepares;
-/// `internal` for a plugin that breaks its contract. Nothing is stored on error.
+/// Errors: `invalid_input` for an empty or non-finite map, one without the ground that viewpoints
+/// are to stand on, or a trajectory that they cannot come from; what the plugins report,
+/// `unsupported` among them for a matcher that cannot store what it prepares; `internal` for a
+/// plugin that breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(
     PointsView map, PointsView trajectory, BuildPlugins& plugins, const BuildParams& params,
     const std::function<void(const BuildProgress&)>& progress = {});

@@ -40,8 +40,8 @@ struct MapSource {
         required("files", &MapSource::files, "", "point cloud files that together are the map",
                  Source{"Eq. 1"}),
         optional("trajectory", &MapSource::trajectory, "",
-                 "TUM file: where the sensor was while mapping, for partitioners that use it; "
-                 "they get none if left out"),
+                 "TUM file: where the sensor was while mapping, for viewpoints along it and for "
+                 "partitioners that use it; they get none if left out"),
     };
   }
   [[nodiscard]] VANTAGE_API Result<void> validate() const;

@@ -16,7 +16,8 @@ class VANTAGE_API MapObserver {
  public:
   virtual ~MapObserver();
 
-  /// Virtual viewpoints q over the ground of the whole map (Eqs. 4-5), map frame [m]; may be empty.
+  /// Virtual viewpoints q over the ground of the whole map (Eqs. 4-5) or along its trajectory, map
+  /// frame [m]; may be empty.
   [[nodiscard]] virtual Result<PointCloud> viewpoints() const noexcept = 0;
 
   /// B_q of Eq. 9, decided among all points of the map.

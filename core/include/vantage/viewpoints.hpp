@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "vantage/api.hpp"
@@ -12,21 +15,62 @@
 
 namespace vantage {
 
+/// Where viewpoints come from.
+enum class ViewpointSource : std::uint8_t {
+  ground,      ///< wherever a robot could stand, as the paper has it
+  trajectory,  ///< where the sensor was while mapping
+};
+constexpr auto enum_names(ViewpointSource) {
+  return std::array{std::pair{std::string_view("ground"), ViewpointSource::ground},
+                    std::pair{std::string_view("trajectory"), ViewpointSource::trajectory}};
+}
+
 /// [viewpoints]: Sec. 2.2.
 struct ViewpointParams {
+  ViewpointSource source = ViewpointSource::ground;
   double voxel_size = 1.0;     // s_voxel
   double sensor_height = 1.0;  // h_s
+  std::vector<double> height_offsets{0.0};
+  std::vector<double> lateral_offsets{0.0};
+  bool reachable = false;
+  double max_step = 0.3;
+  double min_gain = 0.0;
 
   static constexpr auto schema() {
     return std::tuple{
+        optional(
+            "source", &ViewpointParams::source, "",
+            "over the ground, or along the trajectory of [map], which is the sensor's own path "
+            "and needs no [ground]",
+            Source{{}, "Yagi et al. 2026, Sec. 2.2"}),
         optional("voxel_size", &ViewpointParams::voxel_size, "m",
-                 "s_voxel: one viewpoint for each ground voxel of this size", positive,
-                 Source{"Eq. 4", "Yagi et al. 2026, Sec. 2.2"}),
+                 "s_voxel: one viewpoint for each voxel of this size that holds ground, or "
+                 "trajectory",
+                 positive, Source{"Eq. 4", "Yagi et al. 2026, Sec. 2.2"}),
         optional("sensor_height", &ViewpointParams::sensor_height, "m",
-                 "h_s: height of the sensor above the ground",
+                 "h_s: height of the sensor above the ground; has no meaning for a trajectory",
                  Source{"Eq. 5", "Yagi et al. 2026, Sec. 2.2"}),
+        optional("height_offsets", &ViewpointParams::height_offsets, "m",
+                 "sensors at several heights: a viewpoint at each of these above h_s, or above the "
+                 "trajectory; the search for a lost sensor begins at the first"),
+        optional("lateral_offsets", &ViewpointParams::lateral_offsets, "m",
+                 "only for a trajectory: a viewpoint at each of these to the left of the direction "
+                 "of travel"),
+        optional("reachable", &ViewpointParams::reachable, "",
+                 "only for ground: leave out roofs and islands, ground that no way leads to from "
+                 "below the trajectory of [map], or without one from the largest connected ground"),
+        optional("max_step", &ViewpointParams::max_step, "m",
+                 "with reachable: the greatest difference in height between neighbouring square "
+                 "metres on a way",
+                 positive),
+        optional("min_gain", &ViewpointParams::min_gain, "",
+                 "spacing that adapts: viewpoints are asked at 8, 4, 2 times voxel_size and at "
+                 "voxel_size as long as, of what they see, a larger share than this is new; all "
+                 "are asked if 0",
+                 Range{.min = 0.0, .max = 1.0, .max_open = true}),
     };
   }
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
 };
 
 /// One point a voxel, the centroid of the voxel's points (Eq. 4).
@@ -38,13 +82,44 @@ struct ViewpointParams {
 /// Errors: `invalid_input` for a non-finite point or one beyond 2^50 voxels from the origin.
 [[nodiscard]] VANTAGE_API Result<PointCloud> voxel_centroids(PointsView points, double voxel_size);
 
-/// Virtual viewpoints q over ground points g_ij: voxel centroids, raised by h_s (Eqs. 4-5).
-[[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView ground,
+/// Places along a trajectory: its positions moved by each of the lateral offsets, all for the first
+/// offset before those for the second. The direction of travel is taken in plan between positions
+/// at least half a voxel apart, so that noise of one that stands still is no direction.
+/// @param trajectory  N positions of the sensor in the order of the drive, map frame [m]
+/// Errors: `invalid_input` for a position that is not finite, or for offsets from a trajectory
+/// that goes nowhere.
+[[nodiscard]] VANTAGE_API Result<PointCloud> places_along(PointsView trajectory,
+                                                          const ViewpointParams& params);
+
+/// The ground that a robot can get to. Ground in a square metre of the plan is a level where it has
+/// no gap in height above `max_step`; levels are connected if their mean heights differ by no more
+/// and they are in neighbouring square metres (of eight), or with one between them that holds no
+/// ground. What counts is all that is connected to ground below the trajectory, in a square metre
+/// the highest level that is not above it by more than a step; without a trajectory what is
+/// connected to most levels.
+/// @param map         N points, z up [m]
+/// @param ground      indices into `map`, strictly ascending
+/// @param trajectory  positions of the sensor [m]; may be empty
+/// @param max_step    [m], > 0
+/// @return            the part of `ground` that counts, whatever the order of the points
+/// Errors: `invalid_input` for a point that is not finite or beyond 2^50 m from the origin, or for
+/// a trajectory with no ground below it.
+[[nodiscard]] VANTAGE_API Result<IndexList> reachable_ground(PointsView map,
+                                                             std::span<const std::uint32_t> ground,
+                                                             PointsView trajectory,
+                                                             double max_step);
+
+/// Virtual viewpoints q at each of the heights, all at the first before those at the second.
+/// ViewpointSource::ground: over ground points g_ij, voxel centroids raised by h_s (Eqs. 4-5).
+/// ViewpointSource::trajectory: of `places_along`, in each voxel the one nearest to its centre (of
+/// two as near the first), in the order of `points`: a place where the sensor was, no mean of some.
+/// Errors: as `voxel_centroids`.
+[[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
                                                              const ViewpointParams& params);
 
-/// The same over the points of `map` that `ground` names. Precondition: every index < map.size().
-[[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView map,
-                                                             std::span<const std::uint32_t> ground,
+/// The same over the points that `which` names. Precondition: every index < points.size().
+[[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
+                                                             std::span<const std::uint32_t> which,
                                                              const ViewpointParams& params);
 
 }  // namespace vantage

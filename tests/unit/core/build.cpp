@@ -202,8 +202,96 @@ TEST_CASE("a map that cannot be built is refused before anything is stored") {
   CHECK(build_region_maps(PointCloud{{0, 0, nan}}, {}, p, params()).error().message ==
         "the map has a point that is not finite (point 0 of 1, counted from 0)");
   CHECK(build_region_maps(PointCloud{{5, 0, 3}}, {}, p, params()).error().message ==
-        "no ground was found in the map, so there is nowhere to put a viewpoint");
+        "no ground was found in the map, so there is nowhere to put a viewpoint; "
+        "viewpoints.source = \"trajectory\" needs none");
   CHECK_FALSE(memory->begun);
+}
+
+namespace {
+
+BuildParams along_trajectory() {
+  BuildParams p = params();
+  p.viewpoints = {.source = ViewpointSource::trajectory, .voxel_size = 2.0};
+  return p;
+}
+
+/// To the east at y = 2, through the strips of the map with a gap and 10 m beyond.
+PointCloud drive_through() {
+  PointCloud path;
+  for (int k = 5; k < 400; ++k) path.push_back({0.1 * k, 2.5, 1.5});
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("viewpoints along a trajectory need neither ground nor a filter for it") {
+  PointCloud map = map_with_a_gap();
+  std::erase_if(map, [](const Point& p) { return p.z() < 0.1; });
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  p.ground = nullptr;
+  const auto report = build_region_maps(map, drive_through(), p, along_trajectory());
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->ground_points == 0);
+  CHECK(report->viewpoints == 15);  // one in 2 m
+  CHECK(report->places_outside == 100);
+  CHECK(report->regions_without_viewpoints == 0);
+  for (std::uint32_t r = 0; r < 3; ++r) {
+    const PointCloud path = drive_through();
+    CHECK(memory->maps[r].viewpoints.size() == 5);
+    PointCloud expected;
+    for (const Point& point : map) {
+      const auto near = [&](const Point& q) { return (point - q).norm() <= 6.0; };
+      if (std::any_of(memory->maps[r].viewpoints.begin(), memory->maps[r].viewpoints.end(), near)) {
+        expected.push_back(point);
+      }
+    }
+    CHECK(memory->maps[r].points == expected);
+    for (const Point& q : memory->maps[r].viewpoints) {
+      CHECK(std::find(path.begin(), path.end(), q) != path.end());
+    }
+  }
+}
+
+TEST_CASE("a region that the trajectory does not enter has an empty map and is counted") {
+  const PointCloud map = map_with_a_gap();
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  const auto report =
+      build_region_maps(map, PointCloud{{5, 2, 1}, {25, 2, 1}}, p, along_trajectory());
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->viewpoints == 2);
+  CHECK(report->regions_without_viewpoints == 1);
+  CHECK(memory->maps[1].points.empty());
+}
+
+TEST_CASE("a trajectory that viewpoints cannot come from is refused before anything is stored") {
+  const PointCloud map = map_with_a_gap();
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  CHECK(build_region_maps(map, {}, p, along_trajectory()).error().message ==
+        "viewpoints are to come from the trajectory, but there is none");
+  CHECK(build_region_maps(map, PointCloud{{500, 0, 0}}, p, along_trajectory()).error().message ==
+        "the whole trajectory lies outside of all regions, so there is nowhere to put a "
+        "viewpoint: is it in the frame of the map?");
+  CHECK_FALSE(memory->begun);
+}
+
+TEST_CASE("ground that is not reachable has no viewpoint, whatever regions it is cut into") {
+  const PointCloud map = map_with_a_gap();  // the gap is 10 m wide
+  for (const bool east : {false, true}) {
+    const auto memory = std::make_shared<test::Memory>();
+    auto p = plugins(memory);
+    BuildParams with = params();
+    with.viewpoints.reachable = true;
+    const auto report = build_region_maps(map, PointCloud{{east ? 22.0 : 2.0, 2.0, 1.0}}, p, with);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(report->ground_points == 80);
+    CHECK(report->unreachable_viewpoints == 10);
+    CHECK(report->viewpoints == 10);
+    CHECK(memory->maps[east ? 0 : 2].viewpoints.empty());
+    CHECK(memory->maps[east ? 2 : 0].viewpoints.size() == 10);
+  }
 }
 
 namespace {
@@ -240,12 +328,17 @@ class AsksFirst final : public Partitioner {
 
 TEST_CASE("what the observer tells a partitioner is what the bundle then holds") {
   const PointCloud map = map_with_a_gap();
-  for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
+  std::vector<BuildParams> cases{params(VisibilityScope::map), params(VisibilityScope::region),
+                                 along_trajectory(), params()};
+  cases.back().viewpoints.reachable = true;
+  PointCloud drive = drive_through();
+  std::erase_if(drive, [](const Point& p) { return p.x() >= 30.0; });  // in no strip
+  for (const BuildParams& with : cases) {
     const auto memory = std::make_shared<test::Memory>();
     const auto answers = std::make_shared<AsksFirst::Answers>();
     auto p = plugins(memory);
     p.partitioner = test::in_process<AsksFirst, Partitioner>(answers);
-    const auto report = build_region_maps(map, {}, p, params(scope));
+    const auto report = build_region_maps(map, drive, p, with);
     REQUIRE_MESSAGE(report, to_string(report.error()));
     REQUIRE(answers->points.size() == 3);
     for (std::uint32_t r = 0; r < 3; ++r) {
@@ -742,4 +835,54 @@ TEST_CASE("a visibility plugin that counts more viewpoints than there are is nam
   CHECK(build_region_maps(map_with_a_gap(), {}, p, with)
             .error()
             .message.starts_with("the visibility plugin broke its contract: every point"));
+}
+
+TEST_CASE("adaptive spacing: skipped viewpoints are counted and kept, for any number of threads") {
+  PointCloud map = long_floor();
+  std::vector<PointCloud> first_maps;
+  for (const std::size_t threads : {1U, 2U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const auto all = std::make_shared<test::Memory>(), few = std::make_shared<test::Memory>();
+    const auto log = std::make_shared<Asked::Log>();
+    auto p = plugins(all, 0, 1e9, 2);
+    auto q = plugins(few, 0, 1e9, 2);
+    q.visibility = test::in_process<Asked, VisibilityOperator>(log);
+    BuildParams with = one_metre();
+    with.max_range = 12.0;  // neighbours see nearly the same
+    const auto expected = build_region_maps(map, {}, p, with);
+    with.viewpoints.min_gain = 0.3;
+    std::vector<BuildProgress> said;
+    const auto report =
+        build_region_maps(map, {}, q, with, [&](const BuildProgress& now) { said.push_back(now); });
+    REQUIRE(expected);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(expected->skipped_viewpoints == 0);
+    CHECK(report->viewpoints == expected->viewpoints);
+    CHECK(report->skipped_viewpoints > report->viewpoints / 2);
+    CHECK(log->viewpoints.size() == report->viewpoints - report->skipped_viewpoints);
+    CHECK(report->points_times_viewpoints ==
+          static_cast<double>(log->viewpoints.size()) * static_cast<double>(map.size()));
+    CHECK(said.back().viewpoints_done == report->viewpoints);
+    for (std::uint32_t r = 0; r < 2; ++r) {
+      CHECK(few->maps[r].viewpoints == all->maps[r].viewpoints);
+      CHECK(few->maps[r].points.size() > 0.9 * static_cast<double>(all->maps[r].points.size()));
+    }
+    first_maps.push_back(few->maps[0].points);
+  }
+  CHECK(first_maps[0] == first_maps[1]);
+}
+
+TEST_CASE("adaptive spacing keeps to P_ij with scope \"region\"") {
+  const PointCloud map = long_floor();
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory, 0, 1e9, 2);
+  BuildParams with = one_metre();
+  with.max_range = 12.0;
+  with.scope = VisibilityScope::region;
+  with.viewpoints.min_gain = 0.3;
+  const auto report = build_region_maps(map, {}, p, with);
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->skipped_viewpoints > 0);
+  REQUIRE_FALSE(memory->maps[1].points.empty());
+  for (const Point& point : memory->maps[1].points) CHECK(point.x() >= 10.0);
 }
