@@ -114,7 +114,9 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
   if (report.regions_without_viewpoints > 0) {
     std::cout << fmt::format("{} regions hold no {}, so no viewpoint: their maps are empty\n",
                              cli::grouped(report.regions_without_viewpoints),
-                             report.ground_points > 0 ? "ground" : "part of the trajectory");
+                             report.ground_points == 0           ? "part of the trajectory"
+                             : report.unreachable_viewpoints > 0 ? "reachable ground"
+                                                                 : "ground");
   }
 }
 

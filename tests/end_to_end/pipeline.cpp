@@ -268,6 +268,53 @@ TEST_CASE("every partitioner makes maps to localize in, and budget keeps its bud
   }
 }
 
+TEST_CASE("a map without ground: built along its trajectory by any number of threads, localized") {
+  const test::Street street;
+  auto map = io::read_point_cloud(street.path("map.pcd")).value().points;
+  std::erase_if(map, [](const Point& p) { return p.z() < 0.1; });
+  REQUIRE(io::write_pcd(street.folder() / "map.pcd", map, io::Precision::float64));
+  const std::string config = street.write_config("c.toml", 10, "unused");
+  std::string text = test::read_text(config);
+  const std::string ground = "[ground]\nplugin = \"pmf\"\n";
+  REQUIRE(text.find(ground) != std::string::npos);
+  text.erase(text.find(ground), ground.size());
+  test::write_text(config, text);
+
+  std::vector<std::string> use{"--quiet"};
+  for (const std::string& set :
+       {"map.trajectory=" + street.path("reference.tum"), std::string("viewpoints.voxel_size=1"),
+        std::string("viewpoints.source=trajectory"),
+        std::string("viewpoints.lateral_offsets=[0.0, 1.5]"),
+        std::string("viewpoints.min_gain=0.02"), std::string("store.content=prepared"),
+        std::string("localizer.min_coverage=0.2"), std::string("localizer.min_nvtl=0.4")}) {
+    use.insert(use.end(), {"--set", set});
+  }
+  for (const std::string threads : {"1", "2"}) {
+    std::vector<std::string> build{config,   "--json",
+                                   "--jobs", threads,
+                                   "--set",  "store.params.root=" + street.path("maps" + threads)};
+    build.insert(build.end(), use.begin(), use.end());
+    const auto built = test::run("vantage-build", build);
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    const auto report = nlohmann::json::parse(built.out);
+    CHECK(report["ground_points"] == 0);
+    CHECK(report["viewpoints"] > 30);
+    CHECK(report["skipped_viewpoints"] > 0);
+    CHECK(report["regions_without_viewpoints"] > 0);
+    CHECK(report["places_outside"] == 0);
+  }
+  check_same_files(street.folder() / "maps1", street.folder() / "maps2");
+
+  use.insert(use.end(), {"--set", "store.params.root=" + street.path("maps1")});
+  const auto localized = street.localize(config, "run", use);
+  REQUIRE_MESSAGE(localized.exit_code == 0, localized.err);
+  const auto summary =
+      nlohmann::json::parse(test::read_text(street.folder() / "run" / "summary.json"));
+  MESSAGE("mean error " << summary["error_m"]["mean"].get<double>() << " m");
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans);
+  CHECK(summary["error_m"]["mean"] < 0.1);
+}
+
 TEST_CASE("--initial-pose and --odometry stand in for the reference") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 0, "bundle");

@@ -26,7 +26,8 @@ class VANTAGE_API MapObserver {
   [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
 
   /// |V_ij| of Eq. 10: how many points the observable map of `region` will hold, if the region owns
-  /// every place in its footprint and heights.
+  /// every place in its footprint and heights. All viewpoints are asked, also those that the build
+  /// will skip (`viewpoints.min_gain`), so its map may hold fewer.
   /// @param enough  a larger result need not be exact: counting ends once more than this are seen
   /// @return        exact if not above `enough`; the same for any number of threads
   [[nodiscard]] virtual Result<std::uint64_t> observable_points(
