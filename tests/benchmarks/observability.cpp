@@ -29,6 +29,7 @@
 #include "simulate/world.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "vantage/config.hpp"
 #include "vantage/visibility.hpp"
 
 namespace vantage::benchmarks {
@@ -92,7 +93,7 @@ std::vector<Family> all_families() {
       {"hpr, inversion", "hpr", {{"kernel = inversion", "kernel = \"inversion\""}}},
       {"surface", "surface",
        each("faintest", {10.0, 5.0, 0.0, -5.0, -10.0, -15.0, -20.0, -25.0, -30.0, -40.0, -60.0})},
-      {kRangeImage, kRangeImage, each("tolerance", {0.03, 0.1, 0.3, 1.0, 3.0, 10.0})},
+      {kRangeImage, kRangeImage, each("tolerance", {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0})},
       {"keep_all", "keep_all", each_range({10.0, 20.0, 30.0, 45.0, 60.0, 100.0})},
   };
 }
@@ -138,8 +139,8 @@ struct View {
 /// A map, and what of it is truly seen from where.
 struct Truth {
   std::string name, title;
-  PointCloud map;
-  std::vector<View> views;
+  PointCloud map{};
+  std::vector<View> views{};
   double max_range = kUnlimited;  // of the sensor, which the operators are told [m]
   std::string field_of_view{};    // of the sensor, parameters of range_image; empty: its defaults
 };
@@ -164,7 +165,7 @@ Result<Truth> street(const std::filesystem::path& folder) {
 }
 
 /// A point is seen if no surface of the world is before its own.
-/// @param points  map frame; float32, as a map file holds them, is far below the noise
+/// @param points  map frame [m]
 IndexList seen_in(const simulation::World& world, PointsView points, const Point& viewpoint) {
   IndexList seen;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -188,16 +189,16 @@ Result<std::vector<Truth>> campus(double size) {
   VANTAGE_TRY(const auto drive, simulation::Drive::create(world, params));
   const auto sampled = [&](int vehicles) {
     params.map.moving_vehicles = vehicles;
-    PointCloud map = simulation::sample_map(world, params.map, params.seed);
-    for (Point& p : map) p = p.cast<float>().cast<double>();  // what map.pcd holds
-    return map;
+    return simulation::sample_map(world, params.map, params.seed);
   };
   Truth clean{
       "campus",
       fmt::format("simulated campus, {:g} x {:g} m: seen is what a ray reaches", size, size),
       sampled(0),
       {},
-      kCampusReach};
+      kCampusReach,
+      // As fine as the defaults, but in all directions, as the rays.
+      "lowest_elevation = -90.0\nhighest_elevation = 90.0\nrings = 430\n"};
   for (std::size_t i = 0; i < kCampusViewpoints; ++i) {
     const Point in_campus =
         drive.pose(drive.stamp(i * drive.scans() / kCampusViewpoints)).translation;
