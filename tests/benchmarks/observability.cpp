@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -38,8 +40,6 @@ namespace {
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 constexpr double kNearScan = 0.05;  // [m]
-/// Of the street's 77 scans, evenly over the drive: 000001.pcd to 000151.pcd.
-constexpr std::array<std::size_t, 7> kStreetScans{0, 12, 24, 37, 50, 62, 75};
 
 constexpr double kCampusReach = 100.0;  // of the simulated sensor [m]
 constexpr std::size_t kCampusViewpoints = 6;
@@ -53,7 +53,10 @@ struct Options {
   std::vector<std::string> truths{"street", "campus", "vehicles"};
   std::vector<std::string> families;  // none: all
   std::vector<std::string> with;
-  double campus_size = 120.0;  // [m]
+  /// Of the street's 77, evenly over the drive: 000001.pcd to 000151.pcd.
+  std::vector<std::size_t> scans{0, 12, 24, 37, 50, 62, 75};
+  double campus_size = 120.0;         // [m]
+  std::optional<std::uint64_t> seed;  // of the campus; none: its own
   std::filesystem::path svg;
 };
 
@@ -92,7 +95,8 @@ std::vector<Family> all_families() {
       {kReference, "hpr", each("alpha", {1e1, 1e2, 1e3, 1e4, 1e5})},
       {"hpr, inversion", "hpr", {{"kernel = inversion", "kernel = \"inversion\""}}},
       {"surface", "surface",
-       each("faintest", {10.0, 5.0, 0.0, -5.0, -10.0, -15.0, -20.0, -25.0, -30.0, -40.0, -60.0})},
+       each("faintest", {10.0, 5.0, 0.0, -5.0, -10.0, -15.0, -20.0, -25.0, -30.0, -40.0, -60.0,
+                         -100.0, -200.0})},
       {kRangeImage, kRangeImage, each("tolerance", {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0})},
       {"keep_all", "keep_all", each_range({10.0, 20.0, 30.0, 45.0, 60.0, 100.0})},
   };
@@ -146,13 +150,13 @@ struct Truth {
 };
 
 /// A point within 5 cm of one that a scan measured was seen from where that scan was taken.
-Result<Truth> street(const std::filesystem::path& folder) {
+Result<Truth> street(const std::filesystem::path& folder, std::span<const std::size_t> scans) {
   Truth truth{"street", "kitti_street: seen is what lies within 5 cm of a point of the scan"};
   VANTAGE_TRY(auto map, io::read_point_cloud(folder / "map.pcd"));
   truth.map = std::move(map.points);
   VANTAGE_TRY(const auto reference, io::read_trajectory(folder / "ref_poses_tum.txt"));
   VANTAGE_TRY(const auto sequence, io::ScanSequence::open(folder / "scans", 10.0));
-  for (const std::size_t i : kStreetScans) {
+  for (const std::size_t i : scans) {
     VANTAGE_TRY(auto scan, sequence.read(i));
     const auto pose = io::pose_at(reference, scan.stamp);
     if (!pose) {
@@ -180,11 +184,13 @@ IndexList seen_in(const simulation::World& world, PointsView points, const Point
 
 /// The campus, and the same campus with moving vehicles: their trails are the last points of the
 /// map and never seen, because nothing is there any more.
-Result<std::vector<Truth>> campus(double size) {
+Result<std::vector<Truth>> campus(const Options& options) {
+  const double size = options.campus_size;
   VANTAGE_TRY(auto params,
               simulation::load_world(VANTAGE_SOURCE_DIR "/configs/simulate/campus200.toml",
                                      {fmt::format("campus.size_x={:.1f}", size),
                                       fmt::format("campus.size_y={:.1f}", size)}));
+  params.seed = options.seed.value_or(params.seed);
   VANTAGE_TRY(const auto world, simulation::World::create(params));
   VANTAGE_TRY(const auto drive, simulation::Drive::create(world, params));
   const auto sampled = [&](int vehicles) {
@@ -223,12 +229,12 @@ Result<std::vector<Truth>> truths(const Options& options) {
   };
   if (wanted("street")) {
     if (const auto folder = test::real_data("kitti_street")) {
-      VANTAGE_TRY(auto truth, street(*folder));
+      VANTAGE_TRY(auto truth, street(*folder, options.scans));
       all.push_back(std::move(truth));
     }
   }
   if (wanted("campus") || wanted("vehicles")) {
-    VANTAGE_TRY(auto both, campus(options.campus_size));
+    VANTAGE_TRY(auto both, campus(options));
     for (Truth& truth : both) {
       if (wanted(truth.name)) all.push_back(std::move(truth));
     }
@@ -393,10 +399,19 @@ int main(int argc, char** argv) {
   app.add_option("--with", options.with,
                  "also an operator with parameters of its own: 'hpr: alpha = 1e6'")
       ->type_name("PLUGIN[:PARAMS]");
+  app.add_option("--scans", options.scans,
+                 "which of the street's 77 scans, the first being 0: each is a viewpoint")
+      ->delimiter(',')
+      ->type_name("N,N,...")
+      ->capture_default_str();
   app.add_option("--campus-size", options.campus_size, "edge of the simulated campus")
       ->check(CLI::PositiveNumber)
       ->type_name("M")
       ->capture_default_str();
+  app.add_option("--seed", options.seed,
+                 "of the campus, another makes another campus; if left out, that of "
+                 "configs/simulate/campus200.toml")
+      ->type_name("N");
   app.add_option("--svg", options.svg, "where to write the plot")->type_name("FILE");
   return vantage::cli::run_program(app, argc, argv,
                                    [&] { return vantage::benchmarks::run(options); });
