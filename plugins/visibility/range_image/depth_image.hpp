@@ -32,23 +32,35 @@ class DepthImage {
   /// Enters a point in all pixels that a square of the map's spacing covers at its distance.
   void draw(const Spot& spot);
 
+  /// When all points are drawn: finds out from where on each pixel is hidden.
+  void finish();
+
   /// The pixel of a spot, for `sees`.
   [[nodiscard]] std::uint32_t pixel(const Spot& spot) const;
 
-  /// Whether a point at this distance is hidden by none that was drawn over its pixel.
+  /// Whether a point at this distance is hidden by none of those drawn. Precondition: `finish`.
   [[nodiscard]] bool sees(std::uint32_t pixel, float range) const {
-    return range <= nearest_[pixel] * stretch_ + tolerance_;
+    return range <= surface_[pixel] * stretch_ + tolerance_;
   }
 
  private:
-  void draw_row(std::uint32_t row, std::uint32_t first, std::uint32_t last, float range);
+  /// Where a column of whole turns, at most three, is in the image; cheaper than a division.
+  [[nodiscard]] std::uint32_t column(std::uint32_t turned) const {
+    while (turned >= columns_) turned -= columns_;
+    return turned;
+  }
+  [[nodiscard]] float rows_covered(float range) const;
+  [[nodiscard]] float columns_covered(float level) const;
 
   std::uint32_t rings_, columns_;
   double min_range_, max_range_;
   double sin_lowest_, sin_highest_;
   float lowest_, rows_per_radian_, columns_per_radian_;
   float half_spacing_, tolerance_, stretch_;
+  std::vector<float> cosines_;  // of the elevation amid each row
   std::vector<float> nearest_;  // row by row [m]; infinity where nothing is
+  std::vector<float> upright_;  // the farthest of these above and below, as far as points cover [m]
+  std::vector<float> surface_;  // the farthest of those to both sides [m]
 };
 
 }  // namespace vantage::range_image

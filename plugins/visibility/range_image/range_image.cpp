@@ -122,6 +122,7 @@ class Scene final : public VisibilityScene {
       image.draw(*spot);
       if (!seen.contains(i)) candidates.push_back({i, image.pixel(*spot), spot->range});
     });
+    image.finish();
     for (const auto& candidate : candidates) {
       if (image.sees(candidate.pixel, candidate.range)) seen.insert(candidate.index);
     }
@@ -212,8 +213,8 @@ class RangeImage final : public VisibilityOperator {
  private:
   [[nodiscard]] Result<void> check_map(PointsView map, const VisibilityLimits& limits) const {
     VANTAGE_CHECK(vantage::check_points(map, "the map"));
-    if (!(limits.max_range > params_.min_range)) {
-      return fail(ErrorCode::invalid_input, "max_range must be > 0 m and above min_range");
+    if (!(limits.max_range > 0.0 && limits.max_range >= params_.min_range)) {
+      return fail(ErrorCode::invalid_input, "max_range must be > 0 m and not below min_range");
     }
     const Bounds3& bounds = limits.map_bounds;
     const Bounds3 needed = vantage::bounds_of(map);

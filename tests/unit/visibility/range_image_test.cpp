@@ -53,48 +53,89 @@ std::size_t among(const IndexList& indices, std::size_t first, std::size_t last)
       indices.begin(), indices.end(), [&](std::uint32_t i) { return i >= first && i < last; }));
 }
 
-/// The rule of the README in double, with library functions, each point against each other.
+/// The rule of the README in double, with library functions, each pixel against each point.
 IndexList by_brute_force(PointsView map, const Point& viewpoint, const Given& given,
                          double max_range) {
-  struct Seen {
-    double range, elevation, azimuth, level;
-    std::uint32_t index;
-  };
-  const double degree = kPi / 180.0;
-  std::vector<Seen> all;
-  for (std::uint32_t i = 0; i < map.size(); ++i) {
-    const Point p = map[i] - viewpoint;
-    const double range = p.norm(), level = p.head<2>().norm();
-    const double elevation = std::atan2(p.z(), level);
-    if (range <= 0.0 || range < given.min_range || range > max_range) continue;
-    if (elevation < given.lowest * degree || elevation > given.highest * degree) continue;
-    all.push_back({range, elevation, std::atan2(p.y(), p.x()), level, i});
-  }
-  const double columns = std::round(360.0 / given.resolution);
+  const double degree = kPi / 180.0, half = 0.5 * given.spacing;
+  const int columns = static_cast<int>(std::round(360.0 / given.resolution));
   const double width = 2.0 * kPi / columns;
   const double height = (given.highest - given.lowest) * degree / given.rings;
   const auto row_of = [&](double elevation) {
-    return std::clamp(std::floor((elevation - given.lowest * degree) / height), 0.0,
-                      given.rings - 1.0);
+    const double row = (elevation - given.lowest * degree) / height;
+    return static_cast<int>(std::clamp(row, 0.0, given.rings - 1.0));
   };
-  IndexList indices;
-  for (const Seen& p : all) {
-    const double row = row_of(p.elevation);
-    const double middle = (std::floor((p.azimuth + kPi) / width) + 0.5) * width - kPi;
-    double nearest = kInfinity;
-    for (const Seen& other : all) {
-      const double half = 0.5 * given.spacing;
-      const double up = std::min(half / other.range, kPi);
-      if (row < row_of(other.elevation - up) || row > row_of(other.elevation + up)) continue;
-      if (half < other.level) {
-        const double sine = half / other.level;
-        const double aside = sine + (0.5 * kPi - 1.0) * sine * sine * sine;
-        const double apart = std::abs(std::remainder(other.azimuth - middle, 2.0 * kPi));
-        if (apart > aside + 0.5 * width) continue;
+  const auto column_of = [&](double azimuth) {
+    return static_cast<int>((azimuth + kPi) / width) % columns;
+  };
+  const auto up = [&](double range) { return std::min(half / range, kPi); };
+  const auto aside = [&](double level) {
+    if (half >= level) return 2.0 * kPi;
+    const double sine = half / level;
+    return sine + (0.5 * kPi - 1.0) * sine * sine * sine;
+  };
+  const auto image = [&] {
+    return std::vector(static_cast<std::size_t>(given.rings),
+                       std::vector(static_cast<std::size_t>(columns), kInfinity));
+  };
+  const auto at = [&](auto& of, int row, int column) -> auto& {
+    return of[static_cast<std::size_t>(row)]
+             [static_cast<std::size_t>((column + columns) % columns)];
+  };
+
+  struct Pixel {
+    double range;
+    int row, column;
+    std::uint32_t index;
+  };
+  std::vector<Pixel> all;
+  auto nearest = image(), upright = image(), surface = image();
+  for (std::uint32_t i = 0; i < map.size(); ++i) {
+    const Point p = map[i] - viewpoint;
+    const double range = p.norm(), level = p.head<2>().norm();
+    const double elevation = std::atan2(p.z(), level), azimuth = std::atan2(p.y(), p.x());
+    if (range <= 0.0 || range < given.min_range || range > max_range) continue;
+    if (elevation < given.lowest * degree || elevation > given.highest * degree) continue;
+    all.push_back({range, row_of(elevation), column_of(azimuth), i});
+    for (int row = row_of(elevation - up(range)); row <= row_of(elevation + up(range)); ++row) {
+      for (int column = 0; column < columns; ++column) {
+        const double middle = (column + 0.5) * width - kPi;
+        const double apart = std::abs(std::remainder(azimuth - middle, 2.0 * kPi));
+        if (apart > aside(level) + 0.5 * width) continue;
+        at(nearest, row, column) = std::min(at(nearest, row, column), range);
       }
-      nearest = std::min(nearest, other.range);
     }
-    if (p.range <= nearest * (1.0 + given.relative) + given.tolerance) indices.push_back(p.index);
+  }
+  const auto raise = [](double& range, double other) {
+    if (other < kInfinity) range = std::max(range, other);
+  };
+  for (int row = 0; row < given.rings; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const double range = at(nearest, row, column);
+      at(upright, row, column) = range;
+      if (range == kInfinity) continue;
+      const int reach = 2 + static_cast<int>(up(range) / height);
+      for (int other = std::max(row - reach, 0); other <= std::min(row + reach, given.rings - 1);
+           ++other) {
+        raise(at(upright, row, column), at(nearest, other, column));
+      }
+    }
+  }
+  for (int row = 0; row < given.rings; ++row) {
+    const double cosine = std::cos(given.lowest * degree + (row + 0.5) * height);
+    for (int column = 0; column < columns; ++column) {
+      const double range = at(nearest, row, column);
+      at(surface, row, column) = at(upright, row, column);
+      if (range == kInfinity) continue;
+      const int reach = std::min(2 + static_cast<int>(aside(range * cosine) / width), columns / 2);
+      for (int other = column - reach; other <= column + reach; ++other) {
+        raise(at(surface, row, column), at(upright, row, other));
+      }
+    }
+  }
+  IndexList indices;
+  for (const Pixel& p : all) {
+    const double from = at(surface, p.row, p.column);
+    if (p.range <= from * (1.0 + given.relative) + given.tolerance) indices.push_back(p.index);
   }
   return indices;
 }
@@ -136,6 +177,26 @@ TEST_CASE("range_image: a wall hides a wall behind it, as near and thin as it ma
   }
 }
 
+TEST_CASE("range_image: surfaces are seen whole, however flat the view on them is") {
+  PointCloud street;  // the ground 1.73 m below the sensor, and a wall 4 m to its left
+  for (double x = 5.0; x <= 40.0; x += 0.1) {
+    for (double y = -2.0; y <= 2.0; y += 0.1) street.emplace_back(x, y, -1.73);
+    for (double z = -1.0; z <= 1.0; z += 0.1) street.emplace_back(x, 4.0, z);
+  }
+  // At 40 m a ring's part of the ground is 7 m long and a column's part of the wall 1.4 m.
+  const Given sensor{.rings = 64, .lowest = -24.9, .highest = 2.0, .resolution = 0.2};
+  IndexList expected;  // but for the end of the street, with nothing behind it
+  for (std::uint32_t i = 0; i < street.size(); ++i) {
+    const Point& p = street[i];
+    const double elevation = std::atan2(p.z(), p.head<2>().norm()) * 180.0 / kPi;
+    const bool within = elevation >= sensor.lowest && elevation <= sensor.highest;
+    if (within && p.x() < 35.0) expected.push_back(i);
+  }
+  CHECK(expected.size() > 15000);
+  const IndexList indices = seen(street, Point::Zero(), sensor);
+  CHECK(std::includes(indices.begin(), indices.end(), expected.begin(), expected.end()));
+}
+
 TEST_CASE("range_image: the tolerances are how far behind a point is seen") {
   const auto is_seen = [](double behind, const Given& given) {
     const PointCloud map{{10, 0.01, 0.01}, {10 + behind, 0.01, 0.01}};
@@ -166,7 +227,7 @@ TEST_CASE("range_image: what the sensor cannot see hides nothing") {
                sensor) == IndexList{0});
   }
   SUBCASE("nearer than its range begins, and farther than it ends") {
-    const PointCloud row{{0.9, 0, 0}, {1.0, 0, 0}, {1.5, 0, 0}, {8.0, 1, 0}, {8.0, -4, 0}};
+    const PointCloud row{{0.9, 0, 0}, {1.0, 0, 0}, {1.5, 0, 0}, {7.5, -3, 0}, {7.5, 3.5, 0}};
     const Given sensor{.min_range = 1.0};
     CHECK(seen(row, Point::Zero(), sensor, 8.1) == IndexList{1, 3});
     CHECK(seen(row, Point::Zero(), {.min_range = 1.2}, 8.1) == IndexList{2, 3});
