@@ -15,23 +15,23 @@ constexpr float kNothing = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kAround = 2;
 constexpr double kFarthest = 1e15;  // [m]; squares of it and float hold that
 
-/// The angle of (x, y), in [-pi, pi], to 1e-6: Abramowitz & Stegun 4.4.49. It is the same on every
-/// machine, and takes a tenth of the time of the library's.
+/// The angle of (x, y), in [-pi, pi], to 1e-6: Abramowitz & Stegun 4.4.49. Unlike the library's it
+/// is the same on every machine.
 float angle_of(float y, float x) {
   const float ax = std::abs(x), ay = std::abs(y);
   const float larger = std::max(ax, ay);
   if (!(larger > 0.0F)) return 0.0F;
-  const float t = std::min(ax, ay) / larger, s = t * t;
-  float sum = 0.0028662257F;
-  for (const float coefficient : {-0.0161657367F, 0.0429096138F, -0.0752896400F, 0.1065626393F,
-                                  -0.1420889944F, 0.1999355085F, -0.3333314528F, 1.0F}) {
-    sum = sum * s + coefficient;
-  }
+  const float t = std::min(ax, ay) / larger, s = t * t, q = s * s;
+  // Two sums, for even and odd powers of s, can be taken at once.
+  const float even =
+      (((0.0028662257F * q + 0.0429096138F) * q + 0.1065626393F) * q + 0.1999355085F) * q + 1.0F;
+  const float odd = ((-0.0161657367F * q - 0.0752896400F) * q - 0.1420889944F) * q - 0.3333314528F;
+  const float angle = t * (even + s * odd);
   // By octant, from a table: a processor cannot foresee these branches.
   constexpr std::array<float, 4> kFrom{0.0F, 0.5F * kPi, kPi, 0.5F * kPi};
   constexpr std::array<float, 4> kSign{1.0F, -1.0F, -1.0F, 1.0F};
   const std::size_t octant = (ay > ax ? 1U : 0U) + (x < 0.0F ? 2U : 0U);
-  return std::copysign(kFrom[octant] + kSign[octant] * (t * sum), y);
+  return std::copysign(kFrom[octant] + kSign[octant] * angle, y);
 }
 
 /// The farther of two ranges; one of nothing does not count.
