@@ -13,7 +13,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 // A point covers a part of the pixel where it ends, and the surface's next pixel begins after that.
 constexpr std::uint32_t kAround = 2;
-constexpr double kFarthest = 1e15;  // [m]; squares of it and float hold that
+constexpr double kAtViewpoint = 1e-30, kFarthest = 1e15;  // [m]; float holds what is between
 
 /// The angle of (x, y), in [-pi, pi], to 1e-6: Abramowitz & Stegun 4.4.49. Unlike the library's it
 /// is the same on every machine.
@@ -67,7 +67,7 @@ void DepthImage::clear() { std::fill(nearest_.begin(), nearest_.end(), kNothing)
 
 std::optional<Spot> DepthImage::locate(const Point& offset) const {
   const double range = offset.norm();
-  if (!(range > 0.0 && range >= min_range_ && range <= max_range_)) return std::nullopt;
+  if (!(range > kAtViewpoint && range >= min_range_ && range <= max_range_)) return std::nullopt;
   // Sines, because straight up and down they are exactly 1 and -1.
   if (offset.z() < sin_lowest_ * range || offset.z() > sin_highest_ * range) return std::nullopt;
   const Eigen::Vector3f direction = (offset * (1.0 / range)).cast<float>();

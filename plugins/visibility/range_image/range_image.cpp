@@ -178,9 +178,10 @@ class RangeImage final : public VisibilityOperator {
     }
 
     [[nodiscard]] Result<void> validate() const {
-      if (!(lowest_elevation < highest_elevation)) {
-        return vantage::fail_at({"highest_elevation", "lowest_elevation"},
-                                "'highest_elevation' must be above 'lowest_elevation'");
+      if (highest_elevation - lowest_elevation < 0.1) {
+        return vantage::fail_at(
+            {"highest_elevation", "lowest_elevation"},
+            "'highest_elevation' must be at least 0.1 deg above 'lowest_elevation'");
       }
       return {};
     }

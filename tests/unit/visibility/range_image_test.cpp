@@ -272,6 +272,26 @@ TEST_CASE("range_image: several viewpoints see what one of them sees, in any num
   CHECK(other.get() == expected);
 }
 
+TEST_CASE("range_image: numbers at the ends of what is allowed") {
+  const PointCloud map{{0, 0, 0},     {1e-320, 0, 0}, {1e-160, 0, 0}, {0, 1e-20, 0}, {3, 4, 0},
+                       {0, 0, -1e10}, {1e14, 0, 0},   {-1e200, 0, 0}, {0, 1e308, 0}};
+  for (const Given& given :
+       {Given{.spacing = 0.0, .tolerance = 0.0}, Given{.rings = 1, .resolution = 90.0},
+        Given{.rings = 2048, .lowest = 0.0, .highest = 0.1, .spacing = 1e30},
+        Given{.spacing = 1e100, .tolerance = 1e100, .relative = 1e100}}) {
+    CAPTURE(given.toml());
+    for (const Point& viewpoint : map) {
+      for (const double max_range : {1e-320, 1e-25, 10.0, 1e300, kInfinity}) {
+        for (const std::uint32_t i : seen(map, viewpoint, given, max_range)) {
+          CHECK((map[i] - viewpoint).norm() > 0.0);
+          CHECK((map[i] - viewpoint).norm() <= max_range);
+        }
+      }
+    }
+  }
+  CHECK(seen(map, Point::Zero(), {.tolerance = 1e100}) == IndexList{3, 4, 5, 6});
+}
+
 TEST_CASE("range_image refuses what is no sensor and no map") {
   const auto error_of = [](const std::string& params) -> std::string {
     try {
@@ -284,7 +304,8 @@ TEST_CASE("range_image refuses what is no sensor and no map") {
   CHECK(error_of("").empty());
   CHECK(error_of("rings = 0").find("rings") != std::string::npos);
   CHECK(error_of("azimuth_resolution = 0.0").find("azimuth_resolution") != std::string::npos);
-  CHECK(error_of("lowest_elevation = 5.0").find("must be above") != std::string::npos);
+  CHECK(error_of("lowest_elevation = 5.0").find("0.1 deg above") != std::string::npos);
+  CHECK(error_of("lowest_elevation = 1.95").find("0.1 deg above") != std::string::npos);
   CHECK(error_of("highest_elevation = 91.0").find("highest_elevation") != std::string::npos);
   CHECK(error_of("point_spacing = -0.1").find("point_spacing") != std::string::npos);
 
