@@ -48,6 +48,13 @@ void vantage_inversion(benchmark::State& state) {
   with_plugin(state, "hpr", "kernel = \"inversion\"");
 }
 
+// The defaults' sensor, and one that sees all around as finely.
+void vantage_range_image(benchmark::State& state) { with_plugin(state, "range_image", ""); }
+void vantage_range_image_all_around(benchmark::State& state) {
+  with_plugin(state, "range_image",
+              "rings = 450\nlowest_elevation = -90.0\nhighest_elevation = 90.0");
+}
+
 // Open3D as its users call it, in the map's own order: about a fifth faster than the plugin
 // hpr_open3d, which hands it the points sorted by place.
 void open3d_call(benchmark::State& state) {
@@ -72,6 +79,8 @@ BENCHMARK(vantage_flip)->Apply(arguments);
 BENCHMARK(open3d_flip)->Apply(arguments);
 BENCHMARK(open3d_call)->Apply(arguments);
 BENCHMARK(vantage_inversion)->Apply(arguments);
+BENCHMARK(vantage_range_image)->Apply(arguments);
+BENCHMARK(vantage_range_image_all_around)->Apply(arguments);
 
 }  // namespace
 

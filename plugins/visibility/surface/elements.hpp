@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::surface {
+
+/// How some points of one cell lie: as a piece of a surface, or as clutter.
+struct Shape {
+  Point centre = Point::Zero();  ///< mean of the points [m]
+  /// Principal axes, the normal of the plane first, and how far what is covered extends along
+  /// them [m]. With fewer than three points the axes of the frame and the width of the cell.
+  Eigen::Matrix3f axes = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f extents = Eigen::Vector3f::Zero();
+  float thickness = 0.0F;  ///< standard deviation along the normal [m]
+  float fill = 0.0F;       ///< occupied parts, over those that a surface across the cell occupies
+  float density = 0.0F;    ///< the same over those that one of these extents occupies
+  bool is_flat = false;    ///< there are enough points for a normal
+};
+
+/// The points of one cell of a cubic grid.
+struct Element {
+  Shape shape;
+  std::uint32_t begin = 0, end = 0;  ///< of `Elements::points`
+  /// The ground goes on beneath it: what stands there was not always there, or lets light through.
+  bool over_ground = false;
+};
+
+/// A map, cut into elements. Neither they nor their order depend on the order of the points.
+class Elements {
+ public:
+  /// Errors: `invalid_input` for a map of more than 2^20 cells along an axis.
+  /// @param origin         corner of the grid, no coordinate of a point is below it [m]
+  /// @param point_spacing  of the map's surfaces; a cell is 2.5 times as wide [m]
+  [[nodiscard]] static Result<Elements> of(PointsView map, const Point& origin,
+                                           double point_spacing);
+
+  /// In ascending order of x, as cells.
+  [[nodiscard]] std::span<const Element> all() const noexcept { return elements_; }
+  [[nodiscard]] double width() const noexcept { return width_; }  ///< of a cell [m]
+  /// How far from an element the points are that decide whether it is over ground, at most [m].
+  [[nodiscard]] double reach_of_ground() const noexcept;
+  /// Indices into the map.
+  [[nodiscard]] std::span<const std::uint32_t> points(const Element& element) const noexcept {
+    return std::span(indices_).subspan(element.begin, element.end - element.begin);
+  }
+  /// Those that can hold a point with an x coordinate in [low, high] [m].
+  [[nodiscard]] std::span<const Element> between(double low, double high) const noexcept;
+
+  /// The shape of some points of one element. Precondition: at least one.
+  [[nodiscard]] Shape measure(PointsView map, std::span<const std::uint32_t> points) const;
+
+ private:
+  Elements(const Point& origin, double point_spacing)
+      : origin_(origin), point_spacing_(point_spacing), width_(2.5 * point_spacing) {}
+  void find_over_ground(std::span<const std::uint64_t> cells);
+
+  Point origin_;
+  double point_spacing_, width_;
+  std::vector<std::uint32_t> indices_;  // by element, then by place
+  std::vector<Element> elements_;       // by cell
+  std::vector<std::uint32_t> first_;    // element of a column of cells along x, and the end
+};
+
+}  // namespace vantage::surface

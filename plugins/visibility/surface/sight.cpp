@@ -1,0 +1,243 @@
+#include "sight.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace vantage::surface {
+namespace {
+
+constexpr std::uint32_t kWhole = ~std::uint32_t{0};
+constexpr float kPi = std::numbers::pi_v<float>;
+
+// How much a surface that is seen edge-on still shows and hides: it is rough.
+constexpr float kRoughness = 0.2F;
+constexpr float kEven = 0.29F;  // deviation of what fills a cell, over its width
+// Optical depth of an element: for its density, and for the third power of it if it is thin,
+// because a surface without gaps lets nothing through.
+constexpr float kSparseDepth = 0.2F, kFullDepth = 10.0F, kDensest = 2.0F;
+constexpr float kOverGround = 0.01F;  // share of it where the ground goes on beneath
+constexpr float kFaintest = 0.01F;    // less depth than this does not count
+constexpr double kMargin = 0.3;       // what is less far behind belongs to the same surface [m]
+constexpr float kDeepest = 20.0F;     // and so does what is in its plane and pixel, to here [m]
+constexpr float kOpaque = 60.0F;      // optical depth
+constexpr float kMostPixels = 20.0F;  // half a footprint
+constexpr float kNearest = 0.3F;      // elements nearer appear as if they were here [m]
+constexpr double kPixel = 0.5 * std::numbers::pi / 180.0;  // of the image [rad]
+constexpr double kBin = 0.05;                              // of distances that are sorted [m]
+
+/// The angle of (x, y) in [-pi, pi], off by less than 1e-4: a tenth of what matters here.
+float angle_of(float y, float x) noexcept {
+  const float ax = std::abs(x), ay = std::abs(y);
+  const float high = std::max(ax, ay);
+  if (high == 0.0F) return 0.0F;
+  const float t = std::min(ax, ay) / high, s = t * t;
+  float angle = ((-0.0464964749F * s + 0.15931422F) * s - 0.327622764F) * s * t + t;
+  if (ay > ax) angle = 0.5F * kPi - angle;
+  if (x < 0.0F) angle = kPi - angle;
+  return y < 0.0F ? -angle : angle;
+}
+
+std::uint32_t bin_of(double distance) noexcept {
+  return static_cast<std::uint32_t>(distance / kBin);
+}
+
+}  // namespace
+
+Sight::Sight(PointsView map, const Elements& elements, const Settings& settings)
+    : map_(map),
+      elements_(elements),
+      settings_(settings),
+      columns_(static_cast<int>(std::ceil(2.0 * std::numbers::pi / kPixel))),
+      rows_(static_cast<int>(std::ceil(std::numbers::pi / kPixel))),
+      image_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {
+  // The fullest cell has all of its parts occupied.
+  const double fullest = std::max(1.0, 16.0 / 6.25);
+  reach_ = std::min(settings.max_range,
+                    elements.width() * std::pow(fullest, 0.25) / std::sqrt(settings.min_size));
+}
+
+Sight::Seen Sight::look(const Point& viewpoint,
+                        const std::function<bool(std::uint32_t)>& is_known) {
+  appearances_.clear();
+  cut_.clear();
+  cut_points_.clear();
+  seen_elements_.clear();
+  seen_points_.clear();
+  std::fill(image_.begin(), image_.end(), 0.0F);
+
+  const double radius = elements_.width() * std::numbers::sqrt3;  // of a cell, around its centre
+  const double reach = reach_ + radius;
+  const auto near = elements_.between(viewpoint.x() - reach, viewpoint.x() + reach);
+  // Whether something is over ground must not be decided by points that take no part.
+  const bool is_at_point = std::any_of(near.begin(), near.end(), [&](const Element& element) {
+    if ((element.shape.centre - viewpoint).norm() > radius) return false;
+    const auto points = elements_.points(element);
+    return std::any_of(points.begin(), points.end(),
+                       [&](std::uint32_t k) { return map_[k] == viewpoint; });
+  });
+  const double farthest_known = settings_.max_range - elements_.reach_of_ground();
+  const double nearest_known = is_at_point ? elements_.reach_of_ground() : 0.0;
+  for (const Element& element : near) {
+    const double distance = (element.shape.centre - viewpoint).norm();
+    if (distance > reach) continue;
+    const auto number = static_cast<std::uint32_t>(&element - elements_.all().data());
+    if (distance <= radius || distance + radius > settings_.max_range) {
+      cut(number, viewpoint);
+      continue;
+    }
+    const bool is_known_ground = distance >= nearest_known && distance <= farthest_known;
+    appear(number, element.shape, element.over_ground && is_known_ground, kWhole, viewpoint,
+           !is_known || !is_known(number));
+  }
+
+  sort_into_bins();
+  for (std::size_t bin = 0; bin + 1 < reads_begin_.size(); ++bin) {
+    for (std::uint32_t k = casts_begin_[bin]; k < casts_begin_[bin + 1]; ++k) {
+      cast(appearances_[casts_[k]]);
+    }
+    for (std::uint32_t k = reads_begin_[bin]; k < reads_begin_[bin + 1]; ++k) {
+      const Appearance& of = appearances_[reads_[k]];
+      if (!(of.size * transmittance(of) >= static_cast<float>(settings_.min_size))) continue;
+      if (of.cut == kWhole) {
+        seen_elements_.push_back(of.element);
+      } else {
+        const Cut& points = cut_[of.cut];
+        seen_points_.insert(seen_points_.end(), cut_points_.begin() + points.begin,
+                            cut_points_.begin() + points.end);
+      }
+    }
+  }
+  return {seen_elements_, seen_points_};
+}
+
+/// Only the points at a distance in (0, max_range] take part, also in saying how they lie.
+void Sight::cut(std::uint32_t element, const Point& viewpoint) {
+  const auto begin = static_cast<std::uint32_t>(cut_points_.size());
+  for (const std::uint32_t k : elements_.points(elements_.all()[element])) {
+    const double distance = (map_[k] - viewpoint).norm();
+    if (distance > 0.0 && distance <= settings_.max_range) cut_points_.push_back(k);
+  }
+  const auto end = static_cast<std::uint32_t>(cut_points_.size());
+  if (begin == end) return;
+  cut_.push_back({begin, end});
+  const Shape shape = elements_.measure(map_, std::span(cut_points_).subspan(begin, end - begin));
+  // Whether there is ground beneath may be decided by what takes no part.
+  appear(element, shape, false, static_cast<std::uint32_t>(cut_.size() - 1), viewpoint, true);
+}
+
+void Sight::appear(std::uint32_t element, const Shape& shape, bool over_ground, std::uint32_t cut,
+                   const Point& viewpoint, bool is_wanted) {
+  const Eigen::Vector3f offset = (shape.centre - viewpoint).cast<float>();
+  const float distance = std::max(offset.norm(), kNearest);
+  const Eigen::Vector3f direction = offset / distance;
+
+  // The more it is clutter, the less it matters from where it is seen.
+  const auto width = static_cast<float>(elements_.width());
+  const float roughness =
+      shape.is_flat ? std::clamp(shape.thickness / (kEven * width), kRoughness, 1.0F) : 1.0F;
+  const float cosine = std::abs(direction.dot(shape.axes.col(0)));
+  const float sine2 = std::max(0.0F, 1.0F - cosine * cosine);
+  const float face = std::sqrt(cosine * cosine + roughness * roughness * sine2);
+  const float shown = shape.fill * face;
+
+  const float relative = shape.thickness / static_cast<float>(settings_.thickness);
+  const float solid = 1.0F / (1.0F + relative * relative);
+  const float dense = std::min(shape.density, kDensest);
+  float depth = kSparseDepth * dense + kFullDepth * dense * dense * dense * solid * solid * solid;
+  if (over_ground) depth *= kOverGround;
+  float size = 0.0F;
+  if (is_wanted && distance <= reach_ + width) {
+    size = width * width * std::sqrt(shown) / (distance * distance) * std::exp(-relative);
+    if (size < static_cast<float>(settings_.min_size)) size = 0.0F;
+  }
+  if (size == 0.0F && depth < kFaintest) return;
+
+  const auto pixel = static_cast<float>(kPixel);
+  const float plan = std::hypot(direction.x(), direction.y());
+  const Eigen::Vector3f right = plan > 1e-3F ? Eigen::Vector3f(-direction.y(), direction.x(), 0.0F)
+                                             : Eigen::Vector3f::UnitX();
+  const Eigen::Vector3f up = direction.cross(right);
+  const auto half = [&](const Eigen::Vector3f& across) {
+    const float extent =
+        (shape.axes.transpose() * across.normalized()).cwiseAbs().dot(shape.extents);
+    return std::min(0.5F * extent / (distance * pixel), kMostPixels);
+  };
+  const float in_plane = 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F);
+  appearances_.push_back({.element = element,
+                          .cut = cut,
+                          .azimuth = (angle_of(direction.y(), direction.x()) + kPi) / pixel,
+                          .elevation = (angle_of(direction.z(), plan) + 0.5F * kPi) / pixel,
+                          .half_width = std::min(half(right) / std::max(0.1F, plan),
+                                                 0.45F * static_cast<float>(columns_)),
+                          .half_height = half(up),
+                          .size = size,
+                          .depth = depth < kFaintest ? 0.0F : depth,
+                          .read_at = bin_of(distance),
+                          .cast_at = bin_of(distance + kMargin + std::min(in_plane, kDeepest))});
+}
+
+/// Counting sort: within a bin the order is that of the elements.
+void Sight::sort_into_bins() {
+  std::uint32_t bins = 0;
+  for (const Appearance& a : appearances_) {
+    if (a.size > 0.0F) bins = std::max(bins, a.read_at + 1);
+  }
+  reads_begin_.assign(bins + 2, 0);
+  casts_begin_.assign(bins + 2, 0);
+  for (const Appearance& a : appearances_) {
+    if (a.size > 0.0F) ++reads_begin_[a.read_at + 2];
+    if (a.depth > 0.0F && a.cast_at < bins) ++casts_begin_[a.cast_at + 2];
+  }
+  std::partial_sum(reads_begin_.begin(), reads_begin_.end(), reads_begin_.begin());
+  std::partial_sum(casts_begin_.begin(), casts_begin_.end(), casts_begin_.begin());
+  reads_.resize(reads_begin_.back());
+  casts_.resize(casts_begin_.back());
+  for (std::uint32_t k = 0; k < appearances_.size(); ++k) {
+    const Appearance& a = appearances_[k];
+    if (a.size > 0.0F) reads_[reads_begin_[a.read_at + 1]++] = k;
+    if (a.depth > 0.0F && a.cast_at < bins) casts_[casts_begin_[a.cast_at + 1]++] = k;
+  }
+  reads_begin_.pop_back();
+  casts_begin_.pop_back();
+}
+
+/// Calls visit(pixel, share of the pixel) for what an appearance covers; azimuths go around.
+template <class Visit>
+void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
+  const float bottom = of.elevation - of.half_height, top = of.elevation + of.half_height;
+  const float left = of.azimuth - of.half_width, right = of.azimuth + of.half_width;
+  const int first_row = std::max(0, static_cast<int>(std::floor(bottom)));
+  const int last_row = std::min(rows_ - 1, static_cast<int>(std::floor(top)));
+  const int first_column = static_cast<int>(std::floor(left));
+  const int last_column = static_cast<int>(std::floor(right));
+  for (int row = first_row; row <= last_row; ++row) {
+    const auto y = static_cast<float>(row);
+    const float height = std::min(y + 1.0F, top) - std::max(y, bottom);
+    for (int column = first_column; column <= last_column; ++column) {
+      const auto x = static_cast<float>(column);
+      const float share = height * (std::min(x + 1.0F, right) - std::max(x, left));
+      const int around =
+          column < 0 ? column + columns_ : (column >= columns_ ? column - columns_ : column);
+      visit(static_cast<std::size_t>(row * columns_ + around), share);
+    }
+  }
+}
+
+/// Mean over what the appearance covers.
+float Sight::transmittance(const Appearance& of) const {
+  float sum = 0.0F, covered = 0.0F;
+  for_pixels(of, [&](std::size_t pixel, float share) {
+    covered += share;
+    if (image_[pixel] < kOpaque) sum += share * std::exp(-image_[pixel]);
+  });
+  return covered > 0.0F ? sum / covered : 0.0F;
+}
+
+void Sight::cast(const Appearance& of) {
+  for_pixels(of, [&](std::size_t pixel, float share) { image_[pixel] += share * of.depth; });
+}
+
+}  // namespace vantage::surface

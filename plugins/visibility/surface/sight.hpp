@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "elements.hpp"
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::surface {
+
+struct Settings {
+  double min_size = 0.0;   ///< smallest visible size of what is seen [sr]
+  double thickness = 0.0;  ///< of a surface's points; thicker ones are clutter [m]
+  double max_range = 0.0;  ///< [m]
+};
+
+/// Looks at elements from one viewpoint after the other. Reuses its memory: one for each thread.
+class Sight {
+ public:
+  Sight(PointsView map, const Elements& elements, const Settings& settings);
+
+  /// What is seen of the map from one viewpoint.
+  struct Seen {
+    std::span<const std::uint32_t> elements;  ///< of which all points are seen, not in order
+    std::span<const std::uint32_t> points;    ///< of those that the range cuts, not in order
+  };
+  /// @param is_known  elements whose answer nobody needs are not decided; may be empty
+  /// @return          valid until the next call
+  [[nodiscard]] Seen look(const Point& viewpoint,
+                          const std::function<bool(std::uint32_t)>& is_known = {});
+
+ private:
+  /// An element as it appears from the viewpoint.
+  struct Appearance {
+    std::uint32_t element;
+    std::uint32_t cut;               ///< its place in `cut_`, or kWhole
+    float azimuth, elevation;        ///< [pixels]
+    float half_width, half_height;   ///< [pixels]
+    float size;                      ///< if nothing is before it [sr]; 0 if that does not matter
+    float depth;                     ///< optical depth of what is behind it
+    std::uint32_t read_at, cast_at;  ///< bins of distance
+  };
+  struct Cut {
+    std::uint32_t begin, end;  ///< of `cut_points_`
+  };
+
+  void appear(std::uint32_t element, const Shape& shape, bool over_ground, std::uint32_t cut,
+              const Point& viewpoint, bool is_wanted);
+  void cut(std::uint32_t element, const Point& viewpoint);
+  void sort_into_bins();
+  [[nodiscard]] float transmittance(const Appearance& of) const;
+  void cast(const Appearance& of);
+  template <class Visit>
+  void for_pixels(const Appearance& of, const Visit& visit) const;
+
+  PointsView map_;
+  const Elements& elements_;
+  Settings settings_;
+  int columns_, rows_;
+  double reach_;  ///< nothing farther is large enough [m]
+
+  std::vector<float> image_;  ///< optical depth so far, row by row
+  std::vector<Appearance> appearances_;
+  std::vector<std::uint32_t> reads_, casts_;  ///< of `appearances_`, by bin
+  std::vector<std::uint32_t> reads_begin_, casts_begin_;
+  std::vector<Cut> cut_;
+  std::vector<std::uint32_t> cut_points_;
+  std::vector<std::uint32_t> seen_elements_, seen_points_;
+};
+
+}  // namespace vantage::surface

@@ -1,0 +1,142 @@
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "elements.hpp"
+#include "sight.hpp"
+#include "vantage/plugin.hpp"
+
+namespace vantage::surface {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+
+Result<void> check_viewpoints(std::span<const Point> viewpoints) {
+  for (const Point& viewpoint : viewpoints) {
+    if (!viewpoint.allFinite()) {
+      return fail(ErrorCode::invalid_input, "a viewpoint has a coordinate that is not finite");
+    }
+  }
+  return {};
+}
+
+class Scene final : public VisibilityScene {
+ public:
+  Scene(PointsView map, Elements elements, const Settings& settings)
+      : VisibilityScene(map.size()),
+        map_(map),
+        elements_(std::move(elements)),
+        sights_([this, settings] { return Sight(map_, elements_, settings); }) {}
+
+  [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
+    return visible_from_any({&viewpoint, 1}, nullptr);
+  }
+
+  [[nodiscard]] Result<IndexList> visible_from_any(
+      std::span<const Point> viewpoints,
+      const VisibilityProgress* progress) const noexcept override {
+    return guarded([&]() -> Result<IndexList> {
+      VANTAGE_CHECK(check_viewpoints(viewpoints));
+      std::vector<std::atomic<std::uint8_t>> seen(elements_.all().size());
+      tbb::enumerable_thread_specific<std::vector<std::uint32_t>> points;
+      tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t i) {
+        const Sight::Seen here = sights_.local().look(viewpoints[i], [&](std::uint32_t element) {
+          return seen[element].load(std::memory_order_relaxed) != 0;
+        });
+        for (const std::uint32_t k : here.elements) seen[k].store(1, std::memory_order_relaxed);
+        points.local().insert(points.local().end(), here.points.begin(), here.points.end());
+        if (progress != nullptr) progress->advanced(1);
+      });
+      IndexList all;
+      for (const auto& of_thread : points)
+        all.insert(all.end(), of_thread.begin(), of_thread.end());
+      for (std::size_t k = 0; k < seen.size(); ++k) {
+        if (seen[k] == 0) continue;
+        const auto of_element = elements_.points(elements_.all()[k]);
+        all.insert(all.end(), of_element.begin(), of_element.end());
+      }
+      std::sort(all.begin(), all.end());
+      all.erase(std::unique(all.begin(), all.end()), all.end());
+      return all;
+    });
+  }
+
+ private:
+  PointsView map_;
+  Elements elements_;
+  mutable tbb::enumerable_thread_specific<Sight> sights_;
+};
+
+/// Surface elements that appear bright enough through what stands before them.
+class Surface final : public VisibilityOperator {
+ public:
+  struct Params {
+    double faintest = -20.0;
+    double point_spacing = 0.12;
+    double thickness = 0.05;
+
+    static constexpr auto schema() {
+      return std::tuple{
+          optional("faintest", &Params::faintest, "dB",
+                   "a surface element is seen if the size at which it appears, times the share "
+                   "that is not hidden, is at least so much above 1 square degree: lower values "
+                   "see more",
+                   between(-200.0, 30.0)),
+          optional("point_spacing", &Params::point_spacing, "m",
+                   "distance between neighbouring points on the map's surfaces; an element is 2.5 "
+                   "times as wide",
+                   between(0.01, 10.0)),
+          optional("thickness", &Params::thickness, "m",
+                   "how thick surfaces are in the map, with its noise: thicker elements are "
+                   "clutter and count less",
+                   between(1e-3, 10.0)),
+      };
+    }
+  };
+
+  explicit Surface(const Params& params) noexcept : params_(params) {}
+
+  [[nodiscard]] static Result<std::unique_ptr<VisibilityOperator>> create(const Params& params) {
+    return std::make_unique<Surface>(params);
+  }
+
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
+      VANTAGE_CHECK(check_points(map, "the map"));
+      if (!(limits.max_range > 0.0)) {
+        return fail(ErrorCode::invalid_input, "max_range must be > 0 m");
+      }
+      const Bounds3 needed = bounds_of(map);
+      if (!(limits.map_bounds.min.array() <= needed.min.array()).all()) {
+        return fail(ErrorCode::invalid_input, "map_bounds does not enclose every point of the map");
+      }
+      // Anchored at the map: where its frame has its origin does not matter.
+      VANTAGE_TRY(auto elements, Elements::of(map, limits.map_bounds.min, params_.point_spacing));
+      return std::make_unique<Scene>(
+          map, std::move(elements),
+          Settings{.min_size = std::pow(10.0, 0.1 * params_.faintest) * kRadian * kRadian,
+                   .thickness = params_.thickness,
+                   .max_range = limits.max_range});
+    });
+  }
+
+ private:
+  Params params_;
+};
+
+}  // namespace
+}  // namespace vantage::surface
+
+VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::surface::Surface, "surface",
+               "surface elements that appear bright enough through what stands before them");
