@@ -49,6 +49,7 @@ void vantage_inversion(benchmark::State& state) {
 }
 
 // The defaults' sensor, and one that sees all around as finely.
+void vantage_surface(benchmark::State& state) { with_plugin(state, "surface", ""); }
 void vantage_range_image(benchmark::State& state) { with_plugin(state, "range_image", ""); }
 void vantage_range_image_all_around(benchmark::State& state) {
   with_plugin(state, "range_image",
@@ -79,6 +80,7 @@ BENCHMARK(vantage_flip)->Apply(arguments);
 BENCHMARK(open3d_flip)->Apply(arguments);
 BENCHMARK(open3d_call)->Apply(arguments);
 BENCHMARK(vantage_inversion)->Apply(arguments);
+BENCHMARK(vantage_surface)->Apply(arguments);
 BENCHMARK(vantage_range_image)->Apply(arguments);
 BENCHMARK(vantage_range_image_all_around)->Apply(arguments);
 

@@ -116,6 +116,10 @@ TEST_CASE("kitti_street, regions of 20 m: every scan localized, also 5,000,000 m
   if (const auto data = test::real_data("kitti_street")) check_street(*data, "L20", 0.05, 0.1);
 }
 
+TEST_CASE("kitti_street, pieces of surface: as good as the whole map, also 5,000,000 m away") {
+  if (const auto data = test::real_data("kitti_street")) check_street(*data, "surface", 0.025, 0.1);
+}
+
 TEST_CASE("kitti_street without its ground, viewpoints along the drive: every scan localized") {
   if (const auto data = test::real_data("kitti_street")) {
     check_street(*data, "from_trajectory", 0.06, 0.1, true);
