@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -20,13 +21,13 @@ constexpr float kEven = 0.29F;  // deviation of what fills a cell, over its widt
 constexpr float kSparseDepth = 0.2F, kFullDepth = 10.0F, kDensest = 2.0F;
 constexpr float kOverGround = 0.01F;  // share of it where the ground goes on beneath
 constexpr float kFaintest = 0.01F;    // less depth than this does not count
-constexpr double kMargin = 0.3;       // what is less far behind belongs to the same surface [m]
+constexpr float kMargin = 0.3F;       // what is less far behind belongs to the same surface [m]
 constexpr float kDeepest = 20.0F;     // and so does what is in its plane and pixel, to here [m]
 constexpr float kOpaque = 60.0F;      // optical depth
 constexpr float kMostPixels = 20.0F;  // half a footprint
 constexpr float kNearest = 0.3F;      // elements nearer appear as if they were here [m]
 constexpr double kPixel = 0.5 * std::numbers::pi / 180.0;  // of the image [rad]
-constexpr double kBin = 0.05;                              // of distances that are sorted [m]
+constexpr float kBin = 0.05F;                              // of distances that are sorted [m]
 
 /// The angle of (x, y) in [-pi, pi], off by less than 1e-4: a tenth of what matters here.
 float angle_of(float y, float x) noexcept {
@@ -38,10 +39,6 @@ float angle_of(float y, float x) noexcept {
   if (ay > ax) angle = 0.5F * kPi - angle;
   if (x < 0.0F) angle = kPi - angle;
   return y < 0.0F ? -angle : angle;
-}
-
-std::uint32_t bin_of(double distance) noexcept {
-  return static_cast<std::uint32_t>(distance / kBin);
 }
 
 }  // namespace
@@ -175,21 +172,29 @@ void Sight::appear(std::uint32_t element, const Shape& shape, bool over_ground, 
                           .half_height = half(up),
                           .size = size,
                           .depth = depth < kFaintest ? 0.0F : depth,
-                          .read_at = bin_of(distance),
-                          .cast_at = bin_of(distance + kMargin + std::min(in_plane, kDeepest))});
+                          .read_at = distance,
+                          .cast_at = distance + kMargin + std::min(in_plane, kDeepest)});
 }
 
 /// Counting sort: within a bin the order is that of the elements.
 void Sight::sort_into_bins() {
-  std::uint32_t bins = 0;
+  float nearest = std::numeric_limits<float>::infinity(), farthest = 0.0F;
   for (const Appearance& a : appearances_) {
-    if (a.size > 0.0F) bins = std::max(bins, a.read_at + 1);
+    if (a.size == 0.0F) continue;
+    nearest = std::min(nearest, a.read_at);
+    farthest = std::max(farthest, a.read_at);
   }
+  const auto bin = [&](float distance) {
+    return static_cast<std::size_t>(std::max(0.0F, distance - nearest) / kBin);
+  };
+  const std::size_t bins = nearest <= farthest ? bin(farthest) + 1 : 0;
+  const auto is_read = [](const Appearance& a) { return a.size > 0.0F; };
+  const auto is_cast = [&](const Appearance& a) { return a.depth > 0.0F && a.cast_at <= farthest; };
   reads_begin_.assign(bins + 2, 0);
   casts_begin_.assign(bins + 2, 0);
   for (const Appearance& a : appearances_) {
-    if (a.size > 0.0F) ++reads_begin_[a.read_at + 2];
-    if (a.depth > 0.0F && a.cast_at < bins) ++casts_begin_[a.cast_at + 2];
+    if (is_read(a)) ++reads_begin_[bin(a.read_at) + 2];
+    if (is_cast(a)) ++casts_begin_[bin(a.cast_at) + 2];
   }
   std::partial_sum(reads_begin_.begin(), reads_begin_.end(), reads_begin_.begin());
   std::partial_sum(casts_begin_.begin(), casts_begin_.end(), casts_begin_.begin());
@@ -197,8 +202,8 @@ void Sight::sort_into_bins() {
   casts_.resize(casts_begin_.back());
   for (std::uint32_t k = 0; k < appearances_.size(); ++k) {
     const Appearance& a = appearances_[k];
-    if (a.size > 0.0F) reads_[reads_begin_[a.read_at + 1]++] = k;
-    if (a.depth > 0.0F && a.cast_at < bins) casts_[casts_begin_[a.cast_at + 1]++] = k;
+    if (is_read(a)) reads_[reads_begin_[bin(a.read_at) + 1]++] = k;
+    if (is_cast(a)) casts_[casts_begin_[bin(a.cast_at) + 1]++] = k;
   }
   reads_begin_.pop_back();
   casts_begin_.pop_back();
@@ -233,7 +238,8 @@ float Sight::transmittance(const Appearance& of) const {
     covered += share;
     if (image_[pixel] < kOpaque) sum += share * std::exp(-image_[pixel]);
   });
-  return covered > 0.0F ? sum / covered : 0.0F;
+  // Around the viewpoint itself, in no direction.
+  return covered > 0.0F ? sum / covered : 1.0F;
 }
 
 void Sight::cast(const Appearance& of) {

@@ -35,12 +35,12 @@ class Sight {
   /// An element as it appears from the viewpoint.
   struct Appearance {
     std::uint32_t element;
-    std::uint32_t cut;               ///< its place in `cut_`, or kWhole
-    float azimuth, elevation;        ///< [pixels]
-    float half_width, half_height;   ///< [pixels]
-    float size;                      ///< if nothing is before it [sr]; 0 if that does not matter
-    float depth;                     ///< optical depth of what is behind it
-    std::uint32_t read_at, cast_at;  ///< bins of distance
+    std::uint32_t cut;              ///< its place in `cut_`, or kWhole
+    float azimuth, elevation;       ///< [pixels]
+    float half_width, half_height;  ///< [pixels]
+    float size;                     ///< if nothing is before it [sr]; 0 if that does not matter
+    float depth;                    ///< optical depth of what is behind it
+    float read_at, cast_at;         ///< from which distance on it is decided, and hides [m]
   };
   struct Cut {
     std::uint32_t begin, end;  ///< of `cut_points_`

@@ -126,6 +126,15 @@ TEST_CASE("surface: one thread or two see the same") {
   CHECK(seen_by(2) == one);
 }
 
+TEST_CASE("surface: a viewpoint however far away sees what it can, or nothing") {
+  Scene scene;
+  scene.add(patch({8, -6, -2}, {0, 12, 0}, {0, 0, 6}));
+  for (const double distance : {1e4, 1e8, 1e12, 1e150, 1e300}) {
+    const double seen = scene.shares("faintest = -200.0", Point(-distance, 0, 0))[0];
+    CHECK(seen == (distance < 1e9 ? 1.0 : 0.0));
+  }
+}
+
 TEST_CASE("surface: a map that is too wide for its elements is an error that names the width") {
   const PointCloud map{{0, 0, 0}, {1e6, 0, 0}};
   const auto surface = plugin<VisibilityOperator>("surface");
