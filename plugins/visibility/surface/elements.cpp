@@ -18,10 +18,10 @@ constexpr int kBits = 20;  // of a cell's number along an axis
 constexpr double kMaxCells = 1 << kBits;
 constexpr int kParts = 4;  // of a cell along each axis, whose occupation is counted
 
-constexpr double kFlat = 0.85;             // |z| of a normal of ground, at least
-constexpr double kGroundThickness = 0.06;  // of ground, at most [m]
-constexpr double kAboveGround = 2.4;       // what moves is no higher [m]
-constexpr int kGroundAround = 7;           // of eight neighbours that are ground, too, at least
+constexpr double kFlat = 0.85;            // |z| of a normal of ground, at least
+constexpr double kGroundThickness = 0.1;  // of ground, at most [m]
+constexpr double kAboveGround = 2.4;      // what moves is no higher [m]
+constexpr int kGroundAround = 4;          // of eight neighbours that are ground, too, at least
 
 using Cell = std::uint64_t;  // x, y and z from high to low bits
 
@@ -122,11 +122,6 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   shape.centre = first + mean;
   shape.fill =
       static_cast<float>(parts / std::min<double>(kParts * kParts, width_ * width_ / spacing2));
-  shape.density = shape.fill;
-  shape.extents.setConstant(static_cast<float>(width_));
-  shape.thickness = static_cast<float>(width_ / std::sqrt(12.0));
-  if (points.size() < 3) return shape;
-
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::uint32_t k : points) {
     const Point offset = map[k] - first - mean;
@@ -136,12 +131,15 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   solver.computeDirect(scatter / n);
   // As far as points this far apart extend that have this deviation, evenly spread.
   const Point variances = solver.eigenvalues().cwiseMax(0.0);
-  const Point extents = (12.0 * variances.array() + spacing2).sqrt();
+  const Point extents = (12.0 * variances.array() + Eigen::Array3d(0.0, spacing2, spacing2)).sqrt();
   shape.axes = solver.eigenvectors().cast<float>();
   shape.extents = extents.cast<float>();
   shape.thickness = static_cast<float>(std::sqrt(variances[0]));
   shape.density = static_cast<float>(parts * spacing2 / (extents[1] * extents[2]));
-  shape.is_flat = true;
+  shape.is_isolated = points.size() < 3;
+  shape.is_flat = !shape.is_isolated && extents[1] > 1.1 * point_spacing_;
+  // Around a line no direction is its normal.
+  if (!shape.is_flat) shape.extents[0] = shape.extents[1];
   return shape;
 }
 

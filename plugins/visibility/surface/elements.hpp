@@ -13,13 +13,14 @@ namespace vantage::surface {
 struct Shape {
   Point centre = Point::Zero();  ///< mean of the points [m]
   /// Principal axes, the normal of the plane first, and how far what is covered extends along
-  /// them [m]. With fewer than three points the axes of the frame and the width of the cell.
+  /// them [m].
   Eigen::Matrix3f axes = Eigen::Matrix3f::Identity();
   Eigen::Vector3f extents = Eigen::Vector3f::Zero();
-  float thickness = 0.0F;  ///< standard deviation along the normal [m]
-  float fill = 0.0F;       ///< occupied parts, over those that a surface across the cell occupies
-  float density = 0.0F;    ///< the same over those that one of these extents occupies
-  bool is_flat = false;    ///< there are enough points for a normal
+  float thickness = 0.0F;    ///< standard deviation along the normal [m]
+  float fill = 0.0F;         ///< occupied parts, over those that a surface across the cell occupies
+  float density = 0.0F;      ///< the same over those that one of these extents occupies
+  bool is_isolated = false;  ///< too few points to say how they lie
+  bool is_flat = false;      ///< there are enough points for a normal
 };
 
 /// The points of one cell of a cubic grid.

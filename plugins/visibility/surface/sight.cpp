@@ -18,7 +18,7 @@ constexpr float kRoughness = 0.2F;
 constexpr float kEven = 0.29F;  // deviation of what fills a cell, over its width
 // Optical depth of an element: for its density, and for the third power of it if it is thin,
 // because a surface without gaps lets nothing through.
-constexpr float kSparseDepth = 0.2F, kFullDepth = 10.0F, kDensest = 2.0F;
+constexpr float kSparseDepth = 0.2F, kFullDepth = 10.0F, kDensest = 1.0F;
 constexpr float kOverGround = 0.01F;  // share of it where the ground goes on beneath
 constexpr float kFaintest = 0.01F;    // less depth than this does not count
 constexpr float kMargin = 0.3F;       // what is less far behind belongs to the same surface [m]
@@ -26,8 +26,9 @@ constexpr float kDeepest = 20.0F;     // and so does what is in its plane and pi
 constexpr float kOpaque = 60.0F;      // optical depth
 constexpr float kMostPixels = 20.0F;  // half a footprint
 constexpr float kNearest = 0.3F;      // elements nearer appear as if they were here [m]
-constexpr double kPixel = 0.5 * std::numbers::pi / 180.0;  // of the image [rad]
-constexpr float kBin = 0.05F;                              // of distances that are sorted [m]
+constexpr int kColumns = 720, kRows = kColumns / 2;           // of the image, half a degree each
+constexpr double kPixel = 2.0 * std::numbers::pi / kColumns;  // [rad]
+constexpr float kBin = 0.05F;                                 // of distances that are sorted [m]
 
 /// The angle of (x, y) in [-pi, pi], off by less than 1e-4: a tenth of what matters here.
 float angle_of(float y, float x) noexcept {
@@ -47,9 +48,7 @@ Sight::Sight(PointsView map, const Elements& elements, const Settings& settings)
     : map_(map),
       elements_(elements),
       settings_(settings),
-      columns_(static_cast<int>(std::ceil(2.0 * std::numbers::pi / kPixel))),
-      rows_(static_cast<int>(std::ceil(std::numbers::pi / kPixel))),
-      image_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {
+      image_(static_cast<std::size_t>(kColumns) * kRows) {
   // The fullest cell has all of its parts occupied.
   const double fullest = std::max(1.0, 16.0 / 6.25);
   reach_ = std::min(settings.max_range,
@@ -140,8 +139,10 @@ void Sight::appear(std::uint32_t element, const Shape& shape, bool over_ground, 
   const float face = std::sqrt(cosine * cosine + roughness * roughness * sine2);
   const float shown = shape.fill * face;
 
-  const float relative = shape.thickness / static_cast<float>(settings_.thickness);
-  const float solid = 1.0F / (1.0F + relative * relative);
+  // Isolated points hide what is behind them, but are not believed to be a surface.
+  const float thickness = shape.is_isolated ? kEven * width : shape.thickness;
+  const float relative = thickness / static_cast<float>(settings_.thickness);
+  const float solid = shape.is_isolated ? 1.0F : 1.0F / (1.0F + relative * relative);
   const float dense = std::min(shape.density, kDensest);
   float depth = kSparseDepth * dense + kFullDepth * dense * dense * dense * solid * solid * solid;
   if (over_ground) depth *= kOverGround;
@@ -162,13 +163,14 @@ void Sight::appear(std::uint32_t element, const Shape& shape, bool over_ground, 
         (shape.axes.transpose() * across.normalized()).cwiseAbs().dot(shape.extents);
     return std::min(0.5F * extent / (distance * pixel), kMostPixels);
   };
-  const float in_plane = 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F);
+  const float in_plane =
+      shape.is_flat ? 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F) : 0.0F;
   appearances_.push_back({.element = element,
                           .cut = cut,
                           .azimuth = (angle_of(direction.y(), direction.x()) + kPi) / pixel,
                           .elevation = (angle_of(direction.z(), plan) + 0.5F * kPi) / pixel,
                           .half_width = std::min(half(right) / std::max(0.1F, plan),
-                                                 0.45F * static_cast<float>(columns_)),
+                                                 0.45F * static_cast<float>(kColumns)),
                           .half_height = half(up),
                           .size = size,
                           .depth = depth < kFaintest ? 0.0F : depth,
@@ -215,7 +217,7 @@ void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
   const float bottom = of.elevation - of.half_height, top = of.elevation + of.half_height;
   const float left = of.azimuth - of.half_width, right = of.azimuth + of.half_width;
   const int first_row = std::max(0, static_cast<int>(std::floor(bottom)));
-  const int last_row = std::min(rows_ - 1, static_cast<int>(std::floor(top)));
+  const int last_row = std::min(kRows - 1, static_cast<int>(std::floor(top)));
   const int first_column = static_cast<int>(std::floor(left));
   const int last_column = static_cast<int>(std::floor(right));
   for (int row = first_row; row <= last_row; ++row) {
@@ -225,8 +227,8 @@ void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
       const auto x = static_cast<float>(column);
       const float share = height * (std::min(x + 1.0F, right) - std::max(x, left));
       const int around =
-          column < 0 ? column + columns_ : (column >= columns_ ? column - columns_ : column);
-      visit(static_cast<std::size_t>(row * columns_ + around), share);
+          column < 0 ? column + kColumns : (column >= kColumns ? column - kColumns : column);
+      visit(static_cast<std::size_t>(row * kColumns + around), share);
     }
   }
 }

@@ -58,7 +58,6 @@ class Sight {
   PointsView map_;
   const Elements& elements_;
   Settings settings_;
-  int columns_, rows_;
   double reach_;  ///< nothing farther is large enough [m]
 
   std::vector<float> image_;  ///< optical depth so far, row by row

@@ -1,9 +1,11 @@
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 #include <utility>
@@ -68,6 +70,24 @@ TEST_CASE("surface: a wall hides the wall behind it, and is seen with its whole 
   const auto shares = scene.shares("", Point::Zero());
   CHECK(shares[0] == 1.0);
   CHECK(shares[1] == 0.0);
+}
+
+TEST_CASE("surface: no wall leaks, however it lies across the elements") {
+  for (int degrees = 0; degrees < 360; degrees += 3) {
+    CAPTURE(degrees);
+    const Eigen::AngleAxisd turn(degrees * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ());
+    Scene scene;
+    const auto add = [&](double x, double half) {
+      PointCloud wall;
+      for (double y = -half; y < half + 0.05; y += 0.1) {
+        for (double z = -half; z < half + 0.05; z += 0.1) wall.push_back(turn * Point(x, y, z));
+      }
+      scene.add(wall);
+    };
+    add(5.0, 3.0);
+    add(6.0, 1.5);
+    CHECK(scene.shares("", Point(0.03, -0.05, 0.02))[1] == 0.0);
+  }
 }
 
 TEST_CASE("surface: what stands over ground that goes on beneath it hides little") {
