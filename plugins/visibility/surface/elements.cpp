@@ -25,10 +25,12 @@ constexpr int kGroundAround = 4;          // of eight neighbours that are ground
 
 using Cell = std::uint64_t;  // x, y and z from high to low bits
 
+Cell packed(Cell x, Cell y, Cell z) { return (x << (2 * kBits)) | (y << kBits) | z; }
+
 Cell cell_of(const Point& p, const Point& origin, double width) {
   const Point place = ((p - origin) / width).array().floor().max(0.0);
-  return (static_cast<Cell>(place.x()) << (2 * kBits)) | (static_cast<Cell>(place.y()) << kBits) |
-         static_cast<Cell>(place.z());
+  return packed(static_cast<Cell>(place.x()), static_cast<Cell>(place.y()),
+                static_cast<Cell>(place.z()));
 }
 
 std::int64_t part(Cell cell, int axis) {
@@ -154,8 +156,7 @@ void Elements::find_over_ground(std::span<const Cell> cells) {
   }
   const auto is_flat = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
     if (x < 0 || y < 0 || z < 0) return false;
-    return flat.contains((static_cast<Cell>(x) << (2 * kBits)) | (static_cast<Cell>(y) << kBits) |
-                         static_cast<Cell>(z));
+    return flat.contains(packed(static_cast<Cell>(x), static_cast<Cell>(y), static_cast<Cell>(z)));
   };
   const auto levels = static_cast<std::int64_t>(std::ceil(kAboveGround / width_));
   tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {

@@ -68,7 +68,8 @@ Sight::Seen Sight::look(const Point& viewpoint,
   const double reach = reach_ + radius;
   const auto near = elements_.between(viewpoint.x() - reach, viewpoint.x() + reach);
   // Whether something is over ground must not be decided by points that take no part.
-  const bool is_at_point = std::any_of(near.begin(), near.end(), [&](const Element& element) {
+  const auto here = elements_.between(viewpoint.x() - radius, viewpoint.x() + radius);
+  const bool is_at_point = std::any_of(here.begin(), here.end(), [&](const Element& element) {
     if ((element.shape.centre - viewpoint).norm() > radius) return false;
     const auto points = elements_.points(element);
     return std::any_of(points.begin(), points.end(),
