@@ -92,11 +92,11 @@ std::vector<Setting> each_range(const std::vector<double>& metres) {
 
 std::vector<Family> all_families() {
   return {
-      {kReference, "hpr", each("alpha", {1e1, 1e2, 1e3, 1e4, 1e5})},
+      {kReference, "hpr", each("alpha", {1e1, 3e1, 1e2, 3e2, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6})},
       {"hpr, inversion", "hpr", {{"kernel = inversion", "kernel = \"inversion\""}}},
       {"surface", "surface",
-       each("faintest", {10.0, 5.0, 0.0, -5.0, -10.0, -15.0, -20.0, -25.0, -30.0, -40.0, -60.0,
-                         -100.0, -200.0})},
+       each("faintest", {10.0, 5.0, 0.0, -5.0, -10.0, -15.0, -20.0, -25.0, -30.0, -35.0, -40.0,
+                         -50.0, -60.0, -80.0, -110.0, -150.0, -200.0})},
       {kRangeImage, kRangeImage, each("tolerance", {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0})},
       {"keep_all", "keep_all", each_range({10.0, 20.0, 30.0, 45.0, 60.0, 100.0})},
   };

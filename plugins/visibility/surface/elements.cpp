@@ -5,23 +5,28 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <tuple>
-#include <unordered_set>
+#include <unordered_map>
 
 namespace vantage::surface {
 namespace {
 
 constexpr int kBits = 20;  // of a cell's number along an axis
 constexpr double kMaxCells = 1 << kBits;
-constexpr int kParts = 4;  // of a cell along each axis, whose occupation is counted
+constexpr int kBlocks = 4;  // of a cell along each axis, whose occupation is counted
 
 constexpr double kFlat = 0.85;            // |z| of a normal of ground, at least
 constexpr double kGroundThickness = 0.1;  // of ground, at most [m]
-constexpr double kAboveGround = 2.4;      // what moves is no higher [m]
-constexpr int kGroundAround = 4;          // of eight neighbours that are ground, too, at least
+constexpr double kLow = 2.4;              // what moves is no higher over the ground [m]
+constexpr double kHigh = 3.6;      // where something is above it up to here, it is part of it [m]
+constexpr int kAround = 3;         // cells to each side in which ground is looked for
+constexpr int kGroundAround = 6;   // of their 49 columns have ground, at least
+constexpr int kGroundBeneath = 4;  // of the eight next to ground are ground, too, at least
 
 using Cell = std::uint64_t;  // x, y and z from high to low bits
 
@@ -33,7 +38,7 @@ Cell cell_of(const Point& p, const Point& origin, double width) {
                 static_cast<Cell>(place.z()));
 }
 
-std::int64_t part(Cell cell, int axis) {
+std::int64_t coordinate(Cell cell, int axis) {
   return static_cast<std::int64_t>((cell >> ((2 - axis) * kBits)) & ((Cell{1} << kBits) - 1));
 }
 
@@ -81,9 +86,9 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
     Element& element = result.elements_[i];
     element.shape = result.measure(map, result.points(element));
   });
-  result.find_over_ground(cells);
+  result.find_parts(cells);
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto column = static_cast<std::size_t>(part(cells[i], 0));
+    const auto column = static_cast<std::size_t>(coordinate(cells[i], 0));
     while (result.first_.size() <= column) result.first_.push_back(static_cast<std::uint32_t>(i));
   }
   result.first_.push_back(static_cast<std::uint32_t>(cells.size()));
@@ -103,7 +108,13 @@ std::span<const Element> Elements::between(double low, double high) const noexce
   return std::span(elements_).subspan(first_[begin], first_[end] - first_[begin]);
 }
 
-double Elements::reach_of_ground() const noexcept { return kAboveGround + 4.0 * width_; }
+double Elements::reach_of_part() const noexcept {
+  return kHigh + (kAround + 2) * std::numbers::sqrt2 * width_;
+}
+
+double Elements::fullest() noexcept {
+  return kBlocks * kBlocks / std::min<double>(kBlocks * kBlocks, kSpacings * kSpacings);
+}
 
 Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) const {
   const Point& first = map[points.front()];
@@ -113,17 +124,16 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   for (const std::uint32_t k : points) {
     sum += map[k] - first;
     const Eigen::Array3i at =
-        ((map[k] - corner) * (kParts / width_)).array().cast<int>().max(0).min(kParts - 1);
-    occupied |= std::uint64_t{1} << ((at.x() * kParts + at.y()) * kParts + at.z());
+        ((map[k] - corner) * (kBlocks / width_)).array().cast<int>().max(0).min(kBlocks - 1);
+    occupied |= std::uint64_t{1} << ((at.x() * kBlocks + at.y()) * kBlocks + at.z());
   }
   const auto n = static_cast<double>(points.size());
   const Point mean = sum / n;
   const double spacing2 = point_spacing_ * point_spacing_;
-  const double parts = std::min<int>(std::popcount(occupied), kParts * kParts);
+  const double blocks = std::min<int>(std::popcount(occupied), kBlocks * kBlocks);
   Shape shape;
   shape.centre = first + mean;
-  shape.fill =
-      static_cast<float>(parts / std::min<double>(kParts * kParts, width_ * width_ / spacing2));
+  shape.fill = static_cast<float>(blocks / (kBlocks * kBlocks) * fullest());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::uint32_t k : points) {
     const Point offset = map[k] - first - mean;
@@ -137,7 +147,7 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   shape.axes = solver.eigenvectors().cast<float>();
   shape.extents = extents.cast<float>();
   shape.thickness = static_cast<float>(std::sqrt(variances[0]));
-  shape.density = static_cast<float>(parts * spacing2 / (extents[1] * extents[2]));
+  shape.density = static_cast<float>(blocks * spacing2 / (extents[1] * extents[2]));
   shape.is_isolated = points.size() < 3;
   shape.is_flat = !shape.is_isolated && extents[1] > 1.1 * point_spacing_;
   // Around a line no direction is its normal.
@@ -145,37 +155,91 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   return shape;
 }
 
-void Elements::find_over_ground(std::span<const Cell> cells) {
-  std::unordered_set<Cell> flat;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const Element& element = elements_[i];
-    const Shape& shape = element.shape;
-    if (shape.is_flat && std::abs(shape.axes(2, 0)) > kFlat && shape.thickness < kGroundThickness) {
-      flat.insert(cells[i]);
-    }
-  }
-  const auto is_flat = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
-    if (x < 0 || y < 0 || z < 0) return false;
-    return flat.contains(packed(static_cast<Cell>(x), static_cast<Cell>(y), static_cast<Cell>(z)));
+void Elements::find_parts(std::span<const Cell> cells) {
+  std::vector<std::uint8_t> is_level(cells.size());
+  // Cells are in ascending order, so those of a column are one run.
+  struct Column {
+    std::size_t begin = 0, end = 0;
   };
-  const auto levels = static_cast<std::int64_t>(std::ceil(kAboveGround / width_));
-  tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
-    const std::int64_t x = part(cells[i], 0), y = part(cells[i], 1), z = part(cells[i], 2);
-    for (std::int64_t below = 1; below <= levels && !elements_[i].over_ground; ++below) {
-      if (!is_flat(x, y, z - below)) continue;
-      int around = 0;
+  std::vector<Column> columns;
+  std::unordered_map<Cell, std::size_t> column_at;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Shape& shape = elements_[i].shape;
+    is_level[i] =
+        shape.is_flat && std::abs(shape.axes(2, 0)) > kFlat && shape.thickness < kGroundThickness;
+    if (i == 0 || cells[i] >> kBits != cells[i - 1] >> kBits) {
+      column_at.emplace(cells[i] >> kBits, columns.size());
+      columns.push_back({i, i});
+    }
+    columns.back().end = i + 1;
+  }
+
+  const auto z_of = [&](std::size_t i) { return coordinate(cells[i], 2); };
+  const auto low = static_cast<std::int64_t>(std::ceil(kLow / width_));
+  const auto high = static_cast<std::int64_t>(std::ceil(kHigh / width_));
+  tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t c) {
+    const std::int64_t x = coordinate(cells[columns[c].begin], 0);
+    const std::int64_t y = coordinate(cells[columns[c].begin], 1);
+    // Those that are not there have nothing in them.
+    constexpr int kSide = 2 * kAround + 1;
+    std::array<Column, kSide * kSide> around;
+    const auto column = [&](int dx, int dy) -> Column& {
+      return around[static_cast<std::size_t>((dx + kAround) * kSide + dy + kAround)];
+    };
+    for (int dx = -kAround; dx <= kAround; ++dx) {
+      for (int dy = -kAround; dy <= kAround; ++dy) {
+        if (x + dx < 0 || y + dy < 0) continue;
+        const auto found =
+            column_at.find(packed(0, static_cast<Cell>(x + dx), static_cast<Cell>(y + dy)));
+        if (found != column_at.end()) column(dx, dy) = columns[found->second];
+      }
+    }
+    /// Whether a column has cells with from <= z <= to for which `has` holds.
+    const auto any = [&](const Column& in, std::int64_t from, std::int64_t to, const auto& has) {
+      for (std::size_t i = in.begin; i < in.end && z_of(i) <= to; ++i) {
+        if (z_of(i) >= from && has(i)) return true;
+      }
+      return false;
+    };
+    const auto level = [&](std::size_t i) { return is_level[i] != 0; };
+    const auto goes_on = [&](std::int64_t z) {
+      int n = 0;
       for (int dx = -1; dx <= 1; ++dx) {
         for (int dy = -1; dy <= 1; ++dy) {
-          if (dx == 0 && dy == 0) continue;
-          for (int dz = -1; dz <= 1; ++dz) {
-            if (is_flat(x + dx, y + dy, z - below + dz)) {
-              ++around;
-              break;
-            }
-          }
+          n += (dx != 0 || dy != 0) && any(column(dx, dy), z - 1, z + 1, level);
         }
       }
-      elements_[i].over_ground = around >= kGroundAround;
+      return n >= kGroundBeneath;
+    };
+
+    for (std::size_t i = columns[c].begin; i < columns[c].end; ++i) {
+      const std::int64_t z = z_of(i);
+      Part& part = elements_[i].part;
+      if (any(columns[c], z - low, z - 1,
+              [&](std::size_t k) { return level(k) && goes_on(z_of(k)); })) {
+        part = Part::low;
+        continue;
+      }
+      int grounds = 0;
+      std::int64_t ground = z;
+      for (const Column& in : around) {
+        grounds += any(in, z - low, z - 1, [&](std::size_t k) {
+          if (level(k)) ground = std::min(ground, z_of(k));
+          return level(k);
+        });
+      }
+      if (grounds < kGroundAround) {
+        if (level(i)) part = Part::ground;
+        continue;
+      }
+      bool is_part_of_higher = false;
+      for (int dx = -1; dx <= 1; ++dx) {
+        for (int dy = -1; dy <= 1; ++dy) {
+          is_part_of_higher |= any(column(dx, dy), ground + low + 1, ground + high,
+                                   [](std::size_t) { return true; });
+        }
+      }
+      if (!is_part_of_higher) part = Part::low;
     }
   });
 }

@@ -23,12 +23,20 @@ struct Shape {
   bool is_flat = false;      ///< there are enough points for a normal
 };
 
+/// What an element belongs to, by what is around it.
+enum class Part : std::uint8_t {
+  structure,  ///< or it cannot be said
+  ground,     ///< level, and no other ground beneath it
+  /// Stands on the ground and is no higher than a vehicle, or the ground goes on beneath it: it may
+  /// be the trail of something that moved, or move away.
+  low,
+};
+
 /// The points of one cell of a cubic grid.
 struct Element {
   Shape shape;
   std::uint32_t begin = 0, end = 0;  ///< of `Elements::points`
-  /// The ground goes on beneath it: what stands there was not always there, or lets light through.
-  bool over_ground = false;
+  Part part = Part::structure;
 };
 
 /// A map, cut into elements. Neither they nor their order depend on the order of the points.
@@ -43,8 +51,10 @@ class Elements {
   /// In ascending order of x, as cells.
   [[nodiscard]] std::span<const Element> all() const noexcept { return elements_; }
   [[nodiscard]] double width() const noexcept { return width_; }  ///< of a cell [m]
-  /// How far from an element the points are that decide whether it is over ground, at most [m].
-  [[nodiscard]] double reach_of_ground() const noexcept;
+  /// No element's `fill` is larger.
+  [[nodiscard]] static double fullest() noexcept;
+  /// How far from an element the points are that decide what it is part of, at most [m].
+  [[nodiscard]] double reach_of_part() const noexcept;
   /// Indices into the map.
   [[nodiscard]] std::span<const std::uint32_t> points(const Element& element) const noexcept {
     return std::span(indices_).subspan(element.begin, element.end - element.begin);
@@ -57,8 +67,10 @@ class Elements {
 
  private:
   Elements(const Point& origin, double point_spacing)
-      : origin_(origin), point_spacing_(point_spacing), width_(2.5 * point_spacing) {}
-  void find_over_ground(std::span<const std::uint64_t> cells);
+      : origin_(origin), point_spacing_(point_spacing), width_(kSpacings * point_spacing) {}
+  void find_parts(std::span<const std::uint64_t> cells);
+
+  static constexpr double kSpacings = 2.5;  // point spacings that a cell is wide
 
   Point origin_;
   double point_spacing_, width_;

@@ -13,22 +13,36 @@ namespace {
 constexpr std::uint32_t kWhole = ~std::uint32_t{0};
 constexpr float kPi = std::numbers::pi_v<float>;
 
-// How much a surface that is seen edge-on still shows and hides: it is rough.
-constexpr float kRoughness = 0.2F;
+// How much a surface that is seen edge-on still shows: it is rough.
+constexpr float kRoughness = 0.4F;
+// Area whose visible size counts, so that it does not depend on how large elements are [m^2].
+constexpr float kArea = 0.09F;
 constexpr float kEven = 0.29F;  // deviation of what fills a cell, over its width
+// How much of its size counts of what may have moved away, and of what is no level or upright
+// piece of a surface.
+constexpr float kLowShown = 0.2F, kIrregularShown = 0.5F;
+constexpr float kLevel = 0.85F, kUpright = 0.3F;  // |z| of a normal, at least and at most
+
 // Optical depth of an element: for its density, and for the third power of it if it is thin,
 // because a surface without gaps lets nothing through.
-constexpr float kSparseDepth = 0.2F, kFullDepth = 10.0F, kDensest = 1.0F;
-constexpr float kOverGround = 0.01F;  // share of it where the ground goes on beneath
-constexpr float kFaintest = 0.01F;    // less depth than this does not count
-constexpr float kMargin = 0.3F;       // what is less far behind belongs to the same surface [m]
+constexpr float kSparseDepth = 0.5F, kFullDepth = 16.0F, kDensest = 1.0F;
+// Share of it for what may have moved away, and for ground, behind which ground goes on.
+constexpr float kLowDepth = 0.1F, kGroundDepth = 0.3F;
+constexpr float kFaintest = 0.01F;  // less depth than this does not count
+// What an optical depth takes from a size: a share at once, because a gap seldom lies right, and
+// little more for each that follows, because none is certain [dB].
+constexpr float kAtOnce = 15.0F, kFollowing = 2.5F, kHowSoon = 0.9F;
+
+constexpr float kMargin = 0.1F;       // what is less far behind belongs to the same surface [m]
 constexpr float kDeepest = 20.0F;     // and so does what is in its plane and pixel, to here [m]
 constexpr float kOpaque = 60.0F;      // optical depth
 constexpr float kMostPixels = 20.0F;  // half a footprint
 constexpr float kNearest = 0.3F;      // elements nearer appear as if they were here [m]
 constexpr int kColumns = 720, kRows = kColumns / 2;           // of the image, half a degree each
 constexpr double kPixel = 2.0 * std::numbers::pi / kColumns;  // [rad]
-constexpr float kBin = 0.05F;                                 // of distances that are sorted [m]
+constexpr int kBlock = 8;                                     // pixels along its edge
+constexpr int kBlockColumns = kColumns / kBlock, kBlockRows = kRows / kBlock;
+constexpr float kBin = 0.05F;  // of distances that are sorted [m]
 
 /// The angle of (x, y) in [-pi, pi], off by less than 1e-4: a tenth of what matters here.
 float angle_of(float y, float x) noexcept {
@@ -44,15 +58,33 @@ float angle_of(float y, float x) noexcept {
 
 }  // namespace
 
-Sight::Sight(PointsView map, const Elements& elements, const Settings& settings)
+Optics Optics::of(const Shape& shape, double width, double thickness) noexcept {
+  const auto cell = static_cast<float>(width);
+  // Isolated points hide what is behind them, but are not believed to be a surface.
+  const float deviation = shape.is_isolated ? kEven * cell : shape.thickness;
+  const float relative = deviation / static_cast<float>(thickness);
+  const float rise = std::abs(shape.axes(2, 0));
+  const bool is_regular = shape.is_flat && (rise > kLevel || rise < kUpright);
+  const float solid = shape.is_isolated ? 1.0F : 1.0F / (1.0F + relative * relative);
+  const float dense = std::min(shape.density, kDensest);
+  return {
+      // The more it is clutter, the less it matters from where it is seen.
+      .roughness =
+          shape.is_flat ? std::clamp(shape.thickness / (kEven * cell), kRoughness, 1.0F) : 1.0F,
+      .brightness =
+          kArea * shape.fill * std::exp(-relative) * (is_regular ? 1.0F : kIrregularShown),
+      .depth = kSparseDepth * dense + kFullDepth * dense * dense * dense * solid * solid * solid};
+}
+
+Sight::Sight(PointsView map, const Elements& elements, std::span<const Optics> optics,
+             const Settings& settings)
     : map_(map),
       elements_(elements),
+      optics_(optics),
       settings_(settings),
-      image_(static_cast<std::size_t>(kColumns) * kRows) {
-  // The fullest cell has all of its parts occupied.
-  const double fullest = std::max(1.0, 16.0 / 6.25);
-  reach_ = std::min(settings.max_range,
-                    elements.width() * std::pow(fullest, 0.25) / std::sqrt(settings.min_size));
+      image_(static_cast<std::size_t>(kColumns) * kRows),
+      farthest_(static_cast<std::size_t>(kBlockColumns) * kBlockRows) {
+  reach_ = std::min(settings.max_range, std::sqrt(kArea * Elements::fullest() / settings.min_size));
 }
 
 Sight::Seen Sight::look(const Point& viewpoint,
@@ -67,7 +99,7 @@ Sight::Seen Sight::look(const Point& viewpoint,
   const double radius = elements_.width() * std::numbers::sqrt3;  // of a cell, around its centre
   const double reach = reach_ + radius;
   const auto near = elements_.between(viewpoint.x() - reach, viewpoint.x() + reach);
-  // Whether something is over ground must not be decided by points that take no part.
+  // What an element is part of must not be decided by points that are not looked at.
   const auto here = elements_.between(viewpoint.x() - radius, viewpoint.x() + radius);
   const bool is_at_point = std::any_of(here.begin(), here.end(), [&](const Element& element) {
     if ((element.shape.centre - viewpoint).norm() > radius) return false;
@@ -75,8 +107,8 @@ Sight::Seen Sight::look(const Point& viewpoint,
     return std::any_of(points.begin(), points.end(),
                        [&](std::uint32_t k) { return map_[k] == viewpoint; });
   });
-  const double farthest_known = settings_.max_range - elements_.reach_of_ground();
-  const double nearest_known = is_at_point ? elements_.reach_of_ground() : 0.0;
+  const double farthest_known = settings_.max_range - elements_.reach_of_part();
+  const double nearest_known = is_at_point ? elements_.reach_of_part() : 0.0;
   for (const Element& element : near) {
     const double distance = (element.shape.centre - viewpoint).norm();
     if (distance > reach) continue;
@@ -85,10 +117,11 @@ Sight::Seen Sight::look(const Point& viewpoint,
       cut(number, viewpoint);
       continue;
     }
-    const bool is_known_ground = distance >= nearest_known && distance <= farthest_known;
-    appear(number, element.shape, element.over_ground && is_known_ground, kWhole, viewpoint,
-           !is_known || !is_known(number));
+    const bool is_part_known = distance >= nearest_known && distance <= farthest_known;
+    appear(number, element.shape, optics_[number], is_part_known ? element.part : Part::structure,
+           kWhole, viewpoint, !is_known || !is_known(number));
   }
+  drop_hiding_nothing(viewpoint);
 
   sort_into_bins();
   for (std::size_t bin = 0; bin + 1 < reads_begin_.size(); ++bin) {
@@ -97,7 +130,7 @@ Sight::Seen Sight::look(const Point& viewpoint,
     }
     for (std::uint32_t k = reads_begin_[bin]; k < reads_begin_[bin + 1]; ++k) {
       const Appearance& of = appearances_[reads_[k]];
-      if (!(of.size * transmittance(of) >= static_cast<float>(settings_.min_size))) continue;
+      if (!(of.size * passed(of) >= static_cast<float>(settings_.min_size))) continue;
       if (of.cut == kWhole) {
         seen_elements_.push_back(of.element);
       } else {
@@ -119,42 +152,61 @@ void Sight::cut(std::uint32_t element, const Point& viewpoint) {
   }
   const auto end = static_cast<std::uint32_t>(cut_points_.size());
   if (begin == end) return;
-  cut_.push_back({begin, end});
   const Shape shape = elements_.measure(map_, std::span(cut_points_).subspan(begin, end - begin));
-  // Whether there is ground beneath may be decided by what takes no part.
-  appear(element, shape, false, static_cast<std::uint32_t>(cut_.size() - 1), viewpoint, true);
+  cut_.push_back({begin, end, shape});
+  // What it is part of may be decided by points that take no part.
+  appear(element, shape, Optics::of(shape, elements_.width(), settings_.thickness), Part::structure,
+         static_cast<std::uint32_t>(cut_.size() - 1), viewpoint, true);
 }
 
-void Sight::appear(std::uint32_t element, const Shape& shape, bool over_ground, std::uint32_t cut,
-                   const Point& viewpoint, bool is_wanted) {
+const Shape& Sight::shape(const Appearance& of) const noexcept {
+  return of.cut == kWhole ? elements_.all()[of.element].shape : cut_[of.cut].shape;
+}
+
+/// Adds an appearance, without its extent.
+void Sight::appear(std::uint32_t element, const Shape& shape, const Optics& optics, Part part,
+                   std::uint32_t cut, const Point& viewpoint, bool is_wanted) {
   const Eigen::Vector3f offset = (shape.centre - viewpoint).cast<float>();
   const float distance = std::max(offset.norm(), kNearest);
   const Eigen::Vector3f direction = offset / distance;
-
-  // The more it is clutter, the less it matters from where it is seen.
-  const auto width = static_cast<float>(elements_.width());
-  const float roughness =
-      shape.is_flat ? std::clamp(shape.thickness / (kEven * width), kRoughness, 1.0F) : 1.0F;
   const float cosine = std::abs(direction.dot(shape.axes.col(0)));
   const float sine2 = std::max(0.0F, 1.0F - cosine * cosine);
-  const float face = std::sqrt(cosine * cosine + roughness * roughness * sine2);
-  const float shown = shape.fill * face;
 
-  // Isolated points hide what is behind them, but are not believed to be a surface.
-  const float thickness = shape.is_isolated ? kEven * width : shape.thickness;
-  const float relative = thickness / static_cast<float>(settings_.thickness);
-  const float solid = shape.is_isolated ? 1.0F : 1.0F / (1.0F + relative * relative);
-  const float dense = std::min(shape.density, kDensest);
-  float depth = kSparseDepth * dense + kFullDepth * dense * dense * dense * solid * solid * solid;
-  if (over_ground) depth *= kOverGround;
+  float depth = optics.depth;
+  if (part == Part::low) depth *= kLowDepth;
+  if (part == Part::ground) depth *= kGroundDepth;
   float size = 0.0F;
-  if (is_wanted && distance <= reach_ + width) {
-    size = width * width * std::sqrt(shown) / (distance * distance) * std::exp(-relative);
+  if (is_wanted) {
+    size = optics.brightness / (distance * distance) *
+           std::sqrt(cosine * cosine + optics.roughness * optics.roughness * sine2);
+    if (part == Part::low) size *= kLowShown;
     if (size < static_cast<float>(settings_.min_size)) size = 0.0F;
   }
   if (size == 0.0F && depth < kFaintest) return;
 
   const auto pixel = static_cast<float>(kPixel);
+  const float plan = std::hypot(direction.x(), direction.y());
+  const float in_plane =
+      shape.is_flat ? 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F) : 0.0F;
+  // As wide as it can be at all.
+  const float half = std::min(0.5F * shape.extents.norm() / (distance * pixel), kMostPixels);
+  appearances_.push_back(
+      {.element = element,
+       .cut = cut,
+       .azimuth = (angle_of(direction.y(), direction.x()) + kPi) / pixel,
+       .elevation = (angle_of(direction.z(), plan) + 0.5F * kPi) / pixel,
+       .half_width = std::min(half / std::max(0.1F, plan), 0.45F * static_cast<float>(kColumns)),
+       .half_height = half,
+       .size = size,
+       .depth = depth < kFaintest ? 0.0F : depth,
+       .read_at = distance,
+       .cast_at = distance + kMargin + std::min(in_plane, kDeepest)});
+}
+
+/// What an appearance covers.
+void Sight::measure(Appearance& of, const Point& viewpoint) const {
+  const Shape& shape = this->shape(of);
+  const Eigen::Vector3f direction = (shape.centre - viewpoint).cast<float>() / of.read_at;
   const float plan = std::hypot(direction.x(), direction.y());
   const Eigen::Vector3f right = plan > 1e-3F ? Eigen::Vector3f(-direction.y(), direction.x(), 0.0F)
                                              : Eigen::Vector3f::UnitX();
@@ -162,37 +214,48 @@ void Sight::appear(std::uint32_t element, const Shape& shape, bool over_ground, 
   const auto half = [&](const Eigen::Vector3f& across) {
     const float extent =
         (shape.axes.transpose() * across.normalized()).cwiseAbs().dot(shape.extents);
-    return std::min(0.5F * extent / (distance * pixel), kMostPixels);
+    return std::min(0.5F * extent / (of.read_at * static_cast<float>(kPixel)), kMostPixels);
   };
-  const float in_plane =
-      shape.is_flat ? 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F) : 0.0F;
-  appearances_.push_back({.element = element,
-                          .cut = cut,
-                          .azimuth = (angle_of(direction.y(), direction.x()) + kPi) / pixel,
-                          .elevation = (angle_of(direction.z(), plan) + 0.5F * kPi) / pixel,
-                          .half_width = std::min(half(right) / std::max(0.1F, plan),
-                                                 0.45F * static_cast<float>(kColumns)),
-                          .half_height = half(up),
-                          .size = size,
-                          .depth = depth < kFaintest ? 0.0F : depth,
-                          .read_at = distance,
-                          .cast_at = distance + kMargin + std::min(in_plane, kDeepest)});
+  of.half_width =
+      std::min(half(right) / std::max(0.1F, plan), 0.45F * static_cast<float>(kColumns));
+  of.half_height = half(up);
 }
 
-/// Counting sort: within a bin the order is that of the elements.
-void Sight::sort_into_bins() {
-  float nearest = std::numeric_limits<float>::infinity(), farthest = 0.0F;
-  for (const Appearance& a : appearances_) {
+/// Measures what is decided, and what hides something of it. The rest need not hide.
+void Sight::drop_hiding_nothing(const Point& viewpoint) {
+  std::fill(farthest_.begin(), farthest_.end(), 0.0F);
+  for (Appearance& a : appearances_) {
     if (a.size == 0.0F) continue;
-    nearest = std::min(nearest, a.read_at);
-    farthest = std::max(farthest, a.read_at);
+    measure(a, viewpoint);
+    for_blocks(
+        a, [&](std::size_t block) { farthest_[block] = std::max(farthest_[block], a.read_at); });
   }
-  const auto bin = [&](float distance) {
-    return static_cast<std::size_t>(std::max(0.0F, distance - nearest) / kBin);
-  };
-  const std::size_t bins = nearest <= farthest ? bin(farthest) + 1 : 0;
+  for (Appearance& a : appearances_) {
+    if (a.size > 0.0F) continue;
+    bool hides = false;
+    // Within a bin all hide before one is decided.
+    for_blocks(a, [&](std::size_t block) { hides |= a.cast_at <= farthest_[block] + 2.0F * kBin; });
+    if (hides) {
+      measure(a, viewpoint);
+    } else {
+      a.depth = 0.0F;
+    }
+  }
+}
+
+/// Counting sort: within a bin the order is that of the elements. Bins begin at the viewpoint, so
+/// that they do not depend on what is asked for.
+void Sight::sort_into_bins() {
+  float farthest = 0.0F;
+  for (const Appearance& a : appearances_) {
+    if (a.size > 0.0F) farthest = std::max(farthest, a.read_at);
+  }
+  const auto bin = [](float distance) { return static_cast<std::size_t>(distance / kBin); };
+  const std::size_t bins = farthest > 0.0F ? bin(farthest) + 1 : 0;
   const auto is_read = [](const Appearance& a) { return a.size > 0.0F; };
-  const auto is_cast = [&](const Appearance& a) { return a.depth > 0.0F && a.cast_at <= farthest; };
+  const auto is_cast = [&](const Appearance& a) {
+    return a.depth > 0.0F && bins > 0 && bin(a.cast_at) < bins;
+  };
   reads_begin_.assign(bins + 2, 0);
   casts_begin_.assign(bins + 2, 0);
   for (const Appearance& a : appearances_) {
@@ -210,6 +273,22 @@ void Sight::sort_into_bins() {
   }
   reads_begin_.pop_back();
   casts_begin_.pop_back();
+}
+
+/// Calls visit(block) for the blocks of pixels of what an appearance covers.
+template <class Visit>
+void Sight::for_blocks(const Appearance& of, const Visit& visit) const {
+  const auto block = [](float pixel) { return static_cast<int>(std::floor(pixel / kBlock)); };
+  const int first_row = std::max(0, block(of.elevation - of.half_height));
+  const int last_row = std::min(kBlockRows - 1, block(of.elevation + of.half_height));
+  const int first_column = block(of.azimuth - of.half_width);
+  const int last_column = block(of.azimuth + of.half_width);
+  for (int row = first_row; row <= last_row; ++row) {
+    for (int column = first_column; column <= last_column; ++column) {
+      const int around = (column + kBlockColumns) % kBlockColumns;
+      visit(static_cast<std::size_t>(row * kBlockColumns + around));
+    }
+  }
 }
 
 /// Calls visit(pixel, share of the pixel) for what an appearance covers; azimuths go around.
@@ -234,15 +313,18 @@ void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
   }
 }
 
-/// Mean over what the appearance covers.
-float Sight::transmittance(const Appearance& of) const {
+/// Share of an appearance's size that what is before it leaves.
+float Sight::passed(const Appearance& of) const {
   float sum = 0.0F, covered = 0.0F;
   for_pixels(of, [&](std::size_t pixel, float share) {
     covered += share;
     if (image_[pixel] < kOpaque) sum += share * std::exp(-image_[pixel]);
   });
   // Around the viewpoint itself, in no direction.
-  return covered > 0.0F ? sum / covered : 1.0F;
+  if (!(covered > 0.0F)) return 1.0F;
+  const float depth = std::min(-std::log(sum / covered), kOpaque);
+  const float lost = kAtOnce * (1.0F - std::exp(-kHowSoon * depth)) + kFollowing * depth;
+  return std::pow(10.0F, -0.1F * lost);
 }
 
 void Sight::cast(const Appearance& of) {

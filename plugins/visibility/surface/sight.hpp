@@ -11,15 +11,28 @@
 namespace vantage::surface {
 
 struct Settings {
-  double min_size = 0.0;   ///< smallest visible size of what is seen [sr]
+  double min_size = 0.0;   ///< smallest visible size of 0.09 m^2 of what is seen [sr]
   double thickness = 0.0;  ///< of a surface's points; thicker ones are clutter [m]
   double max_range = 0.0;  ///< [m]
+};
+
+/// How a shape shows and hides, from wherever it is seen.
+struct Optics {
+  float roughness = 1.0F;   ///< share of its face that it shows and hides edge-on
+  float brightness = 0.0F;  ///< visible size of 0.09 m^2 of it at 1 m, face on [sr]
+  float depth = 0.0F;       ///< optical depth of what is behind it
+
+  /// @param width      of the element's cell [m]
+  /// @param thickness  of a surface's points [m]
+  [[nodiscard]] static Optics of(const Shape& shape, double width, double thickness) noexcept;
 };
 
 /// Looks at elements from one viewpoint after the other. Reuses its memory: one for each thread.
 class Sight {
  public:
-  Sight(PointsView map, const Elements& elements, const Settings& settings);
+  /// @param optics  of the elements
+  Sight(PointsView map, const Elements& elements, std::span<const Optics> optics,
+        const Settings& settings);
 
   /// What is seen of the map from one viewpoint.
   struct Seen {
@@ -44,23 +57,31 @@ class Sight {
   };
   struct Cut {
     std::uint32_t begin, end;  ///< of `cut_points_`
+    Shape shape;
   };
 
-  void appear(std::uint32_t element, const Shape& shape, bool over_ground, std::uint32_t cut,
-              const Point& viewpoint, bool is_wanted);
+  void appear(std::uint32_t element, const Shape& shape, const Optics& optics, Part part,
+              std::uint32_t cut, const Point& viewpoint, bool is_wanted);
+  void measure(Appearance& of, const Point& viewpoint) const;
+  void drop_hiding_nothing(const Point& viewpoint);
   void cut(std::uint32_t element, const Point& viewpoint);
   void sort_into_bins();
-  [[nodiscard]] float transmittance(const Appearance& of) const;
+  [[nodiscard]] float passed(const Appearance& of) const;
   void cast(const Appearance& of);
+  [[nodiscard]] const Shape& shape(const Appearance& of) const noexcept;
+  template <class Visit>
+  void for_blocks(const Appearance& of, const Visit& visit) const;
   template <class Visit>
   void for_pixels(const Appearance& of, const Visit& visit) const;
 
   PointsView map_;
   const Elements& elements_;
+  std::span<const Optics> optics_;
   Settings settings_;
   double reach_;  ///< nothing farther is large enough [m]
 
-  std::vector<float> image_;  ///< optical depth so far, row by row
+  std::vector<float> image_;     ///< optical depth so far, row by row
+  std::vector<float> farthest_;  ///< what is decided behind a block of pixels [m], 0: nothing
   std::vector<Appearance> appearances_;
   std::vector<std::uint32_t> reads_, casts_;  ///< of `appearances_`, by bin
   std::vector<std::uint32_t> reads_begin_, casts_begin_;

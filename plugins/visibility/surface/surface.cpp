@@ -36,7 +36,12 @@ class Scene final : public VisibilityScene {
       : VisibilityScene(map.size()),
         map_(map),
         elements_(std::move(elements)),
-        sights_([this, settings] { return Sight(map_, elements_, settings); }) {}
+        optics_(elements_.all().size()),
+        sights_([this, settings] { return Sight(map_, elements_, optics_, settings); }) {
+    for (std::size_t k = 0; k < optics_.size(); ++k) {
+      optics_[k] = Optics::of(elements_.all()[k].shape, elements_.width(), settings.thickness);
+    }
+  }
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return visible_from_any({&viewpoint, 1}, nullptr);
@@ -74,6 +79,7 @@ class Scene final : public VisibilityScene {
  private:
   PointsView map_;
   Elements elements_;
+  std::vector<Optics> optics_;
   mutable tbb::enumerable_thread_specific<Sight> sights_;
 };
 
@@ -81,16 +87,15 @@ class Scene final : public VisibilityScene {
 class Surface final : public VisibilityOperator {
  public:
   struct Params {
-    double faintest = -20.0;
+    double faintest = -35.0;
     double point_spacing = 0.12;
-    double thickness = 0.05;
+    double thickness = 0.075;
 
     static constexpr auto schema() {
       return std::tuple{
           optional("faintest", &Params::faintest, "dB",
-                   "a surface element is seen if the size at which it appears, times the share "
-                   "that is not hidden, is at least so much above 1 square degree: lower values "
-                   "see more",
+                   "a surface element is seen if 0.09 m^2 of it appear at a size at least so much "
+                   "above 1 square degree, less what is hidden: lower values see more",
                    between(-200.0, 30.0)),
           optional("point_spacing", &Params::point_spacing, "m",
                    "distance between neighbouring points on the map's surfaces; an element is 2.5 "

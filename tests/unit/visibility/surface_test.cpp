@@ -102,6 +102,19 @@ TEST_CASE("surface: what stands over ground that goes on beneath it hides little
   CHECK(behind(false) < 0.5);
 }
 
+TEST_CASE("surface: what stands on the ground, no higher than a vehicle, hides little") {
+  const auto behind = [](double height) {
+    Scene scene;
+    scene.add(patch({15, -4, -1.5}, {0, 8, 0}, {0, 0, 2.0}));     // a wall
+    scene.add(patch({8, -6, -1.6}, {0, 12, 0}, {0, 0, height}));  // before it, on unknown ground
+    scene.add(patch({2, -8, -1.7}, {5.6, 0, 0}, {0, 16, 0}));
+    scene.add(patch({8.4, -8, -1.7}, {6, 0, 0}, {0, 16, 0}));
+    return scene.shares("", Point::Zero())[0];
+  };
+  CHECK(behind(2.0) > 0.95);
+  CHECK(behind(5.0) < 0.05);
+}
+
 TEST_CASE("surface: the ground ahead does not hide the ground behind it") {
   Scene scene;
   scene.add(patch({3, -3, -1.7}, {27, 0, 0}, {0, 6, 0}));
