@@ -40,9 +40,7 @@ constexpr float kMostPixels = 20.0F;  // half a footprint
 constexpr float kNearest = 0.3F;      // elements nearer appear as if they were here [m]
 constexpr int kColumns = 720, kRows = kColumns / 2;           // of the image, half a degree each
 constexpr double kPixel = 2.0 * std::numbers::pi / kColumns;  // [rad]
-constexpr int kBlock = 8;                                     // pixels along its edge
-constexpr int kBlockColumns = kColumns / kBlock, kBlockRows = kRows / kBlock;
-constexpr float kBin = 0.05F;  // of distances that are sorted [m]
+constexpr float kBin = 0.05F;                                 // of distances that are sorted [m]
 
 /// The angle of (x, y) in [-pi, pi], off by less than 1e-4: a tenth of what matters here.
 float angle_of(float y, float x) noexcept {
@@ -54,6 +52,12 @@ float angle_of(float y, float x) noexcept {
   if (ay > ax) angle = 0.5F * kPi - angle;
   if (x < 0.0F) angle = kPi - angle;
   return y < 0.0F ? -angle : angle;
+}
+
+/// Share of a size that an optical depth before it leaves.
+float left_behind(float depth) noexcept {
+  const float lost = kAtOnce * (1.0F - std::exp(-kHowSoon * depth)) + kFollowing * depth;  // [dB]
+  return std::pow(10.0F, -0.1F * lost);
 }
 
 }  // namespace
@@ -82,8 +86,7 @@ Sight::Sight(PointsView map, const Elements& elements, std::span<const Optics> o
       elements_(elements),
       optics_(optics),
       settings_(settings),
-      image_(static_cast<std::size_t>(kColumns) * kRows),
-      farthest_(static_cast<std::size_t>(kBlockColumns) * kBlockRows) {
+      image_(static_cast<std::size_t>(kColumns) * kRows) {
   reach_ = std::min(settings.max_range, std::sqrt(kArea * Elements::fullest() / settings.min_size));
 }
 
@@ -121,14 +124,20 @@ Sight::Seen Sight::look(const Point& viewpoint,
     appear(number, element.shape, optics_[number], is_part_known ? element.part : Part::structure,
            kWhole, viewpoint, !is_known || !is_known(number));
   }
-  drop_hiding_nothing(viewpoint);
 
   sort_into_bins();
+  // They lie scattered in memory, and waiting for them takes a fifth of the time.
+  constexpr std::size_t kAhead = 12;
+  const auto fetch = [&](const std::vector<std::uint32_t>& order, std::size_t k) {
+    if (k < order.size()) __builtin_prefetch(&appearances_[order[k]]);
+  };
   for (std::size_t bin = 0; bin + 1 < reads_begin_.size(); ++bin) {
     for (std::uint32_t k = casts_begin_[bin]; k < casts_begin_[bin + 1]; ++k) {
+      fetch(casts_, k + kAhead);
       cast(appearances_[casts_[k]]);
     }
     for (std::uint32_t k = reads_begin_[bin]; k < reads_begin_[bin + 1]; ++k) {
+      fetch(reads_, k + kAhead);
       const Appearance& of = appearances_[reads_[k]];
       if (!(of.size * passed(of) >= static_cast<float>(settings_.min_size))) continue;
       if (of.cut == kWhole) {
@@ -153,22 +162,17 @@ void Sight::cut(std::uint32_t element, const Point& viewpoint) {
   const auto end = static_cast<std::uint32_t>(cut_points_.size());
   if (begin == end) return;
   const Shape shape = elements_.measure(map_, std::span(cut_points_).subspan(begin, end - begin));
-  cut_.push_back({begin, end, shape});
+  cut_.push_back({begin, end});
   // What it is part of may be decided by points that take no part.
   appear(element, shape, Optics::of(shape, elements_.width(), settings_.thickness), Part::structure,
          static_cast<std::uint32_t>(cut_.size() - 1), viewpoint, true);
 }
 
-const Shape& Sight::shape(const Appearance& of) const noexcept {
-  return of.cut == kWhole ? elements_.all()[of.element].shape : cut_[of.cut].shape;
-}
-
-/// Adds an appearance, without its extent.
 void Sight::appear(std::uint32_t element, const Shape& shape, const Optics& optics, Part part,
                    std::uint32_t cut, const Point& viewpoint, bool is_wanted) {
   const Eigen::Vector3f offset = (shape.centre - viewpoint).cast<float>();
+  const Eigen::Vector3f direction = offset.normalized();
   const float distance = std::max(offset.norm(), kNearest);
-  const Eigen::Vector3f direction = offset / distance;
   const float cosine = std::abs(direction.dot(shape.axes.col(0)));
   const float sine2 = std::max(0.0F, 1.0F - cosine * cosine);
 
@@ -185,62 +189,29 @@ void Sight::appear(std::uint32_t element, const Shape& shape, const Optics& opti
   if (size == 0.0F && depth < kFaintest) return;
 
   const auto pixel = static_cast<float>(kPixel);
-  const float plan = std::hypot(direction.x(), direction.y());
-  const float in_plane =
-      shape.is_flat ? 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F) : 0.0F;
-  // As wide as it can be at all.
-  const float half = std::min(0.5F * shape.extents.norm() / (distance * pixel), kMostPixels);
-  appearances_.push_back(
-      {.element = element,
-       .cut = cut,
-       .azimuth = (angle_of(direction.y(), direction.x()) + kPi) / pixel,
-       .elevation = (angle_of(direction.z(), plan) + 0.5F * kPi) / pixel,
-       .half_width = std::min(half / std::max(0.1F, plan), 0.45F * static_cast<float>(kColumns)),
-       .half_height = half,
-       .size = size,
-       .depth = depth < kFaintest ? 0.0F : depth,
-       .read_at = distance,
-       .cast_at = distance + kMargin + std::min(in_plane, kDeepest)});
-}
-
-/// What an appearance covers.
-void Sight::measure(Appearance& of, const Point& viewpoint) const {
-  const Shape& shape = this->shape(of);
-  const Eigen::Vector3f direction = (shape.centre - viewpoint).cast<float>() / of.read_at;
-  const float plan = std::hypot(direction.x(), direction.y());
-  const Eigen::Vector3f right = plan > 1e-3F ? Eigen::Vector3f(-direction.y(), direction.x(), 0.0F)
-                                             : Eigen::Vector3f::UnitX();
+  const float plan = direction.head<2>().norm();
+  // Both of length 1, as the direction.
+  const Eigen::Vector3f right =
+      plan > 1e-3F ? Eigen::Vector3f(-direction.y() / plan, direction.x() / plan, 0.0F)
+                   : Eigen::Vector3f::UnitX();
   const Eigen::Vector3f up = direction.cross(right);
   const auto half = [&](const Eigen::Vector3f& across) {
-    const float extent =
-        (shape.axes.transpose() * across.normalized()).cwiseAbs().dot(shape.extents);
-    return std::min(0.5F * extent / (of.read_at * static_cast<float>(kPixel)), kMostPixels);
+    const float extent = (shape.axes.transpose() * across).cwiseAbs().dot(shape.extents);
+    return std::min(0.5F * extent / (distance * pixel), kMostPixels);
   };
-  of.half_width =
-      std::min(half(right) / std::max(0.1F, plan), 0.45F * static_cast<float>(kColumns));
-  of.half_height = half(up);
-}
-
-/// Measures what is decided, and what hides something of it. The rest need not hide.
-void Sight::drop_hiding_nothing(const Point& viewpoint) {
-  std::fill(farthest_.begin(), farthest_.end(), 0.0F);
-  for (Appearance& a : appearances_) {
-    if (a.size == 0.0F) continue;
-    measure(a, viewpoint);
-    for_blocks(
-        a, [&](std::size_t block) { farthest_[block] = std::max(farthest_[block], a.read_at); });
-  }
-  for (Appearance& a : appearances_) {
-    if (a.size > 0.0F) continue;
-    bool hides = false;
-    // Within a bin all hide before one is decided.
-    for_blocks(a, [&](std::size_t block) { hides |= a.cast_at <= farthest_[block] + 2.0F * kBin; });
-    if (hides) {
-      measure(a, viewpoint);
-    } else {
-      a.depth = 0.0F;
-    }
-  }
+  const float in_plane =
+      shape.is_flat ? 2.0F * pixel * distance * std::sqrt(sine2) / std::max(cosine, 0.03F) : 0.0F;
+  appearances_.push_back({.element = element,
+                          .cut = cut,
+                          .azimuth = (angle_of(direction.y(), direction.x()) + kPi) / pixel,
+                          .elevation = (angle_of(direction.z(), plan) + 0.5F * kPi) / pixel,
+                          .half_width = std::min(half(right) / std::max(0.1F, plan),
+                                                 0.45F * static_cast<float>(kColumns)),
+                          .half_height = half(up),
+                          .size = size,
+                          .depth = depth < kFaintest ? 0.0F : depth,
+                          .read_at = distance,
+                          .cast_at = distance + kMargin + std::min(in_plane, kDeepest)});
 }
 
 /// Counting sort: within a bin the order is that of the elements. Bins begin at the viewpoint, so
@@ -275,22 +246,6 @@ void Sight::sort_into_bins() {
   casts_begin_.pop_back();
 }
 
-/// Calls visit(block) for the blocks of pixels of what an appearance covers.
-template <class Visit>
-void Sight::for_blocks(const Appearance& of, const Visit& visit) const {
-  const auto block = [](float pixel) { return static_cast<int>(std::floor(pixel / kBlock)); };
-  const int first_row = std::max(0, block(of.elevation - of.half_height));
-  const int last_row = std::min(kBlockRows - 1, block(of.elevation + of.half_height));
-  const int first_column = block(of.azimuth - of.half_width);
-  const int last_column = block(of.azimuth + of.half_width);
-  for (int row = first_row; row <= last_row; ++row) {
-    for (int column = first_column; column <= last_column; ++column) {
-      const int around = (column + kBlockColumns) % kBlockColumns;
-      visit(static_cast<std::size_t>(row * kBlockColumns + around));
-    }
-  }
-}
-
 /// Calls visit(pixel, share of the pixel) for what an appearance covers; azimuths go around.
 template <class Visit>
 void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
@@ -318,13 +273,16 @@ float Sight::passed(const Appearance& of) const {
   float sum = 0.0F, covered = 0.0F;
   for_pixels(of, [&](std::size_t pixel, float share) {
     covered += share;
-    if (image_[pixel] < kOpaque) sum += share * std::exp(-image_[pixel]);
+    if (image_[pixel] == 0.0F) {
+      sum += share;
+    } else if (image_[pixel] < kOpaque) {
+      sum += share * std::exp(-image_[pixel]);
+    }
   });
   // Around the viewpoint itself, in no direction.
-  if (!(covered > 0.0F)) return 1.0F;
-  const float depth = std::min(-std::log(sum / covered), kOpaque);
-  const float lost = kAtOnce * (1.0F - std::exp(-kHowSoon * depth)) + kFollowing * depth;
-  return std::pow(10.0F, -0.1F * lost);
+  if (!(sum < covered)) return 1.0F;
+  static const float least = left_behind(kOpaque);
+  return sum > 0.0F ? left_behind(std::min(-std::log(sum / covered), kOpaque)) : least;
 }
 
 void Sight::cast(const Appearance& of) {

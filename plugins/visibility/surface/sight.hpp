@@ -57,20 +57,14 @@ class Sight {
   };
   struct Cut {
     std::uint32_t begin, end;  ///< of `cut_points_`
-    Shape shape;
   };
 
   void appear(std::uint32_t element, const Shape& shape, const Optics& optics, Part part,
               std::uint32_t cut, const Point& viewpoint, bool is_wanted);
-  void measure(Appearance& of, const Point& viewpoint) const;
-  void drop_hiding_nothing(const Point& viewpoint);
   void cut(std::uint32_t element, const Point& viewpoint);
   void sort_into_bins();
   [[nodiscard]] float passed(const Appearance& of) const;
   void cast(const Appearance& of);
-  [[nodiscard]] const Shape& shape(const Appearance& of) const noexcept;
-  template <class Visit>
-  void for_blocks(const Appearance& of, const Visit& visit) const;
   template <class Visit>
   void for_pixels(const Appearance& of, const Visit& visit) const;
 
@@ -80,8 +74,7 @@ class Sight {
   Settings settings_;
   double reach_;  ///< nothing farther is large enough [m]
 
-  std::vector<float> image_;     ///< optical depth so far, row by row
-  std::vector<float> farthest_;  ///< what is decided behind a block of pixels [m], 0: nothing
+  std::vector<float> image_;  ///< optical depth so far, row by row
   std::vector<Appearance> appearances_;
   std::vector<std::uint32_t> reads_, casts_;  ///< of `appearances_`, by bin
   std::vector<std::uint32_t> reads_begin_, casts_begin_;
