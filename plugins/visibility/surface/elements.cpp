@@ -196,8 +196,12 @@ void Elements::find_parts(std::span<const Cell> cells) {
     }
     /// Whether a column has cells with from <= z <= to for which `has` holds.
     const auto any = [&](const Column& in, std::int64_t from, std::int64_t to, const auto& has) {
-      for (std::size_t i = in.begin; i < in.end && z_of(i) <= to; ++i) {
-        if (z_of(i) >= from && has(i)) return true;
+      const auto [first, last] = std::pair(cells.begin() + in.begin, cells.begin() + in.end);
+      const auto begin =
+          std::partition_point(first, last, [&](Cell cell) { return coordinate(cell, 2) < from; });
+      for (auto i = static_cast<std::size_t>(begin - cells.begin()); i < in.end; ++i) {
+        if (z_of(i) > to) return false;
+        if (has(i)) return true;
       }
       return false;
     };
