@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <new>
 #include <system_error>
@@ -20,7 +21,13 @@ InputFile::InputFile(int descriptor, std::size_t size, std::string name) noexcep
 InputFile::InputFile(InputFile&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)),
       size_(other.size_),
-      name_(std::move(other.name_)) {}
+      name_(std::move(other.name_)),
+      memory_(other.memory_) {}
+InputFile InputFile::of_memory(std::string_view bytes, std::string name) {
+  InputFile file(-1, bytes.size(), std::move(name));
+  file.memory_ = bytes.data();
+  return file;
+}
 InputFile::~InputFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
@@ -58,6 +65,10 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path, std::string
 
 Result<void> InputFile::read(std::size_t offset, std::span<char> bytes) const {
   const SourceLocation where{name_, 0, 0};
+  if (memory_ != nullptr && offset <= size_ && bytes.size() <= size_ - offset) {
+    std::copy_n(memory_ + offset, bytes.size(), bytes.begin());
+    return {};
+  }
   while (!bytes.empty()) {
     const ssize_t got =
         ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));

@@ -19,20 +19,26 @@ struct FileContent {
   [[nodiscard]] std::string_view view() const noexcept { return {bytes.get(), size}; }
 };
 
-/// A regular, non-empty file, open for reading.
+/// A regular, non-empty file, open for reading; or bytes in memory that stand for one.
 class InputFile {
  public:
   /// `expected` completes "expected ..." in messages.
   /// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file.
   [[nodiscard]] static Result<InputFile> open(const std::filesystem::path& path,
                                               std::string_view expected);
+  /// The bytes must outlive it. @param name  for errors
+  [[nodiscard]] static InputFile of_memory(std::string_view bytes, std::string name);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&&) = delete;
   ~InputFile();
 
+  /// As it was opened.
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+
   /// When it was opened [bytes].
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   /// Reads so many bytes from `offset` on. Errors: `io_failure`, also for a file that has shrunk.
+  /// Thread safety: may run on one object from many threads at once.
   [[nodiscard]] Result<void> read(std::size_t offset, std::span<char> bytes) const;
   /// Reads all of it. Errors: `io_failure`.
   [[nodiscard]] Result<FileContent> content() const;
@@ -40,9 +46,10 @@ class InputFile {
  private:
   InputFile(int descriptor, std::size_t size, std::string name) noexcept;
 
-  int descriptor_;
+  int descriptor_;  // none for bytes in memory
   std::size_t size_;
   std::string name_;
+  const char* memory_ = nullptr;
 };
 
 /// Reads a regular, non-empty file in one go; `expected` completes "expected ..." in messages.

@@ -230,7 +230,7 @@ Result<StampedScan> ScanSequence::read(std::size_t i) const {
   scan.stamp = stamps_[i];
   scan.points = std::move(cloud.points);
   scan.dropped = cloud.dropped;
-  scan.file = files_[i];
+  scan.name = files_[i].string();
   return scan;
 }
 

@@ -1,25 +1,15 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "vantage/point_cloud.hpp"
+#include "io/scan_source.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::io {
-
-/// One scan in the sensor frame [m].
-struct StampedScan {
-  double stamp = 0.0;  ///< [s]
-  PointCloud points;
-  std::vector<float> seconds;  ///< of each point after `stamp`; empty if the file does not say
-  std::uint64_t dropped = 0;   ///< points with a NaN or infinite coordinate, left out of `points`
-  std::filesystem::path file;
-};
 
 /// Recorded scans as files, in the order in which they were taken.
 /// Thread safety: const methods may run on one object from many threads at once.

@@ -191,7 +191,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
                                       .odometry = odometry,
                                       .seconds = scan.seconds});
     if (!report) {
-      return fail(std::move(report).error().during("localizing " + scan.file.string()));
+      return fail(std::move(report).error().during("localizing " + scan.name));
     }
     RunScan entry{*std::move(report), scan.dropped, {}, {}};
     if (inputs.reference) entry.reference = io::pose_at(*inputs.reference, scan.stamp);

@@ -149,7 +149,7 @@ Result<Truth> street(const std::filesystem::path& folder, std::span<const std::s
     VANTAGE_TRY(auto scan, sequence.read(i));
     const auto pose = io::pose_at(reference, scan.stamp);
     if (!pose) {
-      return fail(ErrorCode::invalid_input, fmt::format("{} has no pose", scan.file.string()));
+      return fail(ErrorCode::invalid_input, fmt::format("{} has no pose", scan.name));
     }
     for (Point& p : scan.points) p = *pose * p;
     truth.views.push_back({pose->translation, points_near(truth.map, scan.points, kNearScan)});

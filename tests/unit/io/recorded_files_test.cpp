@@ -169,7 +169,7 @@ TEST_CASE("recorded: the street map, its scans and its reference") {
   CHECK(scans->stamp_rule().find("frame numbers") != std::string::npos);
   const auto first = scans->read(0);
   REQUIRE_MESSAGE(first, to_string(first.error()));
-  CHECK(first->file.filename() == "000001.pcd");
+  CHECK(std::filesystem::path(first->name).filename() == "000001.pcd");
   CHECK(first->points.size() == 45429);
 
   const auto tum = io::read_trajectory(*folder / "ref_poses_tum.txt");

@@ -83,7 +83,7 @@ TEST_CASE("a directory of scans: name order, other files ignored, stamps by fram
   CHECK(third->points == PointCloud{{10, 2, 3}});
   CHECK(third->stamp == 1.0);
   CHECK(third->dropped == 0);
-  CHECK(third->file == folder.path() / "10.bin");
+  CHECK(third->name == folder.path() / "10.bin");
   const auto beyond = sequence->read(4);
   REQUIRE_FALSE(beyond.has_value());
   CHECK(beyond.error().code == ErrorCode::invalid_input);
