@@ -21,10 +21,12 @@ std::string duration(double seconds) {
 }
 
 double share_of(std::size_t done, std::size_t total) {
+  if (total == 0) return 0.0;
   return static_cast<double>(done) / static_cast<double>(total);
 }
 
 std::string numbers(std::size_t done, std::size_t total, double elapsed) {
+  if (total == 0) return fmt::format("{}  {}", done, duration(elapsed));
   const double share = share_of(done, total);
   std::string text = fmt::format("{}/{}  {} %  {}", done, total, static_cast<int>(100.0 * share),
                                  duration(elapsed));
@@ -43,6 +45,7 @@ std::string progress_line(std::string_view label, std::size_t done, std::size_t 
 
 std::string progress_bar(std::string_view label, std::size_t done, std::size_t total,
                          double elapsed) {
+  if (total == 0) return progress_line(label, done, total, elapsed);
   constexpr std::size_t kWidth = 30;
   const auto filled = static_cast<std::size_t>(share_of(done, total) * kWidth);
   return fmt::format("{} [{}{}] {}", label, std::string(filled, '#'),
@@ -50,9 +53,10 @@ std::string progress_bar(std::string_view label, std::size_t done, std::size_t t
 }
 
 bool ProgressLines::due(std::size_t done, std::size_t total, double elapsed) noexcept {
-  const auto tenths = static_cast<std::size_t>(share_of(done, total) * 10.0);
-  if (tenths == tenths_ && elapsed - last_ < kLongestSilence) return false;
-  tenths_ = tenths;
+  const std::size_t steps =
+      total == 0 ? done / 1000 : static_cast<std::size_t>(share_of(done, total) * 10.0);
+  if (steps == steps_ && elapsed - last_ < kLongestSilence) return false;
+  steps_ = steps;
   last_ = elapsed;
   return true;
 }
@@ -69,7 +73,8 @@ Progress::~Progress() {
 }
 
 void Progress::update(std::size_t done, std::size_t total) {
-  if (quiet_ || total == 0) return;
+  if (quiet_) return;
+  if (total > 0) total = std::max(total, done);  // files may say too little
   const auto now = Clock::now();
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   if (!terminal_) {
@@ -78,7 +83,7 @@ void Progress::update(std::size_t done, std::size_t total) {
     }
     return;
   }
-  if (drawn_ && done < total && now - last_draw_ < std::chrono::milliseconds(100)) return;
+  if (drawn_ && done != total && now - last_draw_ < std::chrono::milliseconds(100)) return;
   // A bar that wraps would leave a line behind at every step.
   std::string bar = progress_bar(label_, done, total, elapsed);
   if (columns_ > 0 && bar.size() >= columns_) bar.resize(columns_ - 1);

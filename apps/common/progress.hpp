@@ -10,21 +10,23 @@ namespace vantage::cli {
 /// "label: 300/1000  30 %  1:05, 2:32 left": what is done, the time taken, and the time to go if
 /// the rest takes as long for each. Without the time to go where nothing is done yet, or all.
 /// @param elapsed  [s]
-/// Precondition: done <= total, total > 0.
+/// Where nobody knows how much there is, total is 0: "label: 300  1:05".
 [[nodiscard]] std::string progress_line(std::string_view label, std::size_t done, std::size_t total,
                                         double elapsed);
-/// The same for a terminal: "label [####......] 300/1000  30 %  1:05, 2:32 left".
+/// The same for a terminal: "label [####......] 300/1000  30 %  1:05, 2:32 left"; a total that is
+/// not known has no bar.
 [[nodiscard]] std::string progress_bar(std::string_view label, std::size_t done, std::size_t total,
                                        double elapsed);
 
-/// Says when a line is due where lines stay: at every tenth, and every five minutes in between.
+/// Says when a line is due where lines stay: at every tenth, and every five minutes in between;
+/// where the total is not known (0), every thousand and every five minutes.
 class ProgressLines {
  public:
   /// @param elapsed  [s] since the start
   [[nodiscard]] bool due(std::size_t done, std::size_t total, double elapsed) noexcept;
 
  private:
-  std::size_t tenths_ = 0;
+  std::size_t steps_ = 0;
   double last_ = 0.0;  // [s]
 };
 

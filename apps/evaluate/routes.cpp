@@ -51,8 +51,10 @@ Result<std::vector<std::string>> route_names(const std::vector<fs::path>& scans)
 }
 
 void RouteOptions::add_to(CLI::App& app) {
-  app.add_option("--scans", scans,
-                 "folder of PCD, PLY or KITTI .bin scans, or one file; repeated: several routes")
+  app.add_option(
+         "--scans", scans,
+         "folder of PCD, PLY or KITTI .bin scans, ROS bag, MCAP or Velodyne capture; repeated: "
+         "several routes")
       ->required()
       ->allow_extra_args(false);
   app.add_option("--reference", references,
@@ -61,6 +63,8 @@ void RouteOptions::add_to(CLI::App& app) {
       ->allow_extra_args(false);
   app.add_option("--odometry", odometries,
                  "odometry (TUM or KITTI) of each --scans, instead of constant velocity")
+      ->allow_extra_args(false);
+  app.add_option("--topic", topics, "topic of each --scans, where a bag has several")
       ->allow_extra_args(false);
   app.add_option("--route", names, "name of each --scans; its folder's if left out")
       ->allow_extra_args(false);
@@ -72,6 +76,7 @@ void RouteOptions::add_to(CLI::App& app) {
 Result<std::vector<NamedInputs>> RouteOptions::open() const {
   VANTAGE_CHECK(check_count("--reference", references.size(), scans.size()));
   VANTAGE_CHECK(check_count("--odometry", odometries.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--topic", topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--route", names.size(), scans.size()));
   std::vector<std::string> called = names;
   if (called.empty()) {
@@ -86,6 +91,8 @@ Result<std::vector<NamedInputs>> RouteOptions::open() const {
     const InputOptions options{.scans = scans[i],
                                .reference = references[i],
                                .odometry = odometries.empty() ? fs::path() : odometries[i],
+                               .topic = topics.empty() ? "" : topics[i],
+                               .window = {},
                                .rate_hz = rate_hz};
     VANTAGE_TRY(auto inputs, options.open());
     routes.push_back({called[i], std::move(inputs)});

@@ -19,7 +19,7 @@ struct NamedInputs {
 /// The options that say which drives are evaluated: --scans and --reference once for each.
 struct RouteOptions {
   std::vector<std::filesystem::path> scans, references, odometries;
-  std::vector<std::string> names;
+  std::vector<std::string> topics, names;
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app);

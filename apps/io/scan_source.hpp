@@ -31,13 +31,10 @@ struct ScanOptions {
 
 /// Why scans were left out, and how many.
 struct SkippedScans {
-  std::uint64_t not_later = 0;  ///< stamped no later than the scan before
-  std::uint64_t without_points = 0;
+  std::uint64_t not_later = 0;   ///< stamped no later than the scan before
   std::uint64_t incomplete = 0;  ///< sweeps cut off by the beginning or end of a capture
 
-  [[nodiscard]] std::uint64_t total() const noexcept {
-    return not_later + without_points + incomplete;
-  }
+  [[nodiscard]] std::uint64_t total() const noexcept { return not_later + incomplete; }
 };
 
 /// What is known of a recording before its points are read.
@@ -66,6 +63,7 @@ class ScanSource {
   /// next() goes on with the first scan stamped at or after `stamp` [s]; counts begin anew.
   /// Errors: those of next().
   [[nodiscard]] virtual Result<void> seek(double stamp) = 0;
+  /// The same from the beginning to the end.
   [[nodiscard]] virtual const ScanDescription& describe() const = 0;
   /// Since the beginning or the last seek().
   [[nodiscard]] virtual SkippedScans skipped() const = 0;

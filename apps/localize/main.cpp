@@ -53,6 +53,14 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
       s.scans, run.stamp_rule, s.tracked, s.lost, s.recovered, s.switches, s.blocking_loads);
+  if (run.skipped.not_later > 0) {
+    std::cout << fmt::format("{} scans stamped no later than the one before were skipped\n",
+                             run.skipped.not_later);
+  }
+  if (run.skipped.incomplete > 0) {
+    std::cout << fmt::format("{} incomplete sweeps at the ends of the recording were skipped\n",
+                             run.skipped.incomplete);
+  }
   if (run.speed) {
     std::cout << fmt::format(
         "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,

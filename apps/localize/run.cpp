@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "io/atomic_file.hpp"
+#include "io/read_ahead.hpp"
 
 namespace vantage {
 namespace {
@@ -89,13 +93,125 @@ std::string quoted(const std::string& text) {
   return cell + '"';
 }
 
+/// The scans of a run, the first of which is read at once: the localizer starts at its stamp.
+class ScanWindow {
+ public:
+  static Result<ScanWindow> open(const RunInputs& inputs) {
+    ScanWindow scans;
+    VANTAGE_TRY(auto source, io::open_scans(inputs.scans));
+    scans.source_ = io::read_ahead(std::move(source));
+    VANTAGE_TRY(scans.first_, scans.source_->next());
+    if (scans.first_ && inputs.window.start > 0.0) {
+      VANTAGE_CHECK(scans.source_->seek(scans.first_->stamp + inputs.window.start));
+      VANTAGE_TRY(scans.first_, scans.source_->next());
+    }
+    if (!scans.first_) {
+      return fail(ErrorCode::invalid_input,
+                  inputs.window.start > 0.0
+                      ? fmt::format("no scan is left {} s after the first", inputs.window.start)
+                      : "there is no scan",
+                  SourceLocation{inputs.scans.path.string(), 0, 0});
+    }
+    scans.first_stamp_ = scans.first_->stamp;
+    if (inputs.window.duration) scans.end_ = scans.first_stamp_ + *inputs.window.duration;
+    if (!inputs.window.duration && inputs.window.start <= 0.0) {
+      scans.expected_ = scans.source_->describe().scans.value_or(0);
+    }
+    return scans;
+  }
+
+  /// Nothing at the end.
+  Result<std::optional<io::StampedScan>> next() {
+    if (first_) return std::exchange(first_, std::nullopt);
+    VANTAGE_TRY(auto scan, source_->next());
+    if (scan && scan->stamp > end_) scan.reset();
+    return scan;
+  }
+
+  double first_stamp() const { return first_stamp_; }
+  const std::string& stamp_rule() const { return source_->describe().stamp_rule; }
+  io::SkippedScans skipped() const { return source_->skipped(); }
+  /// 0 if nobody knows.
+  std::size_t expected() const { return expected_; }
+
+ private:
+  std::unique_ptr<io::ScanSource> source_;
+  std::optional<io::StampedScan> first_;
+  double first_stamp_ = 0.0, end_ = std::numeric_limits<double>::infinity();  // [s]
+  std::size_t expected_ = 0;
+};
+
+/// Holds scans back until they are due; the clock starts when the object is made.
+class Replay {
+ public:
+  Replay(std::optional<double> speed, double first_stamp)
+      : speed_(speed), first_stamp_(first_stamp) {}
+
+  /// @return how late the scan is [s]; 0 without a speed
+  double wait_for(double stamp) const {
+    if (!speed_) return 0.0;
+    const std::chrono::duration<double> due((stamp - first_stamp_) / *speed_);
+    std::this_thread::sleep_until(
+        begin_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
+    const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin_;
+    return (now - due).count();
+  }
+
+ private:
+  std::optional<double> speed_;
+  double first_stamp_;  // [s]
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWindow& scans) {
+  std::optional<Pose> first = inputs.initial_pose;
+  if (!first && !inputs.start_anywhere && inputs.reference) {
+    first = io::pose_at(*inputs.reference, scans.first_stamp());
+    if (!first) {
+      return fail(
+          ErrorCode::invalid_input,
+          fmt::format("the reference has no pose at the first scan's stamp, {} s (it runs from {} "
+                      "to {} s); {}",
+                      scans.first_stamp(), inputs.reference->front().stamp,
+                      inputs.reference->back().stamp, scans.stamp_rule()));
+    }
+  }
+  if (first) return localizer.start(*first);
+  if (!inputs.start_anywhere) {
+    return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
+  }
+  localizer.start_anywhere();
+  return {};
+}
+
+Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
+                              const io::StampedScan& scan) {
+  std::optional<Pose> odometry;
+  if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
+  auto report = localizer.localize(
+      {.stamp = scan.stamp, .points = scan.points, .odometry = odometry, .seconds = scan.seconds});
+  if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
+  RunScan done{*std::move(report), scan.dropped, {}, {}};
+  if (inputs.reference) done.reference = io::pose_at(*inputs.reference, scan.stamp);
+  if (done.reference && done.report.has_pose) {
+    done.error = error_of(done.report.T_map_scan, *done.reference);
+  }
+  return done;
+}
+
 std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", *x) : ""; }
 
 }  // namespace
 
 void InputOptions::add_to(CLI::App& app, bool reference_required) {
-  app.add_option("--scans", scans, "folder of PCD, PLY or KITTI .bin scans, or one file")
+  app.add_option("--scans", scans,
+                 "folder of PCD, PLY or KITTI .bin scans, ROS bag, MCAP or Velodyne capture")
       ->required();
+  app.add_option("--topic", topic, "topic of the scans, where a bag has several");
+  app.add_option("--start", window.start, "leave out so many seconds of the recording")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--duration", window.duration, "stop after so many seconds")
+      ->check(CLI::PositiveNumber);
   app.add_option("--reference", reference,
                  "true trajectory (TUM or KITTI): errors are measured against it")
       ->required(reference_required);
@@ -128,8 +244,8 @@ std::vector<double> distances(const Run& run) {
 }
 
 Result<RunInputs> InputOptions::open() const {
-  VANTAGE_TRY(auto sequence, io::ScanSequence::open(scans, rate_hz));
-  RunInputs inputs{.scans = std::move(sequence)};
+  RunInputs inputs{.scans = {.path = scans, .topic = topic, .rate_hz = rate_hz}, .window = window};
+  VANTAGE_CHECK(io::open_scans(inputs.scans));  // what is wrong is said before any work is done
   if (!reference.empty()) {
     VANTAGE_TRY(inputs.reference, io::read_trajectory(reference, rate_hz));
   }
@@ -140,67 +256,31 @@ Result<RunInputs> InputOptions::open() const {
 }
 
 Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
-                           const RunInputs& inputs,
-                           const std::function<void(std::size_t, std::size_t)>& progress) {
+                           const RunInputs& inputs, const ScanProgress& progress) {
   VANTAGE_TRY(auto localizer, Localizer::open(config, loader));
   return localize_scans(std::move(localizer), config.file, inputs, progress);
 }
 
 Result<Run> localize_scans(Localizer localizer, const std::string& config, const RunInputs& inputs,
-                           const std::function<void(std::size_t, std::size_t)>& progress) {
-  std::optional<Pose> first = inputs.initial_pose;
-  if (!first && !inputs.start_anywhere && inputs.reference) {
-    first = io::pose_at(*inputs.reference, inputs.scans.stamp(0));
-    if (!first) {
-      return fail(
-          ErrorCode::invalid_input,
-          fmt::format("the reference has no pose at the first scan's stamp, {} s (it runs from {} "
-                      "to {} s); {}",
-                      inputs.scans.stamp(0), inputs.reference->front().stamp,
-                      inputs.reference->back().stamp, inputs.scans.stamp_rule()));
-    }
-  }
-  if (first) {
-    VANTAGE_CHECK(localizer.start(*first));
-  } else if (inputs.start_anywhere) {
-    localizer.start_anywhere();
-  } else {
-    return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
-  }
-
+                           const ScanProgress& progress) {
+  VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
+  VANTAGE_CHECK(start(localizer, inputs, scans));
   Run run{.config = config,
-          .stamp_rule = inputs.scans.stamp_rule(),
+          .stamp_rule = scans.stamp_rule(),
           .index = localizer.index(),
-          .scans = {}};
-  if (progress) progress(0, inputs.scans.size());
-  run.speed = inputs.speed;
-  const auto begin = std::chrono::steady_clock::now();
-  for (std::size_t i = 0; i < inputs.scans.size(); ++i) {
-    VANTAGE_TRY(const io::StampedScan scan, inputs.scans.read(i));
-    if (inputs.speed) {
-      const std::chrono::duration<double> due((scan.stamp - inputs.scans.stamp(0)) / *inputs.speed);
-      std::this_thread::sleep_until(
-          begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
-      const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
-      run.seconds_late = std::max(run.seconds_late, (now - due).count());
-    }
-    std::optional<Pose> odometry;
-    if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
-    auto report = localizer.localize({.stamp = scan.stamp,
-                                      .points = scan.points,
-                                      .odometry = odometry,
-                                      .seconds = scan.seconds});
-    if (!report) {
-      return fail(std::move(report).error().during("localizing " + scan.name));
-    }
-    RunScan entry{*std::move(report), scan.dropped, {}, {}};
-    if (inputs.reference) entry.reference = io::pose_at(*inputs.reference, scan.stamp);
-    if (entry.reference && entry.report.has_pose) {
-      entry.error = error_of(entry.report.T_map_scan, *entry.reference);
-    }
-    run.scans.push_back(std::move(entry));
-    if (progress) progress(i + 1, inputs.scans.size());
+          .scans = {},
+          .speed = inputs.speed};
+  if (progress) progress(0, scans.expected());
+  const Replay replay(inputs.speed, scans.first_stamp());
+  while (true) {
+    VANTAGE_TRY(const auto scan, scans.next());
+    if (!scan) break;
+    run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
+    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan));
+    run.scans.push_back(std::move(done));
+    if (progress) progress(run.scans.size(), scans.expected());
   }
+  run.skipped = scans.skipped();
   return run;
 }
 
@@ -284,7 +364,9 @@ nlohmann::ordered_json to_json(const Run& run, const RunSummary& s) {
         {"outside_every_region", s.outside},
         {"switches", s.switches},
         {"blocking_loads", s.blocking_loads},
-        {"dropped_points", s.dropped_points}}},
+        {"dropped_points", s.dropped_points},
+        {"skipped",
+         {{"not_later", run.skipped.not_later}, {"incomplete", run.skipped.incomplete}}}}},
       {"T_align_ms", cli::to_json(s.align_ms)},
       {"stall_ms", cli::to_json(s.stall_ms)},
       {"search_ms", cli::to_json(s.search_ms)},

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/statistics.hpp"
-#include "io/scan_sequence.hpp"
+#include "io/scan_source.hpp"
 #include "io/trajectory_io.hpp"
 #include "vantage/config.hpp"
 #include "vantage/localizer.hpp"
@@ -20,9 +20,16 @@
 
 namespace vantage {
 
+/// The part of a recording that is used, in seconds after its first scan.
+struct TimeWindow {
+  double start = 0.0;
+  std::optional<double> duration = {};  ///< to the end if there is none
+};
+
 /// What a run is fed with.
 struct RunInputs {
-  io::ScanSequence scans;
+  io::ScanOptions scans;  ///< opened anew for each run
+  TimeWindow window = {};
   std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else the reference's
   bool start_anywhere = false;            ///< neither: the sensor is looked for
   std::optional<double> speed = {};  ///< scans come so many times faster than they were recorded;
@@ -59,6 +66,7 @@ struct RelativeErrors {
 struct Run {
   std::string config;  ///< its file
   std::string stamp_rule;
+  io::SkippedScans skipped = {};  ///< scans that the recording has and that cannot be used
   MapIndex index;
   std::vector<RunScan> scans;
   std::optional<double> speed = {};  ///< of the replay, see RunInputs
@@ -88,17 +96,20 @@ struct RunSummary {
   cli::Statistics map_points, iterations, fitness, nvtl, coverage, lcp;
 };
 
+/// Told how many scans are done and how many there are; 0 where the recording does not say.
+using ScanProgress = std::function<void(std::size_t, std::size_t)>;
+
 /// Localizes every scan. Errors: a missing table, plugin or bundle, no first pose, a scan that
 /// cannot be read.
-[[nodiscard]] Result<Run> localize_scans(
-    const Config& config, const PluginLoader& loader, const RunInputs& inputs,
-    const std::function<void(std::size_t, std::size_t)>& progress = {});
+[[nodiscard]] Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
+                                         const RunInputs& inputs,
+                                         const ScanProgress& progress = {});
 
 /// The same with a localizer that was opened elsewhere.
 /// @param config  its file
-[[nodiscard]] Result<Run> localize_scans(
-    Localizer localizer, const std::string& config, const RunInputs& inputs,
-    const std::function<void(std::size_t, std::size_t)>& progress = {});
+[[nodiscard]] Result<Run> localize_scans(Localizer localizer, const std::string& config,
+                                         const RunInputs& inputs,
+                                         const ScanProgress& progress = {});
 
 [[nodiscard]] RunSummary summarize(const Run& run);
 [[nodiscard]] nlohmann::ordered_json to_json(const Run& run, const RunSummary& summary);
@@ -117,6 +128,8 @@ struct RunSummary {
 /// The options that say what a run is fed with.
 struct InputOptions {
   std::filesystem::path scans, reference, odometry;  ///< an empty path is none
+  std::string topic;                                 ///< of the scans, in a bag with several
+  TimeWindow window = {};
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app, bool reference_required);

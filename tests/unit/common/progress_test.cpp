@@ -44,3 +44,13 @@ TEST_CASE("a file gets a line every five minutes where a tenth takes longer") {
   CHECK(lines.due(100, 1000, 602.0));  // a tenth
   CHECK_FALSE(lines.due(101, 1000, 603.0));
 }
+
+TEST_CASE("where nobody knows how much there is: what is done and the time it took") {
+  CHECK(progress_line("scans", 300, 0, 65.0) == "scans: 300  1:05");
+  CHECK(progress_bar("scans", 300, 0, 65.0) == "scans: 300  1:05");
+  ProgressLines lines;
+  CHECK_FALSE(lines.due(999, 0, 1.0));
+  CHECK(lines.due(1000, 0, 2.0));
+  CHECK_FALSE(lines.due(1001, 0, 3.0));
+  CHECK(lines.due(1002, 0, 303.0));
+}
