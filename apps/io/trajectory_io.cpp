@@ -127,14 +127,18 @@ Result<void> check(const std::filesystem::path& path, const Trajectory& trajecto
 }  // namespace
 
 Result<Trajectory> read_trajectory(const std::filesystem::path& path, double kitti_rate_hz) {
-  const std::string file = path.string();
+  VANTAGE_TRY(const auto content, read_file(path, "a trajectory (TUM or KITTI)"));
+  return parse_trajectory(content.view(), path.string(), kitti_rate_hz);
+}
+
+Result<Trajectory> parse_trajectory(std::string_view content, const std::string& file,
+                                    double kitti_rate_hz) {
   if (!(kitti_rate_hz > 0.0) || !std::isfinite(kitti_rate_hz)) {
     return fail(ErrorCode::invalid_input,
                 fmt::format("the rate is {} Hz, expected a number above 0", kitti_rate_hz),
                 SourceLocation{file, 0, 0});
   }
-  VANTAGE_TRY(const auto content, read_file(path, "a trajectory (TUM or KITTI)"));
-  LineReader lines(content.view());
+  LineReader lines(content);
   const auto error = [&](std::string message) {
     return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file, lines.line(), 0});
   };

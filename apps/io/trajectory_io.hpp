@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "vantage/pose.hpp"
@@ -28,6 +30,10 @@ using Trajectory = std::vector<StampedPose>;
 /// that do not increase strictly, or no pose at all.
 [[nodiscard]] Result<Trajectory> read_trajectory(const std::filesystem::path& path,
                                                  double kitti_rate_hz = 10.0);
+
+/// The same from the content of a file; `file` is its name for errors.
+[[nodiscard]] Result<Trajectory> parse_trajectory(std::string_view content, const std::string& file,
+                                                  double kitti_rate_hz = 10.0);
 
 /// Writes TUM lines, or KITTI lines of 12 columns (which have no stamps). Every double reads back
 /// as the same value, KITTI rotations through a matrix. Atomic, see OutputFile.
