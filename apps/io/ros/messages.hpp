@@ -46,6 +46,9 @@ struct PoseMessage {
   Pose pose;  ///< its quaternion normalized if it was within 1e-3 of unit length
 };
 
+/// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.
+[[nodiscard]] double seconds_from(std::int64_t nanoseconds) noexcept;
+
 /// What reads messages from their bytes. `where` names them in errors.
 /// Errors: `corrupt_data` with the byte in the message and what was expected: an end too early,
 /// sizes that contradict each other, a field without a known type, no x, y and z, a number that is
@@ -53,9 +56,13 @@ struct PoseMessage {
 /// they count are known to be there.
 [[nodiscard]] Result<CloudMessage> parse_point_cloud2(std::string_view bytes, Encoding encoding,
                                                       const SourceLocation& where);
+/// The packets are views into `bytes`.
 [[nodiscard]] Result<VelodyneScanMessage> parse_velodyne_scan(std::string_view bytes,
                                                               Encoding encoding,
                                                               const SourceLocation& where);
+/// Of any message that begins with one; the rest is not looked at.
+[[nodiscard]] Result<Header> parse_header(std::string_view bytes, Encoding encoding,
+                                          const SourceLocation& where);
 /// Of nav_msgs/Odometry, geometry_msgs/PoseStamped, geometry_msgs/PoseWithCovarianceStamped,
 /// geometry_msgs/TransformStamped (one each), tf2_msgs/TFMessage and tf/tfMessage (any number).
 /// @param type  in ROS 1's spelling

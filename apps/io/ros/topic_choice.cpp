@@ -1,0 +1,108 @@
+#include "io/ros/topic_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "io/text.hpp"
+
+namespace vantage::io::ros {
+namespace {
+
+bool is_among(std::string_view type, std::span<const std::string_view> types) {
+  return std::find(types.begin(), types.end(), type) != types.end();
+}
+
+/// "/points_raw (sensor_msgs/PointCloud2)" of all topics of these types, each once.
+std::vector<std::string> names_of(const std::vector<Topic>& topics,
+                                  std::span<const std::string_view> types) {
+  std::vector<std::string> names;
+  for (const Topic& topic : topics) {
+    if (!types.empty() && !is_among(topic.type, types)) continue;
+    names.push_back(fmt::format("{} ({})", topic.name, topic.type));
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+std::vector<std::string_view> all_types(const TopicNeed& need) {
+  std::vector<std::string_view> types = need.by_name;
+  for (const auto& choice : need.choices) types.insert(types.end(), choice.begin(), choice.end());
+  return types;
+}
+
+/// What a message says about the topics that serve, or about all if none does.
+std::string choice_of(const MessageReader& reader, const TopicNeed& need) {
+  const auto serving = names_of(reader.topics(), all_types(need));
+  if (!serving.empty()) return fmt::format("topics with {}: {}", need.what, short_list(serving));
+  return fmt::format("no topic has {}; there are: {}", need.what,
+                     short_list(names_of(reader.topics(), {})));
+}
+
+}  // namespace
+
+std::vector<std::size_t> find_topics(const MessageReader& reader, std::string_view name,
+                                     std::span<const std::string_view> types) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < reader.topics().size(); ++i) {
+    const Topic& topic = reader.topics()[i];
+    if (topic.name == name && is_among(topic.type, types)) found.push_back(i);
+  }
+  return found;
+}
+
+Result<std::vector<std::size_t>> choose_topic(const MessageReader& reader, std::string_view name,
+                                              const TopicNeed& need) {
+  const auto error = [&](std::string message) {
+    return fail(ErrorCode::invalid_input, std::move(message), SourceLocation{reader.file(), 0, 0});
+  };
+  const std::vector<Topic>& topics = reader.topics();
+  if (!name.empty()) {
+    auto found = find_topics(reader, name, all_types(need));
+    if (!found.empty()) return found;
+    const auto other = std::find_if(topics.begin(), topics.end(),
+                                    [&](const Topic& topic) { return topic.name == name; });
+    if (other == topics.end()) {
+      return error(fmt::format("there is no topic {}; {}", quoted(name), choice_of(reader, need)));
+    }
+    return error(fmt::format("topic {} is of type {}; {}", quoted(name),
+                             quoted(std::string_view(other->type)), choice_of(reader, need)));
+  }
+  for (const auto& types : need.choices) {
+    const auto candidates = names_of(topics, types);
+    if (candidates.empty()) continue;
+    if (candidates.size() > 1) {
+      return error(fmt::format("{} topics have {}, choose one with --topic: {}", candidates.size(),
+                               need.what, short_list(candidates)));
+    }
+    const auto only = std::find_if(topics.begin(), topics.end(),
+                                   [&](const Topic& topic) { return is_among(topic.type, types); });
+    return find_topics(reader, only->name, types);
+  }
+  return error(choice_of(reader, need));
+}
+
+std::string short_list(const std::vector<std::string>& items) {
+  constexpr std::size_t kLongestItem = 80, kLongest = 160;
+  std::string list;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0 && list.size() + std::min(items[i].size(), kLongestItem) > kLongest) {
+      return list + fmt::format(" and {} more", items.size() - i);
+    }
+    if (i > 0) list += ", ";
+    for (const char c : items[i].substr(0, kLongestItem)) list += c >= ' ' && c <= '~' ? c : '?';
+    if (items[i].size() > kLongestItem) list += "...";
+  }
+  return items.empty() ? "none" : list;
+}
+
+tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
+                                 const BagMessage& message) {
+  return fail(std::move(error).during(
+      fmt::format("reading the message at byte {} of {}", message.offset,
+                  quoted(std::string_view(reader.topics()[message.topic].name)))));
+}
+
+}  // namespace vantage::io::ros

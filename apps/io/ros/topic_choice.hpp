@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/ros/message_reader.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::io::ros {
+
+/// What a topic is chosen for.
+struct TopicNeed {
+  std::string_view what;  ///< "scans"
+  /// Types to choose from (std::string_view each), the first for which there is a topic decide.
+  std::vector<std::vector<std::string_view>> choices;
+  std::vector<std::string_view> by_name;  ///< types of topics that are taken only if they are named
+};
+
+/// The topic of that name, or without a name the only one of a type that serves.
+/// @return  indices into topics(): more than one where a bag has a topic several times
+/// Errors (`where` is the file): `invalid_input` with a list of the topics to choose from, for a
+/// topic that is not there or does not serve, none that serves, or several without a name.
+[[nodiscard]] Result<std::vector<std::size_t>> choose_topic(const MessageReader& reader,
+                                                            std::string_view name,
+                                                            const TopicNeed& need);
+
+/// The indices of all topics of that name and one of those types.
+[[nodiscard]] std::vector<std::size_t> find_topics(const MessageReader& reader,
+                                                   std::string_view name,
+                                                   std::span<const std::string_view> types);
+
+/// "a, b, c and 12 more" of so many bytes or little more; unprintable bytes as '?'.
+[[nodiscard]] std::string short_list(const std::vector<std::string>& items);
+
+/// An error of a message, with the place of the message.
+[[nodiscard]] tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
+                                               const BagMessage& message);
+
+/// Stamps come from headers; where the first one was never set, they are log times.
+inline constexpr std::string_view kHeaderStamps = "stamps are those of the messages' headers";
+inline constexpr std::string_view kLogTimes =
+    "the first message's header has the stamp 0, so stamps are the times at which the messages "
+    "were recorded";
+
+}  // namespace vantage::io::ros
