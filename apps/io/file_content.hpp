@@ -35,6 +35,8 @@ class InputFile {
   /// As it was opened.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
+  /// Whether it is of_memory.
+  [[nodiscard]] bool in_memory() const noexcept { return memory_ != nullptr; }
   /// When it was opened [bytes].
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   /// Reads so many bytes from `offset` on. Errors: `io_failure`, also for a file that has shrunk.

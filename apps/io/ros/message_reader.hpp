@@ -23,7 +23,8 @@ enum class Encoding : std::uint8_t {
 struct Topic {
   std::string name;  ///< "/points_raw"
   std::string type;  ///< ROS 1's spelling in any bag: "sensor_msgs/PointCloud2", not ".../msg/..."
-  Encoding encoding = Encoding::cdr;
+  std::optional<Encoding> encoding;       ///< none for one that is only listed ("json")
+  std::string encoding_name;              ///< "cdr", "ros1" or the bag's own word
   std::optional<std::uint64_t> messages;  ///< how many, where the bag says so
 };
 
@@ -34,9 +35,12 @@ struct BagMessage {
   std::uint64_t offset = 0;   ///< where it is in the file, or the chunk that holds it [bytes]
 };
 
-/// The messages of one bag in the order in which they were recorded. Memory is that of a few
-/// messages (of a chunk, where they are compressed in chunks), whatever the size of the bag; counts
-/// and sizes that the file states are believed only as far as its own size bears them out.
+/// The messages of one bag in the order of their log times; where a bag has chunks, these come in
+/// the order of their first messages, and only within a chunk are messages sorted (chunks may
+/// overlap a little in time). Memory is that of a few messages (of a chunk, where they are kept in
+/// chunks; none may be larger than 1 GiB), whatever the size of the bag; counts and sizes that the
+/// file states are believed only as far as its own size bears them out.
+/// Of a bag that is cut off or damaged the messages before the damage are given, then the error.
 class MessageReader {
  public:
   MessageReader() = default;
@@ -46,17 +50,20 @@ class MessageReader {
 
   /// "rosbag1 2.0 (lz4)", "rosbag2 (SQLite)", "MCAP (zstd)", with "not indexed" where it is so.
   [[nodiscard]] virtual const std::string& format() const = 0;
+  /// Of a bag in parts the one that next() read last.
   [[nodiscard]] virtual const std::string& file() const = 0;
   [[nodiscard]] virtual const std::vector<Topic>& topics() const = 0;
   /// First and last log time [ns], where the bag says so.
   [[nodiscard]] virtual std::optional<std::pair<std::int64_t, std::int64_t>> span() const = 0;
   /// next() gives messages of these topics (indices into topics()) only, from the beginning on.
-  /// All topics before the first call.
+  /// All topics before the first call. Errors: `invalid_input` for an index out of range.
   [[nodiscard]] virtual Result<void> select(const std::vector<std::size_t>& topics) = 0;
-  /// Nothing at the end. Errors (`where` is the file, the message has the byte and what was
-  /// expected): `corrupt_data`, `io_failure`; `unsupported` for compressions that are not known.
+  /// Nothing at the end; after an error the same again. Errors (`where` is the file, the message
+  /// has the byte and what was expected): `corrupt_data`, `io_failure`; `unsupported` for
+  /// compressions that are not known.
   [[nodiscard]] virtual Result<std::optional<BagMessage>> next() = 0;
-  /// next() goes on with the first selected message recorded at or after `log_time` [ns].
+  /// next() goes on with the first selected message recorded at or after `log_time` [ns] and leaves
+  /// out all that were recorded before.
   /// Errors: those of next().
   [[nodiscard]] virtual Result<void> seek(std::int64_t log_time) = 0;
 };

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace vantage::io::ros {
+
+enum class Compression : std::uint8_t { none, bz2, lz4, zstd };
+
+/// What a chunk or a message may have at most [bytes], before and after decompression.
+inline constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
+
+inline constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
+
+/// Memory that is used again and again; what is added to it has no value yet.
+class Buffer {
+ public:
+  /// Makes room for `size` bytes, of which the first `kept` keep their values; false if memory is
+  /// short.
+  [[nodiscard]] bool make_room(std::size_t size, std::size_t kept);
+  [[nodiscard]] std::span<char> span(std::size_t size) noexcept { return {bytes_.get(), size}; }
+  [[nodiscard]] std::string_view view(std::size_t size) const noexcept {
+    return {bytes_.get(), size};
+  }
+  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+
+ private:
+  std::unique_ptr<char[]> bytes_;
+  std::size_t capacity_ = 0;
+};
+
+struct Decompressed {
+  std::size_t size = 0;  ///< bytes at the beginning of the buffer, also if there was a problem
+  std::string problem;   ///< "the bz2 stream is damaged at byte 17"; empty if all went well
+};
+
+/// Decompresses bz2, frames of LZ4 or frames of zstd; memory grows with what really comes.
+/// Precondition: compression is not `none`; input.size() <= kLargestChunk.
+/// @param largest  more is a problem [bytes]
+[[nodiscard]] Decompressed decompress(Compression compression, std::string_view input,
+                                      std::uint64_t largest, Buffer& output);
+
+}  // namespace vantage::io::ros

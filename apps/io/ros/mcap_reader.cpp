@@ -1,0 +1,505 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+
+#include "io/ros/bag_readers.hpp"
+#include "io/ros/byte_reader.hpp"
+#include "io/ros/chunked_reader.hpp"
+#include "io/ros/crc32.hpp"
+#include "io/text.hpp"
+
+// The format: https://mcap.dev/spec
+
+namespace vantage::io::ros {
+namespace {
+
+enum Operation : std::uint8_t {
+  kFooter = 0x02,
+  kSchema = 0x03,
+  kChannel = 0x04,
+  kMessage = 0x05,
+  kChunk = 0x06,
+  kChunkIndex = 0x08,
+  kStatistics = 0x0B,
+  kDataEnd = 0x0F,
+};
+
+constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+constexpr std::uint64_t kRecordHead = 9;  // opcode and size [bytes]
+constexpr std::uint64_t kFooterSize = kRecordHead + 20;
+
+std::optional<Encoding> encoding_of(std::string_view name) noexcept {
+  if (name == "cdr") return Encoding::cdr;
+  if (name == "ros1") return Encoding::ros1;
+  return std::nullopt;
+}
+
+struct RecordHead {
+  std::uint8_t operation = 0;
+  std::uint64_t body = 0;  // [bytes]
+};
+
+class McapReader final : public ChunkedReader {
+ public:
+  explicit McapReader(InputFile file) noexcept : ChunkedReader(std::move(file)) {}
+
+  [[nodiscard]] Result<void> open() {
+    VANTAGE_TRY(const std::string_view magic, window().view(0, kMagic.size()));
+    if (magic != kMagic) {
+      const bool is_other = magic.size() == kMagic.size() && looks_like_mcap(magic);
+      return fail(is_other ? ErrorCode::unsupported : ErrorCode::corrupt_data,
+                  fmt::format("begins with {}, expected the magic of MCAP 0", io::quoted(magic)),
+                  SourceLocation{file(), 0, 0});
+    }
+    auto indexed = read_with_index();
+    if (!indexed && indexed.error().code == ErrorCode::io_failure) return fail(indexed.error());
+    const bool is_indexed = indexed && *indexed;
+    if (!is_indexed) {
+      VANTAGE_CHECK(read_without_index());
+      if (!indexed && !ending_is_set_) end_with(std::move(indexed).error());
+    }
+    finish(fmt::format("MCAP{}{}", in_brackets(compression_), is_indexed ? "" : ", not indexed"),
+           !is_indexed);
+    return {};
+  }
+
+ private:
+  // ----- chunks and what is in them
+
+  [[nodiscard]] Result<void> load(const Chunk& chunk, Content& content) override {
+    if (chunk.is_record) {
+      VANTAGE_CHECK(load_chunk(chunk, content));
+    } else {
+      Packed plain;
+      plain.offset = chunk.offset;
+      plain.size = plain.unpacked = chunk.size;
+      VANTAGE_CHECK(unpack(chunk, plain, content));
+    }
+    VANTAGE_CHECK(take_apart(chunk, content));
+    std::stable_sort(content.messages.begin(), content.messages.end(),
+                     [](const Message& a, const Message& b) { return a.log_time < b.log_time; });
+    return {};
+  }
+
+  [[nodiscard]] Result<void> load_chunk(const Chunk& chunk, Content& content) {
+    constexpr std::uint64_t kLongestHead = 256;  // the name of a compression is a word
+    VANTAGE_TRY(const std::string_view bytes, window().view(chunk.offset, kLongestHead));
+    ByteReader reader(bytes);
+    const auto operation = reader.integer<std::uint8_t>();
+    const auto body = reader.integer<std::uint64_t>();
+    static_cast<void>(reader.bytes(16));  // the times, which the messages have as well
+    Packed packed;
+    packed.unpacked = reader.integer<std::uint64_t>();
+    const auto checksum = reader.integer<std::uint32_t>();
+    const std::string_view name = reader.text();
+    packed.size = reader.integer<std::uint64_t>();
+    packed.offset = chunk.offset + reader.offset();
+    if (!reader.ok() && chunk.is_cut) {
+      content.bytes = {};
+      return {};
+    }
+    if (!reader.ok() || operation != kChunk) {
+      return damaged(fmt::format("expected a chunk (opcode 6) at byte {}", chunk.offset));
+    }
+    const std::uint64_t head = reader.offset() - kRecordHead;
+    if (body < head || packed.size > body - head) {
+      return damaged(
+          fmt::format("the chunk at byte {} claims {} bytes of records, expected at most "
+                      "{}",
+                      chunk.offset, packed.size, body < head ? 0 : body - head));
+    }
+    VANTAGE_TRY(packed.compression, compression(name, chunk.offset));
+    if (compression_.empty()) compression_ = name.empty() ? "none" : std::string(name);
+    VANTAGE_CHECK(unpack(chunk, packed, content));
+    if (checksum == 0 || chunk.is_cut) return {};
+    if (const std::uint32_t sum = crc32(content.bytes); sum != checksum) {
+      return damaged(fmt::format("the chunk at byte {} has the checksum {:08x}, expected {:08x}",
+                                 chunk.offset, sum, checksum));
+    }
+    return {};
+  }
+
+  /// Finds schemas, channels and messages.
+  [[nodiscard]] Result<void> take_apart(const Chunk& chunk, Content& content) {
+    ByteReader reader(content.bytes);
+    while (reader.left() != 0) {
+      const std::size_t at = reader.offset();
+      const auto here = [&content, at] { return place(content, at); };
+      const auto operation = reader.integer<std::uint8_t>();
+      const std::string_view body = reader.bytes(reader.integer<std::uint64_t>());
+      if (!reader.ok()) {
+        if (chunk.is_cut) return {};
+        return damaged(fmt::format("the record at {} goes on after the chunk's end", here()));
+      }
+      if (operation == kMessage) {
+        VANTAGE_TRY(Message message, message_of(body, here));
+        message.offset = at + kRecordHead + kMessageHead;
+        message.size = body.size() - kMessageHead;
+        content.messages.push_back(message);
+      } else if (operation == kSchema) {
+        VANTAGE_CHECK(add_schema(body, here()));
+      } else if (operation == kChannel) {
+        VANTAGE_CHECK(add_channel(body, here()));
+      }
+    }
+    return {};
+  }
+
+  /// @param place  std::string(); made only when it is needed
+  template <class Place>
+  [[nodiscard]] Result<Message> message_of(std::string_view body, const Place& place) const {
+    ByteReader reader(body);
+    const auto channel = reader.integer<std::uint16_t>();
+    static_cast<void>(reader.integer<std::uint32_t>());  // sequence
+    const auto log_time = reader.integer<std::uint64_t>();
+    static_cast<void>(reader.integer<std::uint64_t>());  // publish_time
+    if (!reader.ok()) {
+      return damaged(fmt::format("the message at {} has {} bytes, expected at least {}", place(),
+                                 body.size(), kMessageHead));
+    }
+    const auto known = channels_.find(channel);
+    if (known == channels_.end()) {
+      return damaged(
+          fmt::format("the message at {} is of channel {}, which is not there", place(), channel));
+    }
+    if (log_time > kLatest) {
+      return damaged(fmt::format("the message at {} was logged at {} ns, expected at most {}",
+                                 place(), log_time, kLatest));
+    }
+    Message message;
+    message.topic = known->second;
+    message.log_time = static_cast<std::int64_t>(log_time);
+    return message;
+  }
+
+  [[nodiscard]] Result<void> add_schema(std::string_view body, const std::string& place) {
+    ByteReader reader(body);
+    const auto number = reader.integer<std::uint16_t>();
+    const std::string_view name = reader.text();
+    if (!reader.ok() || number == 0) {
+      return damaged(fmt::format("the schema at {} has no number or no name", place));
+    }
+    const auto [known, is_new] = schemas_.emplace(number, name);
+    if (is_new || known->second == name) return {};
+    return damaged(
+        fmt::format("the schema at {} is number {}, which is that of another: {} is not "
+                    "{}",
+                    place, number, io::quoted(name), io::quoted(known->second)));
+  }
+
+  [[nodiscard]] Result<void> add_channel(std::string_view body, const std::string& place) {
+    ByteReader reader(body);
+    const auto number = reader.integer<std::uint16_t>();
+    const auto schema = reader.integer<std::uint16_t>();
+    Topic described;
+    described.name = reader.text();
+    described.encoding_name = reader.text();
+    described.encoding = encoding_of(described.encoding_name);
+    if (!reader.ok()) {
+      return damaged(
+          fmt::format("the channel at {} has no number, schema, topic or encoding", place));
+    }
+    if (schema != 0) {
+      const auto type = schemas_.find(schema);
+      if (type == schemas_.end()) {
+        return damaged(
+            fmt::format("the channel at {} has the schema {}, which is not there", place, schema));
+      }
+      described.type = described.encoding ? ros1_spelling(type->second) : type->second;
+    }
+    VANTAGE_TRY(const std::uint32_t index, topic(described));
+    const auto [known, is_new] = channels_.emplace(number, index);
+    if (is_new || known->second == index) return {};
+    return damaged(fmt::format(
+        "the channel at {} is number {}, which is that of another topic: {} "
+        "is not {}",
+        place, number, io::quoted(described.name), io::quoted(topics()[known->second].name)));
+  }
+
+  // ----- records outside of chunks
+
+  /// Nothing if the file ends within the record's head.
+  [[nodiscard]] Result<std::optional<RecordHead>> head_at(std::uint64_t offset) {
+    VANTAGE_TRY(const std::string_view bytes, window().view(offset, kRecordHead));
+    ByteReader reader(bytes);
+    RecordHead head;
+    head.operation = reader.integer<std::uint8_t>();
+    head.body = reader.integer<std::uint64_t>();
+    if (!reader.ok()) return std::nullopt;
+    return head;
+  }
+  [[nodiscard]] tl::unexpected<Error> cut(std::uint64_t offset, std::uint64_t end) const {
+    return damaged(fmt::format("{} at byte {}, inside the record at byte {}",
+                               end == input().size() ? "the file ends" : "the records end", end,
+                               offset));
+  }
+
+  /// Goes through the records up to `end`; `known` chunks need not be read.
+  /// @param known  in the order of their offsets
+  [[nodiscard]] Result<void> walk(std::uint64_t end, const std::vector<Chunk>& known) {
+    Chunk run;  // of schemas, channels and messages outside of chunks
+    run.is_record = false;
+    const auto end_run = [&]() -> Result<void> {
+      if (run.size == 0) return {};
+      Chunk ended = run;
+      run.size = 0;
+      return learn(std::move(ended));
+    };
+    auto next_known = known.begin();
+    for (std::uint64_t at = kMagic.size(); at < end;) {
+      if (next_known != known.end() && next_known->offset == at) {
+        VANTAGE_CHECK(end_run());
+        at += next_known->size;
+        keep(*next_known++);
+        continue;
+      }
+      VANTAGE_TRY(const auto head, head_at(at));
+      const bool is_whole = head && head->body <= end - at - std::min(kRecordHead, end - at);
+      if (!is_whole) {
+        VANTAGE_CHECK(end_run());
+        if (head && head->operation == kChunk) VANTAGE_CHECK(learn(cut_chunk(at, end)));
+        return cut(at, end);
+      }
+      const std::uint64_t size = kRecordHead + head->body;
+      if (head->operation == kDataEnd || head->operation == kFooter) break;
+      if (head->operation == kSchema || head->operation == kChannel ||
+          head->operation == kMessage) {
+        if (run.size == 0) run.offset = at;
+        run.size = at + size - run.offset;
+        if (run.size >= kLargestRun) VANTAGE_CHECK(end_run());
+      } else {
+        VANTAGE_CHECK(end_run());
+        if (head->operation == kChunk) {
+          Chunk chunk;
+          chunk.offset = at;
+          chunk.size = size;
+          VANTAGE_CHECK(learn(std::move(chunk)));
+        }
+      }
+      at += size;
+    }
+    VANTAGE_CHECK(end_run());
+    if (next_known == known.end()) return {};
+    return damaged(
+        fmt::format("the index names a chunk at byte {}, where none is", next_known->offset));
+  }
+  static Chunk cut_chunk(std::uint64_t at, std::uint64_t end) {
+    Chunk chunk;
+    chunk.offset = at;
+    chunk.size = end - at;
+    chunk.is_cut = true;
+    return chunk;
+  }
+
+  [[nodiscard]] Result<void> read_without_index() {
+    start_over();
+    schemas_.clear();
+    channels_.clear();
+    compression_.clear();
+    auto walked = walk(input().size() - (is_closed_ ? kFooterSize + kMagic.size() : 0), {});
+    if (walked && !is_closed_) {
+      walked = damaged(
+          fmt::format("the file ends at byte {}, expected a footer before it", input().size()));
+    }
+    if (walked) return {};
+    if (walked.error().code == ErrorCode::io_failure) return walked;
+    ending_is_set_ = true;
+    end_with(std::move(walked).error());
+    return {};
+  }
+
+  // ----- the summary
+
+  /// What the summary section says.
+  struct Summary {
+    std::vector<Chunk> chunks;
+    std::vector<std::pair<std::string, std::uint64_t>> channels;  // their bodies and offsets
+    std::optional<std::uint64_t> chunk_count;
+    std::vector<std::pair<std::uint16_t, std::uint64_t>> messages;  // of channels
+    bool has_statistics = false;
+  };
+
+  /// False for a file without an index.
+  [[nodiscard]] Result<bool> read_with_index() {
+    const std::uint64_t size = input().size();
+    if (size < 2 * kMagic.size() + kFooterSize) return false;
+    const std::uint64_t footer = size - kMagic.size() - kFooterSize;
+    VANTAGE_TRY(const std::string_view bytes, window().view(footer, kFooterSize + kMagic.size()));
+    ByteReader reader(bytes);
+    const auto operation = reader.integer<std::uint8_t>();
+    const auto body = reader.integer<std::uint64_t>();
+    const auto summary_offset = reader.integer<std::uint64_t>();
+    static_cast<void>(reader.integer<std::uint64_t>());  // summary_offset_start
+    const auto checksum = reader.integer<std::uint32_t>();
+    is_closed_ =
+        bytes.ends_with(kMagic) && operation == kFooter && body == kFooterSize - kRecordHead;
+    if (!is_closed_ || summary_offset == 0) return false;
+    if (summary_offset < kMagic.size() || summary_offset > footer) {
+      return damaged(
+          fmt::format("the footer at byte {} names a summary at byte {}, expected {} to "
+                      "{}",
+                      footer, summary_offset, kMagic.size(), footer));
+    }
+    if (checksum != 0)
+      VANTAGE_CHECK(check_summary(summary_offset, size - kMagic.size() - 4, checksum));
+    VANTAGE_TRY(Summary summary, read_summary(summary_offset, footer));
+    if (summary.channels.empty() || summary.chunks.empty()) return false;
+    if (summary.chunk_count && *summary.chunk_count != summary.chunks.size()) return false;
+    for (const auto& [channel, at] : summary.channels) {
+      VANTAGE_CHECK(add_channel(channel, fmt::format("byte {}", at)));
+    }
+    for (const auto& [channel, messages] : summary.messages) counts_[channel] = messages;
+    VANTAGE_CHECK(name_topics(summary));
+    VANTAGE_CHECK(walk(summary_offset, summary.chunks));
+    if (summary.has_statistics) count_messages();
+    return true;
+  }
+
+  [[nodiscard]] Result<void> check_summary(std::uint64_t begin, std::uint64_t end,
+                                           std::uint32_t expected) {
+    constexpr std::uint64_t kAtOnce = 1 << 16;
+    std::uint32_t sum = 0;
+    for (std::uint64_t at = begin; at < end; at += kAtOnce) {
+      VANTAGE_TRY(const std::string_view bytes, window().view(at, std::min(kAtOnce, end - at)));
+      sum = crc32(bytes, sum);
+    }
+    if (sum == expected) return {};
+    return damaged(fmt::format("the summary at byte {} has the checksum {:08x}, expected {:08x}",
+                               begin, sum, expected));
+  }
+
+  [[nodiscard]] Result<Summary> read_summary(std::uint64_t begin, std::uint64_t end) {
+    constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 26;
+    Summary summary;
+    for (std::uint64_t at = begin; at < end;) {
+      VANTAGE_TRY(const auto head, head_at(at));
+      if (!head || head->body > end - at - std::min(kRecordHead, end - at)) {
+        return damaged(
+            fmt::format("the record at byte {} goes on after the summary's end at byte "
+                        "{}",
+                        at, end));
+      }
+      const std::string place = fmt::format("byte {}", at);
+      const bool is_read = head->operation == kSchema || head->operation == kChannel ||
+                           head->operation == kChunkIndex || head->operation == kStatistics;
+      if (is_read) {
+        if (head->body > kLargestRecord) {
+          return damaged(fmt::format("the record at {} claims {} bytes, expected at most {}", place,
+                                     head->body, kLargestRecord));
+        }
+        VANTAGE_TRY(const std::string_view body, window().view(at + kRecordHead, head->body));
+        if (head->operation == kSchema) VANTAGE_CHECK(add_schema(body, place));
+        if (head->operation == kChannel) summary.channels.emplace_back(body, at);
+        if (head->operation == kStatistics) VANTAGE_CHECK(read_statistics(body, place, summary));
+        if (head->operation == kChunkIndex) VANTAGE_CHECK(read_chunk_index(body, place, summary));
+      }
+      at += kRecordHead + head->body;
+    }
+    std::sort(summary.chunks.begin(), summary.chunks.end(),
+              [](const Chunk& a, const Chunk& b) { return a.offset < b.offset; });
+    return summary;
+  }
+
+  [[nodiscard]] Result<void> read_statistics(std::string_view body, const std::string& place,
+                                             Summary& summary) const {
+    ByteReader reader(body);
+    static_cast<void>(reader.bytes(8 + 2 + 4 + 4 + 4));  // counts of other things
+    summary.chunk_count = reader.integer<std::uint32_t>();
+    static_cast<void>(reader.bytes(16));  // times
+    ByteReader counts(reader.text());
+    while (counts.left() != 0 && counts.ok()) {
+      const auto channel = counts.integer<std::uint16_t>();
+      summary.messages.emplace_back(channel, counts.integer<std::uint64_t>());
+    }
+    summary.has_statistics = true;
+    if (reader.ok() && counts.ok()) return {};
+    return damaged(fmt::format("the statistics at {} end too early", place));
+  }
+
+  /// The topics of the chunk are the numbers of channels still.
+  [[nodiscard]] Result<void> read_chunk_index(std::string_view body, const std::string& place,
+                                              Summary& summary) {
+    ByteReader reader(body);
+    const auto first = reader.integer<std::uint64_t>(), last = reader.integer<std::uint64_t>();
+    Chunk chunk;
+    chunk.offset = reader.integer<std::uint64_t>();
+    chunk.size = reader.integer<std::uint64_t>();
+    ByteReader indices(reader.text());
+    chunk.topics.emplace();
+    while (indices.left() != 0 && indices.ok()) {
+      chunk.topics->push_back(indices.integer<std::uint16_t>());
+      static_cast<void>(indices.integer<std::uint64_t>());  // where its message index is
+    }
+    const auto index_size = reader.integer<std::uint64_t>();
+    const std::string_view compression = reader.text();
+    if (!reader.ok() || !indices.ok()) {
+      return damaged(fmt::format("the chunk index at {} ends too early", place));
+    }
+    const std::uint64_t size = input().size();
+    if (first > last || last > kLatest || chunk.size > size || index_size > size ||
+        chunk.size == 0) {
+      return damaged(
+          fmt::format("the chunk index at {} claims a chunk of {} bytes from {} to {} ns", place,
+                      chunk.size, first, last));
+    }
+    chunk.size += index_size;
+    chunk.first = static_cast<std::int64_t>(first);
+    chunk.last = static_cast<std::int64_t>(last);
+    if (chunk.topics->empty()) chunk.topics.reset();  // no message index was written
+    if (compression_.empty())
+      compression_ = compression.empty() ? "none" : std::string(compression);
+    summary.chunks.push_back(std::move(chunk));
+    return {};
+  }
+
+  /// Makes topics of channels.
+  [[nodiscard]] Result<void> name_topics(Summary& summary) const {
+    for (Chunk& chunk : summary.chunks) {
+      if (!chunk.topics) continue;
+      for (std::uint32_t& topic : *chunk.topics) {
+        const auto known = channels_.find(static_cast<std::uint16_t>(topic));
+        if (known == channels_.end()) {
+          return damaged(
+              fmt::format("the chunk at byte {} has messages of channel {}, which the "
+                          "summary does not have",
+                          chunk.offset, topic));
+        }
+        topic = known->second;
+      }
+      std::sort(chunk.topics->begin(), chunk.topics->end());
+    }
+    return {};
+  }
+
+  void count_messages() {
+    std::vector<std::uint64_t> counts(topics().size(), 0);
+    for (const auto& [channel, topic] : channels_) {
+      const auto counted = counts_.find(channel);
+      if (counted != counts_.end()) counts[topic] += counted->second;
+    }
+    for (std::uint32_t i = 0; i < counts.size(); ++i) count(i, counts[i]);
+  }
+
+  static constexpr std::uint64_t kMessageHead = 22;  // [bytes]
+  static constexpr auto kLatest =
+      static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+
+  std::unordered_map<std::uint16_t, std::string> schemas_;
+  std::unordered_map<std::uint16_t, std::uint32_t> channels_;  // their topics
+  std::unordered_map<std::uint16_t, std::uint64_t> counts_;    // messages of channels
+  std::string compression_;
+  bool is_closed_ = false;  // with a footer
+  bool ending_is_set_ = false;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<MessageReader>> read_mcap(InputFile file) {
+  auto reader = std::make_unique<McapReader>(std::move(file));
+  VANTAGE_CHECK(reader->open());
+  return reader;
+}
+
+}  // namespace vantage::io::ros
