@@ -31,9 +31,9 @@ Result<CloudMessage> cloud_of_packets(const VelodyneScanMessage& /*scan*/,
 Result<CloudMessage> parse_cloud(const BagMessage& message, const Topic& topic,
                                  const SourceLocation& where) {
   if (topic.type == kPointCloud2) {
-    return parse_point_cloud2(message.bytes, topic.encoding, where);
+    return parse_point_cloud2(message.bytes, *topic.encoding, where);
   }
-  VANTAGE_TRY(const auto scan, parse_velodyne_scan(message.bytes, topic.encoding, where));
+  VANTAGE_TRY(const auto scan, parse_velodyne_scan(message.bytes, *topic.encoding, where));
   return cloud_of_packets(scan, where);
 }
 
@@ -78,8 +78,7 @@ class BagScans final : public ScanSource {
   [[nodiscard]] SkippedScans skipped() const override { return skipped_; }
 
  private:
-  explicit BagScans(std::unique_ptr<MessageReader> reader)
-      : reader_(std::move(reader)), where_{reader_->file(), 0, 0} {}
+  explicit BagScans(std::unique_ptr<MessageReader> reader) : reader_(std::move(reader)) {}
 
   /// From the first message, which stays the next one.
   [[nodiscard]] Result<void> read_description(const std::vector<std::size_t>& topics) {
@@ -99,8 +98,11 @@ class BagScans final : public ScanSource {
     return {};
   }
 
+  /// The file that was read last: a bag may have several.
+  [[nodiscard]] SourceLocation where() const { return {reader_->file(), 0, 0}; }
+
   [[nodiscard]] Result<CloudMessage> parse(const BagMessage& message) const {
-    auto cloud = parse_cloud(message, reader_->topics()[message.topic], where_);
+    auto cloud = parse_cloud(message, reader_->topics()[message.topic], where());
     if (!cloud) return in_message(std::move(cloud).error(), *reader_, message);
     return cloud;
   }
@@ -112,7 +114,7 @@ class BagScans final : public ScanSource {
   /// Without reading the points.
   [[nodiscard]] Result<double> stamp_of(const BagMessage& message) const {
     const Topic& topic = reader_->topics()[message.topic];
-    const auto header = parse_header(message.bytes, topic.encoding, where_);
+    const auto header = parse_header(message.bytes, *topic.encoding, where());
     if (!header) return in_message(header.error(), *reader_, message);
     return stamp_of(*header, message);
   }
@@ -151,8 +153,7 @@ class BagScans final : public ScanSource {
     scan.stamp = stamp;
     scan.points = std::move(cloud.points);
     scan.dropped = cloud.dropped;
-    scan.name = fmt::format("{}, message at byte {} of {}", reader_->file(), message.offset,
-                            description_.topic);
+    scan.name = fmt::format("{}, {}", reader_->file(), place_of(*reader_, message));
     return scan;
   }
 
@@ -188,7 +189,6 @@ class BagScans final : public ScanSource {
   }
 
   std::unique_ptr<MessageReader> reader_;
-  SourceLocation where_;
   ScanDescription description_;
   bool has_log_times_ = false;
   double first_stamp_ = 0.0;           // [s]

@@ -56,13 +56,13 @@ Result<TopicSpec> parse_spec(const std::string& file, std::string_view text) {
 /// @param visit  Result<void>(const PoseMessage&, const BagMessage&)
 template <class Visit>
 Result<void> for_each_pose(MessageReader& reader, const Topics& topics, const Visit& visit) {
-  const SourceLocation where{reader.file(), 0, 0};
   VANTAGE_CHECK(reader.select(topics));
   for (;;) {
     VANTAGE_TRY(const auto message, reader.next());
     if (!message) return {};
     const Topic& topic = reader.topics()[message->topic];
-    const auto poses = parse_poses(message->bytes, topic.type, topic.encoding, where);
+    const auto poses =
+        parse_poses(message->bytes, topic.type, *topic.encoding, {reader.file(), 0, 0});
     if (!poses) return in_message(poses.error(), reader, *message);
     for (const PoseMessage& pose : *poses) {
       if (auto done = visit(pose, *message); !done) {
@@ -81,7 +81,6 @@ bool append(Trajectory& trajectory, double stamp, const Pose& pose) {
 
 Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
   BagTrajectory found;
-  const SourceLocation where{reader.file(), 0, 0};
   bool is_first = true, has_log_times = false;
   const auto add = [&](const PoseMessage& pose, const BagMessage& message) -> Result<void> {
     const std::string_view frame = frame_name(pose.header.frame), child = frame_name(pose.child);
@@ -96,7 +95,7 @@ Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
                   fmt::format("the pose is that of {} in {}, expected that of {} in {} as before",
                               quoted(child), quoted(frame), quoted(std::string_view(found.child)),
                               quoted(std::string_view(found.frame))),
-                  where);
+                  SourceLocation{reader.file(), 0, 0});
     }
     const double stamp = has_log_times ? seconds_from(message.log_time) : pose.header.stamp;
     if (!append(found.poses, stamp, pose.pose)) ++found.skipped;
@@ -121,11 +120,11 @@ struct SampledPath {
 
 Result<TransformTree> read_tree(MessageReader& reader, const Topics& topics) {
   TransformTree tree;
-  const SourceLocation where{reader.file(), 0, 0};
   const auto add = [&](const PoseMessage& pose, const BagMessage&) -> Result<void> {
     if (tree.add(frame_name(pose.header.frame), frame_name(pose.child))) return {};
     return fail(ErrorCode::corrupt_data,
-                "there are more than 10000 pairs of frames, expected those of one robot", where);
+                "there are more than 10000 pairs of frames, expected those of one robot",
+                SourceLocation{reader.file(), 0, 0});
   };
   VANTAGE_CHECK(for_each_pose(reader, topics, add));
   return tree;

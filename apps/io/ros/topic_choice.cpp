@@ -14,12 +14,16 @@ bool is_among(std::string_view type, std::span<const std::string_view> types) {
   return std::find(types.begin(), types.end(), type) != types.end();
 }
 
-/// "/points_raw (sensor_msgs/PointCloud2)" of all topics of these types, each once.
+bool serves(const Topic& topic, std::span<const std::string_view> types) {
+  return topic.encoding.has_value() && is_among(topic.type, types);
+}
+
+/// "/points_raw (sensor_msgs/PointCloud2)" of the topics that serve, or of all; each once.
 std::vector<std::string> names_of(const std::vector<Topic>& topics,
                                   std::span<const std::string_view> types) {
   std::vector<std::string> names;
   for (const Topic& topic : topics) {
-    if (!types.empty() && !is_among(topic.type, types)) continue;
+    if (!types.empty() && !serves(topic, types)) continue;
     names.push_back(fmt::format("{} ({})", topic.name, topic.type));
   }
   std::sort(names.begin(), names.end());
@@ -48,7 +52,7 @@ std::vector<std::size_t> find_topics(const MessageReader& reader, std::string_vi
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < reader.topics().size(); ++i) {
     const Topic& topic = reader.topics()[i];
-    if (topic.name == name && is_among(topic.type, types)) found.push_back(i);
+    if (topic.name == name && serves(topic, types)) found.push_back(i);
   }
   return found;
 }
@@ -67,8 +71,13 @@ Result<std::vector<std::size_t>> choose_topic(const MessageReader& reader, std::
     if (other == topics.end()) {
       return error(fmt::format("there is no topic {}; {}", quoted(name), choice_of(reader, need)));
     }
-    return error(fmt::format("topic {} is of type {}; {}", quoted(name),
-                             quoted(std::string_view(other->type)), choice_of(reader, need)));
+    const std::string encoding =
+        other->encoding
+            ? ""
+            : fmt::format(" in the encoding {}", quoted(std::string_view(other->encoding_name)));
+    return error(fmt::format("topic {} is of type {}{}; {}", quoted(name),
+                             quoted(std::string_view(other->type)), encoding,
+                             choice_of(reader, need)));
   }
   for (const auto& types : need.choices) {
     const auto candidates = names_of(topics, types);
@@ -78,14 +87,14 @@ Result<std::vector<std::size_t>> choose_topic(const MessageReader& reader, std::
                                need.what, short_list(candidates)));
     }
     const auto only = std::find_if(topics.begin(), topics.end(),
-                                   [&](const Topic& topic) { return is_among(topic.type, types); });
+                                   [&](const Topic& topic) { return serves(topic, types); });
     return find_topics(reader, only->name, types);
   }
   return error(choice_of(reader, need));
 }
 
 std::string short_list(const std::vector<std::string>& items) {
-  constexpr std::size_t kLongestItem = 80, kLongest = 160;
+  constexpr std::size_t kLongestItem = 80, kLongest = 200;
   std::string list;
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (i > 0 && list.size() + std::min(items[i].size(), kLongestItem) > kLongest) {
@@ -98,11 +107,15 @@ std::string short_list(const std::vector<std::string>& items) {
   return items.empty() ? "none" : list;
 }
 
+std::string place_of(const MessageReader& reader, const BagMessage& message) {
+  const std::string topic = short_list({reader.topics()[message.topic].name});
+  if (message.offset > 0) return fmt::format("message at byte {} of {}", message.offset, topic);
+  return fmt::format("message recorded at {} ns of {}", message.log_time, topic);
+}
+
 tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
                                  const BagMessage& message) {
-  return fail(std::move(error).during(
-      fmt::format("reading the message at byte {} of {}", message.offset,
-                  quoted(std::string_view(reader.topics()[message.topic].name)))));
+  return fail(std::move(error).during("reading the " + place_of(reader, message)));
 }
 
 }  // namespace vantage::io::ros

@@ -28,7 +28,7 @@ struct TopicNeed {
                                                             std::string_view name,
                                                             const TopicNeed& need);
 
-/// The indices of all topics of that name and one of those types.
+/// The indices of all topics of that name and one of those types whose messages can be read.
 [[nodiscard]] std::vector<std::size_t> find_topics(const MessageReader& reader,
                                                    std::string_view name,
                                                    std::span<const std::string_view> types);
@@ -36,7 +36,10 @@ struct TopicNeed {
 /// "a, b, c and 12 more" of so many bytes or little more; unprintable bytes as '?'.
 [[nodiscard]] std::string short_list(const std::vector<std::string>& items);
 
-/// An error of a message, with the place of the message.
+/// "message at byte 4117 of /points_raw"; databases have no offsets and give the log time instead.
+[[nodiscard]] std::string place_of(const MessageReader& reader, const BagMessage& message);
+
+/// An error of a message, with its place.
 [[nodiscard]] tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
                                                const BagMessage& message);
 

@@ -21,7 +21,7 @@ using test::raw;
 using Messages = std::vector<MemoryBag::Message>;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-const Topic kPoints{"/points", "sensor_msgs/PointCloud2", Encoding::cdr, 7};
+const Topic kPoints{"/points", "sensor_msgs/PointCloud2", Encoding::cdr, "cdr", 7};
 
 /// A cloud of as many points as there are x, with times a tenth of a second apart.
 std::string cloud(double stamp, const std::vector<float>& x) {
@@ -84,13 +84,13 @@ TEST_CASE("scans of a bag: points, stamps, times and where they are") {
   CHECK((*first)->points == PointCloud{{1, 0, 0}, {3, 0, 0}});
   CHECK((*first)->seconds == std::vector<float>{0.0F, 0.25F});
   CHECK((*first)->dropped == 1);
-  CHECK((*first)->name == "run.bag, message at byte 0 of /points");
+  CHECK((*first)->name == "run.bag, message at byte 1000 of /points");
   const auto second = scans->next();
   REQUIRE(second);
   REQUIRE(*second);
   CHECK((*second)->stamp == 10.75);
   CHECK((*second)->points == PointCloud{{4, 0, 0}});
-  CHECK((*second)->name == "run.bag, message at byte 1000 of /points");
+  CHECK((*second)->name == "run.bag, message at byte 2000 of /points");
   CHECK(stamps(*scans).empty());
   CHECK(stamps(*scans).empty());
   CHECK(scans->skipped().total() == 0);
@@ -183,9 +183,9 @@ TEST_CASE("scans of a bag: a seek before all scans, and before the first was rea
 }
 
 TEST_CASE("scans of a bag: which topic") {
-  const Topic other{"/other", "sensor_msgs/PointCloud2", Encoding::cdr, {}};
-  const Topic packets{"/packets", "velodyne_msgs/VelodyneScan", Encoding::cdr, {}};
-  const Topic odometry{"/odom", "nav_msgs/Odometry", Encoding::cdr, {}};
+  const Topic other{"/other", "sensor_msgs/PointCloud2", Encoding::cdr, "cdr", {}};
+  const Topic packets{"/packets", "velodyne_msgs/VelodyneScan", Encoding::cdr, "cdr", {}};
+  const Topic odometry{"/odom", "nav_msgs/Odometry", Encoding::cdr, "cdr", {}};
   const Messages messages{{0, kSecond, cloud(1, {1})}, {1, kSecond, cloud(2, {1})}};
   const auto choose = [&](const std::vector<Topic>& topics, const std::string& topic) {
     return bag_scans(std::make_unique<MemoryBag>(topics, messages), topic);
@@ -230,14 +230,22 @@ TEST_CASE("scans of a bag: which topic") {
             "topic '/odom' is of type 'nav_msgs/Odometry'; topics with scans: /points "
             "(sensor_msgs/PointCloud2)");
   }
+  SUBCASE("one in an encoding that is not known") {
+    const Topic json{"/json", "sensor_msgs/PointCloud2", std::nullopt, "json", {}};
+    CHECK(choose({kPoints, json}, ""));
+    refused({kPoints, json}, "/json",
+            "topic '/json' is of type 'sensor_msgs/PointCloud2' in the encoding 'json'; topics "
+            "with scans: /points (sensor_msgs/PointCloud2)");
+    refused({json}, "", "no topic has scans; there are: /json (sensor_msgs/PointCloud2)");
+  }
   SUBCASE("none") {
     refused({odometry}, "", "no topic has scans; there are: /odom (nav_msgs/Odometry)");
     refused({}, "", "no topic has scans; there are: none");
     const std::string name(5000, 'n');
-    refused({{"/\n" + name, name, Encoding::cdr, {}}}, name, "there is no topic 'nnn");
+    refused({{"/\n" + name, name, Encoding::cdr, "cdr", {}}}, name, "there is no topic 'nnn");
     std::vector<Topic> many;
     for (int i = 0; i < 50; ++i) {
-      many.push_back({"/topic" + std::to_string(i), "std_msgs/String", Encoding::cdr, {}});
+      many.push_back({"/topic" + std::to_string(i), "std_msgs/String", Encoding::cdr, "cdr", {}});
     }
     refused(many, "", "/topic0 (std_msgs/String), /topic1 (std_msgs/String)");
     refused(many, "", "more");
@@ -259,7 +267,7 @@ TEST_CASE("scans of a bag: an error names the message, and nothing comes after i
   const auto broken = scans->next();
   REQUIRE_FALSE(broken);
   check_clear(broken.error(), ErrorCode::corrupt_data, "run.bag",
-              "(while reading the message at byte 1000 of '/points')");
+              "(while reading the message at byte 2000 of /points)");
   CHECK(stamps(*scans).empty());
   CHECK(stamps(*scans, 1).empty());
 
@@ -273,6 +281,70 @@ TEST_CASE("scans of a bag: an error names the message, and nothing comes after i
       bag_scans(std::make_unique<MemoryBag>(std::vector<Topic>{kPoints}, messages), "");
   REQUIRE_FALSE(first);
   check_clear(first.error(), ErrorCode::corrupt_data, "run.bag", "the message ends at byte 10");
+}
+
+/// Of a frame of the recorded street, from Python's struct and math.fsum.
+struct Frame {
+  double stamp = 0.0;
+  std::size_t points = 0;
+  Eigen::Vector3d sum;
+};
+const std::vector<Frame> kStreet{
+    {1317037200.0, 123398, {62683.46966428438, 81858.17603949783, -151567.10599827452}},
+    {1317037200.099999905, 123224, {23077.612008399446, 46936.07909652172, -152133.79499044106}},
+    {1317037200.200000048, 122478, {50850.9377809118, 23866.979993136367, -153947.2799821901}},
+    {1317037200.299999952, 122517, {-38468.291971896775, 36672.95690049173, -155961.25700787245}},
+    {1317037200.400000095, 122692, {-78343.62197339616, 68784.08089121862, -151750.547013729}},
+};
+
+TEST_CASE("scans of recorded bags of every format") {
+  struct Recording {
+    std::string path, format;
+    std::size_t frames = 0;
+  };
+  for (const Recording& recording :
+       std::vector<Recording>{{"rosbag1/kitti0005_5frames_none.bag", "rosbag1 2.0 (none)", 5},
+                              {"rosbag1/kitti0005_3frames_lz4.bag", "rosbag1 2.0 (lz4)", 3},
+                              {"rosbag1/kitti0005_2frames_bz2.bag", "rosbag1 2.0 (bz2)", 2},
+                              {"rosbag2/kitti0005_3frames", "rosbag2 (SQLite)", 3},
+                              {"mcap/kitti0005_4frames_none.mcap", "MCAP (none)", 4},
+                              {"mcap/kitti0005_2frames_lz4.mcap", "MCAP (lz4)", 2},
+                              {"mcap/kitti0005_2frames_zstd.mcap", "MCAP (zstd)", 2}}) {
+    const auto path = test::real_data("formats/" + recording.path);
+    if (!path) return;
+    CAPTURE(recording.path);
+    auto bag = open_bag(*path);
+    REQUIRE_MESSAGE(bag, to_string(bag.error()));
+    const auto scans = bag_scans(*std::move(bag), "");
+    REQUIRE_MESSAGE(scans, to_string(scans.error()));
+    const ScanDescription& description = (*scans)->describe();
+    CHECK(description.format == recording.format);
+    CHECK(description.topic == "/points_raw");
+    CHECK(description.frame == "velo");
+    CHECK(description.fields ==
+          std::vector<std::string>{"x float32", "y float32", "z float32", "intensity float32"});
+    CHECK(description.scans == recording.frames);
+    for (std::size_t i = 0; i < recording.frames; ++i) {
+      const auto scan = (*scans)->next();
+      REQUIRE_MESSAGE(scan, to_string(scan.error()));
+      REQUIRE(*scan);
+      CHECK((*scan)->stamp == kStreet[i].stamp);
+      CHECK((*scan)->points.size() == kStreet[i].points);
+      CHECK((*scan)->dropped == 0);
+      CHECK((*scan)->seconds.empty());
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const Point& point : (*scan)->points) sum += point;
+      CHECK((sum - kStreet[i].sum).norm() < 1e-4);
+      CHECK((*scan)->name.find(path->string()) == 0);
+      CHECK((*scan)->name.find(" of /points_raw") != std::string::npos);
+    }
+    CHECK(stamps(**scans).empty());
+    CHECK((*scans)->skipped().total() == 0);
+    for (std::size_t i = 0; i < recording.frames; ++i) {
+      CHECK(stamps(**scans, kStreet[i].stamp).size() == recording.frames - i);
+      CHECK(stamps(**scans, kStreet[i].stamp + 0.01).size() == recording.frames - i - 1);
+    }
+  }
 }
 
 }  // namespace

@@ -20,10 +20,10 @@ using test::MessageWriter;
 using Messages = std::vector<MemoryBag::Message>;
 
 constexpr auto kLayout = MessageWriter::Layout::cdr_little;
-const Topic kOdometry{"/odom", "nav_msgs/Odometry", Encoding::cdr, {}};
-const Topic kPoses{"/pose", "geometry_msgs/PoseStamped", Encoding::cdr, {}};
-const Topic kTf{"/tf", "tf2_msgs/TFMessage", Encoding::cdr, {}};
-const Topic kTfStatic{"/tf_static", "tf2_msgs/TFMessage", Encoding::cdr, {}};
+const Topic kOdometry{"/odom", "nav_msgs/Odometry", Encoding::cdr, "cdr", {}};
+const Topic kPoses{"/pose", "geometry_msgs/PoseStamped", Encoding::cdr, "cdr", {}};
+const Topic kTf{"/tf", "tf2_msgs/TFMessage", Encoding::cdr, "cdr", {}};
+const Topic kTfStatic{"/tf_static", "tf2_msgs/TFMessage", Encoding::cdr, "cdr", {}};
 const std::vector<Topic> kTopics{kOdometry, kTf, kTfStatic, kPoses};
 enum : std::size_t { kOdometryIndex, kTfIndex, kTfStaticIndex, kPosesIndex };
 
@@ -124,7 +124,7 @@ TEST_CASE("poses of a topic of a bag") {
                   {kTf});
     check_refused({}, "", ErrorCode::invalid_input,
                   "no topic has poses; there are: /a (std_msgs/String)",
-                  {{"/a", "std_msgs/String", Encoding::cdr, {}}});
+                  {{"/a", "std_msgs/String", Encoding::cdr, "cdr", {}}});
   }
   SUBCASE("with log times where the first stamp was never set") {
     const BagTrajectory found = read({odometry({0, "odom", "base_link"}, 5'500'000'000),
@@ -146,7 +146,7 @@ TEST_CASE("poses of a topic of a bag") {
     Messages cut{odometry({1, "odom", "base"})};
     cut[0].bytes.pop_back();
     check_refused(cut, "/odom", ErrorCode::corrupt_data,
-                  "(while reading the message at byte 0 of '/odom')");
+                  "(while reading the message at byte 1000 of /odom)");
   }
 }
 

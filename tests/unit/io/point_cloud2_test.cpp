@@ -446,5 +446,40 @@ TEST_CASE("VelodyneScan: packets and their stamps") {
   }
 }
 
+TEST_CASE("VelodyneScan: a recorded bag") {
+  const auto path = test::real_data("formats/rosbag2/nebula_vlp16");
+  if (!path) return;
+  // From Python's struct.
+  struct Expected {
+    std::size_t packets = 0;
+    double first = 0.0, last = 0.0;  // [s]
+  };
+  const std::vector<Expected> expected{
+      {151, 1673400471.737763166, 1673400471.837293386},
+      {151, 1673400471.837960720, 1673400471.937488794},
+      {151, 1673400471.938157320, 1673400472.037683248},
+      {150, 1673400472.038354158, 1673400472.137216567},
+  };
+  auto bag = open_bag(*path);
+  REQUIRE_MESSAGE(bag, to_string(bag.error()));
+  for (const Expected& scan : expected) {
+    const auto message = (*bag)->next();
+    REQUIRE(message);
+    REQUIRE(*message);
+    const auto found = parse_velodyne_scan((*message)->bytes, Encoding::cdr, kWhere);
+    REQUIRE_MESSAGE(found, to_string(found.error()));
+    CHECK(found->header.frame == "velodyne");
+    CHECK(found->header.stamp == scan.first);
+    REQUIRE(found->packets.size() == scan.packets);
+    CHECK(found->packets.front().stamp == scan.first);
+    CHECK(found->packets.back().stamp == doctest::Approx(scan.last).epsilon(1e-15));
+    for (const VelodynePacket& packet : found->packets) {
+      for (std::size_t block = 0; block < 12; ++block) {
+        CHECK(packet.data.substr(100 * block, 2) == "\xff\xee");  // how a block of data begins
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vantage::io::ros

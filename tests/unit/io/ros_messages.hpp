@@ -107,7 +107,7 @@ class MemoryBag final : public io::ros::MessageReader {
       const Message& message = messages_[at_];
       if (std::find(selected_.begin(), selected_.end(), message.topic) == selected_.end()) continue;
       current_ = message.bytes;
-      const std::uint64_t offset = 1000 * at_++;
+      const std::uint64_t offset = 1000 * ++at_;
       return io::ros::BagMessage{message.topic, message.log_time, current_, offset};
     }
     return std::nullopt;
