@@ -47,8 +47,8 @@ struct ScanDescription {
   std::optional<std::uint64_t> scans;  ///< where the file says it; none of it may be skipped yet
 };
 
-/// Recorded scans, one after the other, their stamps strictly increasing. Memory is that of a few
-/// scans, whatever the size of the recording.
+/// Recorded scans, one after the other (one without a finite point is a scan, too), their stamps
+/// strictly increasing. Memory is that of a few scans, whatever the size of the recording.
 class ScanSource {
  public:
   ScanSource() = default;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/point_times.hpp"
+#include "io/ros/bag_packets.hpp"
 #include "io/ros/messages.hpp"
 #include "io/ros/topic_choice.hpp"
 
@@ -20,21 +21,9 @@ constexpr std::string_view kPointCloud2 = "sensor_msgs/PointCloud2";
 constexpr std::string_view kVelodyneScan = "velodyne_msgs/VelodyneScan";
 constexpr double kNever = -std::numeric_limits<double>::infinity();
 
-/// The points of the packets of one message, their times counted from the header's stamp.
-Result<CloudMessage> cloud_of_packets(const VelodyneScanMessage& /*scan*/,
-                                      const SourceLocation& where) {
-  return fail(ErrorCode::unsupported,
-              "velodyne_msgs/VelodyneScan cannot be read yet; record sensor_msgs/PointCloud2",
-              where);
-}
-
 Result<CloudMessage> parse_cloud(const BagMessage& message, const Topic& topic,
                                  const SourceLocation& where) {
-  if (topic.type == kPointCloud2) {
-    return parse_point_cloud2(message.bytes, *topic.encoding, where);
-  }
-  VANTAGE_TRY(const auto scan, parse_velodyne_scan(message.bytes, *topic.encoding, where));
-  return cloud_of_packets(scan, where);
+  return parse_point_cloud2(message.bytes, *topic.encoding, where);
 }
 
 /// How many messages the topics have, if all of them say so.
@@ -134,10 +123,6 @@ class BagScans final : public ScanSource {
         continue;
       }
       VANTAGE_TRY(auto cloud, parse(*message));
-      if (cloud.cloud.points.empty()) {
-        ++skipped_.without_points;
-        continue;
-      }
       last_stamp_ = stamp;
       return scan_of(std::move(cloud.cloud), stamp, *message);
     }
@@ -207,6 +192,9 @@ Result<std::unique_ptr<ScanSource>> bag_scans(std::unique_ptr<MessageReader> rea
       const auto topics,
       choose_topic(*reader, topic,
                    {.what = "scans", .choices = {{kPointCloud2}, {kVelodyneScan}}, .by_name = {}}));
+  if (reader->topics()[topics.front()].type == kVelodyneScan) {
+    return packet_scans(std::move(reader), topics);
+  }
   return BagScans::open(std::move(reader), topics);
 }
 

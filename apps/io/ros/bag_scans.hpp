@@ -9,9 +9,9 @@
 
 namespace vantage::io::ros {
 
-/// The scans of one topic of a bag, sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; one
-/// message is one scan. Their stamps are those of the headers, or the log times if the first header
-/// has none (0).
+/// The scans of one topic of a bag. Of sensor_msgs/PointCloud2 one message is one scan; stamps are
+/// those of the headers, or the log times if the first header has none (0). For
+/// velodyne_msgs/VelodyneScan see packet_scans.
 /// @param topic  empty for the only one of type PointCloud2, or the only VelodyneScan if there is
 ///               no PointCloud2
 /// Errors (`where` is the file): `invalid_input` with a list of the topics, for one that is not

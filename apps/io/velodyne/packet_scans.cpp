@@ -75,10 +75,6 @@ class PacketScans final : public ScanSource {
       return std::nullopt;
     }
     ++complete_;
-    if (spin.points.empty()) {
-      ++skipped_.without_points;
-      return std::nullopt;
-    }
     if (spin.stamp <= last_) {
       ++skipped_.not_later;
       return std::nullopt;

@@ -9,6 +9,7 @@ namespace vantage {
 namespace {
 
 using test::check_clear;
+using test::TemporaryFolder;
 
 /// Files 0.bin to 4.bin, each with one point more than the one before, the first with one.
 std::filesystem::path five_scans(const TemporaryFolder& folder) {
