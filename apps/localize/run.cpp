@@ -198,6 +198,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
     if (entry.reference && entry.report.has_pose) {
       entry.error = error_of(entry.report.T_map_scan, *entry.reference);
     }
+    if (inputs.observe) VANTAGE_CHECK(inputs.observe(scan, entry));
     run.scans.push_back(std::move(entry));
     if (progress) progress(i + 1, inputs.scans.size());
   }
