@@ -1,12 +1,13 @@
 // Compares the recording of a run with the run's own files:
-//   VANTAGE_NODE_MODULES=.../node_modules node check_run.mjs RUN.mcap RUN_FOLDER SCANS MAPS SHIFT
-// SCANS: folder of the scans; MAPS: whether /map is there; SHIFT: "x,y,z", the origin [m].
+//   VANTAGE_NODE_MODULES=.../node_modules node check_run.mjs RUN.mcap RUN_FOLDER SCANS MAPS SHIFT LEVELS
+// SCANS: folder of the scans; MAPS: whether /map is there; SHIFT: "x,y,z", the origin [m];
+// LEVELS: those of diagnostics that must be there, "012" for OK, WARN and ERROR.
 import assert from "node:assert/strict";
 import { readdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { nanoseconds, pointsOf, read } from "./read_mcap.mjs";
 
-const [file, folder, scans, maps, shift] = process.argv.slice(2);
+const [file, folder, scans, maps, shift, levels] = process.argv.slice(2);
 const origin = shift.split(",").map(Number);
 const near = (a, b, tolerance, what) =>
   assert.ok(Math.abs(a - b) <= tolerance, `${what}: ${a} is not ${b} within ${tolerance}`);
@@ -89,12 +90,16 @@ for (const line of tum) {
   [x, y, z, w].forEach((q, k) => near(q, numbers[3 + k], 1e-6, line));
 }
 
+const seenLevels = new Set();
 rows.forEach((row, i) => {
   const { logTime, value } = messagesOf("/diagnostics")[i];
   assert.equal(logTime, stampOf(row.stamp));
   const [status] = value.status;
   const level = row.tracking === "tracked" ? 0 : row.x !== "" ? 1 : 2;
   assert.equal(status.level, level);
+  seenLevels.add(level);
+  if (level === 0) assert.equal(status.message, "tracked");
+  else assert.ok(row.reason.startsWith(`"${status.message.split(/[",]/)[0]}`), status.message);
   const values = Object.fromEntries(status.values.map(({ key, value }) => [key, value]));
   assert.equal(values.tracking, row.tracking);
   for (const [name, column] of [["align_ms", "T_align_ms"], ["stall_ms", "stall_ms"],
@@ -104,6 +109,8 @@ rows.forEach((row, i) => {
     else near(Number(values[name]), Number(row[column]), 1e-4, `${row.stamp} ${name}`);
   }
 });
+
+assert.equal([...seenLevels].sort().join(""), levels);
 
 // ASCII and binary PCD say how many points they have in their head.
 const files = (await readdir(scans)).filter((name) => name.endsWith(".pcd")).sort();

@@ -31,7 +31,7 @@ for (const compression of ["none", "lz4", "zstd"]) {
     assert.equal(cloud.row_step, cloud.data.byteLength);
     assert.equal(cloud.is_bigendian, false);
     assert.equal(cloud.is_dense, true);
-    pointsOf(cloud).forEach((point, k) => assert.deepEqual(point, [k, -0.5 * k + 0, i, 0.25 * k]));
+    pointsOf(cloud).forEach((point, k) => assert.deepEqual(point, [k, -0.5 * k, i, 0.25 * k]));
 
     const position = { x: i, y: 2, z: -3 };
     const turn = { x: 0.5, y: -0.5, z: 0.5, w: 0.5 };

@@ -46,6 +46,19 @@ mkdir samples
 node "$here/check_samples.mjs" samples
 
 "$programs/vantage-simulate" "$configs/simulate/demo.toml" --out world --quiet >/dev/null
+# Scans 0 to 2 show nothing beyond the least range, so that the sensor is nowhere yet; 40 to 42
+# neither, so that it is lost on its way.
+kept=60
+mkdir scans blinded
+for scan in $(ls world/scans/*.pcd | head -n $kept); do
+  cp "$scan" scans
+  cp "$scan" blinded
+done
+head -n $kept world/scans/times.txt | tee scans/times.txt >blinded/times.txt
+for number in 0 1 2 40 41 42; do
+  printf 'VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n0.1 0 0\n' \
+    >"$(ls blinded/*.pcd | sed -n "$((number + 1))p")"
+done
 cat >config.toml <<'END'
 schema = 1
 [map]
@@ -70,11 +83,11 @@ plugin = "ndt"
 scan_min_range = 1.0
 END
 
-# localize OUT MORE...: says what it printed
+# localize OUT SCANS MORE...
 localize() {
-  out=$1
-  shift
-  "$programs/vantage-localize" config.toml --scans world/scans --reference world/reference.tum \
+  out=$1 scans=$2
+  shift 2
+  "$programs/vantage-localize" config.toml --scans "$scans" --reference world/reference.tum \
     --out "$out" --quiet "$@"
 }
 expect() {
@@ -86,23 +99,28 @@ expect() {
 }
 
 "$programs/vantage-build" config.toml --quiet >/dev/null
-localize plain >/dev/null
-localize recorded --mcap recorded/run.mcap >recorded.txt
+localize plain scans >/dev/null
+localize recorded scans --mcap recorded/run.mcap >recorded.txt
 cmp plain/trajectory.tum recorded/trajectory.tum
 expect "recorded in recorded/run.mcap" recorded.txt
-node "$here/check_run.mjs" recorded/run.mcap recorded world/scans yes 0,0,0
+node "$here/check_run.mjs" recorded/run.mcap recorded scans yes 0,0,0 01
+
+localize blind blinded --initial-pose auto >/dev/null
+localize recorded_blind blinded --initial-pose auto --mcap blind.mcap >/dev/null
+cmp blind/trajectory.tum recorded_blind/trajectory.tum
+node "$here/check_run.mjs" blind.mcap recorded_blind blinded yes 0,0,0 012
 
 prepared="--set store.content=\"prepared\" --set store.params.root=prepared"
 # shellcheck disable=SC2086
 "$programs/vantage-build" config.toml $prepared --quiet >/dev/null
 # shellcheck disable=SC2086
-localize without_points --mcap without_points.mcap $prepared >without_points.txt
+localize without_points scans --mcap without_points.mcap $prepared >without_points.txt
 expect "no region maps (the bundle holds prepared maps only, no points)" without_points.txt
-node "$here/check_run.mjs" without_points.mcap without_points world/scans no 0,0,0
+node "$here/check_run.mjs" without_points.mcap without_points scans no 0,0,0 01
 
 "$samples" shift world 500000 4100000 0
 "$programs/vantage-build" config.toml --set store.params.root=far --quiet >/dev/null
-localize far --mcap far.mcap --set store.params.root=far >far.txt
+localize far scans --mcap far.mcap --set store.params.root=far >far.txt
 expect "m subtracted from all places" far.txt
-node "$here/check_run.mjs" far.mcap far world/scans yes "$(sed -n \
-  's/.*; \([-0-9.e+]*\) \([-0-9.e+]*\) \([-0-9.e+]*\) m subtracted.*/\1,\2,\3/p' far.txt)"
+node "$here/check_run.mjs" far.mcap far scans yes "$(sed -n \
+  's/.*; \([-0-9.e+]*\) \([-0-9.e+]*\) \([-0-9.e+]*\) m subtracted.*/\1,\2,\3/p' far.txt)" 01
