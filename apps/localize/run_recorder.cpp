@@ -205,7 +205,7 @@ Result<void> RunRecorder::commit() { return writer_.commit(); }
 
 std::string RunRecorder::summary() const {
   std::string line = fmt::format("recorded in {}: {} scans, ", name_, scans_);
-  line += has_maps_ ? fmt::format("{} region maps", maps_)
+  line += has_maps_ ? fmt::format("{} region map{}", maps_, maps_ == 1 ? "" : "s")
                     : fmt::format("no region maps ({})", kNoMaps);
   if (!origin_.isZero(0.0))
     line += fmt::format("; {} m subtracted from all places", text_of(origin_));

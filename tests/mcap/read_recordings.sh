@@ -50,14 +50,14 @@ node "$here/check_samples.mjs" samples
 # neither, so that it is lost on its way.
 kept=60
 mkdir scans blinded
-for scan in $(ls world/scans/*.pcd | head -n $kept); do
+find world/scans -name '*.pcd' | sort | head -n $kept | while read -r scan; do
   cp "$scan" scans
   cp "$scan" blinded
 done
 head -n $kept world/scans/times.txt | tee scans/times.txt >blinded/times.txt
 for number in 0 1 2 40 41 42; do
   printf 'VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n0.1 0 0\n' \
-    >"$(ls blinded/*.pcd | sed -n "$((number + 1))p")"
+    >"$(find blinded -name '*.pcd' | sort | sed -n "$((number + 1))p")"
 done
 cat >config.toml <<'END'
 schema = 1
@@ -110,11 +110,10 @@ localize recorded_blind blinded --initial-pose auto --mcap blind.mcap >/dev/null
 cmp blind/trajectory.tum recorded_blind/trajectory.tum
 node "$here/check_run.mjs" blind.mcap recorded_blind blinded yes 0,0,0 012
 
-prepared="--set store.content=\"prepared\" --set store.params.root=prepared"
-# shellcheck disable=SC2086
-"$programs/vantage-build" config.toml $prepared --quiet >/dev/null
-# shellcheck disable=SC2086
-localize without_points scans --mcap without_points.mcap $prepared >without_points.txt
+"$programs/vantage-build" config.toml --quiet --set store.content=prepared \
+  --set store.params.root=prepared >/dev/null
+localize without_points scans --mcap without_points.mcap --set store.content=prepared \
+  --set store.params.root=prepared >without_points.txt
 expect "no region maps (the bundle holds prepared maps only, no points)" without_points.txt
 node "$here/check_run.mjs" without_points.mcap without_points scans no 0,0,0 01
 
