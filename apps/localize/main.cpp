@@ -9,6 +9,7 @@
 #include "common/progress.hpp"
 #include "common/table.hpp"
 #include "localize/run.hpp"
+#include "localize/run_recorder.hpp"
 
 namespace vantage {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 struct Options {
   std::string config, initial_pose;
   std::optional<double> speed;
-  std::filesystem::path out;
+  std::filesystem::path out, mcap;
   InputOptions inputs;
   cli::CommonOptions common;
 };
@@ -109,6 +110,13 @@ Result<void> run(const Options& options) {
   } else if (!options.initial_pose.empty()) {
     VANTAGE_TRY(inputs.initial_pose, parse_pose(options.initial_pose));
   }
+  std::optional<RunRecorder> recorder;
+  if (!options.mcap.empty()) {
+    VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, config, options.common.loader()));
+    inputs.observe = [&](const io::StampedScan& scan, const RunScan& result) {
+      return recorder->add(scan, result);
+    };
+  }
   Run run;
   {
     cli::Progress progress("localizing (scans)", options.common.quiet);
@@ -119,10 +127,12 @@ Result<void> run(const Options& options) {
   }
   const RunSummary summary = summarize(run);
   VANTAGE_CHECK(write_run(run, summary, options.out));
+  if (recorder) VANTAGE_CHECK(recorder->commit());
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
   } else {
     print_summary(run, summary, options.out, options.common.style());
+    if (recorder) std::cout << recorder->summary() << '\n';
   }
   return {};
 }
@@ -146,6 +156,11 @@ int main(int argc, char** argv) {
   app.add_option("--speed", options.speed,
                  "replay this many times faster than recorded; as fast as possible if left out")
       ->check(CLI::PositiveNumber);
+  app.add_option(
+         "--mcap", options.mcap,
+         "also record the run as an MCAP file, to be opened in Foxglove: map, scans, poses, "
+         "diagnostics")
+      ->type_name("FILE");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

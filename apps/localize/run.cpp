@@ -277,6 +277,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
     if (!scan) break;
     run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
     VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan));
+    if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
     run.scans.push_back(std::move(done));
     if (progress) progress(run.scans.size(), scans.expected());
   }

@@ -26,6 +26,8 @@ struct TimeWindow {
   std::optional<double> duration = {};  ///< to the end if there is none
 };
 
+struct RunScan;
+
 /// What a run is fed with.
 struct RunInputs {
   io::ScanOptions scans;  ///< opened anew for each run
@@ -36,6 +38,8 @@ struct RunInputs {
                                      ///< each as soon as the last is done if none is given
   std::optional<io::Trajectory> reference = {};  ///< T_map_sensor
   std::optional<io::Trajectory> odometry = {};   ///< T_odom_sensor
+  /// Called with every scan after it was localized, if set; its errors end the run.
+  std::function<Result<void>(const io::StampedScan&, const RunScan&)> observe = {};
 };
 
 /// How far an estimate is from the reference: without any alignment of the trajectories.

@@ -1,0 +1,142 @@
+#include "io/ros/message_writers.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "io/ros/cdr_writer.hpp"
+#include "io/ros/ros_time.hpp"
+
+namespace vantage::io::ros {
+namespace {
+
+constexpr std::uint8_t kFloat32 = 7;  // sensor_msgs/PointField
+
+Result<void> write(CdrWriter& out, const Header& header) {
+  VANTAGE_TRY(const Time time, time_of(header.stamp));
+  out.number(time.sec);
+  out.number(time.nanosec);
+  out.text(header.frame);
+  return {};
+}
+
+/// geometry_msgs/Pose and geometry_msgs/Transform are laid out alike.
+void write(CdrWriter& out, const Pose& pose) {
+  for (const double x : pose.translation) out.number(x);
+  for (const double x : pose.rotation.coeffs()) out.number(x);  // x, y, z, w
+}
+
+void write_field(CdrWriter& out, std::string_view name, std::uint32_t offset) {
+  out.text(name);
+  out.number(offset);
+  out.number(kFloat32);
+  out.count(1);
+}
+
+bool fits(double x) { return std::abs(x) <= std::numeric_limits<float>::max(); }
+
+float to_float(double x) {
+  return fits(x) ? static_cast<float>(x) : std::numeric_limits<float>::quiet_NaN();
+}
+
+Result<void> check(PointsView points, std::span<const CloudField> more) {
+  for (const CloudField& field : more) {
+    if (field.values.size() != points.size()) {
+      return fail(ErrorCode::invalid_input,
+                  fmt::format("field '{}' has {} values for {} points", field.name,
+                              field.values.size(), points.size()));
+    }
+  }
+  const std::size_t step = sizeof(float) * (3 + more.size());
+  if (points.size() > std::numeric_limits<std::uint32_t>::max() / step) {
+    return fail(
+        ErrorCode::invalid_input,
+        fmt::format("{} points of {} bytes are more than a message holds", points.size(), step));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> write_point_cloud2(const Header& header, PointsView points,
+                                       std::span<const CloudField> more) {
+  VANTAGE_CHECK(check(points, more));
+  CdrWriter out;
+  VANTAGE_CHECK(write(out, header));
+  out.number(std::uint32_t{1});  // height: no rows
+  out.count(points.size());
+  out.count(3 + more.size());
+  std::uint32_t step = 0;
+  for (const std::string_view name : {"x", "y", "z"}) {
+    write_field(out, name, step);
+    step += sizeof(float);
+  }
+  for (const CloudField& field : more) {
+    write_field(out, field.name, step);
+    step += sizeof(float);
+  }
+  out.number(std::uint8_t{0});  // is_bigendian
+  out.number(step);
+  const std::size_t size = step * points.size();
+  out.count(size);  // row_step
+  std::string data;
+  data.reserve(size);
+  bool dense = true;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (const double x : points[i]) {
+      dense = dense && fits(x);
+      append_little_endian(data, to_float(x));
+    }
+    for (const CloudField& field : more) append_little_endian(data, field.values[i]);
+  }
+  out.count(size);
+  out.raw(data);
+  out.number(static_cast<std::uint8_t>(dense));
+  return std::move(out).finish();
+}
+
+Result<std::string> write_pose_stamped(const Header& header, const Pose& pose) {
+  CdrWriter out;
+  VANTAGE_CHECK(write(out, header));
+  write(out, pose);
+  return std::move(out).finish();
+}
+
+Result<std::string> write_string(std::string_view text) {
+  CdrWriter out;
+  out.text(text);
+  return std::move(out).finish();
+}
+
+Result<std::string> write_transforms(std::span<const PoseMessage> transforms) {
+  CdrWriter out;
+  out.count(transforms.size());
+  for (const PoseMessage& transform : transforms) {
+    VANTAGE_CHECK(write(out, transform.header));
+    out.text(transform.child);
+    write(out, transform.pose);
+  }
+  return std::move(out).finish();
+}
+
+Result<std::string> write_diagnostics(const Header& header,
+                                      std::span<const Diagnostic> diagnostics) {
+  CdrWriter out;
+  VANTAGE_CHECK(write(out, header));
+  out.count(diagnostics.size());
+  for (const Diagnostic& diagnostic : diagnostics) {
+    out.number(static_cast<std::uint8_t>(diagnostic.level));
+    out.text(diagnostic.name);
+    out.text(diagnostic.message);
+    out.text("");  // hardware_id
+    out.count(diagnostic.values.size());
+    for (const auto& [key, value] : diagnostic.values) {
+      out.text(key);
+      out.text(value);
+    }
+  }
+  return std::move(out).finish();
+}
+
+}  // namespace vantage::io::ros

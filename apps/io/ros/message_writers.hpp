@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/ros/messages.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::io::ros {
+
+/// One number of every point beside x, y and z.
+struct CloudField {
+  std::string name;
+  std::span<const float> values;  ///< as many as there are points; borrowed
+};
+
+/// diagnostic_msgs/DiagnosticStatus.
+struct Diagnostic {
+  enum class Level : std::uint8_t { ok = 0, warn = 1, error = 2 };
+  Level level = Level::ok;
+  std::string name, message;
+  std::vector<std::pair<std::string, std::string>> values;
+};
+
+/// What lays messages out as ROS 2 does (CDR, little endian; see schema_of for their types).
+/// Errors: `invalid_input` for stamps that are no time (see time_of), and for messages of 2^32
+/// bytes or more.
+
+/// sensor_msgs/PointCloud2 with x, y, z [m] and the other fields as float32; not dense if a
+/// coordinate is beyond float32, which is written as NaN. Errors: also `invalid_input` for a field
+/// whose values are not one for each point.
+[[nodiscard]] Result<std::string> write_point_cloud2(const Header& header, PointsView points,
+                                                     std::span<const CloudField> more = {});
+/// geometry_msgs/PoseStamped.
+[[nodiscard]] Result<std::string> write_pose_stamped(const Header& header, const Pose& pose);
+/// std_msgs/String.
+[[nodiscard]] Result<std::string> write_string(std::string_view text);
+/// tf2_msgs/TFMessage.
+[[nodiscard]] Result<std::string> write_transforms(std::span<const PoseMessage> transforms);
+/// diagnostic_msgs/DiagnosticArray.
+[[nodiscard]] Result<std::string> write_diagnostics(const Header& header,
+                                                    std::span<const Diagnostic> diagnostics);
+
+}  // namespace vantage::io::ros

@@ -1,0 +1,89 @@
+#include "io/ros/schemas.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace vantage::io::ros {
+namespace {
+
+struct Definition {
+  std::string_view type, text;
+};
+
+constexpr auto kDefinitions = std::to_array<Definition>({
+    {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
+    {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
+    {"std_msgs/String", "string data\n"},
+    {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
+    {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
+    {"geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"},
+    {"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
+    {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
+    {"geometry_msgs/Transform",
+     "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
+    {"geometry_msgs/TransformStamped",
+     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
+    {"tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"},
+    {"sensor_msgs/PointField",
+     "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n"
+     "uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\n"
+     "uint32 count\n"},
+    {"sensor_msgs/PointCloud2",
+     "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
+     "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"},
+    {"diagnostic_msgs/KeyValue", "string key\nstring value\n"},
+    {"diagnostic_msgs/DiagnosticStatus",
+     "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\n"
+     "string message\nstring hardware_id\ndiagnostic_msgs/KeyValue[] values\n"},
+    {"diagnostic_msgs/DiagnosticArray",
+     "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n"},
+});
+
+constexpr auto kWritten = std::to_array<std::string_view>(
+    {"sensor_msgs/PointCloud2", "geometry_msgs/PoseStamped", "std_msgs/String",
+     "tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray"});
+
+/// The types that a definition's lines begin with, as far as they are messages.
+std::vector<const Definition*> members_of(const Definition& definition) {
+  std::vector<const Definition*> members;
+  std::string_view rest = definition.text;
+  while (!rest.empty()) {
+    const std::string_view type = rest.substr(0, rest.find_first_of(" ["));
+    const auto* const found = std::find_if(kDefinitions.begin(), kDefinitions.end(),
+                                           [&](const Definition& d) { return d.type == type; });
+    if (found != kDefinitions.end()) members.push_back(found);
+    rest.remove_prefix(rest.find('\n') + 1);
+  }
+  return members;
+}
+
+}  // namespace
+
+Result<MessageSchema> schema_of(std::string_view type) {
+  if (std::find(kWritten.begin(), kWritten.end(), type) == kWritten.end()) {
+    return fail(ErrorCode::invalid_input,
+                fmt::format("messages of type '{}' are not written, only {}", type,
+                            fmt::join(kWritten, ", ")));
+  }
+  std::vector<const Definition*> all{
+      std::find_if(kDefinitions.begin(), kDefinitions.end(),
+                   [&](const Definition& definition) { return definition.type == type; })};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (const Definition* member : members_of(*all[i])) {
+      if (std::find(all.begin(), all.end(), member) == all.end()) all.push_back(member);
+    }
+  }
+  const std::size_t slash = type.find('/');
+  MessageSchema schema{
+      .name = fmt::format("{}/msg/{}", type.substr(0, slash), type.substr(slash + 1)),
+      .text = std::string(all.front()->text)};
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    schema.text += fmt::format("{:=<80}\nMSG: {}\n{}", "", all[i]->type, all[i]->text);
+  }
+  return schema;
+}
+
+}  // namespace vantage::io::ros

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "vantage/result.hpp"
+
+namespace vantage::io::ros {
+
+/// How a message type is described in an MCAP file of ROS 2 ("ros2msg").
+struct MessageSchema {
+  std::string name;  ///< "sensor_msgs/msg/PointCloud2"
+  std::string text;  ///< its definition and those of all types in it (MCAP registry, "ros2msg")
+
+  friend bool operator==(const MessageSchema&, const MessageSchema&) = default;
+};
+
+/// Of the types that message_writers.hpp writes.
+/// @param type  in ROS 1's spelling: "sensor_msgs/PointCloud2"
+/// Errors: `invalid_input` for any other type.
+[[nodiscard]] Result<MessageSchema> schema_of(std::string_view type);
+
+}  // namespace vantage::io::ros

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/ros/mcap_writer.hpp"
+#include "io/ros/message_writers.hpp"
+#include "io/scan_source.hpp"
+#include "localize/run.hpp"
+#include "vantage/config.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/plugin_loader.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// Records a run as messages of ROS 2 in an MCAP file, all stamped as their scan:
+/// - /map (sensor_msgs/PointCloud2): the region map, at the start and at every switch
+/// - /scan (sensor_msgs/PointCloud2): the points as they were recorded, frame "lidar"; with their
+///   seconds after the stamp in "time", where they are known
+/// - /pose (geometry_msgs/PoseStamped), /tf (from "map" to "lidar") and /region (std_msgs/String,
+///   its label): not of a sensor that has not been found yet
+/// - /diagnostics (diagnostic_msgs/DiagnosticArray): the numbers of scans.csv
+///
+/// Clouds hold float32. If the map reaches 10 km or more from its origin, whole metres are
+/// subtracted from all that is in the frame "map": the metadata record "vantage" and the
+/// diagnostics say how many.
+class RunRecorder {
+ public:
+  /// @param config  of the run: the region maps are read from its [store]
+  /// Errors: those of McapWriter::create, after the file's folder was created if need be; those of
+  /// MapStore::index; a missing table or plugin.
+  [[nodiscard]] static Result<RunRecorder> create(const std::filesystem::path& path,
+                                                  const Config& config, const PluginLoader& loader);
+
+  /// Errors: those of McapWriter::write and MapStore::get.
+  [[nodiscard]] Result<void> add(const io::StampedScan& scan, const RunScan& result);
+  /// Puts the file in place; call once, at the end. Errors: those of McapWriter::commit.
+  [[nodiscard]] Result<void> commit();
+
+  /// A line that says what was recorded where, and what was left out.
+  [[nodiscard]] std::string summary() const;
+
+ private:
+  struct Channels {
+    io::ros::McapWriter::ChannelId map = 0, scan = 0, pose = 0, region = 0, tf = 0, diagnostics = 0;
+  };
+
+  RunRecorder(std::string name, io::ros::McapWriter writer, PluginPtr<MapStore> store,
+              MapIndex index);
+  [[nodiscard]] Result<void> describe(const Config& config);
+  [[nodiscard]] Result<void> add_map(double stamp, RegionId region);
+  [[nodiscard]] Result<void> add_scan(const io::StampedScan& scan);
+  [[nodiscard]] Result<void> add_pose(const ScanReport& report);
+  [[nodiscard]] Result<void> add_diagnostics(const RunScan& result);
+
+  std::string name_;
+  io::ros::McapWriter writer_;
+  PluginPtr<MapStore> store_;
+  MapIndex index_;
+  Channels channels_;
+  Point origin_ = Point::Zero();  // of the frame "map" in the map's own coordinates [m]
+  bool has_maps_ = false;
+  std::optional<RegionId> shown_;  // the region on /map
+  std::size_t scans_ = 0, maps_ = 0;
+};
+
+}  // namespace vantage
