@@ -112,9 +112,11 @@ void SpinAssembler::begin(std::int32_t azimuth, double time, std::uint64_t offse
   turned_ = azimuth;
   columns_ = 0;
   if (time < from_) return;
-  open_->points.reserve(last_size_);
-  open_->seconds.reserve(last_size_);
-  open_->rings.reserve(last_size_);
+  // Revolutions are alike; a little more than the last one had is seldom too little.
+  const std::size_t room = last_size_ + last_size_ / 16 + 4 * kChannels;
+  open_->points.reserve(room);
+  open_->seconds.reserve(room);
+  open_->rings.reserve(room);
 }
 
 void SpinAssembler::end(bool at_cut) {
