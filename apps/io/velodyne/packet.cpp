@@ -92,18 +92,25 @@ constexpr std::array<Product, 5> kOtherProducts{{{0x24, "Puck Hi-Res"},
                                                  {0x63, "VLS-128"},
                                                  {0xA1, "VLS-128"}}};
 
+std::uint16_t flag_of(std::string_view data, std::size_t block) noexcept {
+  return number_at<std::uint16_t>(data.data() + block * kBlockSize);
+}
+
 /// What a message calls a model that is not read.
 std::string other_model(std::string_view data) {
+  // The last two bytes of an HDL-64E are changing status values; only its flags tell it.
+  if (flag_of(data, 1) == kLowerFlag) {
+    return flag_of(data, 2) == kFlag ? "an HDL-64E" : "a VLS-128 or another with several banks";
+  }
   const auto id = static_cast<std::uint8_t>(data[kProductAt]);
   for (const Product& product : kOtherProducts) {
     if (product.id == id) return fmt::format("a {} (product 0x{:02X})", product.name, id);
   }
-  // Its last two bytes are status; only its flags tell it.
-  if (number_at<std::uint16_t>(data.data() + kBlockSize) == kLowerFlag) return "an HDL-64E";
   return fmt::format("an unknown product 0x{:02X}", id);
 }
 
 const Model* model_of(std::string_view data) noexcept {
+  if (flag_of(data, 1) == kLowerFlag) return nullptr;
   switch (static_cast<std::uint8_t>(data[kProductAt])) {
     case 0x21: return &kHdl32;
     case 0x22: return &kVlp16;

@@ -56,8 +56,8 @@ double SensorClock::first_firing(const Packet& packet, const DataPacket& parsed)
 
 std::string SensorClock::rule() const {
   if (synchronised_) {
-    return "time of a revolution's first firing by the sensor's clock, whose microseconds past the "
-           "hour agree with the time of receipt";
+    return "time of a revolution's first firing by the sensor's clock, which is within a minute "
+           "of the time of receipt";
   }
   return "time of a revolution's first firing by the sensor's clock, which is not synchronised: it "
          "counts from the time at which the first packet was received";

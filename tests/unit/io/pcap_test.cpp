@@ -158,7 +158,7 @@ TEST_CASE("pcap: whole revolutions are scans, the others are counted") {
     CHECK((*source)->describe().topic == "192.168.1.201:2368");
     CHECK((*source)->describe().frame.empty());
     CHECK((*source)->describe().fields.size() == 4);
-    CHECK((*source)->describe().stamp_rule.find("agree with the time of receipt") !=
+    CHECK((*source)->describe().stamp_rule.find("within a minute of the time of receipt") !=
           std::string::npos);
     const Read read = read_all(**source);
     CHECK_FALSE(read.error);
@@ -285,10 +285,6 @@ TEST_CASE("pcap: revolutions without points and ones that are not later are coun
   auto frames = three_turns();
   auto again = three_turns();
   frames.insert(frames.end(), again.begin(), again.end());
-  {
-    const auto source = open(test::pcap(frames));
-    REQUIRE(source.has_value());
-  }
   const std::string bytes = test::pcap(frames);
   const auto source = open(bytes);
   REQUIRE_MESSAGE(source, to_string(source.error()));
