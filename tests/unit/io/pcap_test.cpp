@@ -483,7 +483,11 @@ TEST_CASE("pcap: reading is far faster than the sensor") {
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   CHECK(scans == 99);
   std::cout << "Velodyne: " << 10.0 / seconds << " times real time (VLP-16, 10 Hz)\n";
-  CHECK(seconds < 0.5);  // 20 times, far more than it takes, for sanitizer builds
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  CHECK(seconds < 5.0);
+#else
+  CHECK(seconds < 0.5);  // 20 times real time; it takes a tenth of that
+#endif
 }
 
 }  // namespace
