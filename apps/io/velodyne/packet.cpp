@@ -92,18 +92,25 @@ constexpr std::array<Product, 5> kOtherProducts{{{0x24, "Puck Hi-Res"},
                                                  {0x63, "VLS-128"},
                                                  {0xA1, "VLS-128"}}};
 
+std::uint16_t flag_of(std::string_view data, std::size_t block) noexcept {
+  return number_at<std::uint16_t>(data.data() + block * kBlockSize);
+}
+
 /// What a message calls a model that is not read.
 std::string other_model(std::string_view data) {
+  // The last two bytes of an HDL-64E are changing status values; only its flags tell it.
+  if (flag_of(data, 1) == kLowerFlag) {
+    return flag_of(data, 2) == kFlag ? "an HDL-64E" : "a VLS-128 or another with several banks";
+  }
   const auto id = static_cast<std::uint8_t>(data[kProductAt]);
   for (const Product& product : kOtherProducts) {
     if (product.id == id) return fmt::format("a {} (product 0x{:02X})", product.name, id);
   }
-  // Its last two bytes are status; only its flags tell it.
-  if (number_at<std::uint16_t>(data.data() + kBlockSize) == kLowerFlag) return "an HDL-64E";
   return fmt::format("an unknown product 0x{:02X}", id);
 }
 
 const Model* model_of(std::string_view data) noexcept {
+  if (flag_of(data, 1) == kLowerFlag) return nullptr;
   switch (static_cast<std::uint8_t>(data[kProductAt])) {
     case 0x21: return &kHdl32;
     case 0x22: return &kVlp16;
@@ -198,6 +205,11 @@ void PointDecoder::decode(const DataPacket& packet, const Column& column, double
                           std::vector<std::uint8_t>& rings) const {
   const Model& model = *packet.model;
   const double turn_rate = column.turn / model.block_time;
+  // Room for all there can be: no look at the capacity for each point.
+  std::size_t size = points.size();
+  points.resize(size + 2 * kChannels);
+  seconds.resize(points.size());
+  rings.resize(points.size());
   for (std::size_t k = 0; k < kChannels; ++k) {
     const auto first = number_at<std::uint16_t>(column.first + k * kChannelSize);
     auto second = first;
@@ -208,19 +220,23 @@ void PointDecoder::decode(const DataPacket& packet, const Column& column, double
     const Model::Channel& channel = model.channels[k];
     const double azimuth = column.azimuth + turn_rate * channel.delay;
     const auto nearest = static_cast<std::int32_t>(azimuth + 0.5);
-    const auto [cosine, sine] = turns_[static_cast<std::size_t>(nearest % kFullTurn)];
+    const std::int32_t entry = nearest < kFullTurn ? nearest : nearest - kFullTurn;
+    const auto [cosine, sine] = turns_[static_cast<std::size_t>(entry)];
     // To the first order: less than 1 um in 200 m for half of 1/100 deg.
     const double rest = (azimuth - nearest) * kRadians / 100.0;
     const Point direction(channel.cosine * (cosine - sine * rest),
                           -channel.cosine * (sine + cosine * rest), channel.sine);
     const auto add = [&](std::uint16_t distance) {
-      points.emplace_back(distance * kDistanceUnit * direction);
-      seconds.push_back(static_cast<float>(after + channel.delay));
-      rings.push_back(channel.ring);
+      points[size] = distance * kDistanceUnit * direction;
+      seconds[size] = static_cast<float>(after + channel.delay);
+      rings[size++] = channel.ring;
     };
     if (first != 0) add(first);
     if (second != 0 && second != first) add(second);
   }
+  points.resize(size);
+  seconds.resize(size);
+  rings.resize(size);
 }
 
 }  // namespace vantage::io::velodyne

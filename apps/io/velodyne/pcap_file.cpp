@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace vantage::io::velodyne {
 
@@ -25,14 +24,18 @@ struct PcapFile::State {
   }
   [[nodiscard]] Result<void> open();
   [[nodiscard]] tl::unexpected<Error> error(const char* message) const;
-  // Reads like read(2), through a buffer: libpcap asks for few bytes at a time.
+  // What libpcap has read of the file [bytes].
+  [[nodiscard]] std::size_t position() const noexcept {
+    return static_cast<std::size_t>(std::max<off_t>(::ftello(stream), 0));
+  }
+  // As read(2) and lseek(2).
   [[nodiscard]] ssize_t read(char* bytes, std::size_t size) noexcept;
+  [[nodiscard]] int seek(off64_t& offset, int from) noexcept;
 
   InputFile file;
+  std::FILE* stream = nullptr;
   pcap_t* reader = nullptr;
-  std::size_t position = 0;      // what libpcap has read [bytes]
-  std::vector<char> buffer;      // a part of the file ...
-  std::size_t buffer_start = 0;  // ... from here on
+  std::size_t read_to = 0;       // by the stream's buffer [bytes]
   std::optional<Error> failure;  // of reading the file, which libpcap cannot hand on
 };
 
@@ -46,62 +49,60 @@ std::string_view without_line_ends(std::string_view text) noexcept {
 
 }  // namespace
 
-ssize_t PcapFile::State::read(char* bytes, std::size_t size) noexcept try {
-  size = std::min(size, file.size() - position);
-  std::size_t done = 0;
-  while (done < size) {
-    if (position < buffer_start || position >= buffer_start + buffer.size()) {
-      buffer.resize(std::min(kBufferSize, file.size() - position));
-      buffer_start = position;
-      if (auto filled = file.read(position, buffer); !filled) {
-        buffer.clear();
-        failure = std::move(filled).error();
-        errno = EIO;
-        return -1;
-      }
-    }
-    const std::size_t at = position - buffer_start;
-    const std::size_t count = std::min(size - done, buffer.size() - at);
-    std::copy_n(buffer.data() + at, count, bytes + done);
-    done += count;
-    position += count;
+ssize_t PcapFile::State::read(char* bytes, std::size_t size) noexcept {
+  size = std::min(size, file.size() - read_to);
+  if (auto done = file.read(read_to, {bytes, size}); !done) {
+    failure = std::move(done).error();
+    errno = EIO;
+    return -1;
   }
-  return static_cast<ssize_t>(done);
-} catch (const std::exception&) {
-  errno = ENOMEM;
-  return -1;
+  read_to += size;
+  return static_cast<ssize_t>(size);
+}
+
+int PcapFile::State::seek(off64_t& offset, int from) noexcept {
+  const auto size = static_cast<off64_t>(file.size());
+  const off64_t start =
+      from == SEEK_CUR ? static_cast<off64_t>(read_to) : (from == SEEK_END ? size : 0);
+  if (offset < -start || offset > size - start) return -1;
+  offset += start;
+  read_to = static_cast<std::size_t>(offset);
+  return 0;
 }
 
 tl::unexpected<Error> PcapFile::State::error(const char* message) const {
   if (failure) return fail(*failure);
   return fail(ErrorCode::corrupt_data,
-              fmt::format("the capture cannot be read on at byte {} of {}: {:.200}", position,
+              fmt::format("the capture cannot be read on at byte {} of {}: {:.200}", position(),
                           file.size(), without_line_ends(message)),
               SourceLocation{file.name(), 0, 0});
 }
 
 Result<void> PcapFile::State::open() {
   close();
-  position = 0;
+  read_to = 0;
   failure.reset();
   cookie_io_functions_t functions{};
   functions.read = [](void* state, char* bytes, std::size_t size) {
     return static_cast<State*>(state)->read(bytes, size);
   };
-  std::FILE* const stream = ::fopencookie(this, "r", functions);
+  functions.seek = [](void* state, off64_t* offset, int from) {
+    return static_cast<State*>(state)->seek(*offset, from);
+  };
+  stream = ::fopencookie(this, "r", functions);
   if (stream == nullptr) {
     return fail(ErrorCode::io_failure,
                 fmt::format("cannot be opened as a stream ({})", system_message(errno)),
                 SourceLocation{file.name(), 0, 0});
   }
-  // Not buffered twice; and so `position` is that of libpcap.
-  std::setvbuf(stream, nullptr, _IONBF, 0);
+  std::setvbuf(stream, nullptr, _IOFBF, kBufferSize);  // libpcap asks for few bytes at a time
   std::array<char, PCAP_ERRBUF_SIZE> message{};
   reader =
       pcap_fopen_offline_with_tstamp_precision(stream, PCAP_TSTAMP_PRECISION_NANO, message.data());
   if (reader != nullptr) return {};
+  auto failed = error(message.data());
   std::fclose(stream);
-  return error(message.data());
+  return failed;
 }
 
 PcapFile::PcapFile(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
@@ -120,7 +121,7 @@ int PcapFile::link_type() const noexcept { return pcap_datalink(state_->reader);
 Result<void> PcapFile::rewind() { return state_->open(); }
 
 Result<std::optional<Frame>> PcapFile::next() {
-  const std::size_t start = state_->position;
+  const std::size_t start = state_->position();
   pcap_pkthdr* header = nullptr;
   const u_char* bytes = nullptr;
   switch (pcap_next_ex(state_->reader, &header, &bytes)) {

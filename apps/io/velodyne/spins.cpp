@@ -56,8 +56,8 @@ double SensorClock::first_firing(const Packet& packet, const DataPacket& parsed)
 
 std::string SensorClock::rule() const {
   if (synchronised_) {
-    return "time of a revolution's first firing by the sensor's clock, whose microseconds past the "
-           "hour agree with the time of receipt";
+    return "time of a revolution's first firing by the sensor's clock, which is within a minute "
+           "of the time of receipt";
   }
   return "time of a revolution's first firing by the sensor's clock, which is not synchronised: it "
          "counts from the time at which the first packet was received";
@@ -112,9 +112,11 @@ void SpinAssembler::begin(std::int32_t azimuth, double time, std::uint64_t offse
   turned_ = azimuth;
   columns_ = 0;
   if (time < from_) return;
-  open_->points.reserve(last_size_);
-  open_->seconds.reserve(last_size_);
-  open_->rings.reserve(last_size_);
+  // Revolutions are alike; a little more than the last one had is seldom too little.
+  const std::size_t room = last_size_ + last_size_ / 16 + 4 * kChannels;
+  open_->points.reserve(room);
+  open_->seconds.reserve(room);
+  open_->rings.reserve(room);
 }
 
 void SpinAssembler::end(bool at_cut) {

@@ -49,10 +49,12 @@ struct Spin {
 
 /// Cuts the firings of a sensor into revolutions: packets in, scans out.
 ///
-/// A revolution begins with the first firing at or after azimuth 0 (straight ahead, the default of
-/// ROS' velodyne driver), also inside a packet. Lost packets are missing points. Where the azimuth
-/// goes back by more than 90 deg, more than a revolution is missing or the sensor does not turn, a
-/// revolution ends that is not complete, and so is the one that begins there.
+/// A revolution begins with the first block (of both returns, in dual return mode) whose azimuth is
+/// 0 or more: straight ahead, where ROS' velodyne driver cuts by default. That may be inside a
+/// packet; the last firings of the block before, which passes 0, stay with it. Lost packets are
+/// missing points. Where the azimuth goes back by more than 90 deg, a revolution or more is missing
+/// or the sensor does not turn, a revolution ends that is not complete, and so is the one that
+/// begins there.
 class SpinAssembler {
  public:
   /// @param file  for errors

@@ -2,8 +2,8 @@
 // module.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <iostream>
 #include <numbers>
 #include <variant>
@@ -158,7 +158,7 @@ TEST_CASE("pcap: whole revolutions are scans, the others are counted") {
     CHECK((*source)->describe().topic == "192.168.1.201:2368");
     CHECK((*source)->describe().frame.empty());
     CHECK((*source)->describe().fields.size() == 4);
-    CHECK((*source)->describe().stamp_rule.find("agree with the time of receipt") !=
+    CHECK((*source)->describe().stamp_rule.find("within a minute of the time of receipt") !=
           std::string::npos);
     const Read read = read_all(**source);
     CHECK_FALSE(read.error);
@@ -285,10 +285,6 @@ TEST_CASE("pcap: revolutions without points and ones that are not later are coun
   auto frames = three_turns();
   auto again = three_turns();
   frames.insert(frames.end(), again.begin(), again.end());
-  {
-    const auto source = open(test::pcap(frames));
-    REQUIRE(source.has_value());
-  }
   const std::string bytes = test::pcap(frames);
   const auto source = open(bytes);
   REQUIRE_MESSAGE(source, to_string(source.error()));
@@ -479,12 +475,19 @@ TEST_CASE("recorded: an empty capture is refused") {
 TEST_CASE("pcap: reading is far faster than the sensor") {
   const std::string bytes =
       test::pcap(captured(VelodyneSensor(0x22, 0x37, 0.0, 1000.0), 7540));  // 10 s
-  const auto start = std::chrono::steady_clock::now();
-  const Read read = read_all(bytes);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  REQUIRE(read.scans.size() == 99);
-  std::cout << "Velodyne: " << 10.0 / taken.count() << " times real time (VLP-16, 10 Hz)\n";
-  CHECK(taken.count() < 0.5);  // 20 times, far below what it takes, for sanitizer builds
+  const std::clock_t start = std::clock();  // of this process: others may use the machine
+  const auto source = open(bytes);
+  REQUIRE_MESSAGE(source, to_string(source.error()));
+  std::size_t scans = 0;
+  while (*(*source)->next()) ++scans;
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  CHECK(scans == 99);
+  std::cout << "Velodyne: " << 10.0 / seconds << " times real time (VLP-16, 10 Hz)\n";
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  CHECK(seconds < 5.0);
+#else
+  CHECK(seconds < 0.5);  // 20 times real time; it takes a tenth of that
+#endif
 }
 
 }  // namespace

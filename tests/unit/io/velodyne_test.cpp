@@ -368,9 +368,14 @@ TEST_CASE("Velodyne: packets that cannot be read are refused with the reason") {
   check_refused(with(1205, 0x24), ErrorCode::unsupported, "a Puck Hi-Res");
   check_refused(with(1205, 0xA1), ErrorCode::unsupported, "a VLS-128");
   check_refused(with(1205, 0x99), ErrorCode::unsupported, "an unknown product 0x99");
-  std::string hdl64 = with(1205, 0x00);
-  hdl64[101] = static_cast<char>(0xDD);
-  check_refused(hdl64, ErrorCode::unsupported, "an HDL-64E");
+  // Two banks of lasers; its last byte may be anything.
+  for (const auto last : {std::uint8_t{0x00}, std::uint8_t{0x22}, std::uint8_t{0x24}}) {
+    std::string banks = with(1205, last);
+    banks[101] = static_cast<char>(0xDD);
+    check_refused(banks, ErrorCode::unsupported, "an HDL-64E");
+    banks[201] = static_cast<char>(0xCC);
+    check_refused(banks, ErrorCode::unsupported, "a VLS-128");
+  }
   check_refused(with(1204, 0x3A), ErrorCode::unsupported, "return mode 0x3A");
   check_refused(with(300, 0xFE), ErrorCode::corrupt_data, "block 3 of the packet");
   check_refused(with(503, 0x8D), ErrorCode::corrupt_data, "block 5 of the packet");
