@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kPointCloud2 = "sensor_msgs/PointCloud2";
 constexpr std::string_view kVelodyneScan = "velodyne_msgs/VelodyneScan";
-constexpr double kNever = -std::numeric_limits<double>::infinity();
+constexpr double kForever = std::numeric_limits<double>::infinity();
 
 Result<CloudMessage> parse_cloud(const BagMessage& message, const Topic& topic,
                                  const SourceLocation& where) {
@@ -56,7 +56,7 @@ class BagScans final : public ScanSource {
 
   [[nodiscard]] Result<void> seek(double stamp) override {
     skipped_ = {};
-    last_stamp_ = kNever;
+    last_stamp_ = -kForever;
     if (has_failed_) return {};
     auto done = find(stamp);
     if (!done) has_failed_ = true;
@@ -144,31 +144,27 @@ class BagScans final : public ScanSource {
 
   /// Makes the first message stamped at or after `stamp` the one that waits.
   [[nodiscard]] Result<void> find(double stamp) {
-    VANTAGE_CHECK(reader_->seek(log_time_before(stamp)));
-    VANTAGE_TRY(waiting_, reader_->next());
-    double found = std::numeric_limits<double>::infinity();
-    if (waiting_) {
-      VANTAGE_TRY(found, stamp_of(*waiting_));
-    }
-    // Both clocks need not go at the same rate: what comes before may be late enough, too.
-    if (found >= stamp && found != first_stamp_) {
-      VANTAGE_CHECK(reader_->seek(std::numeric_limits<std::int64_t>::min()));
+    // What is found late enough may follow others that are: after a gap in the recording, or if
+    // stamps and log times do not go at the same rate. Then it looks farther back.
+    for (const double slack : {1.0, 30.0, 1000.0, kForever}) {
+      VANTAGE_CHECK(reader_->seek(log_time_of(stamp - slack)));
       VANTAGE_TRY(waiting_, reader_->next());
+      if (!waiting_) continue;
+      VANTAGE_TRY(const double found, stamp_of(*waiting_));
+      if (found < stamp || found == first_stamp_) break;
     }
     while (waiting_) {
-      VANTAGE_TRY(found, stamp_of(*waiting_));
+      VANTAGE_TRY(const double found, stamp_of(*waiting_));
       if (found >= stamp) break;
       VANTAGE_TRY(waiting_, reader_->next());
     }
     return {};
   }
 
-  /// Messages stamped `stamp` should be recorded after it [ns], if stamps and log times differ by
-  /// as much as for the first message.
-  [[nodiscard]] std::int64_t log_time_before(double stamp) const {
-    constexpr double kSlack = 1.0;       // [s]
+  /// If stamps and log times differ by as much as for the first message [ns].
+  [[nodiscard]] std::int64_t log_time_of(double stamp) const {
     constexpr double kLargest = 9.2e18;  // below 2^63
-    const double log_time = (stamp - kSlack + log_time_after_stamp_) * 1e9;
+    const double log_time = (stamp + log_time_after_stamp_) * 1e9;
     if (!(log_time > -kLargest)) return std::numeric_limits<std::int64_t>::min();
     return static_cast<std::int64_t>(std::min(log_time, kLargest));
   }
@@ -179,7 +175,7 @@ class BagScans final : public ScanSource {
   double first_stamp_ = 0.0;           // [s]
   double log_time_after_stamp_ = 0.0;  // of the first message [s]
   std::optional<BagMessage> waiting_;  // was read and is the next one
-  double last_stamp_ = kNever;         // [s]
+  double last_stamp_ = -kForever;      // [s]
   SkippedScans skipped_;
   bool has_failed_ = false;
 };

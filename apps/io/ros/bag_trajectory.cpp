@@ -141,6 +141,9 @@ Result<SampledPath> read_samples(MessageReader& reader, const Topics& topics, co
         sampled.samples.find(Edge{.parent = std::string(frame_name(pose.header.frame)),
                                   .child = std::string(frame_name(pose.child))});
     if (found == sampled.samples.end()) return {};
+    if (!pose.problem.empty()) {
+      return fail(ErrorCode::corrupt_data, pose.problem, SourceLocation{reader.file(), 0, 0});
+    }
     if (std::find(moving.begin(), moving.end(), message.topic) == moving.end()) {
       found->second.constant = pose.pose;
     } else if (!append(found->second.poses, pose.header.stamp, pose.pose)) {

@@ -44,6 +44,9 @@ struct PoseMessage {
   Header header;
   std::string child;
   Pose pose;  ///< its quaternion normalized if it was within 1e-3 of unit length
+  /// Of a member of a TFMessage whose pose is none: why; `pose` is the identity then. A wheel
+  /// without an angle does not hide the other transforms.
+  std::string problem;
 };
 
 /// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.
@@ -52,8 +55,8 @@ struct PoseMessage {
 /// What reads messages from their bytes. `where` names them in errors.
 /// Errors: `corrupt_data` with the byte in the message and what was expected: an end too early,
 /// sizes that contradict each other, a field without a known type, no x, y and z, a number that is
-/// not finite in a pose, a rotation that is none. Counts are never allocated before the bytes that
-/// they count are known to be there.
+/// not finite in a pose, a rotation that is none (but see PoseMessage::problem). Counts are never
+/// allocated before the bytes that they count are known to be there.
 [[nodiscard]] Result<CloudMessage> parse_point_cloud2(std::string_view bytes, Encoding encoding,
                                                       const SourceLocation& where);
 /// The packets are views into `bytes`.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "io/ros/messages.hpp"
 #include "io/ros/wire_reader.hpp"
@@ -16,30 +17,45 @@ constexpr double kRotationTolerance = 1e-3;  // as in files with trajectories
 
 // geometry_msgs/Pose (Point position, Quaternion orientation) or Transform (Vector3 translation,
 // Quaternion rotation): seven numbers of float64, x y z and x y z w.
-Result<Pose> read_pose(WireReader& reader) {
-  std::array<double, 7> v{};
+using Numbers = std::array<double, 7>;
+
+/// The pose or what is wrong with it. @param end  in the message, for errors [bytes]
+tl::expected<Pose, std::string> pose_from(const Numbers& v, std::size_t end) {
   for (std::size_t i = 0; i < v.size(); ++i) {
-    VANTAGE_TRY(v[i], reader.number<double>("a pose"));
-    if (!std::isfinite(v[i])) {
-      return reader.error(
-          fmt::format("number {} of 7 of the pose that ends at byte {} is {}, "
-                      "expected finite numbers",
-                      i + 1, reader.offset(), v[i]));
-    }
+    if (std::isfinite(v[i])) continue;
+    return tl::unexpected(
+        fmt::format("number {} of 7 of the pose that ends at byte {} is {}, expected finite "
+                    "numbers",
+                    i + 1, end, v[i]));
   }
   Pose pose;
   pose.translation = {v[0], v[1], v[2]};
   pose.rotation = {v[6], v[3], v[4], v[5]};
   const double norm = pose.rotation.norm();
   if (!(std::abs(norm - 1.0) <= kRotationTolerance)) {
-    return reader.error(
+    return tl::unexpected(
         fmt::format("the quaternion that ends at byte {} has length {}, expected 1 to within {}",
-                    reader.offset(), norm, kRotationTolerance));
+                    end, norm, kRotationTolerance));
   }
   // A quaternion that is already normalized keeps its bits.
   constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   if (std::abs(pose.rotation.squaredNorm() - 1.0) > kRounding) pose.rotation.normalize();
   return pose;
+}
+
+/// The same message with the pose that comes next.
+Result<PoseMessage> with_pose(PoseMessage message, WireReader& reader) {
+  Numbers numbers{};
+  for (double& number : numbers) {
+    VANTAGE_TRY(number, reader.number<double>("a pose"));
+  }
+  auto pose = pose_from(numbers, reader.offset());
+  if (pose) {
+    message.pose = *pose;
+  } else {
+    message.problem = std::move(pose).error();
+  }
+  return message;
 }
 
 Result<void> skip_numbers(WireReader& reader, std::size_t count, std::string_view what) {
@@ -54,8 +70,7 @@ constexpr std::size_t kTwist = 6;
 Result<PoseMessage> read_pose_stamped(WireReader& reader) {
   PoseMessage message;
   VANTAGE_TRY(message.header, reader.header());
-  VANTAGE_TRY(message.pose, read_pose(reader));
-  return message;
+  return with_pose(std::move(message), reader);
 }
 
 // Header header, PoseWithCovariance pose.
@@ -70,8 +85,7 @@ Result<PoseMessage> read_transform_stamped(WireReader& reader) {
   PoseMessage message;
   VANTAGE_TRY(message.header, reader.header());
   VANTAGE_TRY(message.child, reader.text("child_frame_id"));
-  VANTAGE_TRY(message.pose, read_pose(reader));
-  return message;
+  return with_pose(std::move(message), reader);
 }
 
 // Header header, string child_frame_id, PoseWithCovariance pose, TwistWithCovariance twist.
@@ -124,6 +138,7 @@ Result<std::vector<PoseMessage>> parse_poses(std::string_view bytes, std::string
   poses.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     VANTAGE_TRY(auto pose, known->read(reader));
+    if (!known->is_array && !pose.problem.empty()) return reader.error(std::move(pose.problem));
     poses.push_back(std::move(pose));
   }
   return poses;

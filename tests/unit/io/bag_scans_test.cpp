@@ -170,6 +170,16 @@ TEST_CASE("scans of a bag: seek uses the log times") {
   REQUIRE(scan);
   CHECK((*scan)->stamp == doctest::Approx(150.0));
   CHECK(counted.reads - before < 20);  // a second of slack
+
+  SUBCASE("also after a gap in the recording") {
+    messages.push_back(message(215, 5115));
+    auto with_gap = std::make_unique<MemoryBag>(std::vector<Topic>{kPoints}, messages);
+    const MemoryBag& counted_with_gap = *with_gap;
+    auto more = bag_scans(std::move(with_gap), "");
+    REQUIRE(more);
+    CHECK(stamps(**more, 210) == std::vector<double>{215});
+    CHECK(counted_with_gap.reads < 220);  // the last 30 s hold 200 of 1001 messages
+  }
 }
 
 TEST_CASE("scans of a bag: a seek before all scans, and before the first was read") {

@@ -246,6 +246,17 @@ TEST_CASE("transforms that lead nowhere are refused") {
   check_refused(messages, "/tf:map:base", corrupt, "more than 10000 pairs of frames");
 }
 
+TEST_CASE("a transform that is none is refused where it is needed") {
+  Messages messages = robot();
+  messages.push_back(transforms(kTfIndex, {{13, "base", "wheel", std::nan("")}}));
+  messages.push_back(transforms(kTfStaticIndex, {{13, "base", "mast", 0, 0, std::nan("")}}));
+  CHECK(read(messages, "/tf:map:lidar").poses.size() == 5);
+  const std::string place = "(while reading the message at byte 7000 of /tf)";
+  check_refused(messages, "/tf:map:wheel", ErrorCode::corrupt_data, "number 1 of 7 of the pose");
+  check_refused(messages, "/tf:map:wheel", ErrorCode::corrupt_data, place);
+  check_refused(messages, "/tf:map:mast", ErrorCode::corrupt_data, "number 6 of 7 of the pose");
+}
+
 TEST_CASE("a long chain of transforms needs no recursion") {
   TransformTree tree;
   const auto frame = [](int i) { return "frame" + std::to_string(i); };
