@@ -104,11 +104,17 @@ class McapReader final : public ChunkedReader {
       return damaged(fmt::format("expected a chunk (opcode 6) at byte {}", chunk.offset));
     }
     const std::uint64_t head = reader.offset() - kRecordHead;
-    if (body < head || packed.size > body - head) {
+    if (body < head) {
+      return damaged(
+          fmt::format("the chunk at byte {} has {} bytes, expected at least the {} before its "
+                      "records",
+                      chunk.offset, body, head));
+    }
+    if (packed.size > body - head) {
       return damaged(
           fmt::format("the chunk at byte {} claims {} bytes of records, expected at most "
                       "{}",
-                      chunk.offset, packed.size, body < head ? 0 : body - head));
+                      chunk.offset, packed.size, body - head));
     }
     VANTAGE_TRY(packed.compression, compression(name, chunk.offset));
     if (compression_.empty()) compression_ = name.empty() ? "none" : std::string(name);

@@ -270,6 +270,7 @@ class Rosbag1Reader final : public ChunkedReader {
 
   [[nodiscard]] Result<void> read_bag_header() {
     VANTAGE_TRY(const std::string_view magic, window().view(0, kMagic.size()));
+    if (magic != kMagic && kMagic.starts_with(magic)) return cut(0);
     if (magic != kMagic) {
       const auto code =
           looks_like_rosbag1(magic) ? ErrorCode::unsupported : ErrorCode::corrupt_data;
