@@ -106,11 +106,6 @@ Decompressed run(std::string_view input, std::uint64_t largest, Buffer& output) 
   std::size_t at = 0;
   bool ended = false;
   for (;;) {
-    if (done.size == room) {
-      --done.size;
-      return problem(
-          fmt::format("the {} stream gives more than {} bytes", Stream::kName, room - 1));
-    }
     if (done.size >= output.capacity() || output.capacity() == 0) {
       const std::uint64_t wanted =
           done.size == 0 ? std::max(kFirst, kCommonExpansion * input.size()) : 2 * done.size;
@@ -126,6 +121,11 @@ Decompressed run(std::string_view input, std::uint64_t largest, Buffer& output) 
     }
     at += step.taken;
     done.size += step.given;
+    if (done.size == room) {
+      --done.size;
+      return problem(
+          fmt::format("the {} stream gives more than {} bytes", Stream::kName, room - 1));
+    }
     // A frame that has begun after the last one has taken something and not ended.
     ended = step.ended || (ended && step.taken == 0 && step.given == 0);
     if (ended && at == input.size()) return done;

@@ -8,38 +8,19 @@
 #include "io/ros/byte_reader.hpp"
 #include "io/ros/chunked_reader.hpp"
 #include "io/ros/crc32.hpp"
+#include "io/ros/mcap_summary.hpp"
 #include "io/text.hpp"
-
-// The format: https://mcap.dev/spec
 
 namespace vantage::io::ros {
 namespace {
 
-enum Operation : std::uint8_t {
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0B,
-  kDataEnd = 0x0F,
-};
-
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::uint64_t kRecordHead = 9;  // opcode and size [bytes]
-constexpr std::uint64_t kFooterSize = kRecordHead + 20;
+using namespace mcap;
 
 std::optional<Encoding> encoding_of(std::string_view name) noexcept {
   if (name == "cdr") return Encoding::cdr;
   if (name == "ros1") return Encoding::ros1;
   return std::nullopt;
 }
-
-struct RecordHead {
-  std::uint8_t operation = 0;
-  std::uint64_t body = 0;  // [bytes]
-};
 
 class McapReader final : public ChunkedReader {
  public:
@@ -104,11 +85,17 @@ class McapReader final : public ChunkedReader {
       return damaged(fmt::format("expected a chunk (opcode 6) at byte {}", chunk.offset));
     }
     const std::uint64_t head = reader.offset() - kRecordHead;
-    if (body < head || packed.size > body - head) {
+    if (body < head) {
+      return damaged(
+          fmt::format("the chunk at byte {} has {} bytes, expected at least the {} before its "
+                      "records",
+                      chunk.offset, body, head));
+    }
+    if (packed.size > body - head) {
       return damaged(
           fmt::format("the chunk at byte {} claims {} bytes of records, expected at most "
                       "{}",
-                      chunk.offset, packed.size, body < head ? 0 : body - head));
+                      chunk.offset, packed.size, body - head));
     }
     VANTAGE_TRY(packed.compression, compression(name, chunk.offset));
     if (compression_.empty()) compression_ = name.empty() ? "none" : std::string(name);
@@ -220,16 +207,6 @@ class McapReader final : public ChunkedReader {
 
   // ----- records outside of chunks
 
-  /// Nothing if the file ends within the record's head.
-  [[nodiscard]] Result<std::optional<RecordHead>> head_at(std::uint64_t offset) {
-    VANTAGE_TRY(const std::string_view bytes, window().view(offset, kRecordHead));
-    ByteReader reader(bytes);
-    RecordHead head;
-    head.operation = reader.integer<std::uint8_t>();
-    head.body = reader.integer<std::uint64_t>();
-    if (!reader.ok()) return std::nullopt;
-    return head;
-  }
   [[nodiscard]] tl::unexpected<Error> cut(std::uint64_t offset, std::uint64_t end) const {
     return damaged(fmt::format("{} at byte {}, inside the record at byte {}",
                                end == input().size() ? "the file ends" : "the records end", end,
@@ -255,7 +232,7 @@ class McapReader final : public ChunkedReader {
         keep(*next_known++);
         continue;
       }
-      VANTAGE_TRY(const auto head, head_at(at));
+      VANTAGE_TRY(const auto head, head_at(window(), at));
       const bool is_whole = head && head->body <= end - at - std::min(kRecordHead, end - at);
       if (!is_whole) {
         VANTAGE_CHECK(end_run());
@@ -312,146 +289,25 @@ class McapReader final : public ChunkedReader {
 
   // ----- the summary
 
-  /// What the summary section says.
-  struct Summary {
-    std::vector<Chunk> chunks;
-    std::vector<std::pair<std::string, std::uint64_t>> channels;  // their bodies and offsets
-    std::optional<std::uint64_t> chunk_count;
-    std::vector<std::pair<std::uint16_t, std::uint64_t>> messages;  // of channels
-    bool has_statistics = false;
-  };
-
   /// False for a file without an index.
   [[nodiscard]] Result<bool> read_with_index() {
-    const std::uint64_t size = input().size();
-    if (size < 2 * kMagic.size() + kFooterSize) return false;
-    const std::uint64_t footer = size - kMagic.size() - kFooterSize;
-    VANTAGE_TRY(const std::string_view bytes, window().view(footer, kFooterSize + kMagic.size()));
-    ByteReader reader(bytes);
-    const auto operation = reader.integer<std::uint8_t>();
-    const auto body = reader.integer<std::uint64_t>();
-    const auto summary_offset = reader.integer<std::uint64_t>();
-    static_cast<void>(reader.integer<std::uint64_t>());  // summary_offset_start
-    const auto checksum = reader.integer<std::uint32_t>();
-    is_closed_ =
-        bytes.ends_with(kMagic) && operation == kFooter && body == kFooterSize - kRecordHead;
-    if (!is_closed_ || summary_offset == 0) return false;
-    if (summary_offset < kMagic.size() || summary_offset > footer) {
-      return damaged(
-          fmt::format("the footer at byte {} names a summary at byte {}, expected {} to "
-                      "{}",
-                      footer, summary_offset, kMagic.size(), footer));
-    }
-    if (checksum != 0)
-      VANTAGE_CHECK(check_summary(summary_offset, size - kMagic.size() - 4, checksum));
-    VANTAGE_TRY(Summary summary, read_summary(summary_offset, footer));
+    VANTAGE_TRY(const Footer footer, read_footer(input(), window()));
+    is_closed_ = footer.is_there;
+    if (footer.summary == 0) return false;
+    VANTAGE_TRY(Summary summary, read_summary(input(), window(), footer));
     if (summary.channels.empty() || summary.chunks.empty()) return false;
     if (summary.chunk_count && *summary.chunk_count != summary.chunks.size()) return false;
+    for (const auto& [schema, at] : summary.schemas) {
+      VANTAGE_CHECK(add_schema(schema, fmt::format("byte {}", at)));
+    }
     for (const auto& [channel, at] : summary.channels) {
       VANTAGE_CHECK(add_channel(channel, fmt::format("byte {}", at)));
     }
-    for (const auto& [channel, messages] : summary.messages) counts_[channel] = messages;
     VANTAGE_CHECK(name_topics(summary));
-    VANTAGE_CHECK(walk(summary_offset, summary.chunks));
-    if (summary.has_statistics) count_messages();
+    compression_ = summary.compression;
+    VANTAGE_CHECK(walk(footer.summary, summary.chunks));
+    if (!summary.messages.empty()) count_messages(summary);
     return true;
-  }
-
-  [[nodiscard]] Result<void> check_summary(std::uint64_t begin, std::uint64_t end,
-                                           std::uint32_t expected) {
-    constexpr std::uint64_t kAtOnce = 1 << 16;
-    std::uint32_t sum = 0;
-    for (std::uint64_t at = begin; at < end; at += kAtOnce) {
-      VANTAGE_TRY(const std::string_view bytes, window().view(at, std::min(kAtOnce, end - at)));
-      sum = crc32(bytes, sum);
-    }
-    if (sum == expected) return {};
-    return damaged(fmt::format("the summary at byte {} has the checksum {:08x}, expected {:08x}",
-                               begin, sum, expected));
-  }
-
-  [[nodiscard]] Result<Summary> read_summary(std::uint64_t begin, std::uint64_t end) {
-    constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 26;
-    Summary summary;
-    for (std::uint64_t at = begin; at < end;) {
-      VANTAGE_TRY(const auto head, head_at(at));
-      if (!head || head->body > end - at - std::min(kRecordHead, end - at)) {
-        return damaged(
-            fmt::format("the record at byte {} goes on after the summary's end at byte "
-                        "{}",
-                        at, end));
-      }
-      const std::string place = fmt::format("byte {}", at);
-      const bool is_read = head->operation == kSchema || head->operation == kChannel ||
-                           head->operation == kChunkIndex || head->operation == kStatistics;
-      if (is_read) {
-        if (head->body > kLargestRecord) {
-          return damaged(fmt::format("the record at {} claims {} bytes, expected at most {}", place,
-                                     head->body, kLargestRecord));
-        }
-        VANTAGE_TRY(const std::string_view body, window().view(at + kRecordHead, head->body));
-        if (head->operation == kSchema) VANTAGE_CHECK(add_schema(body, place));
-        if (head->operation == kChannel) summary.channels.emplace_back(body, at);
-        if (head->operation == kStatistics) VANTAGE_CHECK(read_statistics(body, place, summary));
-        if (head->operation == kChunkIndex) VANTAGE_CHECK(read_chunk_index(body, place, summary));
-      }
-      at += kRecordHead + head->body;
-    }
-    std::sort(summary.chunks.begin(), summary.chunks.end(),
-              [](const Chunk& a, const Chunk& b) { return a.offset < b.offset; });
-    return summary;
-  }
-
-  [[nodiscard]] Result<void> read_statistics(std::string_view body, const std::string& place,
-                                             Summary& summary) const {
-    ByteReader reader(body);
-    static_cast<void>(reader.bytes(8 + 2 + 4 + 4 + 4));  // counts of other things
-    summary.chunk_count = reader.integer<std::uint32_t>();
-    static_cast<void>(reader.bytes(16));  // times
-    ByteReader counts(reader.text());
-    while (counts.left() != 0 && counts.ok()) {
-      const auto channel = counts.integer<std::uint16_t>();
-      summary.messages.emplace_back(channel, counts.integer<std::uint64_t>());
-    }
-    summary.has_statistics = true;
-    if (reader.ok() && counts.ok()) return {};
-    return damaged(fmt::format("the statistics at {} end too early", place));
-  }
-
-  /// The topics of the chunk are the numbers of channels still.
-  [[nodiscard]] Result<void> read_chunk_index(std::string_view body, const std::string& place,
-                                              Summary& summary) {
-    ByteReader reader(body);
-    const auto first = reader.integer<std::uint64_t>(), last = reader.integer<std::uint64_t>();
-    Chunk chunk;
-    chunk.offset = reader.integer<std::uint64_t>();
-    chunk.size = reader.integer<std::uint64_t>();
-    ByteReader indices(reader.text());
-    chunk.topics.emplace();
-    while (indices.left() != 0 && indices.ok()) {
-      chunk.topics->push_back(indices.integer<std::uint16_t>());
-      static_cast<void>(indices.integer<std::uint64_t>());  // where its message index is
-    }
-    const auto index_size = reader.integer<std::uint64_t>();
-    const std::string_view compression = reader.text();
-    if (!reader.ok() || !indices.ok()) {
-      return damaged(fmt::format("the chunk index at {} ends too early", place));
-    }
-    const std::uint64_t size = input().size();
-    if (first > last || last > kLatest || chunk.size > size || index_size > size ||
-        chunk.size == 0) {
-      return damaged(
-          fmt::format("the chunk index at {} claims a chunk of {} bytes from {} to {} ns", place,
-                      chunk.size, first, last));
-    }
-    chunk.size += index_size;
-    chunk.first = static_cast<std::int64_t>(first);
-    chunk.last = static_cast<std::int64_t>(last);
-    if (chunk.topics->empty()) chunk.topics.reset();  // no message index was written
-    if (compression_.empty())
-      compression_ = compression.empty() ? "none" : std::string(compression);
-    summary.chunks.push_back(std::move(chunk));
-    return {};
   }
 
   /// Makes topics of channels.
@@ -473,22 +329,17 @@ class McapReader final : public ChunkedReader {
     return {};
   }
 
-  void count_messages() {
+  void count_messages(const Summary& summary) {
     std::vector<std::uint64_t> counts(topics().size(), 0);
-    for (const auto& [channel, topic] : channels_) {
-      const auto counted = counts_.find(channel);
-      if (counted != counts_.end()) counts[topic] += counted->second;
+    for (const auto& [channel, messages] : summary.messages) {
+      const auto known = channels_.find(channel);
+      if (known != channels_.end()) counts[known->second] += messages;
     }
     for (std::uint32_t i = 0; i < counts.size(); ++i) count(i, counts[i]);
   }
 
-  static constexpr std::uint64_t kMessageHead = 22;  // [bytes]
-  static constexpr auto kLatest =
-      static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-
   std::unordered_map<std::uint16_t, std::string> schemas_;
   std::unordered_map<std::uint16_t, std::uint32_t> channels_;  // their topics
-  std::unordered_map<std::uint16_t, std::uint64_t> counts_;    // messages of channels
   std::string compression_;
   bool is_closed_ = false;  // with a footer
   bool ending_is_set_ = false;

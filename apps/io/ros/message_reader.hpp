@@ -32,7 +32,8 @@ struct BagMessage {
   std::size_t topic = 0;      ///< index into topics()
   std::int64_t log_time = 0;  ///< when it was recorded [ns since the epoch]
   std::string_view bytes;     ///< valid until the next call of the reader
-  std::uint64_t offset = 0;   ///< where it is in the file, or the chunk that holds it [bytes]
+  /// Where it is in the file, or the compressed chunk that holds it [bytes]; 0 in a database.
+  std::uint64_t offset = 0;
 };
 
 /// The messages of one bag in the order of their log times; where a bag has chunks, these come in

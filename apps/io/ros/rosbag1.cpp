@@ -7,91 +7,13 @@
 #include "io/ros/bag_readers.hpp"
 #include "io/ros/byte_reader.hpp"
 #include "io/ros/chunked_reader.hpp"
+#include "io/ros/rosbag1_records.hpp"
 #include "io/text.hpp"
-
-// The format: http://wiki.ros.org/Bags/Format/2.0
 
 namespace vantage::io::ros {
 namespace {
 
-enum Operation : std::uint8_t {
-  kMessage = 2,
-  kBagHeader = 3,
-  kIndexData = 4,
-  kChunk = 5,
-  kChunkInfo = 6,
-  kConnection = 7,
-};
-
-constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-
-/// "name=value" after their number of bytes, one after the other.
-class Fields {
- public:
-  Fields() = default;
-  [[nodiscard]] static std::optional<Fields> parse(std::string_view bytes) {
-    ByteReader reader(bytes);
-    while (reader.left() != 0) {
-      const std::string_view field = reader.text();
-      if (!reader.ok() || field.find('=') == std::string_view::npos) return std::nullopt;
-    }
-    Fields fields;
-    fields.bytes_ = bytes;
-    return fields;
-  }
-
-  [[nodiscard]] std::optional<std::string_view> text(std::string_view name) const {
-    ByteReader reader(bytes_);
-    while (reader.left() != 0) {
-      const std::string_view field = reader.text();
-      if (field.starts_with(name) && field.substr(name.size()).starts_with('=')) {
-        return field.substr(name.size() + 1);
-      }
-    }
-    return std::nullopt;
-  }
-  template <class Integer>
-  [[nodiscard]] std::optional<Integer> integer(std::string_view name) const {
-    const auto value = text(name);
-    if (!value || value->size() != sizeof(Integer)) return std::nullopt;
-    return ByteReader(*value).integer<Integer>();
-  }
-  /// Seconds and nanoseconds [ns].
-  [[nodiscard]] std::optional<std::int64_t> time(std::string_view name) const {
-    const auto value = integer<std::uint64_t>(name);
-    if (!value) return std::nullopt;
-    const std::uint64_t seconds = *value & 0xFFFFFFFFU;
-    return static_cast<std::int64_t>(seconds * 1'000'000'000U + (*value >> 32));
-  }
-
- private:
-  std::string_view bytes_;
-};
-
-/// A record but for its data, which may be large.
-struct RecordHead {
-  Fields fields;
-  std::uint8_t operation = 0;
-  std::uint64_t data_offset = 0, data_size = 0;  // the first from the beginning of the record
-  [[nodiscard]] std::uint64_t size() const noexcept { return data_offset + data_size; }
-};
-
-enum class Reading : std::uint8_t { good, cut, damaged };
-
-/// `cut` if the head goes on beyond `bytes`.
-Reading read_head(std::string_view bytes, RecordHead& head) {
-  ByteReader reader(bytes);
-  const std::string_view header = reader.text();
-  head.data_size = reader.integer<std::uint32_t>();
-  head.data_offset = reader.offset();
-  if (!reader.ok()) return Reading::cut;
-  const auto fields = Fields::parse(header);
-  const auto operation = fields ? fields->integer<std::uint8_t>("op") : std::nullopt;
-  if (!operation) return Reading::damaged;
-  head.fields = *fields;
-  head.operation = *operation;
-  return Reading::good;
-}
+using namespace rosbag1;
 
 class Rosbag1Reader final : public ChunkedReader {
  public:
@@ -270,6 +192,7 @@ class Rosbag1Reader final : public ChunkedReader {
 
   [[nodiscard]] Result<void> read_bag_header() {
     VANTAGE_TRY(const std::string_view magic, window().view(0, kMagic.size()));
+    if (magic != kMagic && kMagic.starts_with(magic)) return cut(0);
     if (magic != kMagic) {
       const auto code =
           looks_like_rosbag1(magic) ? ErrorCode::unsupported : ErrorCode::corrupt_data;
@@ -322,7 +245,7 @@ class Rosbag1Reader final : public ChunkedReader {
                                    head.data_size, kLargestIndexRecord));
       }
       VANTAGE_TRY(const std::string_view bytes, window().view(at, head.size()));
-      read_head(bytes, head);
+      if (read_head(bytes, head) != Reading::good) return cut(at);
       const auto data = bytes.substr(static_cast<std::size_t>(head.data_offset));
       if (head.operation == kConnection) {
         ++connections;

@@ -2,6 +2,8 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
 #include <unordered_map>
 
@@ -55,6 +57,7 @@ class Rosbag2Reader final : public MessageReader {
   }
 
   [[nodiscard]] Result<void> open() {
+    VANTAGE_CHECK(check_size());
     VANTAGE_CHECK(check_beside());
     VANTAGE_CHECK(open_database());
     VANTAGE_CHECK(check_table("topics", {"id", "name", "type", "serialization_format"}));
@@ -114,6 +117,43 @@ class Rosbag2Reader final : public MessageReader {
     return fail(is_system ? ErrorCode::io_failure : ErrorCode::corrupt_data,
                 fmt::format("{} failed, SQLite says: {}", activity, reason.substr(0, 120)),
                 SourceLocation{file(), 0, 0});
+  }
+
+  /// SQLite itself takes what is missing of the last page for zeros.
+  /// The header: https://www.sqlite.org/fileformat.html, section 1.3.
+  [[nodiscard]] Result<void> check_size() const {
+    std::array<char, 100> header{};
+    if (file_.size() < header.size()) {
+      return damaged(
+          fmt::format("the file ends at byte {}, expected the {} bytes of SQLite's header",
+                      file_.size(), header.size()));
+    }
+    VANTAGE_CHECK(file_.read(0, header));
+    const auto big_endian = [&header](std::size_t at, std::size_t size) {
+      std::uint64_t value = 0;
+      for (std::size_t i = 0; i < size; ++i) {
+        value = value << 8 | static_cast<unsigned char>(header[at + i]);
+      }
+      return value;
+    };
+    if (!looks_like_sqlite({header.data(), header.size()})) {
+      return damaged("the file begins like no SQLite database, expected 'SQLite format 3'");
+    }
+    const std::uint64_t page = big_endian(16, 2) == 1 ? 65536 : big_endian(16, 2);
+    if (page < 512 || !std::has_single_bit(page)) {
+      return damaged(
+          fmt::format("the pages have {} bytes (byte 16), expected a power of two from "
+                      "512 to 65536",
+                      page));
+    }
+    // The number of pages holds only for writers that renew it.
+    const bool is_counted = big_endian(24, 4) == big_endian(92, 4);
+    const std::uint64_t pages = is_counted ? big_endian(28, 4) : 0;
+    if (file_.size() % page != 0 || pages * page > file_.size()) {
+      return damaged(fmt::format("the file ends at byte {}, expected {} pages of {} bytes",
+                                 file_.size(), is_counted ? fmt::to_string(pages) : "whole", page));
+    }
+    return {};
   }
 
   /// What a recorder that was cut off leaves, without which the database is not whole.

@@ -1,0 +1,125 @@
+#include "bags.hpp"
+
+namespace vantage::test {
+namespace {
+
+using io::ros::is_bag;
+using io::ros::open_bag;
+
+std::vector<TestMessage> samples() {
+  return two_topics("sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/Imu");
+}
+std::vector<TestMessage> some(std::size_t first, std::size_t end) {
+  const auto all = samples();
+  return {all.begin() + static_cast<std::ptrdiff_t>(first),
+          all.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+Error refused(const std::filesystem::path& path) {
+  const auto reader = open_bag(path);
+  REQUIRE_FALSE(reader.has_value());
+  return reader.error();
+}
+
+}  // namespace
+
+TEST_CASE("bags: the content tells the format, not the name") {
+  const TemporaryFolder folder;
+  for (const auto& [bytes, format] : {std::pair{rosbag1(two_topics()), "rosbag1 2.0 (none)"},
+                                      std::pair{rosbag2(samples()), "rosbag2 (SQLite)"},
+                                      std::pair{mcap(samples()), "MCAP (none)"}}) {
+    const auto path = put(folder.path() / "bag.pcd", bytes);
+    CHECK(is_bag(path) == true);
+    const auto reader = open_bag(path);
+    REQUIRE_MESSAGE(reader, to_string(reader.error()));
+    CHECK((*reader)->format() == format);
+    CHECK(read_on(**reader).messages == in_order(two_topics()));
+  }
+}
+
+TEST_CASE("bags: what is none") {
+  const TemporaryFolder folder;
+  const auto other = put(folder.path() / "x.bag", "# .PCD v0.7");
+  CHECK(is_bag(other) == false);
+  check_clear(refused(other), ErrorCode::corrupt_data, "x.bag", "expected a bag");
+  const auto empty = put(folder.path() / "y.bag", "");
+  CHECK(is_bag(empty) == false);
+  check_clear(refused(empty), ErrorCode::corrupt_data, "y.bag", "the file is empty");
+  CHECK(is_bag(folder.path()) == false);
+  check_clear(refused(folder.path()), ErrorCode::not_found, folder.path().string(),
+              "no .db3 or .mcap");
+  const auto absent = is_bag(folder.path() / "z");
+  REQUIRE_FALSE(absent.has_value());
+  CHECK(absent.error().code == ErrorCode::not_found);
+  CHECK(refused(folder.path() / "z").code == ErrorCode::not_found);
+}
+
+TEST_CASE("bags: the parts of a folder are read in natural order as one bag") {
+  const TemporaryFolder folder;
+  put(folder.path() / "metadata.yaml", "rosbag2_bagfile_information:");
+  // /imu comes first in the second part: topics are matched by name.
+  put(folder.path() / "bag_2.db3", rosbag2(some(0, 4)));
+  put(folder.path() / "bag_10.mcap", mcap(some(4, 8)));
+  put(folder.path() / "bag_11.db3", rosbag2({}));
+  put(folder.path() / "bag_12.db3", rosbag2(some(8, 10)));
+  CHECK(is_bag(folder.path()) == true);
+  const auto opened = open_bag(folder.path());
+  REQUIRE_MESSAGE(opened, to_string(opened.error()));
+  io::ros::MessageReader& reader = **opened;
+  CHECK(reader.format() == "rosbag2 (SQLite), 4 parts");
+  REQUIRE(reader.topics().size() == 2);
+  CHECK(reader.topics()[0].name == "/points");
+  CHECK(reader.topics()[0].messages == 4);
+  CHECK(reader.topics()[1].messages == 6);
+  const auto all = in_order(two_topics());
+  CHECK(reader.span() == std::optional(std::pair(all.front().log_time, all.back().log_time)));
+  CHECK(read_on(reader).messages == all);
+  CHECK(reader.file() == (folder.path() / "bag_12.db3").string());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    REQUIRE(reader.seek(all[i].log_time));
+    CHECK(read_on(reader).messages ==
+          std::vector(all.begin() + static_cast<std::ptrdiff_t>(i), all.end()));
+  }
+  REQUIRE(reader.select({0}));
+  for (const ReadMessage& message : read_on(reader).messages) CHECK(message.topic == "/points");
+  CHECK(reader.select({2}).error().code == ErrorCode::invalid_input);
+}
+
+TEST_CASE("bags: an error in a part names the part") {
+  const TemporaryFolder folder;
+  put(folder.path() / "bag_0.mcap", mcap(some(0, 4)));
+  const std::string cut = mcap(some(4, 10));
+  put(folder.path() / "bag_1.mcap", cut.substr(0, cut.size() / 2));
+  const auto reader = open_bag(folder.path());
+  REQUIRE_MESSAGE(reader, to_string(reader.error()));
+  const Reading reading = read_on(**reader);
+  CHECK(reading.messages.size() >= 4);
+  REQUIRE(reading.ending.has_value());
+  check_clear(*reading.ending, ErrorCode::corrupt_data, "bag_1.mcap", "the file ends at byte");
+}
+
+TEST_CASE("bags: parts that are compressed as files") {
+  const TemporaryFolder folder;
+  const std::string bag = rosbag2(samples());
+  const auto part = put(folder.path() / "bag_0.db3.zstd", zstd_of(bag));
+  CHECK(is_bag(folder.path()) == true);
+  CHECK(is_bag(part) == true);
+  check_clear(refused(folder.path()), ErrorCode::unsupported, "bag_0.db3.zstd", "zstd -d");
+  check_clear(refused(part), ErrorCode::unsupported, "bag_0.db3.zstd", "zstd -d");
+  put(folder.path() / "bag_0.db3", bag);  // as zstd -d leaves it
+  const auto reader = open_bag(folder.path());
+  REQUIRE_MESSAGE(reader, to_string(reader.error()));
+  CHECK(read_on(**reader).messages.size() == 10);
+}
+
+TEST_CASE("bags: recorded folders") {
+  const auto folder = real_data("formats/rosbag2/kitti0005_3frames");
+  if (!folder) return;
+  CHECK(is_bag(*folder) == true);
+  const auto reader = open_bag(*folder);
+  REQUIRE_MESSAGE(reader, to_string(reader.error()));
+  CHECK((*reader)->format() == "rosbag2 (SQLite)");
+  CHECK(read_on(**reader).messages.size() == 3);
+}
+
+}  // namespace vantage::test
