@@ -168,7 +168,7 @@ Result<void> RunRecorder::add_pose(const ScanReport& report) {
   Pose pose = report.T_map_scan;
   pose.translation -= origin_;
   const std::array transforms{
-      io::ros::PoseMessage{.header = header, .child = kScanFrame, .pose = pose}};
+      io::ros::PoseMessage{.header = header, .child = kScanFrame, .pose = pose, .problem = {}}};
   VANTAGE_TRY(const auto tf, io::ros::write_transforms(transforms));
   VANTAGE_CHECK(writer_.write(channels_.tf, report.stamp, tf));
   VANTAGE_TRY(const auto stamped, io::ros::write_pose_stamped(header, pose));

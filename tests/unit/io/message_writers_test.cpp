@@ -40,7 +40,7 @@ TEST_CASE("message writers: geometry_msgs/PoseStamped, the quaternion as x, y, z
 
 TEST_CASE("message writers: tf2_msgs/TFMessage, also an empty one") {
   const std::vector<PoseMessage> transforms{
-      {.header = {.stamp = 1.5, .frame = "map"}, .child = "lidar", .pose = kPose}};
+      {.header = {.stamp = 1.5, .frame = "map"}, .child = "lidar", .pose = kPose, .problem = {}}};
   CHECK(hex(write_transforms(transforms)) ==
         "0001000001000000010000000065cd1d040000006d617000060000006c69646172000000000000000000"
         "f03f000000000000004000000000000008c0000000000000e03f000000000000e0bf000000000000e03f"
@@ -88,7 +88,8 @@ TEST_CASE("message writers: stamps that are no time, fields of another length") 
     CHECK(message.error().code == ErrorCode::invalid_input);
     CHECK(message.error().message.find(expected) != std::string::npos);
   };
-  const std::vector<PoseMessage> transforms{{.header = never, .child = "lidar", .pose = kPose}};
+  const std::vector<PoseMessage> transforms{
+      {.header = never, .child = "lidar", .pose = kPose, .problem = {}}};
   refused(write_pose_stamped(never, kPose), "is no ROS time");
   refused(write_transforms(transforms), "is no ROS time");
   refused(write_point_cloud2(never, {}), "is no ROS time");
