@@ -23,12 +23,14 @@ enum class ReadTimes : bool { no, yes };
 /// - PCD (ascii, binary, binary_compressed): any field order, size and type, names x y z or X Y Z;
 ///   bytes after the last binary point are padding; VIEWPOINT is not applied to the points
 /// - PLY 1.0 (ascii, binary of either byte order): element `vertex`, properties x y z
+/// - LAS 1.0 to 1.4, point formats 0 to 10: scale and offset are applied; read in blocks
 /// - KITTI: suffix `.bin`, float32 x y z intensity, little endian
 /// PCD and PLY may hold when each point was measured; see PointTimes for the fields that say so.
 /// Numbers in ascii files keep the precision of the text, whatever type the header declares.
 /// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for what cannot
 /// be read or is no regular file; `corrupt_data` for content that contradicts its format or is none
-/// of these, with the byte offset in binary parts.
+/// of these, with the byte offset in binary parts; `unsupported` for LAZ, COPC and E57, with a
+/// converter.
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path,
                                                    ReadTimes read_times = ReadTimes::no);
 
