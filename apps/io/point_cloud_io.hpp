@@ -40,10 +40,28 @@ enum class ReadTimes : bool { no, yes };
 
 enum class Precision : std::uint8_t { float32, float64 };
 
+/// float32 if it holds every coordinate as it is.
+[[nodiscard]] Precision lossless_precision(PointsView points) noexcept;
+
 /// Writes binary PCD v0.7 with fields x y z; atomic, see OutputFile.
-/// Errors: `invalid_input` for a point that is not finite in that precision; those of OutputFile.
+/// @param views  of each point, written as field `views`, uint32; or none
+/// Errors: `invalid_input` for a point that is not finite in that precision and for views that are
+/// not one for each point; those of OutputFile.
 [[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
-                                     Precision precision);
+                                     Precision precision,
+                                     std::span<const std::uint32_t> views = {});
+
+/// Writes PLY 1.0, binary little endian, with properties x y z of element vertex; the same, but for
+/// the property scalar_views (uint), which CloudCompare takes for a scalar field. Errors: the same.
+[[nodiscard]] Result<void> write_ply(const std::filesystem::path& path, PointsView points,
+                                     Precision precision,
+                                     std::span<const std::uint32_t> views = {});
+
+/// Writes LAS 1.4, point format 6, in millimetres: coordinates are rounded by half of one at most.
+/// Views are extra bytes named `views` (unsigned long). The file has no creation date and no
+/// coordinate system. Errors: the same, and `invalid_input` for more than 4,294 km along an axis.
+[[nodiscard]] Result<void> write_las(const std::filesystem::path& path, PointsView points,
+                                     std::span<const std::uint32_t> views = {});
 
 /// Writes a scan whose points were measured one after the other: as write_pcd in float32, with a
 /// field t, float32 [s] after the scan's stamp.
