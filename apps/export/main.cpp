@@ -174,7 +174,7 @@ int main(int argc, char** argv) {
     job->add_flag("--force", options.force, "replace an earlier export");
   }
   autoware->add_option("--resolution", options.autoware.resolution, "sides of a tile, whole metres")
-      ->check(CLI::Range(1, 100'000))
+      ->check(CLI::Range(1U, 100'000U))
       ->capture_default_str();
   autoware
       ->add_option("--origin", options.origin,

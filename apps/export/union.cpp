@@ -93,6 +93,7 @@ std::size_t UnionOfMaps::find(const Point& p, double tolerance) const {
 }
 
 void UnionOfMaps::add(const RegionMap& map) {
+  if (map.points.empty()) return;
   ++map_;
   const double error = error_of(map);
   const double tolerance = std::min(error + largest_error_, 0.5 * kCell);

@@ -40,6 +40,12 @@ TEST_CASE("union: nothing, and the same points twice") {
   UnionOfMaps all;
   all.add(map_of({}));
   CHECK(all.points().empty());
+  UnionOfMaps apart;
+  for (const double x : {0.0, 0.001, 0.002}) {
+    apart.add(map_of({}));
+    apart.add(map_of({{x, 0, 0}}));
+  }
+  CHECK(apart.points().size() == 3);
   const PointCloud two{{1, 2, 3}, {-0.0, 0.0, 1e300}};
   all.add(map_of(two));
   all.add(map_of(two));
