@@ -10,6 +10,7 @@
 #include "common/progress.hpp"
 #include "common/statistics.hpp"
 #include "common/table.hpp"
+#include "io/map_files.hpp"
 #include "io/point_cloud_io.hpp"
 #include "io/trajectory_io.hpp"
 #include "print_config.hpp"
@@ -28,14 +29,17 @@ struct Options {
 struct WideAreaMap {
   PointCloud points;
   std::uint64_t dropped = 0;
+  std::uint64_t unlisted_tiles = 0;
   PointCloud trajectory;
 };
 
 Result<WideAreaMap> read_map(const MapSource& source) {
   WideAreaMap map;
-  VANTAGE_TRY(auto cloud, io::read_point_clouds(source.files));
+  VANTAGE_TRY(const io::MapFiles found, io::map_files(source.files));
+  VANTAGE_TRY(auto cloud, io::read_point_clouds(found.files));
   map.points = std::move(cloud.points);
   map.dropped = cloud.dropped;
+  map.unlisted_tiles = found.unlisted_tiles;
   if (map.points.empty()) {
     return fail(ErrorCode::invalid_input,
                 "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",
@@ -99,6 +103,12 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
     std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
                              cli::grouped(map.dropped));
   }
+  if (map.unlisted_tiles > 0) {
+    std::cout << fmt::format(
+        "{} files beside the map's tiles are not in the tiles' metadata and "
+        "were left out\n",
+        cli::grouped(map.unlisted_tiles));
+  }
   if (report.skipped_viewpoints > 0) {
     std::cout << fmt::format("{} of the viewpoints show too little new and were not asked\n",
                              cli::grouped(report.skipped_viewpoints));
@@ -134,6 +144,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
   return {
       {"map_points", report.map_points},
       {"dropped_points", map.dropped},
+      {"unlisted_tiles", map.unlisted_tiles},
       {"ground_points", report.ground_points},
       {"viewpoints", report.viewpoints},
       {"skipped_viewpoints", report.skipped_viewpoints},

@@ -6,6 +6,7 @@
 
 #include "common/progress.hpp"
 #include "evaluate/opponents.hpp"
+#include "io/map_files.hpp"
 #include "io/point_cloud_io.hpp"
 
 namespace vantage {
@@ -107,18 +108,19 @@ Result<std::optional<Specimen>> specimen_of(const MapStore& store,
   return Specimen{region, std::move(map.points), std::move(map.viewpoints)};
 }
 
-std::vector<fs::path> map_files(const Config& config) {
-  std::vector<fs::path> files;
-  if (!config.map) return files;
-  for (const fs::path& file : config.map->files) {
-    files.push_back(fs::absolute(file).lexically_normal());
+/// As the configuration names them: files, folders and patterns.
+std::vector<fs::path> map_sources(const Config& config) {
+  std::vector<fs::path> sources;
+  if (!config.map) return sources;
+  for (const fs::path& source : config.map->files) {
+    sources.push_back(fs::absolute(source).lexically_normal());
   }
-  return files;
+  return sources;
 }
 
 /// A wide-area map and where it came from.
 struct WideAreaMap {
-  std::vector<fs::path> files;
+  std::vector<fs::path> sources;
   PointCloud points;
   std::string missing;  // why there are no points
 };
@@ -126,12 +128,14 @@ struct WideAreaMap {
 /// A map that is not there is said, not an error: a robot that has the bundles alone can be
 /// evaluated too.
 Result<WideAreaMap> read_map(const Config& config) {
-  WideAreaMap map{.files = map_files(config), .points = {}, .missing = {}};
-  if (map.files.empty()) {
+  WideAreaMap map{.sources = map_sources(config), .points = {}, .missing = {}};
+  if (map.sources.empty()) {
     map.missing = "the configuration names no wide-area map";
     return map;
   }
-  auto cloud = io::read_point_clouds(map.files);
+  auto cloud = io::map_files(map.sources).and_then([](const io::MapFiles& found) {
+    return io::read_point_clouds(found.files);
+  });
   if (!cloud && cloud.error().code == ErrorCode::not_found) {
     map.missing = "the wide-area map is not at hand: " + cloud.error().message;
     return map;
@@ -195,7 +199,7 @@ Result<Evaluation> evaluate(const std::vector<NamedConfig>& configs,
     const auto during = [&](Error error) {
       return fail(std::move(error).during("evaluating " + entry.config.file));
     };
-    if (!map || map->files != map_files(entry.config)) {
+    if (!map || map->sources != map_sources(entry.config)) {
       auto read = read_map(entry.config);
       if (!read) return during(std::move(read).error());
       // The report shows the first one.

@@ -4,16 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "io/atomic_file.hpp"
 #include "io/formats.hpp"
 #include "io/point_fields.hpp"
 #include "io/text.hpp"
@@ -452,63 +449,6 @@ Result<LoadedCloud> parse_compressed(std::string_view content, const std::string
   });
 }
 
-constexpr const char* kWrittenHeader =
-    "# .PCD v0.7 - Point Cloud Data file format\n"
-    "VERSION 0.7\n"
-    "FIELDS {fields}\n"
-    "SIZE {sizes}\n"
-    "TYPE {types}\n"
-    "COUNT {counts}\n"
-    "WIDTH {points}\n"
-    "HEIGHT 1\n"
-    "VIEWPOINT 0 0 0 1 0 0 0\n"
-    "POINTS {points}\n"
-    "DATA binary\n";
-
-Result<void> check_writable(const std::filesystem::path& path, PointsView points,
-                            Precision precision) {
-  const auto largest = precision == Precision::float32
-                           ? static_cast<double>(std::numeric_limits<float>::max())
-                           : std::numeric_limits<double>::max();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    // Written so that NaN fails it as well.
-    if ((points[i].array().abs() <= largest).all()) continue;
-    return fail(
-        ErrorCode::invalid_input,
-        fmt::format("point {} of {} is ({}, {}, {}), expected numbers that are finite in {}", i,
-                    points.size(), points[i].x(), points[i].y(), points[i].z(),
-                    precision == Precision::float32 ? "float32" : "float64"),
-        SourceLocation{path.string(), 0, 0});
-  }
-  return {};
-}
-
-template <class Stored>
-void append(std::string& bytes, Stored value) {
-  std::array<char, sizeof(value)> raw;
-  std::memcpy(raw.data(), &value, raw.size());
-  bytes.append(raw.data(), raw.size());
-}
-
-template <class Stored>
-void append_point(std::string& bytes, const Point& point) {
-  for (const double value : point) append(bytes, static_cast<Stored>(value));
-}
-
-/// @param append_record  void(std::string& bytes, std::size_t i)
-template <class AppendRecord>
-Result<void> write_points(OutputFile& file, PointsView points, const AppendRecord& append_record) {
-  constexpr std::size_t kPointsAtOnce = 4096;
-  std::string bytes;
-  for (std::size_t first = 0; first < points.size(); first += kPointsAtOnce) {
-    bytes.clear();
-    const std::size_t end = std::min(points.size(), first + kPointsAtOnce);
-    for (std::size_t i = first; i < end; ++i) append_record(bytes, i);
-    VANTAGE_CHECK(file.write(bytes));
-  }
-  return {};
-}
-
 }  // namespace
 
 bool looks_like_pcd(std::string_view content) noexcept {
@@ -551,51 +491,6 @@ Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file,
     case Encoding::binary_compressed: return parse_compressed(content, file, header);
   }
   return fail(ErrorCode::internal, "unknown PCD encoding");
-}
-
-Result<void> write_pcd(const std::filesystem::path& path, PointsView points, Precision precision) {
-  VANTAGE_CHECK(check_writable(path, points, precision));
-  VANTAGE_TRY(auto file, OutputFile::create(path));
-  const int size = precision == Precision::float32 ? 4 : 8;
-  VANTAGE_CHECK(file.write(fmt::format(kWrittenHeader, fmt::arg("fields", "x y z"),
-                                       fmt::arg("sizes", fmt::format("{0} {0} {0}", size)),
-                                       fmt::arg("types", "F F F"), fmt::arg("counts", "1 1 1"),
-                                       fmt::arg("points", points.size()))));
-  VANTAGE_CHECK(write_points(file, points, [&](std::string& bytes, std::size_t i) {
-    if (precision == Precision::float32) {
-      append_point<float>(bytes, points[i]);
-    } else {
-      append_point<double>(bytes, points[i]);
-    }
-  }));
-  return file.commit();
-}
-
-Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
-                       std::span<const float> seconds) {
-  const SourceLocation where{path.string(), 0, 0};
-  if (seconds.size() != points.size()) {
-    return fail(ErrorCode::invalid_input,
-                fmt::format("{} times for {} points", seconds.size(), points.size()), where);
-  }
-  for (std::size_t i = 0; i < seconds.size(); ++i) {
-    if (std::isfinite(seconds[i])) continue;
-    return fail(ErrorCode::invalid_input,
-                fmt::format("point {} of {} was measured after {} s, expected a finite number", i,
-                            points.size(), seconds[i]),
-                where);
-  }
-  VANTAGE_CHECK(check_writable(path, points, Precision::float32));
-  VANTAGE_TRY(auto file, OutputFile::create(path));
-  VANTAGE_CHECK(
-      file.write(fmt::format(kWrittenHeader, fmt::arg("fields", "x y z t"),
-                             fmt::arg("sizes", "4 4 4 4"), fmt::arg("types", "F F F F"),
-                             fmt::arg("counts", "1 1 1 1"), fmt::arg("points", points.size()))));
-  VANTAGE_CHECK(write_points(file, points, [&](std::string& bytes, std::size_t i) {
-    append_point<float>(bytes, points[i]);
-    append(bytes, seconds[i]);
-  }));
-  return file.commit();
 }
 
 }  // namespace vantage::io

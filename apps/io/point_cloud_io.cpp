@@ -10,6 +10,7 @@
 #include "io/file_content.hpp"
 #include "io/file_suffix.hpp"
 #include "io/formats.hpp"
+#include "io/las.hpp"
 #include "io/point_fields.hpp"
 
 namespace vantage::io {
@@ -41,7 +42,8 @@ Result<LoadedCloud> load_records(const InputFile& file, const Records& records) 
     block.resize(count * records.size);
     VANTAGE_CHECK(file.read(records.offset + done * records.size, block));
     const auto column = [&](const Records::Field& field) {
-      return CoordinateColumn{block.data() + field.offset, records.size, field.read};
+      return CoordinateColumn{block.data() + field.offset, records.size, field.read, field.scale,
+                              field.shift};
     };
     PointColumns columns;
     std::transform(records.axes.begin(), records.axes.end(), columns.axes.begin(), column);
@@ -72,12 +74,17 @@ Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string&
 
 Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTimes read_times) {
   const std::string file = path.string();
-  constexpr std::string_view kExpected = "a point cloud (PCD, PLY or KITTI .bin)";
+  constexpr std::string_view kExpected = "a point cloud (PCD, PLY, LAS or KITTI .bin)";
   VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
   const std::string suffix = lower_case_suffix(path);
   try {
     std::string head(std::min(input.size(), kHead), '\0');
     VANTAGE_CHECK(input.read(0, head));
+    if (looks_like_e57(head)) return refuse_e57(input);
+    if (looks_like_las(head)) {
+      VANTAGE_TRY(const auto records, las_records(input));
+      return load_records(input, records);
+    }
     if (const auto records = records_in(head, input.size(), read_times)) {
       return load_records(input, *records);
     }

@@ -31,11 +31,17 @@ template <class Stored, ByteOrder order>
   return static_cast<double>(std::bit_cast<Stored>(raw));
 }
 
-/// One coordinate of all points: that of point i is at `first + i * stride`.
+/// What is added to a coordinate that is stored as it is: unlike 0, it leaves -0 alone.
+inline constexpr double kNoShift = -0.0;
+
+/// One coordinate of all points: `scale` times the number at `first + i * stride`, plus `shift`,
+/// is that of point i.
 struct CoordinateColumn {
   const char* first = nullptr;
   std::size_t stride = 0;
   ReadCoordinate read = nullptr;
+  double scale = 1.0;
+  double shift = kNoShift;
 };
 
 struct PointColumns {
@@ -53,7 +59,8 @@ void add_points(LoadedCloud& cloud, const std::array<CoordinateColumn, 3>& axes,
     Point& point = cloud.points[kept];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const CoordinateColumn& column = axes[axis];
-      point[static_cast<Eigen::Index>(axis)] = column.read(column.first + i * column.stride);
+      point[static_cast<Eigen::Index>(axis)] =
+          column.read(column.first + i * column.stride) * column.scale + column.shift;
     }
     if constexpr (has_time) cloud.times.values[kept] = time.read(time.first + i * time.stride);
     const bool finite = point.allFinite();
@@ -85,6 +92,8 @@ struct Records {
   struct Field {
     std::size_t offset = 0;  // in a point [bytes]
     ReadCoordinate read = nullptr;
+    double scale = 1.0;
+    double shift = kNoShift;
   };
   std::size_t offset = 0;  // of the first one in the file [bytes]
   std::size_t size = 0;    // of one [bytes]

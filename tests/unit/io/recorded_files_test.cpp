@@ -108,7 +108,8 @@ TEST_CASE("recorded: malformed files are refused with a clear line") {
       {"no_vertex.ply", ":3: error: the PLY header has no element 'vertex'"},
       {"unsized_dims.ply", "element 'vertex' has no property z"},
       {"empty_pcap.pcap", "unknown format"},
-      {"bad_vlr_count.las", "unknown format"},
+      {"bad_vlr_count.las", "variable length record 3 of 3 (counted at byte 100) is at byte 429"},
+      {"garbage_nVariableLength.las", "1069128089 variable length records according to byte 100"},
   };
   for (const auto& [file, expected] : files) {
     const auto cloud = io::read_point_cloud(*folder / file);

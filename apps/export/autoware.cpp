@@ -1,0 +1,181 @@
+#include "export/autoware.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <system_error>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "export/sidecar.hpp"
+#include "export/union.hpp"
+#include "io/atomic_file.hpp"
+#include "io/autoware_tiles.hpp"
+#include "io/point_cloud_io.hpp"
+
+namespace vantage::exporting {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Below all points: a corner of a tile, and whole metres.
+Point origin_below(const Bounds3& bounds, double resolution) {
+  if (bounds.empty()) return Point::Zero();
+  const auto corner = [&](double c) { return std::floor(c / resolution) * resolution + 0.0; };
+  return {corner(bounds.min.x()), corner(bounds.min.y()), std::floor(bounds.min.z()) + 0.0};
+}
+
+tl::unexpected<Error> refuse_rounding(const Bundle& bundle, const Point& p, double rounding) {
+  return fail(ErrorCode::invalid_input,
+              fmt::format("Autoware's tiles hold float32, which would move the point ({:.3f}, "
+                          "{:.3f}, {:.3f}) by {:.3g} m; give an origin near the map that is "
+                          "subtracted: --origin X,Y,Z or --origin auto",
+                          p.x(), p.y(), p.z(), rounding),
+              SourceLocation{bundle.name, 0, 0});
+}
+
+using TilePoint = Eigen::Vector3f;
+
+/// The points as tiles hold them.
+std::vector<TilePoint> rounded(PointsView points, const Point& origin) {
+  std::vector<TilePoint> tile_points;
+  tile_points.reserve(points.size());
+  for (const Point& p : points) tile_points.push_back((p - origin).cast<float>());
+  return tile_points;
+}
+
+/// By how much a coordinate has moved at most [m]. It is measured apart from the rounding because
+/// GCC 12 vectorizes float(x) that is a double again at once to x itself.
+Result<double> rounding_of(const Bundle& bundle, PointsView points, const Point& origin,
+                           std::span<const TilePoint> tile_points) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point local = points[i] - origin;
+    const double rounding = (tile_points[i].cast<double>() - local).cwiseAbs().maxCoeff();
+    // Written so that infinity, which is no float32, fails it as well.
+    if (!(rounding <= kMostRounding)) return refuse_rounding(bundle, points[i], rounding);
+    largest = std::max(largest, rounding);
+  }
+  return largest;
+}
+
+/// The grid of tiles, counted from the origin.
+class Grid {
+ public:
+  explicit Grid(std::uint32_t resolution) : resolution_(resolution) {}
+
+  /// Column and row.
+  [[nodiscard]] Eigen::Vector2d cell(const TilePoint& p) const {
+    return (p.head<2>().cast<double>() / resolution_).array().floor();
+  }
+  [[nodiscard]] bool less(const TilePoint& a, const TilePoint& b) const {
+    const Eigen::Vector2d cell_a = cell(a), cell_b = cell(b);
+    return std::tuple(cell_a.x(), cell_a.y(), a.x(), a.y(), a.z()) <
+           std::tuple(cell_b.x(), cell_b.y(), b.x(), b.y(), b.z());
+  }
+  /// Its lower-left corner. Precondition: it fits 64 bits.
+  [[nodiscard]] io::AutowareTile tile(const Eigen::Vector2d& cell,
+                                      const std::string& prefix) const {
+    io::AutowareTile tile;
+    tile.x = static_cast<std::int64_t>(cell.x() * resolution_);
+    tile.y = static_cast<std::int64_t>(cell.y() * resolution_);
+    tile.file = fmt::format("{}_{}_{}.pcd", prefix, tile.x, tile.y);
+    return tile;
+  }
+
+ private:
+  double resolution_;
+};
+
+Result<io::AutowareTiles> write_tiles(const fs::path& folder, std::span<const TilePoint> points,
+                                      const AutowareOptions& options) {
+  const Grid grid(options.resolution);
+  io::AutowareTiles written{.x_resolution = static_cast<double>(options.resolution),
+                            .y_resolution = static_cast<double>(options.resolution),
+                            .tiles = {}};
+  for (std::size_t first = 0; first < points.size();) {
+    const Eigen::Vector2d cell = grid.cell(points[first]);
+    std::size_t end = first + 1;
+    while (end < points.size() && grid.cell(points[end]) == cell) ++end;
+    const io::AutowareTile tile = grid.tile(cell, options.prefix);
+    PointCloud cloud;
+    for (const TilePoint& p : points.subspan(first, end - first)) cloud.push_back(p.cast<double>());
+    VANTAGE_CHECK(io::write_pcd(folder / tile.file, cloud, io::Precision::float32));
+    written.tiles.push_back(tile);
+    first = end;
+  }
+  return written;
+}
+
+Result<void> check_reach(const Bundle& bundle, std::span<const TilePoint> points) {
+  constexpr float kReach = 1e9F;  // [m]; a tile's corner is a whole number
+  for (const TilePoint& p : points) {
+    const float reach = p.cwiseAbs().maxCoeff();
+    if (reach <= kReach) continue;
+    return fail(ErrorCode::invalid_input,
+                fmt::format("a coordinate of {} m, expected {} m at most", reach, kReach),
+                SourceLocation{bundle.name, 0, 0});
+  }
+  return {};
+}
+
+Result<void> write_metadata(const fs::path& folder, const io::AutowareTiles& tiles,
+                            const AutowareReport& report, const Bundle& bundle) {
+  VANTAGE_CHECK(io::write_text_atomically(folder / io::kAutowareMetadata, io::to_yaml(tiles)));
+  std::vector<std::string> files{io::kAutowareMetadata};
+  for (const io::AutowareTile& tile : tiles.tiles) {
+    files.push_back(fmt::format("{}/{}", io::kAutowareFolder, tile.file));
+  }
+  return write_sidecar(folder,
+                       {{"format", "autoware"},
+                        {"origin", {report.origin.x(), report.origin.y(), report.origin.z()}},
+                        {"resolution", tiles.x_resolution},
+                        {"points", report.points},
+                        {"repeated_points", report.repeated},
+                        {"largest_rounding", report.rounding},
+                        {"regions_without_points", report.regions_without_points}},
+                       files, bundle.index);
+}
+
+}  // namespace
+
+Result<AutowareReport> export_autoware(const Bundle& bundle, const AutowareOptions& options,
+                                       const fs::path& out, io::OutputFolder::Existing existing,
+                                       const Progress& progress) {
+  VANTAGE_TRY(auto folder, io::OutputFolder::create(out, existing));
+  UnionOfMaps all;
+  VANTAGE_CHECK(for_each_region(bundle, progress, [&](RegionId, const RegionMap& map) {
+    all.add(map);
+    return Result<void>{};
+  }));
+  AutowareReport report;
+  report.repeated = all.repeated();
+  report.regions_without_points = regions_without_points(bundle.index);
+  report.points = all.points().size();
+  report.origin =
+      options.origin ? *options.origin : origin_below(bounds_of(all.points()), options.resolution);
+  std::vector<TilePoint> points = rounded(all.points(), report.origin);
+  VANTAGE_TRY(report.rounding, rounding_of(bundle, all.points(), report.origin, points));
+  VANTAGE_CHECK(check_reach(bundle, points));
+  const Grid grid(options.resolution);
+  std::sort(points.begin(), points.end(),
+            [&](const TilePoint& a, const TilePoint& b) { return grid.less(a, b); });
+
+  const fs::path tiles_folder = folder.path() / io::kAutowareFolder;
+  std::error_code error;
+  if (!fs::create_directory(tiles_folder, error)) {
+    return fail(ErrorCode::io_failure,
+                fmt::format("the folder cannot be created ({})", error.message()),
+                SourceLocation{tiles_folder.string(), 0, 0});
+  }
+  VANTAGE_TRY(const auto tiles, write_tiles(tiles_folder, points, options));
+  report.tiles = tiles.tiles.size();
+  VANTAGE_CHECK(write_metadata(folder.path(), tiles, report, bundle));
+  VANTAGE_CHECK(folder.commit());
+  return report;
+}
+
+}  // namespace vantage::exporting

@@ -1,0 +1,197 @@
+// vantage-export: region maps for other programs.
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/command_line.hpp"
+#include "common/progress.hpp"
+#include "common/table.hpp"
+#include "export/autoware.hpp"
+#include "export/regions.hpp"
+#include "export/sidecar.hpp"
+#include "io/text.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path what, out;
+  bool force = false;
+  exporting::AutowareOptions autoware;
+  std::string origin = "0,0,0", format;
+  cli::CommonOptions common;
+};
+
+/// "x,y,z", or nothing for "auto".
+Result<std::optional<Point>> parse_origin(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  Point origin = Point::Zero();
+  std::string_view rest = text;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const std::size_t end = axis < 2 ? rest.find(',') : rest.size();
+    const auto number = io::parse_number<double>(rest.substr(0, end));
+    if (end == std::string_view::npos || !number || !std::isfinite(*number)) {
+      return cli::usage_error("--origin takes X,Y,Z in metres or auto, not '" + text + "'");
+    }
+    origin[axis] = *number;
+    rest.remove_prefix(std::min(rest.size(), end + 1));
+  }
+  return origin;
+}
+
+/// Tiles and their list name files, so a prefix must be a plain word.
+Result<void> check_prefix(const std::string& prefix) {
+  constexpr std::string_view kAllowed =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
+  if (!prefix.empty() && prefix.size() <= 100 && prefix.front() != '-' &&
+      prefix.find_first_not_of(kAllowed) == std::string::npos) {
+    return {};
+  }
+  return cli::usage_error("--prefix takes up to 100 letters, digits, '_' and '-', not '" + prefix +
+                          "'");
+}
+
+Result<io::OutputFolder::Existing> existing(const Options& options) {
+  if (!options.force) {
+    std::error_code ignored;
+    if (fs::exists(fs::symlink_status(options.out, ignored))) {
+      return fail(ErrorCode::already_exists, "is there already; --force replaces an earlier export",
+                  SourceLocation{options.out.string(), 0, 0});
+    }
+    return io::OutputFolder::Existing::refuse;
+  }
+  VANTAGE_CHECK(exporting::check_replaceable(options.out));
+  return io::OutputFolder::Existing::replace;
+}
+
+/// Opens the bundle and exports it. @param write  Result<Report>(bundle, existing, progress)
+template <class Write>
+auto export_with(const Options& options, const Write& write)
+    -> decltype(write(std::declval<exporting::Bundle>(), io::OutputFolder::Existing::refuse,
+                      exporting::Progress())) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(const auto over, existing(options));
+  VANTAGE_TRY(
+      const exporting::Bundle bundle,
+      exporting::open_bundle(options.what, options.common.overrides, options.common.loader()));
+  std::optional<cli::Progress> progress;
+  return write(bundle, over, [&](std::size_t done, std::size_t total) {
+    if (!progress) progress.emplace("reading (region maps)", options.common.quiet);
+    progress->update(done, total);
+  });
+}
+
+void print_regions_without_points(std::uint64_t regions) {
+  if (regions == 0) return;
+  std::cout << fmt::format("{} regions hold no points and were left out\n", cli::grouped(regions));
+}
+
+Result<void> run_autoware(const Options& options) {
+  exporting::AutowareOptions autoware = options.autoware;
+  VANTAGE_TRY(autoware.origin, parse_origin(options.origin));
+  VANTAGE_CHECK(check_prefix(autoware.prefix));
+  VANTAGE_TRY(const exporting::AutowareReport report,
+              export_with(options, [&](const auto& bundle, auto over, const auto& progress) {
+                return exporting::export_autoware(bundle, autoware, options.out, over, progress);
+              }));
+  const Point& o = report.origin;
+  if (options.common.json) {
+    const nlohmann::ordered_json json{{"points", report.points},
+                                      {"repeated_points", report.repeated},
+                                      {"tiles", report.tiles},
+                                      {"resolution", autoware.resolution},
+                                      {"origin", {o.x(), o.y(), o.z()}},
+                                      {"largest_rounding", report.rounding},
+                                      {"regions_without_points", report.regions_without_points}};
+    std::cout << json.dump(2) << '\n';
+    return {};
+  }
+  std::cout << fmt::format("{} points in {} tiles of {} m; {} more were in several region maps\n",
+                           cli::grouped(report.points), cli::grouped(report.tiles),
+                           autoware.resolution, cli::grouped(report.repeated));
+  std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n",
+                           1e3 * report.rounding);
+  if (!o.isZero(0.0)) {
+    std::cout << fmt::format("subtracted x {}, y {}, z {} m: see {}\n", o.x(), o.y(), o.z(),
+                             exporting::kSidecar);
+  }
+  print_regions_without_points(report.regions_without_points);
+  return {};
+}
+
+exporting::CloudFormat format_of(const std::string& name) {
+  if (name == "pcd") return exporting::CloudFormat::pcd;
+  return name == "las" ? exporting::CloudFormat::las : exporting::CloudFormat::ply;
+}
+
+Result<void> run_regions(const Options& options) {
+  VANTAGE_TRY(const exporting::RegionsReport report,
+              export_with(options, [&](const auto& bundle, auto over, const auto& progress) {
+                return exporting::export_regions(bundle, format_of(options.format), options.out,
+                                                 over, progress);
+              }));
+  if (options.common.json) {
+    const nlohmann::ordered_json json{{"files", report.files},
+                                      {"points", report.points},
+                                      {"views", report.has_views},
+                                      {"regions_without_points", report.regions_without_points}};
+    std::cout << json.dump(2) << '\n';
+    return {};
+  }
+  std::cout << fmt::format("{} points in {} files\n", cli::grouped(report.points),
+                           cli::grouped(report.files));
+  if (!report.has_views) {
+    std::cout << "the bundle does not tell how many viewpoints see a point: build it with "
+                 "store.views = true\n";
+  }
+  print_regions_without_points(report.regions_without_points);
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Writes the region maps of a bundle for other programs.", "vantage export");
+  vantage::Options options;
+  app.require_subcommand(1);
+  auto* autoware = app.add_subcommand(
+      "autoware", "one map of all regions, each point once, as tiles that Autoware loads");
+  auto* regions = app.add_subcommand("regions", "a file for each region, as for CloudCompare");
+  for (CLI::App* job : {autoware, regions}) {
+    job->add_option("BUNDLE", options.what, "configuration (TOML) of a bundle, or its folder")
+        ->required()
+        ->check(CLI::ExistingPath);
+    job->add_option("--out", options.out, "folder to write; it must not be there")
+        ->required()
+        ->type_name("DIR");
+    job->add_flag("--force", options.force, "replace an earlier export");
+  }
+  autoware->add_option("--resolution", options.autoware.resolution, "sides of a tile, whole metres")
+      ->check(CLI::Range(1U, 100'000U))
+      ->capture_default_str();
+  autoware
+      ->add_option("--origin", options.origin,
+                   "subtract X,Y,Z [m], for maps far from 0, where float32 is coarse; auto: the "
+                   "lowest corner of the map")
+      ->type_name("ORIGIN")
+      ->capture_default_str();
+  autoware->add_option("--prefix", options.autoware.prefix, "of the tiles' names")
+      ->type_name("WORD")
+      ->capture_default_str();
+  regions
+      ->add_option("--format", options.format,
+                   "of the files; where the bundle has views, they are a field in them")
+      ->required()
+      ->check(CLI::IsMember({"ply", "pcd", "las"}));
+  for (CLI::App* job : {autoware, regions}) options.common.add_to(*job);
+  return vantage::cli::run_program(app, argc, argv, [&] {
+    return *autoware ? vantage::run_autoware(options) : vantage::run_regions(options);
+  });
+}

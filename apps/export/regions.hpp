@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+
+#include "export/bundle.hpp"
+#include "io/atomic_folder.hpp"
+
+namespace vantage::exporting {
+
+enum class CloudFormat : std::uint8_t { pcd, ply, las };
+
+struct RegionsReport {
+  std::uint64_t files = 0;
+  std::uint64_t points = 0;  ///< in all files
+  bool has_views = false;    ///< the bundle tells how many viewpoints see a point
+  std::uint64_t regions_without_points = 0;
+};
+
+/// Writes the map of each region that has points as a file `<label>.<format>`, in the map frame:
+/// PCD and PLY in float32 where that changes no coordinate, else in float64; LAS in millimetres.
+/// Where the bundle has them (store.views), the viewpoints that see a point are counted in a field
+/// beside it: see io::write_pcd, write_ply and write_las. `vantage_export.json` lists the files.
+/// Errors: those of the store and of writing.
+[[nodiscard]] Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format,
+                                                   const std::filesystem::path& out,
+                                                   io::OutputFolder::Existing existing,
+                                                   const Progress& progress);
+
+}  // namespace vantage::exporting

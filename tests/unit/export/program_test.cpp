@@ -1,0 +1,222 @@
+// vantage-export on a bundle that vantage-build has made of a small map.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/map_files.hpp"
+#include "io/point_cloud_io.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+using test::run;
+
+/// A street with a wall beside it, 60 m long, as two LAS files; and bundles of it.
+class World {
+ public:
+  explicit World(const Point& middle = Point::Zero()) {
+    PointCloud halves[2];
+    for (int i = 0; i < 240; ++i) {
+      const double x = 0.25 * i;
+      PointCloud& half = halves[i < 120 ? 0 : 1];
+      for (int j = 0; j < 40; ++j) half.push_back(middle + Point(x, 0.25 * j, 0.01 * (j % 2)));
+      for (int k = 1; k < 12; ++k) half.push_back(middle + Point(x, 10.0, 0.25 * k));
+    }
+    for (const PointCloud& half : halves) map.insert(map.end(), half.begin(), half.end());
+    fs::create_directory(path("maps"));
+    REQUIRE(io::write_las(path("maps/part_1.las"), halves[0]));
+    REQUIRE(io::write_las(path("maps/part_2.las"), halves[1]));
+  }
+
+  [[nodiscard]] fs::path path(const std::string& name) const { return folder_.path() / name; }
+
+  /// Builds a bundle whose region maps overlap: each holds the map as far as 30 m.
+  [[nodiscard]] std::string build(const std::string& name, const std::string& files,
+                                  const std::string& store) const {
+    test::write_text(path(name + ".toml"), R"(schema = 1
+[map]
+files = )" + files + R"(
+[partitioner]
+plugin = "uniform_grid"
+params = { cell_width = 20.0 }
+[ground]
+plugin = "pmf"
+[viewpoints]
+voxel_size = 5.0
+[visibility]
+plugin = "keep_all"
+max_range = 30.0
+[store]
+plugin = "pcd_tiles"
+params = { root = ")" + name + R"(" }
+)" + store);
+    const auto built = run("vantage-build", {path(name + ".toml").string(), "--json", "-q"});
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    CHECK(nlohmann::json::parse(built.out)["map_points"] == map.size());
+    return path(name + ".toml").string();
+  }
+
+  PointCloud map;
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+/// Whether two clouds hold the same points, but for `tolerance` [m]; neighbours are further apart.
+bool same_points(PointCloud a, PointCloud b, double tolerance) {
+  const auto sort = [](PointCloud& cloud) {
+    std::sort(cloud.begin(), cloud.end(), [](const Point& p, const Point& q) {
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const double d = std::round(200 * p[axis]) - std::round(200 * q[axis]);
+        if (d != 0.0) return d < 0.0;
+      }
+      return false;
+    });
+  };
+  sort(a);
+  sort(b);
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](const Point& p, const Point& q) {
+    return (p - q).cwiseAbs().maxCoeff() <= tolerance;
+  });
+}
+
+PointCloud read_folder(const fs::path& folder) {
+  const std::vector<fs::path> patterns{folder};
+  return io::read_point_clouds(io::map_files(patterns).value().files).value().points;
+}
+
+TEST_CASE("vantage export autoware: what is exported is each point of the bundle once") {
+  const World world;
+  const std::string config = world.build("b", "[\"maps/*.las\"]", "");
+  const std::string out = world.path("tiles").string();
+  const auto exported = run("vantage-export", {"autoware", config, "--out", out, "--json", "-q"});
+  REQUIRE_MESSAGE(exported.exit_code == 0, exported.err);
+  CHECK(exported.err.empty());
+  const auto report = nlohmann::json::parse(exported.out);
+  CHECK(report["points"] == world.map.size());
+  CHECK(report["repeated_points"] > world.map.size() / 2);  // the region maps do overlap
+  CHECK(report["tiles"] == 3);
+  CHECK(same_points(read_folder(out), world.map, 1e-4));
+
+  SUBCASE("its tiles are a map to build from, by folder or pattern, and give the same export") {
+    const std::string again = world.build("c", "[\"tiles\", \"til*/pointcloud_map.pcd/*\"]", "");
+    const std::string other = world.path("other").string();
+    REQUIRE(run("vantage-export", {"autoware", again, "--out", other, "-q"}).exit_code == 0);
+    CHECK(same_points(read_folder(other), read_folder(out), 1e-5));
+    CHECK(test::read_text(world.path("other/pointcloud_map_metadata.yaml")) ==
+          test::read_text(world.path("tiles/pointcloud_map_metadata.yaml")));
+  }
+  SUBCASE("nothing is overwritten without --force, and with it only an export") {
+    const auto second = run("vantage-export", {"autoware", config, "--out", out, "-q"});
+    CHECK(second.exit_code == 1);
+    CHECK(second.err.find("--force") != std::string::npos);
+    CHECK(run("vantage-export",
+              {"autoware", config, "--out", out, "-q", "--force", "--resolution", "10"})
+              .exit_code == 0);
+    CHECK(same_points(read_folder(out), world.map, 1e-4));
+    const auto bundle = run(
+        "vantage-export", {"autoware", config, "--out", world.path("b").string(), "-q", "--force"});
+    CHECK(bundle.exit_code == 1);
+    CHECK(bundle.err.find("is no earlier export") != std::string::npos);
+    CHECK(fs::exists(world.path("b/index.json")));
+  }
+  SUBCASE("a tile that is missing is told by build") {
+    fs::remove(world.path("tiles/pointcloud_map.pcd/pointcloud_map_20_0.pcd"));
+    const auto built =
+        run("vantage-build", {config, "-q", "--set", "map.files=[\"" + out + "\"]", "--set",
+                              "store.params.root=\"" + world.path("d").string() + "\""});
+    CHECK(built.exit_code == 1);
+    CHECK(built.err.find("pointcloud_map_20_0.pcd: error: there is no such tile") !=
+          std::string::npos);
+  }
+}
+
+TEST_CASE("vantage export: UTM coordinates need an origin for Autoware, and none for LAS") {
+  const World world({500'000.0, 4'649'780.0, 430.0});
+  const std::string config = world.build("b", "[\"maps\"]", "");
+  const std::string out = world.path("tiles").string();
+  const auto refused = run("vantage-export", {"autoware", config, "--out", out, "-q"});
+  CHECK(refused.exit_code == 1);
+  CHECK(refused.err.find("--origin auto") != std::string::npos);
+  CHECK_FALSE(fs::exists(out));
+  const auto exported =
+      run("vantage-export", {"autoware", config, "--out", out, "--origin", "500000,4649780,430"});
+  REQUIRE_MESSAGE(exported.exit_code == 0, exported.err);
+  CHECK(exported.out.find("subtracted x 500000, y 4649780, z 430 m") != std::string::npos);
+  PointCloud tiles = read_folder(out);
+  for (Point& p : tiles) p += Point(500'000.0, 4'649'780.0, 430.0);
+  CHECK(same_points(tiles, world.map, 1e-4));
+
+  const std::string folder = world.path("b").string();  // the bundle itself, without configuration
+  const std::string regions = world.path("regions").string();
+  const auto las =
+      run("vantage-export", {"regions", folder, "--out", regions, "--format", "las", "-q"});
+  REQUIRE_MESSAGE(las.exit_code == 0, las.err);
+  CHECK(las.out.find("store.views = true") != std::string::npos);
+  for (const Point& p : read_folder(regions)) {
+    if ((p - world.map.front()).norm() > 100.0) FAIL("a point far from the map");
+  }
+}
+
+TEST_CASE("vantage export regions: counts of views, and bundles without points") {
+  const World world;
+  const std::string config = world.build("b", "[\"maps/part_?.las\"]", "views = true\n");
+  const std::string out = world.path("regions").string();
+  const auto exported =
+      run("vantage-export", {"regions", config, "--out", out, "--format", "ply", "--json", "-q"});
+  REQUIRE_MESSAGE(exported.exit_code == 0, exported.err);
+  CHECK(nlohmann::json::parse(exported.out)["views"] == true);
+  CHECK(nlohmann::json::parse(exported.out)["files"] == 3);
+  const auto sidecar =
+      nlohmann::json::parse(test::read_text(world.path("regions/vantage_export.json")));
+  for (const auto& region : sidecar["regions"]) {
+    CHECK(region["max_views"] > 0);
+    const std::string file = test::read_text(world.path("regions") / region["file"]);
+    CHECK(file.find("property uint scalar_views\n") != std::string::npos);
+  }
+
+  const std::string prepared =
+      world.build("p", "[\"maps\"]", "content = \"prepared\"\n[matcher]\nplugin = \"ndt\"\n");
+  for (const std::string job : {"autoware", "regions"}) {
+    std::vector<std::string> arguments{job, prepared, "--out", world.path("none").string(), "-q"};
+    if (job == "regions") arguments.insert(arguments.end(), {"--format", "pcd"});
+    const auto refused = run("vantage-export", arguments);
+    CHECK(refused.exit_code == 1);
+    CHECK(refused.err.find("prepared maps only") != std::string::npos);
+    CHECK_FALSE(fs::exists(world.path("none")));
+  }
+}
+
+TEST_CASE("vantage export: wrong usage") {
+  const World world;
+  const std::string config = world.path("none.toml").string();
+  CHECK(run("vantage-export", {}).exit_code == 2);
+  CHECK(run("vantage-export", {"autoware", config, "--out", "x"}).exit_code == 2);
+  test::write_text(config, "schema = 1\n");
+  const std::string out = world.path("out").string();
+  const auto fails = [&](std::vector<std::string> more, int code, const std::string& expected) {
+    more.insert(more.begin(), {"autoware", config, "--out", out});
+    const auto finished = run("vantage-export", more);
+    CHECK(finished.exit_code == code);
+    CHECK_MESSAGE(finished.err.find(expected) != std::string::npos, finished.err);
+  };
+  fails({}, 1, "missing table [store], which exporting needs");
+  fails({"--resolution", "0"}, 2, "--resolution");
+  fails({"--resolution", "2.5"}, 2, "--resolution");
+  for (const char* origin : {"1,2", "1,2,3,4", "a,b,c", "nan,0,0", ",,", ""}) {
+    fails({"--origin", origin}, 2, "--origin");
+  }
+  fails({"--prefix", "../x"}, 2, "--prefix takes");
+  fails({"--set", "store.plugin=pcd_tiles", "--set",
+         "store.params.root=\"" + world.path("no_bundle").string() + "\""},
+        1, "`vantage build` makes it");
+  CHECK(run("vantage-export", {"regions", config, "--out", out, "--format", "xyz"}).exit_code == 2);
+}
+
+}  // namespace
+}  // namespace vantage
