@@ -19,6 +19,7 @@ namespace {
 
 /// What can be told from the beginning of a file, whose header may end where it likes.
 constexpr std::size_t kHead = 64 * 1024;  // [bytes]
+constexpr std::string_view kExpected = "a point cloud (PCD, PLY, LAS or KITTI .bin)";
 
 std::optional<Records> records_in(std::string_view head, std::size_t size, ReadTimes read_times) {
   if (looks_like_pcd(head)) return pcd_records(head, size, read_times);
@@ -73,10 +74,13 @@ Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string&
 }
 
 Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTimes read_times) {
-  const std::string file = path.string();
-  constexpr std::string_view kExpected = "a point cloud (PCD, PLY, LAS or KITTI .bin)";
   VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
-  const std::string suffix = lower_case_suffix(path);
+  return read_point_cloud(input, read_times);
+}
+
+Result<LoadedCloud> read_point_cloud(const InputFile& input, ReadTimes read_times) {
+  const std::string& file = input.name();
+  const std::string suffix = lower_case_suffix(file);
   try {
     std::string head(std::min(input.size(), kHead), '\0');
     VANTAGE_CHECK(input.read(0, head));

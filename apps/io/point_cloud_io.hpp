@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 
+#include "io/file_content.hpp"
 #include "io/point_times.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -32,6 +33,10 @@ enum class ReadTimes : bool { no, yes };
 /// of these, with the byte offset in binary parts; `unsupported` for LAZ, COPC and E57, with a
 /// converter.
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path,
+                                                   ReadTimes read_times = ReadTimes::no);
+
+/// The same of a file that is open.
+[[nodiscard]] Result<LoadedCloud> read_point_cloud(const InputFile& file,
                                                    ReadTimes read_times = ReadTimes::no);
 
 /// Several files as one cloud, one after the other, without times. Beyond the points themselves it

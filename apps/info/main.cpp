@@ -1,0 +1,57 @@
+// vantage-info: what a recording or a map holds.
+#include <unistd.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/command_line.hpp"
+#include "common/progress.hpp"
+#include "info/recording_info.hpp"
+
+namespace vantage {
+namespace {
+
+struct Options {
+  io::ScanOptions scans;
+  bool quiet = false;
+  bool json = false;
+  std::string color = "auto";
+};
+
+Result<void> run(const Options& options) {
+  RecordingInfo info;
+  {
+    cli::Progress progress("reading (scans)", options.quiet);
+    VANTAGE_TRY(info, inspect(options.scans, [&](std::size_t done, std::size_t total) {
+                  progress.update(done, total);
+                }));
+  }
+  if (options.json) {
+    std::cout << to_json(info).dump(2) << '\n';
+  } else {
+    std::cout << to_text(info, cli::Style::of(STDOUT_FILENO, options.color));
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Says what a recording or a map holds: format, topics, scans, points, fields, extent, rate, "
+      "gaps.",
+      "vantage info");
+  vantage::Options options;
+  app.add_option("PATH", options.scans.path,
+                 "folder of scans or map tiles, ROS bag, MCAP, Velodyne capture, PCD, PLY or LAS")
+      ->required();
+  app.add_option("--topic", options.scans.topic, "topic of the scans, where a bag has several");
+  app.add_option("--rate", options.scans.rate_hz, "scans a second, where files carry no stamps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");
+  app.add_flag("--json", options.json, "results as JSON on stdout");
+  vantage::cli::add_color_option(app, options.color);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

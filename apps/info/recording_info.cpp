@@ -1,0 +1,310 @@
+#include "info/recording_info.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "common/table.hpp"
+#include "io/autoware_tiles.hpp"
+#include "io/file_suffix.hpp"
+#include "io/map_files.hpp"
+#include "io/point_cloud_io.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kGap = 1.5;  // median intervals
+
+/// Of a file, or of all files in a folder.
+std::uint64_t size_of(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    const auto size = fs::file_size(path, error);
+    return error ? 0 : size;
+  }
+  std::uint64_t sum = 0;
+  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
+       it.increment(error)) {
+    std::error_code unreadable;
+    const auto size = it->is_regular_file(unreadable) ? it->file_size(unreadable) : 0;
+    if (!unreadable) sum += size;
+  }
+  return sum;
+}
+
+double median_interval(const std::vector<double>& stamps) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < stamps.size(); ++i) intervals.push_back(stamps[i] - stamps[i - 1]);
+  if (intervals.empty()) return 0.0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+Result<ScansInfo> read_scans(io::ScanSource& source,
+                             const std::function<void(std::size_t, std::size_t)>& progress) {
+  ScansInfo info;
+  info.description = source.describe();
+  const std::size_t expected = info.description.scans.value_or(0);
+  std::vector<double> stamps;
+  while (true) {
+    VANTAGE_TRY(const auto scan, source.next());
+    if (!scan) break;
+    const std::uint64_t points = scan->points.size();
+    info.fewest = stamps.empty() ? points : std::min(info.fewest, points);
+    info.most = std::max(info.most, points);
+    info.points.add(scan->points, scan->dropped);
+    if (!scan->seconds.empty()) {
+      const auto [first, last] = std::minmax_element(scan->seconds.begin(), scan->seconds.end());
+      info.sweep = std::max(info.sweep, static_cast<double>(*last) - static_cast<double>(*first));
+      ++info.with_times;
+    }
+    stamps.push_back(scan->stamp);
+    if (progress) progress(stamps.size(), expected);
+  }
+  info.skipped = source.skipped();
+  info.count = stamps.size();
+  if (stamps.empty()) return info;
+  info.first = stamps.front();
+  info.last = stamps.back();
+  info.interval = median_interval(stamps);
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    const double seconds = stamps[i] - stamps[i - 1];
+    if (seconds > kGap * info.interval) info.gaps.push_back({stamps[i - 1], seconds});
+  }
+  return info;
+}
+
+bool is_las(const fs::path& file) {
+  const std::string suffix = io::lower_case_suffix(file);
+  return suffix == ".las" || suffix == ".laz" || suffix == ".e57";
+}
+
+/// The files of a map, if it can be nothing else: LAS files, Autoware's tiles. Folders of PCD and
+/// PLY files are scans.
+Result<io::MapFiles> files_of_map(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    return io::MapFiles{.files = is_las(path) ? std::vector{path} : std::vector<fs::path>()};
+  }
+  const bool tiled = fs::exists(path / io::kAutowareMetadata, error) ||
+                     fs::exists(path.parent_path() / io::kAutowareMetadata, error);
+  const std::vector<fs::path> pattern{path};
+  auto found = io::map_files(pattern);
+  if (!found && !tiled) return io::MapFiles();
+  if (!found || tiled) return found;
+  const bool las = std::any_of(found->files.begin(), found->files.end(), is_las);
+  return las ? found : io::MapFiles();
+}
+
+Result<RecordingInfo> inspect_map(RecordingInfo info) {
+  PointsInfo points;
+  for (const fs::path& file : info.map_files) {
+    VANTAGE_TRY(const auto cloud, io::read_point_cloud(file));
+    points.add(cloud.points, cloud.dropped);
+  }
+  info.map = points;
+  return info;
+}
+
+std::string box(const Eigen::AlignedBox3d& extent) {
+  if (extent.isEmpty()) return "none";
+  const auto axis = [&](const char* name, Eigen::Index i) {
+    return fmt::format("{} {:.2f} to {:.2f}", name, extent.min()[i], extent.max()[i]);
+  };
+  return fmt::format("{}, {}, {}", axis("x", 0), axis("y", 1), axis("z", 2));
+}
+
+double share_of_dropped(const PointsInfo& points) {
+  const auto all = static_cast<double>(points.finite + points.dropped);
+  return all > 0.0 ? static_cast<double>(points.dropped) / all : 0.0;
+}
+
+using Lines = std::vector<std::pair<std::string, std::string>>;
+
+void add_points(Lines& lines, const PointsInfo& points) {
+  lines.emplace_back("NaN or infinite", fmt::format("{} ({:.2f} %)", cli::grouped(points.dropped),
+                                                    100.0 * share_of_dropped(points)));
+  lines.emplace_back("extent [m]", box(points.extent));
+}
+
+Lines lines_of(const ScansInfo& scans) {
+  Lines lines;
+  const io::ScanDescription& d = scans.description;
+  if (!d.topic.empty()) lines.emplace_back("scans of", d.topic);
+  if (!d.frame.empty()) lines.emplace_back("frame", d.frame);
+  lines.emplace_back("scans", cli::grouped(scans.count));
+  if (scans.skipped.total() > 0) {
+    lines.emplace_back("skipped", fmt::format("{} stamped no later than the one before, {} "
+                                              "incomplete sweeps",
+                                              scans.skipped.not_later, scans.skipped.incomplete));
+  }
+  lines.emplace_back("stamps", d.stamp_rule);
+  lines.emplace_back("first, last [s]", fmt::format("{:.6f}, {:.6f}", scans.first, scans.last));
+  lines.emplace_back("duration [s]", fmt::format("{:.3f}", scans.last - scans.first));
+  if (scans.interval > 0.0) {
+    lines.emplace_back("rate [Hz]", fmt::format("{:.3f}", 1.0 / scans.interval));
+    std::string gaps = cli::grouped(scans.gaps.size());
+    if (!scans.gaps.empty()) {
+      const auto longest =
+          std::max_element(scans.gaps.begin(), scans.gaps.end(),
+                           [](const Gap& a, const Gap& b) { return a.seconds < b.seconds; });
+      gaps += fmt::format(", the longest {:.3f} s after {:.6f}", longest->seconds, longest->after);
+    }
+    lines.emplace_back("gaps", gaps);
+  }
+  if (!d.fields.empty()) lines.emplace_back("fields", fmt::format("{}", fmt::join(d.fields, ", ")));
+  const std::uint64_t mean = scans.count > 0 ? scans.points.finite / scans.count : 0;
+  lines.emplace_back("points a scan",
+                     fmt::format("{} ({} to {})", cli::grouped(mean), cli::grouped(scans.fewest),
+                                 cli::grouped(scans.most)));
+  lines.emplace_back("times of points",
+                     scans.with_times == 0
+                         ? "none"
+                         : fmt::format("in {} scans, over {:.4f} s at most",
+                                       cli::grouped(scans.with_times), scans.sweep));
+  add_points(lines, scans.points);
+  return lines;
+}
+
+std::string to_text(const Lines& lines, const cli::Style& style) {
+  std::size_t width = 0;
+  for (const auto& [name, value] : lines) width = std::max(width, name.size());
+  std::string text;
+  for (const auto& [name, value] : lines) {
+    text += style.bold(name) + std::string(width - name.size() + 2, ' ') + value + '\n';
+  }
+  return text;
+}
+
+nlohmann::ordered_json json_of(const PointsInfo& points) {
+  nlohmann::ordered_json json{{"finite", points.finite},
+                              {"not_finite", points.dropped},
+                              {"share_not_finite", share_of_dropped(points)},
+                              {"min", nullptr},
+                              {"max", nullptr}};
+  if (!points.extent.isEmpty()) {
+    const auto corner = [](const Eigen::Vector3d& p) {
+      return nlohmann::ordered_json{p.x(), p.y(), p.z()};
+    };
+    json["min"] = corner(points.extent.min());
+    json["max"] = corner(points.extent.max());
+  }
+  return json;
+}
+
+nlohmann::ordered_json json_of(const ScansInfo& scans) {
+  nlohmann::ordered_json gaps = nlohmann::ordered_json::array();
+  for (const Gap& gap : scans.gaps) {
+    gaps.push_back({{"after", gap.after}, {"seconds", gap.seconds}});
+  }
+  return {{"topic", scans.description.topic},
+          {"frame", scans.description.frame},
+          {"fields", scans.description.fields},
+          {"stamps", scans.description.stamp_rule},
+          {"count", scans.count},
+          {"skipped",
+           {{"not_later", scans.skipped.not_later}, {"incomplete", scans.skipped.incomplete}}},
+          {"first_stamp", scans.first},
+          {"last_stamp", scans.last},
+          {"duration", scans.last - scans.first},
+          {"interval", scans.interval},
+          {"gaps", std::move(gaps)},
+          {"with_point_times", scans.with_times},
+          {"sweep", scans.sweep},
+          {"fewest_points", scans.fewest},
+          {"most_points", scans.most},
+          {"points", json_of(scans.points)}};
+}
+
+}  // namespace
+
+void PointsInfo::add(PointsView points, std::uint64_t not_finite) {
+  finite += points.size();
+  dropped += not_finite;
+  for (const Point& point : points) extent.extend(point);
+}
+
+Result<RecordingInfo> inspect(const io::ScanOptions& options,
+                              const std::function<void(std::size_t, std::size_t)>& progress) {
+  RecordingInfo info;
+  info.path = options.path;
+  info.bytes = size_of(options.path);
+  std::error_code error;
+  if (!fs::exists(options.path, error)) {
+    return fail(ErrorCode::not_found, "no such file or directory, expected scans or a map",
+                SourceLocation{options.path.string(), 0, 0});
+  }
+  VANTAGE_TRY(const bool bag, io::ros::is_bag(options.path));
+  if (bag) {
+    VANTAGE_TRY(const auto reader, io::ros::open_bag(options.path));
+    info.format = reader->format();
+    info.topics = reader->topics();
+  }
+  VANTAGE_TRY(auto map, files_of_map(options.path));
+  if (!map.files.empty()) {
+    info.map_files = std::move(map.files);
+    info.format = fmt::format("map ({})", info.map_files.size() == 1
+                                              ? "1 file"
+                                              : fmt::format("{} files", info.map_files.size()));
+    return inspect_map(std::move(info));
+  }
+  auto source = io::open_scans(options);
+  if (!source && bag && options.topic.empty() && source.error().code == ErrorCode::invalid_input) {
+    info.no_scans = source.error().message;
+    return info;
+  }
+  if (!source) return fail(std::move(source).error());
+  info.format = (*source)->describe().format;
+  VANTAGE_TRY(info.scans, read_scans(**source, progress));
+  return info;
+}
+
+std::string to_text(const RecordingInfo& info, const cli::Style& style) {
+  Lines lines{{"path", info.path.string()},
+              {"format", info.format},
+              {"size [MB]", fmt::format("{:.2f}", static_cast<double>(info.bytes) / 1e6)}};
+  if (info.scans) {
+    for (auto& line : lines_of(*info.scans)) lines.push_back(std::move(line));
+  }
+  if (info.map) {
+    lines.emplace_back("points", cli::grouped(info.map->finite));
+    add_points(lines, *info.map);
+  }
+  if (!info.no_scans.empty()) lines.emplace_back("scans", info.no_scans);
+  std::string text = to_text(lines, style);
+  if (info.topics.empty()) return text;
+  cli::TextTable table({"topic", "type", "messages"}, 2);
+  for (const io::ros::Topic& topic : info.topics) {
+    table.add({topic.name, topic.type, topic.messages ? cli::grouped(*topic.messages) : "?"});
+  }
+  return text + '\n' + table.to_string(style);
+}
+
+nlohmann::ordered_json to_json(const RecordingInfo& info) {
+  nlohmann::ordered_json json{
+      {"path", info.path.string()}, {"format", info.format}, {"bytes", info.bytes}};
+  if (!info.topics.empty()) {
+    json["topics"] = nlohmann::ordered_json::array();
+    for (const io::ros::Topic& topic : info.topics) {
+      nlohmann::ordered_json entry{
+          {"name", topic.name}, {"type", topic.type}, {"messages", nullptr}};
+      if (topic.messages) entry["messages"] = *topic.messages;
+      json["topics"].push_back(std::move(entry));
+    }
+  }
+  if (info.scans) json["scans"] = json_of(*info.scans);
+  if (info.map) {
+    json["map"] = json_of(*info.map);
+    json["map"]["files"] = info.map_files.size();
+  }
+  if (!info.no_scans.empty()) json["no_scans"] = info.no_scans;
+  return json;
+}
+
+}  // namespace vantage

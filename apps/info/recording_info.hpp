@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/style.hpp"
+#include "io/ros/message_reader.hpp"
+#include "io/scan_source.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// Points of one or many clouds.
+struct PointsInfo {
+  std::uint64_t finite = 0;
+  std::uint64_t dropped = 0;   ///< with a NaN or infinite coordinate
+  Eigen::AlignedBox3d extent;  ///< of the finite ones [m]
+
+  void add(PointsView points, std::uint64_t not_finite);
+};
+
+/// A pause of more than 1.5 times the median time between scans.
+struct Gap {
+  double after = 0.0;    ///< stamp of the scan before it [s]
+  double seconds = 0.0;  ///< from that scan to the next
+};
+
+/// What the scans of a recording are, from reading them all.
+struct ScansInfo {
+  io::ScanDescription description;
+  std::uint64_t count = 0;
+  std::uint64_t with_times = 0;  ///< scans whose points have times
+  double sweep = 0.0;            ///< the longest time that the points of one scan span [s]
+  io::SkippedScans skipped;
+  double first = 0.0, last = 0.0;  ///< stamps [s]
+  double interval = 0.0;           ///< median time between scans [s]; 0 for a single one
+  std::vector<Gap> gaps;
+  std::uint64_t fewest = 0, most = 0;  ///< finite points a scan
+  PointsInfo points;                   ///< extent in the sensor's frame
+};
+
+/// What a file or folder holds.
+struct RecordingInfo {
+  std::filesystem::path path;
+  std::string format;
+  std::uint64_t bytes = 0;
+  std::vector<io::ros::Topic> topics;  ///< of a bag
+  std::optional<ScansInfo> scans;
+  std::optional<PointsInfo> map;  ///< of a map
+  std::vector<std::filesystem::path> map_files;
+  std::string no_scans;  ///< why there are none, if a bag has none that can be read
+};
+
+/// Reads all of it. Errors: those of open_scans and ScanSource::next; a bag without scans, or with
+/// several topics of scans and none chosen, is described all the same.
+/// @param progress  told the scans done and their number; 0 where the recording does not say
+[[nodiscard]] Result<RecordingInfo> inspect(
+    const io::ScanOptions& options, const std::function<void(std::size_t, std::size_t)>& progress);
+
+[[nodiscard]] std::string to_text(const RecordingInfo& info, const cli::Style& style);
+[[nodiscard]] nlohmann::ordered_json to_json(const RecordingInfo& info);
+
+}  // namespace vantage

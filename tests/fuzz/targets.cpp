@@ -1,0 +1,132 @@
+#include "targets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include "io/autoware_tiles.hpp"
+#include "io/point_cloud_io.hpp"
+#include "io/ros/message_reader.hpp"
+#include "io/ros/messages.hpp"
+#include "io/trajectory_io.hpp"
+#include "io/velodyne/capture.hpp"
+#include "seeds.hpp"
+
+namespace vantage::test {
+namespace {
+
+using io::ros::Encoding;
+using Outcome = std::optional<Error>;
+
+const SourceLocation kWhere{kFuzzedFile, 0, 0};
+
+template <class T>
+Outcome outcome_of(const Result<T>& result) {
+  if (result) return std::nullopt;
+  return result.error();
+}
+
+io::InputFile file_of(std::string_view input) {
+  return io::InputFile::of_memory(input, kFuzzedFile);
+}
+
+Outcome read_cloud(std::string_view input) {
+  return outcome_of(io::read_point_cloud(file_of(input), io::ReadTimes::yes));
+}
+
+Outcome parse_message(const io::ros::Topic& topic, std::string_view bytes) {
+  if (!topic.encoding) return std::nullopt;
+  if (topic.type == "sensor_msgs/PointCloud2") {
+    return outcome_of(io::ros::parse_point_cloud2(bytes, *topic.encoding, kWhere));
+  }
+  if (topic.type == "velodyne_msgs/VelodyneScan") {
+    return outcome_of(io::ros::parse_velodyne_scan(bytes, *topic.encoding, kWhere));
+  }
+  if (!io::ros::has_poses(topic.type)) return std::nullopt;
+  return outcome_of(io::ros::parse_poses(bytes, topic.type, *topic.encoding, kWhere));
+}
+
+/// All messages in their order, then those of the second half again.
+Outcome read_bag(Result<std::unique_ptr<io::ros::MessageReader>> opened) {
+  if (!opened) return opened.error();
+  io::ros::MessageReader& reader = **opened;
+  std::int64_t middle = 0;
+  for (const bool again : {false, true}) {
+    if (again) {
+      if (const auto sought = reader.seek(middle); !sought) return sought.error();
+    }
+    while (true) {
+      const auto message = reader.next();
+      if (!message) return message.error();
+      if (!*message) break;
+      if (auto error = parse_message(reader.topics().at((*message)->topic), (*message)->bytes)) {
+        return error;
+      }
+      if (!again) middle = (*message)->log_time / 2;
+    }
+  }
+  return std::nullopt;
+}
+
+Outcome read_rosbag1(std::string_view input) {
+  return read_bag(io::ros::open_rosbag1(file_of(input)));
+}
+Outcome read_rosbag2(std::string_view input) {
+  return read_bag(io::ros::open_rosbag2_sqlite(file_of(input)));
+}
+Outcome read_mcap(std::string_view input) { return read_bag(io::ros::open_mcap(file_of(input))); }
+
+Encoding encoding_of(char byte) { return (byte & 1) == 0 ? Encoding::ros1 : Encoding::cdr; }
+
+Outcome too_short() { return Error{ErrorCode::corrupt_data, "too short", kWhere, {}}; }
+
+Outcome read_point_cloud2(std::string_view input) {
+  if (input.empty()) return too_short();
+  return outcome_of(
+      io::ros::parse_point_cloud2(input.substr(1), encoding_of(input.front()), kWhere));
+}
+
+Outcome read_poses(std::string_view input) {
+  if (input.size() < 2) return too_short();
+  const auto type = static_cast<unsigned char>(input[1]) % std::size(seeds::kPoseTypes);
+  return outcome_of(io::ros::parse_poses(input.substr(2), seeds::kPoseTypes[type],
+                                         encoding_of(input.front()), kWhere));
+}
+
+Outcome read_velodyne(std::string_view input) {
+  auto opened = io::open_velodyne_capture(file_of(input), "");
+  if (!opened) return opened.error();
+  while (true) {
+    const auto scan = (*opened)->next();
+    if (!scan) return scan.error();
+    if (!*scan) return std::nullopt;
+  }
+}
+
+Outcome read_trajectory(std::string_view input) {
+  return outcome_of(io::parse_trajectory(input, kFuzzedFile));
+}
+
+Outcome read_tiles(std::string_view input) {
+  return outcome_of(io::parse_autoware_tiles(input, kFuzzedFile));
+}
+
+constexpr std::array kTargets{
+    FuzzTarget{"pcd", read_cloud, seeds::pcd},
+    FuzzTarget{"ply", read_cloud, seeds::ply},
+    FuzzTarget{"las", read_cloud, seeds::las},
+    FuzzTarget{"rosbag1", read_rosbag1, seeds::rosbag1},
+    FuzzTarget{"rosbag2", read_rosbag2, seeds::rosbag2},
+    FuzzTarget{"mcap", read_mcap, seeds::mcap},
+    FuzzTarget{"point_cloud2", read_point_cloud2, seeds::point_cloud2},
+    FuzzTarget{"poses", read_poses, seeds::poses},
+    FuzzTarget{"velodyne", read_velodyne, seeds::velodyne},
+    FuzzTarget{"trajectory", read_trajectory, seeds::trajectory},
+    FuzzTarget{"tiles", read_tiles, seeds::tiles},
+};
+
+}  // namespace
+
+std::span<const FuzzTarget> fuzz_targets() { return kTargets; }
+
+}  // namespace vantage::test
