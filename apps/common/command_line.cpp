@@ -1,10 +1,13 @@
 #include "common/command_line.hpp"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
@@ -104,6 +107,32 @@ void add_color_option(CLI::App& app, std::string& color) {
 struct ThreadLimit::Control {
   std::optional<tbb::global_control> limit;
 };
+
+Result<Pose> parse_pose(std::string_view option, const std::string& text,
+                        std::string_view or_else) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  while (at <= end) {
+    double x = 0;
+    const auto [stop, error] = std::from_chars(at, end, x);
+    if (error != std::errc{} || !std::isfinite(x) || (stop != end && *stop != ',')) break;
+    numbers.push_back(x);
+    at = stop + 1;
+  }
+  if (at != end + 1 || numbers.size() != 6) {
+    return usage_error(fmt::format("{} takes six numbers x,y,z,roll,pitch,yaw [m, rad]{}, not '{}'",
+                                   option, or_else, text));
+  }
+  for (std::size_t i = 3; i < 6; ++i) {
+    if (std::abs(numbers[i]) > 2.0 * M_PI) {
+      return usage_error(
+          fmt::format("{} takes angles in radians; {} is more than a turn", option, numbers[i]));
+    }
+  }
+  return pose_from_xyz_rpy({numbers[0], numbers[1], numbers[2]},
+                           {numbers[3], numbers[4], numbers[5]});
+}
 
 ThreadLimit::ThreadLimit(std::size_t jobs) : control_(std::make_unique<Control>()) {
   if (jobs > 0) control_->limit.emplace(tbb::global_control::max_allowed_parallelism, jobs);

@@ -6,10 +6,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/style.hpp"
 #include "vantage/plugin_loader.hpp"
+#include "vantage/pose.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::cli {
@@ -36,6 +38,12 @@ struct CommonOptions {
 
 /// `--color auto|always|never`, which run_program knows by its name for errors.
 void add_color_option(CLI::App& app, std::string& color);
+
+/// The pose of `option`'s value "x,y,z,roll,pitch,yaw" in metres and radians.
+/// @param or_else  what else the option takes, for the message: " or 'auto'"
+/// Errors: a usage error.
+[[nodiscard]] Result<Pose> parse_pose(std::string_view option, const std::string& text,
+                                      std::string_view or_else = "");
 
 /// Limits TBB to `jobs` threads for as long as the object lives.
 class ThreadLimit {

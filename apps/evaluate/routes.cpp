@@ -23,6 +23,11 @@ bool is_fit_for_a_folder(const std::string& name) {
                      [](unsigned char c) { return c >= ' ' && c != '/' && c != '\\'; });
 }
 
+/// Empty where none are given.
+std::string at(const std::vector<std::string>& values, std::size_t i) {
+  return values.empty() ? "" : values[i];
+}
+
 Result<void> check_count(const char* option, std::size_t given, std::size_t scans) {
   if (given == 0 || given == scans) return {};
   return cli::usage_error(
@@ -57,13 +62,17 @@ void RouteOptions::add_to(CLI::App& app) {
          "several routes")
       ->required()
       ->allow_extra_args(false);
-  app.add_option("--reference", references,
-                 "true trajectory (TUM or KITTI) of each --scans: errors are measured against it")
+  app.add_option(
+         "--reference", references,
+         "true trajectory (TUM, KITTI or ROS bag) of each --scans: errors are measured against it")
       ->required()
       ->allow_extra_args(false);
   app.add_option("--odometry", odometries,
-                 "odometry (TUM or KITTI) of each --scans, instead of constant velocity")
+                 "odometry (TUM, KITTI or ROS bag) of each --scans, instead of constant velocity")
       ->allow_extra_args(false);
+  app.add_option("--reference-topic", reference_topics, kPoseTopicHelp)->allow_extra_args(false);
+  app.add_option("--odometry-topic", odometry_topics, kPoseTopicHelp)->allow_extra_args(false);
+  app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
   app.add_option("--topic", topics, "topic of each --scans, where a bag has several")
       ->allow_extra_args(false);
   app.add_option("--route", names, "name of each --scans; its folder's if left out")
@@ -77,6 +86,8 @@ Result<std::vector<NamedInputs>> RouteOptions::open() const {
   VANTAGE_CHECK(check_count("--reference", references.size(), scans.size()));
   VANTAGE_CHECK(check_count("--odometry", odometries.size(), scans.size()));
   VANTAGE_CHECK(check_count("--topic", topics.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--reference-topic", reference_topics.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--odometry-topic", odometry_topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--route", names.size(), scans.size()));
   std::vector<std::string> called = names;
   if (called.empty()) {
@@ -91,7 +102,10 @@ Result<std::vector<NamedInputs>> RouteOptions::open() const {
     const InputOptions options{.scans = scans[i],
                                .reference = references[i],
                                .odometry = odometries.empty() ? fs::path() : odometries[i],
-                               .topic = topics.empty() ? "" : topics[i],
+                               .topic = at(topics, i),
+                               .reference_topic = at(reference_topics, i),
+                               .odometry_topic = at(odometry_topics, i),
+                               .mount = mount,
                                .window = {},
                                .rate_hz = rate_hz};
     VANTAGE_TRY(auto inputs, options.open());

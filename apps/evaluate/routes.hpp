@@ -19,7 +19,8 @@ struct NamedInputs {
 /// The options that say which drives are evaluated: --scans and --reference once for each.
 struct RouteOptions {
   std::vector<std::filesystem::path> scans, references, odometries;
-  std::vector<std::string> topics, names;
+  std::vector<std::string> topics, reference_topics, odometry_topics, names;
+  std::string mount;
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app);

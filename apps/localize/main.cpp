@@ -1,7 +1,6 @@
 // vantage-localize: a bundle and recorded scans in, a trajectory out.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -21,33 +20,6 @@ struct Options {
   InputOptions inputs;
   cli::CommonOptions common;
 };
-
-/// "x,y,z,roll,pitch,yaw" in metres and radians.
-Result<Pose> parse_pose(const std::string& text) {
-  std::vector<double> numbers;
-  const char* at = text.data();
-  const char* const end = text.data() + text.size();
-  while (at <= end) {
-    double x = 0;
-    const auto [stop, error] = std::from_chars(at, end, x);
-    if (error != std::errc{} || !std::isfinite(x) || (stop != end && *stop != ',')) break;
-    numbers.push_back(x);
-    at = stop + 1;
-  }
-  if (at != end + 1 || numbers.size() != 6) {
-    return cli::usage_error(
-        "--initial-pose takes six numbers x,y,z,roll,pitch,yaw [m, rad] or 'auto', not '" + text +
-        "'");
-  }
-  for (std::size_t i = 3; i < 6; ++i) {
-    if (std::abs(numbers[i]) > 2.0 * M_PI) {
-      return cli::usage_error(fmt::format(
-          "--initial-pose takes angles in radians; {} is more than a turn", numbers[i]));
-    }
-  }
-  return pose_from_xyz_rpy({numbers[0], numbers[1], numbers[2]},
-                           {numbers[3], numbers[4], numbers[5]});
-}
 
 void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
                    const cli::Style& style) {
@@ -108,7 +80,8 @@ Result<void> run(const Options& options) {
   if (options.initial_pose == "auto") {
     inputs.start_anywhere = true;
   } else if (!options.initial_pose.empty()) {
-    VANTAGE_TRY(inputs.initial_pose, parse_pose(options.initial_pose));
+    VANTAGE_TRY(inputs.initial_pose,
+                cli::parse_pose("--initial-pose", options.initial_pose, " or 'auto'"));
   }
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {

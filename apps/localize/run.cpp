@@ -11,8 +11,10 @@
 #include <thread>
 #include <utility>
 
+#include "common/command_line.hpp"
 #include "io/atomic_file.hpp"
 #include "io/read_ahead.hpp"
+#include "io/sensor_trajectory.hpp"
 
 namespace vantage {
 namespace {
@@ -213,10 +215,13 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
   app.add_option("--duration", window.duration, "stop after so many seconds")
       ->check(CLI::PositiveNumber);
   app.add_option("--reference", reference,
-                 "true trajectory (TUM or KITTI): errors are measured against it")
+                 "true trajectory (TUM, KITTI or ROS bag): errors are measured against it")
       ->required(reference_required);
+  app.add_option("--reference-topic", reference_topic, kPoseTopicHelp);
   app.add_option("--odometry", odometry,
-                 "odometry (TUM or KITTI) to predict with, instead of constant velocity");
+                 "odometry (TUM, KITTI or ROS bag) to predict with, instead of constant velocity");
+  app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
+  app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
   app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -245,12 +250,19 @@ std::vector<double> distances(const Run& run) {
 
 Result<RunInputs> InputOptions::open() const {
   RunInputs inputs{.scans = {.path = scans, .topic = topic, .rate_hz = rate_hz}, .window = window};
-  VANTAGE_CHECK(io::open_scans(inputs.scans));  // what is wrong is said before any work is done
+  // What is wrong is said before any work is done.
+  VANTAGE_TRY(const auto source, io::open_scans(inputs.scans));
+  io::SensorFrame sensor{.name = source->describe().frame, .scans = scans, .T_child_sensor = {}};
+  if (!mount.empty()) {
+    VANTAGE_TRY(sensor.T_child_sensor, cli::parse_pose("--mount", mount));
+  }
   if (!reference.empty()) {
-    VANTAGE_TRY(inputs.reference, io::read_trajectory(reference, rate_hz));
+    VANTAGE_TRY(inputs.reference,
+                io::read_sensor_trajectory({reference, reference_topic, rate_hz}, sensor));
   }
   if (!odometry.empty()) {
-    VANTAGE_TRY(inputs.odometry, io::read_trajectory(odometry, rate_hz));
+    VANTAGE_TRY(inputs.odometry,
+                io::read_sensor_trajectory({odometry, odometry_topic, rate_hz}, sensor));
   }
   return inputs;
 }

@@ -207,7 +207,7 @@ int main(int argc, char** argv) {
   CLI::App app("Shows a bundle of region maps, or a point cloud, in a window or as a picture.",
                "vantage view");
   vantage::Options options;
-  app.add_option("WHAT", options.what, "folder of a bundle, or a cloud (PCD, PLY, KITTI .bin)")
+  app.add_option("WHAT", options.what, "folder of a bundle, or a cloud (PCD, PLY, LAS, KITTI .bin)")
       ->required()
       ->check(CLI::ExistingPath);
   app.add_option("--region", options.region,

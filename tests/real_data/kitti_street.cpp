@@ -69,11 +69,8 @@ struct StreetRun {
         build_region_maps(map->points, trajectory, *plugins, BuildParams::from(*config));
     REQUIRE_MESSAGE(report, to_string(report.error()));
 
-    auto inputs = InputOptions{
-        .scans = data / "scans",
-        .reference = data / "ref_poses_tum.txt",
-        .odometry = {},
-        .topic = {}}.open();
+    auto inputs =
+        InputOptions{.scans = data / "scans", .reference = data / "ref_poses_tum.txt"}.open();
     REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
     for (auto& moment : *inputs->reference) moment.pose.translation += shift;
     auto run = localize_scans(*config, loader, *inputs);
