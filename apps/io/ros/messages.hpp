@@ -46,7 +46,7 @@ struct PoseMessage {
   Pose pose;  ///< its quaternion normalized if it was within 1e-3 of unit length
   /// Of a member of a TFMessage whose pose is none: why; `pose` is the identity then. A wheel
   /// without an angle does not hide the other transforms.
-  std::string problem;
+  std::string problem = {};
 };
 
 /// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.

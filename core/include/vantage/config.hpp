@@ -37,7 +37,8 @@ struct MapSource {
 
   static constexpr auto schema() {
     return std::tuple{
-        required("files", &MapSource::files, "", "point clouds that together are the map: files, folders, patterns",
+        required("files", &MapSource::files, "",
+                 "point clouds that together are the map: files, folders, patterns",
                  Source{"Eq. 1"}),
         optional("trajectory", &MapSource::trajectory, "",
                  "TUM file: where the sensor was while mapping, for viewpoints along it and for "
