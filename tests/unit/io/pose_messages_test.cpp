@@ -14,6 +14,7 @@ namespace vantage::io::ros {
 namespace {
 
 using test::check_clear;
+using test::encoding_of;
 using test::kLayouts;
 using test::MessageWriter;
 using Numbers = std::array<double, 7>;
@@ -57,8 +58,6 @@ const std::vector<std::string> kTypes{
     "tf2_msgs/TFMessage",
     "tf/tfMessage",
 };
-
-Encoding encoding_of(MessageWriter::Layout layout) { return MessageWriter(layout).encoding(); }
 
 TEST_CASE("poses of every message and encoding") {
   for (const std::string& type : kTypes) {
@@ -167,11 +166,12 @@ TEST_CASE("the number of transforms is not believed") {
     MessageWriter writer(layout);
     writer.number(std::uint32_t{0xFFFF'FFFF});
     transform(writer, 1, "map", "odom", kNumbers);
-    const auto poses = parse_poses(writer.bytes(), "tf2_msgs/TFMessage", writer.encoding(), kWhere);
+    const auto poses =
+        parse_poses(writer.bytes(), "tf2_msgs/TFMessage", encoding_of(writer.layout()), kWhere);
     REQUIRE_FALSE(poses);
     check_clear(poses.error(), ErrorCode::corrupt_data, "run.bag", "4294967295 transforms, but");
     const auto none = parse_poses(MessageWriter(layout).number(std::uint32_t{0}).bytes(),
-                                  "tf2_msgs/TFMessage", writer.encoding(), kWhere);
+                                  "tf2_msgs/TFMessage", encoding_of(writer.layout()), kWhere);
     REQUIRE(none);
     CHECK(none->empty());
   }

@@ -1,18 +1,18 @@
 // Velodyne packets and revolutions. Expected numbers of recorded files come from reading them with
 // Python's struct module; a cloud that another decoder (Nebula) made is the reference of positions.
 
-#include <sqlite3.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <map>
-#include <memory>
 #include <numbers>
 #include <vector>
 
 #include "files.hpp"
+#include "io/ros/message_reader.hpp"
+#include "io/ros/messages.hpp"
+#include "io/scan_source.hpp"
 #include "io/velodyne/packet_scans.hpp"
 #include "io/velodyne/spins.hpp"
 #include "support/captures/velodyne_captures.hpp"
@@ -417,37 +417,34 @@ struct Recorded {
   std::string bytes;
 };
 
-/// The packets of a bag's VelodyneScan messages (CDR).
 std::vector<Recorded> packets_of_bag(const std::filesystem::path& path) {
-  sqlite3* opened = nullptr;
-  const int status =
-      sqlite3_open_v2(path.c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
-  const std::unique_ptr<sqlite3, decltype(&sqlite3_close)> database(opened, sqlite3_close);
-  REQUIRE(status == SQLITE_OK);
-  sqlite3_stmt* prepared = nullptr;
-  REQUIRE(sqlite3_prepare_v2(opened, "SELECT data FROM messages ORDER BY timestamp", -1, &prepared,
-                             nullptr) == SQLITE_OK);
-  const std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)> rows(prepared, sqlite3_finalize);
+  const auto bag = io::ros::open_bag(path);
+  REQUIRE_MESSAGE(bag, to_string(bag.error()));
   std::vector<Recorded> packets;
-  while (sqlite3_step(rows.get()) == SQLITE_ROW) {
-    const std::string message(static_cast<const char*>(sqlite3_column_blob(rows.get(), 0)),
-                              static_cast<std::size_t>(sqlite3_column_bytes(rows.get(), 0)));
-    const auto number = [&](std::size_t at) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, message.substr(at, 4).data(), 4);
-      return value;
-    };
-    const auto aligned = [](std::size_t at) { return (at + 3) / 4 * 4; };
-    std::size_t at = aligned(16 + number(12));
-    const std::uint32_t count = number(at);
-    at += 4;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      at = aligned(at);
-      packets.push_back({number(at) + number(at + 4) * 1e-9, message.substr(at + 8, 1206)});
-      at += 8 + 1206;
+  for (;;) {
+    const auto message = (*bag)->next();
+    REQUIRE_MESSAGE(message, to_string(message.error()));
+    if (!*message) return packets;
+    const auto scan =
+        io::ros::parse_velodyne_scan((*message)->bytes, io::ros::Encoding::cdr, {path, 0, 0});
+    REQUIRE_MESSAGE(scan, to_string(scan.error()));
+    for (const auto& packet : scan->packets) {
+      packets.push_back({packet.stamp, std::string(packet.data)});
     }
   }
-  return packets;
+}
+
+/// The last scan that open_scans gives.
+io::StampedScan last_scan(const std::filesystem::path& path) {
+  const auto scans = io::open_scans({.path = path, .topic = {}});
+  REQUIRE_MESSAGE(scans, to_string(scans.error()));
+  io::StampedScan last;
+  for (;;) {
+    auto scan = (*scans)->next();
+    REQUIRE_MESSAGE(scan, to_string(scan.error()));
+    if (!*scan) return last;
+    last = **std::move(scan);
+  }
 }
 
 struct ReferencePoint {
@@ -491,7 +488,7 @@ std::vector<ReferencePoint> reference_points(const std::filesystem::path& path) 
 }
 
 TEST_CASE("recorded: a VLP-16's dual returns agree with Nebula's cloud") {
-  const auto bag = test::real_data("formats/rosbag2/nebula_vlp16/1673400471837873222_0.db3");
+  const auto bag = test::real_data("formats/rosbag2/nebula_vlp16");
   const auto pcd = test::real_data("formats/pcd/nebula_vlp16_1673400472138016708.pcd");
   if (!bag || !pcd) return;
   const auto packets = packets_of_bag(*bag);
@@ -509,6 +506,10 @@ TEST_CASE("recorded: a VLP-16's dual returns agree with Nebula's cloud") {
   // The cloud is the third revolution, from packet 452 (the last of the third message) on, less its
   // last degree, which Nebula's scan phase left for the next cloud, and ranges below 0.5 m.
   const Spin& spin = spins[3];
+  const io::StampedScan scan = last_scan(*bag);  // what follows holds of it, too
+  CHECK(scan.stamp == spin.stamp);
+  CHECK(scan.points == spin.points);
+  CHECK(scan.seconds == spin.seconds);
   CHECK(std::abs(spin.stamp - packets[452].stamp) < 1e-3);
   const auto reference = reference_points(*pcd);
   std::multimap<std::pair<int, long>, std::size_t> ours;
