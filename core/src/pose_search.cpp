@@ -136,8 +136,9 @@ Result<std::vector<Hypothesis>> align_from(const RegionMaps& maps, PointsView sc
   for (const auto& [region, poses] : by_region) {
     VANTAGE_TRY(const auto ready, maps.borrow(region));
     std::vector<std::optional<Result<Alignment>>> alignments(poses.size());
-    tbb::parallel_for(std::size_t{0}, poses.size(),
-                      [&](std::size_t k) { alignments[k] = ready->target->align(scan, poses[k]); });
+    tbb::parallel_for(std::size_t{0}, poses.size(), [&, &from = poses](std::size_t k) {
+      alignments[k] = ready->target->align(scan, from[k]);
+    });
     for (auto& alignment : alignments) {
       if (*alignment) {
         found.push_back({region, **std::move(alignment)});

@@ -80,6 +80,27 @@ std::vector<TestMessage> messages(bool ros1) {
   return all;
 }
 
+/// A sensor that turns so fast that whole revolutions are in a few packets: small captures are
+/// read hundreds of times as often as those of real sensors.
+std::vector<CapturedFrame> fast_turns(std::uint8_t product, std::uint8_t mode) {
+  constexpr std::size_t kPackets = 5;
+  constexpr std::uint32_t kPair = 3000, kStep = 20;  // columns come in pairs [1/100 deg]
+  constexpr std::uint32_t kPacketTime = 1327;        // [us]
+  std::vector<CapturedFrame> frames;
+  std::uint32_t columns = 0;
+  for (std::uint32_t i = 0; i < kPackets; ++i) {
+    VelodynePacket packet{.product = product, .mode = mode, .timestamp = i * kPacketTime};
+    for (std::size_t block = 0; block < packet.azimuths.size(); ++block) {
+      packet.azimuths[block] =
+          static_cast<std::uint16_t>((columns / 2 * kPair + columns % 2 * kStep) % 36'000);
+      if (mode != 0x39 || block % 2 == 1) ++columns;
+    }
+    frames.push_back(
+        {.stamp = 3600.0 + i * kPacketTime * 1e-6, .bytes = ethernet(ipv4(udp(to_bytes(packet))))});
+  }
+  return frames;
+}
+
 }  // namespace
 
 std::vector<std::string> pcd() {
@@ -176,6 +197,8 @@ std::vector<std::string> velodyne() {
     const std::size_t packets = mode == kDual ? 320 : 200;
     const auto frames = captured(VelodyneSensor(product, mode, 35'000.0, 1000.0), packets);
     captures.push_back(mode == kDual ? pcapng(frames) : pcap(frames));
+    captures.push_back(pcap(fast_turns(product, mode)));
+    captures.push_back(pcapng(fast_turns(product, mode)));
   }
   return captures;
 }

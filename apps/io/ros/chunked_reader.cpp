@@ -141,9 +141,11 @@ Result<void> ChunkedReader::unpack(const Chunk& chunk, const Packed& packed, Con
     return damaged(fmt::format("the file ends at byte {}, expected {} bytes from byte {} on",
                                file_.size(), packed.size, packed.offset));
   }
-  if (std::max(there, packed.unpacked) > kLargestChunk) {
+  const std::uint64_t most =
+      packed.compression == Compression::none ? kLargestChunk : largest_content(packed.size);
+  if (std::max(there, packed.unpacked) > most) {
     return damaged(fmt::format("the chunk at byte {} claims {} bytes, expected at most {}",
-                               chunk.offset, std::max(there, packed.unpacked), kLargestChunk));
+                               chunk.offset, std::max(there, packed.unpacked), most));
   }
   const auto size = static_cast<std::size_t>(there);
   Buffer& stored = packed.compression == Compression::none ? unpacked_ : packed_;

@@ -95,7 +95,7 @@ template <class Stream>
 Decompressed run(std::string_view input, std::uint64_t largest, Buffer& output) {
   // What is stated is believed at once only if common data could be that small.
   constexpr std::uint64_t kCommonExpansion = 8, kFirst = 65536;
-  const auto room = static_cast<std::size_t>(std::min(largest, kLargestChunk) + 1);
+  const auto room = static_cast<std::size_t>(std::min(largest, largest_content(input.size())) + 1);
   Decompressed done;
   const auto problem = [&done](std::string text) {
     done.problem = std::move(text);
@@ -123,8 +123,8 @@ Decompressed run(std::string_view input, std::uint64_t largest, Buffer& output) 
     done.size += step.given;
     if (done.size == room) {
       --done.size;
-      return problem(
-          fmt::format("the {} stream gives more than {} bytes", Stream::kName, room - 1));
+      return problem(fmt::format("the {} stream of {} bytes gives more than {} bytes",
+                                 Stream::kName, input.size(), room - 1));
     }
     // A frame that has begun after the last one has taken something and not ended.
     ended = step.ended || (ended && step.taken == 0 && step.given == 0);

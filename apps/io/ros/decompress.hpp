@@ -15,6 +15,13 @@ enum class Compression : std::uint8_t { none, bz2, lz4, zstd };
 /// What a chunk or a message may have at most [bytes], before and after decompression.
 inline constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
 
+/// What so many bytes may give when they are decompressed [bytes]: recordings shrink to a tenth or
+/// a hundredth, and some hundred bytes of bz2 can give a gigabyte.
+[[nodiscard]] constexpr std::uint64_t largest_content(std::uint64_t packed) noexcept {
+  constexpr std::uint64_t kAlways = std::uint64_t{64} << 20, kExpansion = 1024;
+  return std::clamp(kExpansion * std::min(packed, kLargestChunk), kAlways, kLargestChunk);
+}
+
 inline constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
 
 /// Memory that is used again and again; what is added to it has no value yet.
@@ -41,7 +48,7 @@ struct Decompressed {
 
 /// Decompresses bz2, frames of LZ4 or frames of zstd; memory grows with what really comes.
 /// Precondition: compression is not `none`; input.size() <= kLargestChunk.
-/// @param largest  more is a problem [bytes]
+/// @param largest  more is a problem [bytes], as is more than largest_content(input.size())
 [[nodiscard]] Decompressed decompress(Compression compression, std::string_view input,
                                       std::uint64_t largest, Buffer& output);
 

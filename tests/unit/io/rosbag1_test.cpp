@@ -163,7 +163,7 @@ TEST_CASE("rosbag1: chunks that do not hold what they say") {
     check_ends(open_rosbag1, header() + chunk(name, packed, good.size() - 1), 0, "gives more than");
     check_ends(open_rosbag1, header() + chunk(name, packed, good.size() + 1), 0, "decompressed");
     check_ends(open_rosbag1, header() + chunk(name, packed, 0xFFFFFFFF), 0,
-               "claims 4294967295 bytes, expected at most 1073741824");
+               "claims 4294967295 bytes, expected at most 67108864");
     check_ends(open_rosbag1,
                header() + chunk(name, packed.substr(0, packed.size() - 1), good.size()), 0,
                "cut off");
@@ -173,6 +173,8 @@ TEST_CASE("rosbag1: chunks that do not hold what they say") {
              "ends at its byte");
   check_ends(open_rosbag1, header() + chunk("lz4", lz4_of(good) + "x", good.size()), 0,
              "LZ4 stream");
+  check_ends(open_rosbag1, header() + chunk("bz2", bz2_of(good), 1 << 30), 0,
+             "claims 1073741824 bytes, expected at most 67108864");
   // What is stated as small may not grow: 500 kB in a few hundred bytes.
   check_ends(open_rosbag1, header() + chunk("lz4", lz4_of(half), 100), 0,
              "gives more than 100 bytes");

@@ -108,6 +108,19 @@ TEST_CASE("rosbag2: rows of other types") {
             .messages.size() == 1);
 }
 
+TEST_CASE("rosbag2: a message that grows without measure is given up") {
+  const auto grown = [](std::size_t size) {
+    return rosbag2({{"/a", "t/msg/T", 1, std::string(size, '\0')}}, {.zstd = true});
+  };
+  constexpr std::size_t kMost = 64 << 20;
+  const Reading most = read_bytes(open_rosbag2_sqlite, grown(kMost));
+  REQUIRE(most.messages.size() == 1);
+  CHECK(most.messages.front().bytes.size() == kMost);
+  const std::string bag = grown(kMost + 1);
+  CHECK(bag.size() < 64 << 10);
+  check_ends(open_rosbag2_sqlite, bag, 0, "gives more than 67108864 bytes");
+}
+
 TEST_CASE(
     "rosbag2: a bag under a name that a URI must escape is read, and nothing written beside it") {
   const TemporaryFolder folder;
