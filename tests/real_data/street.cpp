@@ -66,11 +66,7 @@ Street::Street(const std::filesystem::path& data, const std::string& config,
 }
 
 RunInputs Street::inputs(const std::filesystem::path& scans) const {
-  auto inputs = InputOptions{
-      .scans = scans,
-      .reference = data_ / "ref_poses_tum.txt",
-      .odometry = {},
-      .topic = {}}.open();
+  auto inputs = InputOptions{.scans = scans, .reference = data_ / "ref_poses_tum.txt"}.open();
   REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
   for (auto& moment : *inputs->reference) moment.pose.translation += shift_;
   return *std::move(inputs);
