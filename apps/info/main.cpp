@@ -27,7 +27,8 @@ Result<void> run(const Options& options) {
                 }));
   }
   if (options.json) {
-    std::cout << to_json(info).dump(2) << '\n';
+    std::cout << to_json(info).dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
+              << '\n';
   } else {
     std::cout << to_text(info, cli::Style::of(STDOUT_FILENO, options.color));
   }

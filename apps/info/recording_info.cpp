@@ -177,7 +177,8 @@ std::string to_text(const Lines& lines, const cli::Style& style) {
   for (const auto& [name, value] : lines) width = std::max(width, name.size());
   std::string text;
   for (const auto& [name, value] : lines) {
-    text += style.bold(name) + std::string(width - name.size() + 2, ' ') + value + '\n';
+    text +=
+        style.bold(name) + std::string(width - name.size() + 2, ' ') + cli::one_line(value) + '\n';
   }
   return text;
 }
@@ -249,9 +250,11 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
   VANTAGE_TRY(auto map, files_of_map(options.path));
   if (!map.files.empty()) {
     info.map_files = std::move(map.files);
-    info.format = fmt::format("map ({})", info.map_files.size() == 1
-                                              ? "1 file"
-                                              : fmt::format("{} files", info.map_files.size()));
+    VANTAGE_TRY(auto layout, io::read_cloud_layout(info.map_files.front()));
+    info.map_fields = std::move(layout.fields);
+    info.format = info.map_files.size() == 1
+                      ? layout.format
+                      : fmt::format("map of {} files, {}", info.map_files.size(), layout.format);
     return inspect_map(std::move(info));
   }
   auto source = io::open_scans(options);
@@ -273,6 +276,7 @@ std::string to_text(const RecordingInfo& info, const cli::Style& style) {
     for (auto& line : lines_of(*info.scans)) lines.push_back(std::move(line));
   }
   if (info.map) {
+    lines.emplace_back("fields", fmt::format("{}", fmt::join(info.map_fields, ", ")));
     lines.emplace_back("points", cli::grouped(info.map->finite));
     add_points(lines, *info.map);
   }
@@ -281,7 +285,8 @@ std::string to_text(const RecordingInfo& info, const cli::Style& style) {
   if (info.topics.empty()) return text;
   cli::TextTable table({"topic", "type", "messages"}, 2);
   for (const io::ros::Topic& topic : info.topics) {
-    table.add({topic.name, topic.type, topic.messages ? cli::grouped(*topic.messages) : "?"});
+    table.add({cli::one_line(topic.name), cli::one_line(topic.type),
+               topic.messages ? cli::grouped(*topic.messages) : "?"});
   }
   return text + '\n' + table.to_string(style);
 }
@@ -302,6 +307,7 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
   if (info.map) {
     json["map"] = json_of(*info.map);
     json["map"]["files"] = info.map_files.size();
+    json["map"]["fields"] = info.map_fields;
   }
   if (!info.no_scans.empty()) json["no_scans"] = info.no_scans;
   return json;

@@ -54,7 +54,8 @@ struct RecordingInfo {
   std::optional<ScansInfo> scans;
   std::optional<PointsInfo> map;  ///< of a map
   std::vector<std::filesystem::path> map_files;
-  std::string no_scans;  ///< why there are none, if a bag has none that can be read
+  std::vector<std::string> map_fields;  ///< of the first file's points
+  std::string no_scans;                 ///< why there are none, if a bag has none that can be read
 };
 
 /// Reads all of it. Errors: those of open_scans and ScanSource::next; a bag without scans, or with

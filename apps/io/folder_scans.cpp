@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/file_suffix.hpp"
+#include "io/point_cloud_io.hpp"
 
 namespace vantage::io {
 namespace {
@@ -22,6 +23,10 @@ class FolderScans final : public ScanSource {
       kinds += (kinds.empty() ? "" : ", ") + (suffix.empty() ? "no suffix" : suffix);
     }
     description_.format = fmt::format("files ({})", kinds);
+    // What is wrong with the first file is told when it is read.
+    if (auto layout = read_cloud_layout(sequence_.file(0))) {
+      description_.fields = std::move(layout->fields);
+    }
     description_.stamp_rule = sequence_.stamp_rule();
     description_.scans = sequence_.size();
   }

@@ -21,6 +21,10 @@ namespace vantage::io {
 [[nodiscard]] Result<LoadedCloud> parse_kitti_bin(std::string_view content,
                                                   const std::string& file);
 
+/// The layouts behind read_cloud_layout.
+[[nodiscard]] Result<CloudLayout> pcd_layout(std::string_view content, const std::string& file);
+[[nodiscard]] Result<CloudLayout> ply_layout(std::string_view content, const std::string& file);
+
 /// Where the points of a sound binary file are that need not be read whole; nothing for any other
 /// file.
 /// @param head  the beginning of the file

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,7 @@ namespace {
 
 /// What the rest of the file is judged by.
 struct Header {
+  unsigned minor_version = 0;
   std::uint64_t size = 0;           // [bytes]
   std::uint64_t points_offset = 0;  // [bytes]
   std::uint64_t vlrs = 0;           // variable length records between header and points
@@ -34,6 +36,7 @@ class HeaderReader {
   [[nodiscard]] Result<Header> read() {
     VANTAGE_CHECK(read_bytes());
     Header header;
+    header.minor_version = minor_;
     header.size = value<std::uint16_t>(las::kHeaderSize);
     header.points_offset = value<std::uint32_t>(las::kPointsOffset);
     header.vlrs = value<std::uint32_t>(las::kVlrCount);
@@ -216,6 +219,28 @@ Result<Records> las_records(const InputFile& file) {
                           .shift = header.offset[axis]};
   }
   return records;
+}
+
+Result<CloudLayout> las_layout(const InputFile& file) {
+  VANTAGE_TRY(const Header header, HeaderReader(file).read());
+  const unsigned format = header.format;
+  const bool new_formats = format >= 6;
+  const auto is_one_of = [&](std::initializer_list<unsigned> formats) {
+    return std::find(formats.begin(), formats.end(), format) != formats.end();
+  };
+  CloudLayout layout{
+      .format = fmt::format("LAS 1.{} (point format {})", header.minor_version, format),
+      .fields = {"x int32", "y int32", "z int32", "intensity uint16", "returns", "classification",
+                 new_formats ? "scan_angle int16" : "scan_angle_rank int8", "user_data uint8",
+                 "point_source_id uint16"}};
+  if (new_formats || is_one_of({1, 3, 4, 5})) layout.fields.emplace_back("gps_time float64");
+  if (is_one_of({2, 3, 5, 7, 8, 10})) layout.fields.emplace_back("rgb uint16[3]");
+  if (is_one_of({8, 10})) layout.fields.emplace_back("nir uint16");
+  if (is_one_of({4, 5, 9, 10})) layout.fields.emplace_back("waveform");
+  if (const std::uint64_t extra = header.point_size - las::kPointSizes[format]; extra > 0) {
+    layout.fields.push_back(fmt::format("{} extra bytes", extra));
+  }
+  return layout;
 }
 
 tl::unexpected<Error> refuse_e57(const InputFile& file) {

@@ -19,6 +19,10 @@ namespace vantage::io {
 /// points; `unsupported` for LAZ and COPC, with a converter; `io_failure`.
 [[nodiscard]] Result<Records> las_records(const InputFile& file);
 
+/// What its header says of the points; of what goes beyond the point format the size.
+/// Errors: those of las_records for a header that contradicts itself.
+[[nodiscard]] Result<CloudLayout> las_layout(const InputFile& file);
+
 /// That E57 files are not read, and with what they can be converted.
 [[nodiscard]] tl::unexpected<Error> refuse_e57(const InputFile& file);
 

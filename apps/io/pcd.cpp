@@ -482,6 +482,19 @@ std::optional<Records> pcd_records(std::string_view head, std::size_t size, Read
   return records;
 }
 
+Result<CloudLayout> pcd_layout(std::string_view content, const std::string& file) {
+  VANTAGE_TRY(const Header header, HeaderReader(content, file, ReadTimes::no).read());
+  constexpr std::array<std::string_view, 3> kEncodings{"ascii", "binary", "binary_compressed"};
+  CloudLayout layout;
+  layout.format = fmt::format("PCD ({})", kEncodings[static_cast<std::size_t>(header.encoding)]);
+  for (const Field& field : header.fields) {
+    const std::string_view kind = field.type == 'F' ? "float" : field.type == 'U' ? "uint" : "int";
+    layout.fields.push_back(fmt::format("{} {}{}", field.name, kind, 8 * field.size) +
+                            (field.count > 1 ? fmt::format("[{}]", field.count) : ""));
+  }
+  return layout;
+}
+
 Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file,
                               ReadTimes read_times) {
   VANTAGE_TRY(const Header header, HeaderReader(content, file, read_times).read());

@@ -521,6 +521,20 @@ std::optional<Records> ply_records(std::string_view head, std::size_t size, Read
   return records;
 }
 
+Result<CloudLayout> ply_layout(std::string_view content, const std::string& file) {
+  VANTAGE_TRY(const Header header, HeaderReader(content, file, ReadTimes::no).read());
+  CloudLayout layout;
+  layout.format = header.encoding == Encoding::ascii ? "PLY (ascii)" : "PLY (binary)";
+  for (const Element& element : header.elements) {
+    if (element.name != kVertex) continue;
+    for (const Property& property : element.properties) {
+      layout.fields.push_back(fmt::format("{} {}{}", property.name, property.type->name,
+                                          property.length_type != nullptr ? "[]" : ""));
+    }
+  }
+  return layout;
+}
+
 Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file,
                               ReadTimes read_times) {
   VANTAGE_TRY(const Header header, HeaderReader(content, file, read_times).read());

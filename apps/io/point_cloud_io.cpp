@@ -113,6 +113,19 @@ Result<LoadedCloud> read_point_cloud(const InputFile& input, ReadTimes read_time
               SourceLocation{file, 0, 0});
 }
 
+Result<CloudLayout> read_cloud_layout(const std::filesystem::path& path) {
+  VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
+  std::string head(std::min(input.size(), kHead), '\0');
+  VANTAGE_CHECK(input.read(0, head));
+  const std::string suffix = lower_case_suffix(path);
+  if (looks_like_e57(head)) return refuse_e57(input);
+  if (looks_like_las(head)) return las_layout(input);
+  if (looks_like_pcd(head) || suffix == ".pcd") return pcd_layout(head, input.name());
+  if (looks_like_ply(head) || suffix == ".ply") return ply_layout(head, input.name());
+  return CloudLayout{.format = "KITTI .bin",
+                     .fields = {"x float32", "y float32", "z float32", "intensity float32"}};
+}
+
 Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> paths) {
   LoadedCloud all;
   std::vector<PointCloud> parts;

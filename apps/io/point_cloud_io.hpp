@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "io/file_content.hpp"
 #include "io/point_times.hpp"
@@ -38,6 +40,15 @@ enum class ReadTimes : bool { no, yes };
 /// The same of a file that is open.
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const InputFile& file,
                                                    ReadTimes read_times = ReadTimes::no);
+
+/// What the header of a point cloud file says.
+struct CloudLayout {
+  std::string format;               ///< "PCD (binary)", "LAS 1.4 (point format 6)"
+  std::vector<std::string> fields;  ///< of a point: "x float32"
+};
+
+/// Of a file that read_point_cloud reads. Errors: those of read_point_cloud.
+[[nodiscard]] Result<CloudLayout> read_cloud_layout(const std::filesystem::path& path);
 
 /// Several files as one cloud, one after the other, without times. Beyond the points themselves it
 /// takes the memory of one file. Errors: those of read_point_cloud.
