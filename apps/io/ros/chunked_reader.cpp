@@ -72,6 +72,7 @@ void ChunkedReader::rewind() noexcept {
   failure_.reset();
   content_.messages.clear();
   next_chunk_ = next_message_ = 0;
+  grown_ = 0;
 }
 
 bool ChunkedReader::is_wanted(const Chunk& chunk) const noexcept {
@@ -164,6 +165,13 @@ Result<void> ChunkedReader::unpack(const Chunk& chunk, const Packed& packed, Con
   const Decompressed done =
       decompress(packed.compression, stored.view(size), packed.unpacked, unpacked_);
   content.bytes = unpacked_.view(done.size);
+  grown_ += done.size;
+  if (grown_ > largest_total(file_.size())) {
+    return damaged(
+        fmt::format("the chunks to the one at byte {} give {} bytes, expected at most "
+                    "{} of a file of {}",
+                    chunk.offset, grown_, largest_total(file_.size()), file_.size()));
+  }
   if (chunk.is_cut) return {};
   if (!done.problem.empty()) {
     return damaged(
@@ -245,6 +253,7 @@ void ChunkedReader::start_over() {
   topic_indices_.clear();
   learned_.clear();
   chunks_.clear();
+  grown_ = 0;
 }
 
 void ChunkedReader::finish(std::string format, bool counted) {

@@ -114,6 +114,7 @@ class ChunkedReader : public MessageReader {
   InputFile file_;
   FileWindow window_;
   Buffer packed_, unpacked_;
+  std::uint64_t grown_ = 0;  // decompressed in this pass [bytes]
   std::string format_;
   std::vector<Topic> topics_;
   std::unordered_map<std::string, std::uint32_t> topic_indices_;

@@ -22,6 +22,12 @@ inline constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
   return std::clamp(kExpansion * std::min(packed, kLargestChunk), kAlways, kLargestChunk);
 }
 
+/// What all chunks or messages of a file may give in one pass over it [bytes].
+[[nodiscard]] constexpr std::uint64_t largest_total(std::uint64_t file) noexcept {
+  constexpr std::uint64_t kAlways = std::uint64_t{256} << 20, kLargestFile = std::uint64_t{1} << 52;
+  return kAlways + 1024 * std::min(file, kLargestFile);
+}
+
 inline constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
 
 /// Memory that is used again and again; what is added to it has no value yet.

@@ -90,6 +90,7 @@ class Rosbag2Reader final : public MessageReader {
     sqlite3_reset(order_.get());
     sqlite3_bind_int64(order_.get(), 1, log_time);
     failure_.reset();
+    grown_ = 0;
     begin_work();
     return {};
   }
@@ -361,8 +362,15 @@ class Rosbag2Reader final : public MessageReader {
     const std::string_view bytes(blob, blob == nullptr ? 0 : size);
     if (!bytes.starts_with(kZstdMagic)) return bytes;
     const Decompressed done = decompress(Compression::zstd, bytes, kLargestChunk, message_);
-    if (done.problem.empty()) return message_.view(done.size);
-    return damaged(fmt::format("message {} cannot be decompressed: {}", id, done.problem));
+    if (!done.problem.empty()) {
+      return damaged(fmt::format("message {} cannot be decompressed: {}", id, done.problem));
+    }
+    grown_ += done.size;
+    if (grown_ <= largest_total(file_.size())) return message_.view(done.size);
+    return damaged(
+        fmt::format("the messages to {} give {} bytes, expected at most {} of a file of "
+                    "{}",
+                    id, grown_, largest_total(file_.size()), file_.size()));
   }
 
   InputFile file_;
@@ -375,7 +383,8 @@ class Rosbag2Reader final : public MessageReader {
   std::vector<bool> selected_;
   std::optional<Error> failure_;
   std::uint64_t steps_ = 0;
-  Buffer message_;  // decompressed
+  Buffer message_;           // decompressed
+  std::uint64_t grown_ = 0;  // in this pass [bytes]
   std::unique_ptr<sqlite3, CloseDatabase> database_;
   Statement order_, data_;
 };

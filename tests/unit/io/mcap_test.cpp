@@ -178,6 +178,17 @@ TEST_CASE("MCAP: chunks that do not hold what they say") {
   check_ends(open_mcap, closed(longer), 0, "claims 1099511627776 bytes of records");
 }
 
+TEST_CASE("MCAP: chunks that together grow without measure are given up") {
+  const std::string large =
+      schema(1) + channel(1, 1) +
+      mcap_record(0x05, little(std::uint16_t{1}) + std::string(63 << 20, '\0'));
+  const std::string packed = chunk("zstd", zstd_of(large), large.size());
+  std::string records;
+  for (int i = 0; i < 6; ++i) records += packed;
+  CHECK(records.size() < 64 << 10);
+  check_ends(open_mcap, closed(records), 4, "the chunks to the one at byte");
+}
+
 TEST_CASE("MCAP: an index that lies is not believed") {
   const std::string bag = mcap(samples());
   const std::size_t footer = bag.size() - 8 - 20;

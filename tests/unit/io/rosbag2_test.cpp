@@ -121,6 +121,12 @@ TEST_CASE("rosbag2: a message that grows without measure is given up") {
   check_ends(open_rosbag2_sqlite, bag, 0, "gives more than 67108864 bytes");
 }
 
+TEST_CASE("rosbag2: messages that together grow without measure are given up") {
+  std::vector<TestMessage> messages(6, {"/a", "t/msg/T", 1, std::string(63 << 20, '\0')});
+  const std::string bag = rosbag2(messages, {.zstd = true});
+  check_ends(open_rosbag2_sqlite, bag, 4, "the messages to 5 give 330301440 bytes");
+}
+
 TEST_CASE(
     "rosbag2: a bag under a name that a URI must escape is read, and nothing written beside it") {
   const TemporaryFolder folder;
