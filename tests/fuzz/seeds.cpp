@@ -84,7 +84,7 @@ std::vector<TestMessage> messages(bool ros1) {
 /// read hundreds of times as often as those of real sensors.
 std::vector<CapturedFrame> fast_turns(std::uint8_t product, std::uint8_t mode) {
   constexpr std::size_t kPackets = 5;
-  constexpr std::uint32_t kPair = 3000, kStep = 20;  // columns come in pairs [1/100 deg]
+  constexpr std::uint32_t kPair = 6000, kStep = 20;  // columns come in pairs [1/100 deg]
   constexpr std::uint32_t kPacketTime = 1327;        // [us]
   std::vector<CapturedFrame> frames;
   std::uint32_t columns = 0;
