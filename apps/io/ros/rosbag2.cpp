@@ -110,13 +110,16 @@ class Rosbag2Reader final : public MessageReader {
   }
   [[nodiscard]] tl::unexpected<Error> refused(std::string_view activity) const {
     const int code = sqlite3_errcode(database_.get()) & 0xFF;
-    const std::string_view reason = sqlite3_errmsg(database_.get());
+    std::string reason = std::string(sqlite3_errmsg(database_.get())).substr(0, 120);
+    // It holds names from the file.
+    std::replace_if(
+        reason.begin(), reason.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     if (code == SQLITE_INTERRUPT) {
       return damaged(fmt::format("{} does not end, the tables refer to themselves", activity));
     }
     const bool is_system = code == SQLITE_IOERR || code == SQLITE_NOMEM;
     return fail(is_system ? ErrorCode::io_failure : ErrorCode::corrupt_data,
-                fmt::format("{} failed, SQLite says: {}", activity, reason.substr(0, 120)),
+                fmt::format("{} failed, SQLite says: {}", activity, reason),
                 SourceLocation{file(), 0, 0});
   }
 

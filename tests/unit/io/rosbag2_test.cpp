@@ -108,6 +108,12 @@ TEST_CASE("rosbag2: rows of other types") {
             .messages.size() == 1);
 }
 
+TEST_CASE("rosbag2: SQLite's words about a damaged schema stay one line") {
+  std::string bag = replaced(rosbag2(samples()), "CREATE INDEX", "CREATE INDEC");
+  for (std::size_t at; (at = bag.find("timestamp_idx")) != std::string::npos;) bag[at + 4] = '\n';
+  check_ends(open_rosbag2_sqlite, bag, 0, "malformed database schema");
+}
+
 TEST_CASE("rosbag2: a message that grows without measure is given up") {
   const auto grown = [](std::size_t size) {
     return rosbag2({{"/a", "t/msg/T", 1, std::string(size, '\0')}}, {.zstd = true});
