@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -59,7 +60,7 @@ class ReadAhead final : public ScanSource {
 
   void read() {
     for (bool last = false; !last;) {
-      Item item{source_->next(), {}};
+      Item item{next_scan(), {}};
       item.skipped = source_->skipped();
       last = !item.scan || !*item.scan;
       std::unique_lock lock(mutex_);
@@ -67,6 +68,15 @@ class ReadAhead final : public ScanSource {
       if (stopped_) return;
       items_.push_back(std::move(item));
       changed_.notify_all();
+    }
+  }
+
+  /// An exception must not leave the thread.
+  Result<std::optional<StampedScan>> next_scan() {
+    try {
+      return source_->next();
+    } catch (const std::bad_alloc&) {
+      return fail(ErrorCode::io_failure, "not enough memory for the next scan of the recording");
     }
   }
 

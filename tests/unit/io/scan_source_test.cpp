@@ -2,6 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <memory>
+#include <new>
+
 #include "files.hpp"
 #include "io/read_ahead.hpp"
 
@@ -81,6 +84,31 @@ TEST_CASE("scan source: a source that is left alone while it reads ends") {
     auto source = io::read_ahead(io::open_scans({.path = path, .topic = {}}).value());
     if (i % 2 == 1) CHECK(source->next().value().has_value());
   }
+}
+
+/// A recording whose second scan does not fit into memory.
+class TooLarge final : public io::ScanSource {
+ public:
+  Result<std::optional<io::StampedScan>> next() override {
+    if (++read_ == 2) throw std::bad_alloc();
+    return std::optional(io::StampedScan());
+  }
+  Result<void> seek(double /*stamp*/) override { return {}; }
+  const io::ScanDescription& describe() const override { return description_; }
+  io::SkippedScans skipped() const override { return {}; }
+
+ private:
+  int read_ = 0;
+  io::ScanDescription description_;
+};
+
+TEST_CASE("scan source: a scan that does not fit into memory is an error, not the end") {
+  const auto source = io::read_ahead(std::make_unique<TooLarge>());
+  CHECK(source->next().value().has_value());
+  const auto second = source->next();
+  REQUIRE_FALSE(second);
+  CHECK(second.error().message.find("not enough memory") != std::string::npos);
+  CHECK_FALSE(source->next().value().has_value());
 }
 
 TEST_CASE("scan source: files of single scans have no topics") {
