@@ -6,15 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/command_line.hpp"
-#include "common/progress.hpp"
-#include "common/statistics.hpp"
-#include "common/table.hpp"
-#include "io/map_files.hpp"
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "print_config.hpp"
-#include "vantage/build.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/statistics.hpp"
+#include "terminal/table.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/io/map_files.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/table.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage {
 

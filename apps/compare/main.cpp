@@ -4,10 +4,10 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/command_line.hpp"
-#include "common/table.hpp"
 #include "compare/comparison.hpp"
-#include "io/atomic_file.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/table.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "io/file_content.hpp"
 #include "io/text.hpp"
+#include "vantage/kit/file_content.hpp"
 
 namespace vantage {
 namespace {

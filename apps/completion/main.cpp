@@ -2,8 +2,8 @@
 #include <iostream>
 #include <string>
 
-#include "common/command_line.hpp"
 #include "scripts.hpp"
+#include "terminal/command_line.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app("Prints a script that completes jobs, options and their values in a shell.",

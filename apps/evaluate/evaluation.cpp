@@ -4,10 +4,10 @@
 #include <cmath>
 #include <set>
 
-#include "common/progress.hpp"
 #include "evaluate/opponents.hpp"
-#include "io/map_files.hpp"
-#include "io/point_cloud_io.hpp"
+#include "terminal/progress.hpp"
+#include "vantage/io/map_files.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage {
 namespace {

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "common/statistics.hpp"
 #include "evaluate/gates.hpp"
 #include "evaluate/routes.hpp"
-#include "io/trajectory_io.hpp"
 #include "localize/run.hpp"
-#include "vantage/config.hpp"
+#include "terminal/statistics.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/io/trajectory_io.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 

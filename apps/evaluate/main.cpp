@@ -4,12 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/command_line.hpp"
-#include "common/table.hpp"
 #include "evaluate/evaluation.hpp"
 #include "evaluate/report.hpp"
 #include "evaluate/summary.hpp"
-#include "io/atomic_file.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/table.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
 namespace {

@@ -10,9 +10,9 @@
 #include <nanoflann.hpp>
 #include <utility>
 
-#include "common/hash.hpp"
+#include "terminal/hash.hpp"
+#include "vantage/engine/thinning.hpp"
 #include "vantage/plugin.hpp"
-#include "vantage/thinning.hpp"
 
 namespace vantage {
 namespace {

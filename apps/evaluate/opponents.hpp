@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"

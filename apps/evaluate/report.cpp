@@ -4,11 +4,11 @@
 
 #include <algorithm>
 
-#include "common/table.hpp"
 #include "evaluate/page/figures.hpp"
 #include "evaluate/page/maps.hpp"
 #include "evaluate/page/tables.hpp"
 #include "report/html.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage {
 

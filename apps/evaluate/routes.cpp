@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "common/command_line.hpp"
+#include "terminal/command_line.hpp"
 
 namespace vantage {
 namespace {

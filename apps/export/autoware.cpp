@@ -12,9 +12,9 @@
 
 #include "export/sidecar.hpp"
 #include "export/union.hpp"
-#include "io/atomic_file.hpp"
 #include "io/autoware_tiles.hpp"
-#include "io/point_cloud_io.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::exporting {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "export/bundle.hpp"
-#include "io/atomic_folder.hpp"
+#include "vantage/kit/atomic_folder.hpp"
 
 namespace vantage::exporting {
 

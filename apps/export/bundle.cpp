@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage::exporting {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
 
 namespace vantage::exporting {
 

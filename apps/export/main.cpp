@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/command_line.hpp"
-#include "common/progress.hpp"
-#include "common/table.hpp"
 #include "export/autoware.hpp"
 #include "export/regions.hpp"
 #include "export/sidecar.hpp"
 #include "io/text.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "export/sidecar.hpp"
-#include "io/point_cloud_io.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage::exporting {
 namespace {

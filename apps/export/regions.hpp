@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "export/bundle.hpp"
-#include "io/atomic_folder.hpp"
+#include "vantage/kit/atomic_folder.hpp"
 
 namespace vantage::exporting {
 

@@ -5,8 +5,8 @@
 #include <system_error>
 #include <utility>
 
-#include "io/atomic_file.hpp"
-#include "io/file_content.hpp"
+#include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/file_content.hpp"
 
 namespace vantage::exporting {
 namespace {

@@ -4,9 +4,9 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/command_line.hpp"
-#include "common/progress.hpp"
 #include "info/recording_info.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
 
 namespace vantage {
 namespace {

@@ -7,11 +7,11 @@
 #include <system_error>
 #include <utility>
 
-#include "common/table.hpp"
 #include "io/autoware_tiles.hpp"
 #include "io/file_suffix.hpp"
-#include "io/map_files.hpp"
-#include "io/point_cloud_io.hpp"
+#include "terminal/table.hpp"
+#include "vantage/io/map_files.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage {
 namespace {

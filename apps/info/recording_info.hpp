@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "common/style.hpp"
 #include "io/ros/message_reader.hpp"
-#include "io/scan_source.hpp"
+#include "terminal/style.hpp"
+#include "vantage/io/scan_source.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {

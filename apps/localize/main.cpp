@@ -4,11 +4,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/command_line.hpp"
-#include "common/progress.hpp"
-#include "common/table.hpp"
 #include "localize/run.hpp"
 #include "localize/run_recorder.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage {
 namespace {

@@ -11,10 +11,10 @@
 #include <thread>
 #include <utility>
 
-#include "common/command_line.hpp"
-#include "io/atomic_file.hpp"
-#include "io/read_ahead.hpp"
-#include "io/sensor_trajectory.hpp"
+#include "terminal/command_line.hpp"
+#include "vantage/io/read_ahead.hpp"
+#include "vantage/io/sensor_trajectory.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
 namespace {

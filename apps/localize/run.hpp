@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "common/statistics.hpp"
-#include "io/scan_source.hpp"
-#include "io/trajectory_io.hpp"
-#include "vantage/config.hpp"
-#include "vantage/localizer.hpp"
+#include "terminal/statistics.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/localizer.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/io/scan_source.hpp"
+#include "vantage/io/trajectory_io.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {

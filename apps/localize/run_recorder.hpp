@@ -7,11 +7,11 @@
 
 #include "io/ros/mcap_writer.hpp"
 #include "io/ros/message_writers.hpp"
-#include "io/scan_source.hpp"
 #include "localize/run.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/io/scan_source.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/command_line.hpp"
-#include "common/table.hpp"
 #include "json_schema.hpp"
 #include "new_plugin.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/table.hpp"
 #include "text.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage {
 namespace {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/table.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage::documentation {
 namespace {

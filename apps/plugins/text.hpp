@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 
 namespace vantage::documentation {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "simulate/random.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage::simulation {
 namespace {

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/command_line.hpp"
-#include "common/progress.hpp"
-#include "common/table.hpp"
 #include "simulate/simulation.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage {
 namespace {

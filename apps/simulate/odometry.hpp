@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "io/trajectory_io.hpp"
 #include "simulate/params.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::simulation {
 

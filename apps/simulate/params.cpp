@@ -7,7 +7,7 @@
 #include "simulate/events.hpp"
 #include "simulate/route.hpp"
 #include "simulate/street_grid.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage::simulation {
 namespace {

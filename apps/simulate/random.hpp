@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "common/hash.hpp"
+#include "terminal/hash.hpp"
 
 namespace vantage::simulation {
 

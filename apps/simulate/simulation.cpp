@@ -14,13 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "io/atomic_file.hpp"
-#include "io/trajectory_io.hpp"
 #include "simulate/drive.hpp"
 #include "simulate/lidar.hpp"
 #include "simulate/map_sampler.hpp"
 #include "simulate/odometry.hpp"
 #include "simulate/world.hpp"
+#include "vantage/io/trajectory_io.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::simulation {
 namespace {

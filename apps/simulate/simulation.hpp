@@ -5,8 +5,8 @@
 #include <functional>
 #include <string_view>
 
-#include "io/point_cloud_io.hpp"
 #include "simulate/params.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "common/style.hpp"
+#include "terminal/style.hpp"
 #include "vantage/config_value.hpp"
 
 namespace fs = std::filesystem;

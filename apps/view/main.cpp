@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/command_line.hpp"
-#include "common/progress.hpp"
-#include "common/table.hpp"
-#include "io/atomic_file.hpp"
-#include "io/trajectory_io.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/table.hpp"
+#include "vantage/io/trajectory_io.hpp"
+#include "vantage/kit/atomic_file.hpp"
 #include "view/window.hpp"
 
 namespace vantage {

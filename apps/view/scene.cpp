@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "io/point_cloud_io.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage::view {
 namespace {

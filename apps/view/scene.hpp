@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "view/colors.hpp"
 #include "view/controls.hpp"
 #include "view/thinning.hpp"

@@ -17,7 +17,7 @@
 #include <memory>
 #include <numbers>
 
-#include "io/atomic_file.hpp"
+#include "vantage/kit/atomic_file.hpp"
 #include "view/borders.hpp"
 #include "view/camera.hpp"
 

@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
-#include "common/command_line.hpp"
 #include "drive.hpp"
-#include "io/atomic_file.hpp"
 #include "plot.hpp"
 #include "ready_map.hpp"
 #include "starts.hpp"
 #include "support/real_data.hpp"
+#include "terminal/command_line.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::benchmarks {
 namespace {

@@ -18,15 +18,15 @@
 #include <utility>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "common/statistics.hpp"
-#include "common/table.hpp"
 #include "drive.hpp"
-#include "io/atomic_file.hpp"
 #include "plot.hpp"
 #include "ready_map.hpp"
 #include "support/real_data.hpp"
-#include "vantage/viewpoints.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/statistics.hpp"
+#include "terminal/table.hpp"
+#include "vantage/engine/viewpoints.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::benchmarks {
 namespace {

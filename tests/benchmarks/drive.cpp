@@ -8,10 +8,10 @@
 #include <numbers>
 #include <utility>
 
-#include "io/point_cloud_io.hpp"
 #include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
-#include "vantage/viewpoints.hpp"
+#include "vantage/engine/viewpoints.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::benchmarks {
 

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "common/statistics.hpp"
-#include "common/table.hpp"
 #include "drive.hpp"
 #include "ground_peers.hpp"
 #include "ground_samples.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/statistics.hpp"
+#include "terminal/table.hpp"
 #include "vantage/ground_filter.hpp"
 
 namespace vantage::benchmarks {

@@ -4,12 +4,12 @@
 
 #include <utility>
 
-#include "io/point_cloud_io.hpp"
 #include "simulate/map_sampler.hpp"
 #include "simulate/world.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "vantage/ground_filter.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage::benchmarks {
 

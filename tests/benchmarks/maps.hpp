@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "vantage/engine/viewpoints.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
-#include "vantage/viewpoints.hpp"
 
 namespace vantage::benchmarks {
 

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "vantage/engine/viewpoints.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 #include "vantage/scan_matcher.hpp"
-#include "vantage/viewpoints.hpp"
 
 // Times each matcher on kitti_street: the whole map, frame 37 thinned to 0.5 m voxel centroids, a
 // guess about 0.1 m and 1 degree off.

@@ -4,7 +4,7 @@
 #include <pcl/registration/ndt.h>
 
 #include "matching_peers.hpp"
-#include "vantage/viewpoints.hpp"
+#include "vantage/engine/viewpoints.hpp"
 
 namespace vantage::benchmarks {
 namespace {

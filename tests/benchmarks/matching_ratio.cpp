@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "common/statistics.hpp"
 #include "drive.hpp"
 #include "matching_peers.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/statistics.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage::benchmarks {

@@ -17,13 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "common/table.hpp"
 #include "drive.hpp"
-#include "io/atomic_file.hpp"
-#include "io/point_cloud_io.hpp"
 #include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
 #include "plot.hpp"
 #include "recall.hpp"
 #include "simulate/drive.hpp"
@@ -31,7 +26,12 @@
 #include "simulate/world.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
-#include "vantage/config.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/table.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
+#include "vantage/kit/atomic_file.hpp"
 #include "vantage/visibility.hpp"
 
 namespace vantage::benchmarks {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/region_maps.hpp"
 #include "vantage/map_store.hpp"
-#include "vantage/plugin_loader.hpp"
-#include "vantage/region_maps.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage::benchmarks {

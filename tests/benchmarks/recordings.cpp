@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
-#include "io/scan_source.hpp"
 #include "recordings_peers.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/scan_source.hpp"
 
 // Times how fast recorded scans are read from files of every format, from the page cache, by one
 // thread: HDL-64E scans of 123,000 points, but for the captures, and an airborne survey in LAS.

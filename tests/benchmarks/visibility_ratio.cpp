@@ -23,10 +23,10 @@
 #include <utility>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "common/table.hpp"
 #include "maps.hpp"
 #include "support/plugins.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/table.hpp"
 #include "vantage/visibility.hpp"
 
 namespace vantage::benchmarks {

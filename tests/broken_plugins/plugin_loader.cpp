@@ -1,4 +1,4 @@
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 
 #include <doctest/doctest.h>
 

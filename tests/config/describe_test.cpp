@@ -7,7 +7,7 @@
 
 #include "support/plugins.hpp"
 #include "support/process.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 using namespace vantage;
 using Json = nlohmann::json;

@@ -6,7 +6,7 @@
 #include "plugins/json_schema.hpp"
 #include "plugins/text.hpp"
 #include "support/plugins.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 using namespace vantage;
 

@@ -9,7 +9,7 @@
 #include "simulate/params.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 using namespace vantage;
 

@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
 #include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace fs = std::filesystem;
 

@@ -7,12 +7,12 @@
 #include <stdexcept>
 
 #include "io/autoware_tiles.hpp"
-#include "io/point_cloud_io.hpp"
 #include "io/ros/message_writers.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/bags/bags.hpp"
 #include "support/captures/velodyne_captures.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::test::seeds {
 namespace {

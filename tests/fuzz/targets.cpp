@@ -5,12 +5,12 @@
 #include <iterator>
 
 #include "io/autoware_tiles.hpp"
-#include "io/point_cloud_io.hpp"
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
-#include "io/trajectory_io.hpp"
 #include "io/velodyne/capture.hpp"
 #include "seeds.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::test {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
 #include "io/ros/message_writers.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/mcap.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace fs = std::filesystem;
 

@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "io/point_cloud_io.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace fs = std::filesystem;
 using namespace vantage;

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
-#include "io/scan_source.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/scan_source.hpp"
 
 namespace fs = std::filesystem;
 

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/plugins.hpp"
-#include "vantage/build.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::test {
 namespace {

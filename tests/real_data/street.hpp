@@ -6,8 +6,8 @@
 
 #include "localize/run.hpp"
 #include "support/real_data.hpp"
-#include "vantage/config.hpp"
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 
 namespace vantage::test {
 

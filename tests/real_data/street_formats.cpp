@@ -8,10 +8,10 @@
 #include <unordered_set>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
-#include "io/scan_source.hpp"
 #include "street.hpp"
 #include "support/bags/cloud_bags.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/scan_source.hpp"
 
 namespace fs = std::filesystem;
 

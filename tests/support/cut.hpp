@@ -1,7 +1,7 @@
 #pragma once
 
 #include "vantage/conformance/range_observer.hpp"
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 
 namespace vantage::test {
 

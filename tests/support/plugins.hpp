@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 
 namespace vantage::test {
 

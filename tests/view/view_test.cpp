@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace fs = std::filesystem;
 using namespace vantage;

@@ -6,13 +6,13 @@
 #include <array>
 #include <limits>
 
-#include "common/table.hpp"
 #include "evaluate/page/samples.hpp"
 #include "evaluate/page/tables.hpp"
 #include "report/chart.hpp"
 #include "report/html.hpp"
 #include "report/plan.hpp"
 #include "report/points.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage::page {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "common/table.hpp"
+#include "terminal/table.hpp"
 
 namespace vantage::page {
 namespace {

@@ -19,9 +19,9 @@
 #include "common/params.hpp"
 #include "common/surfel_map.hpp"
 #include "common/workspace_pool.hpp"
-#include "vantage/metrics.hpp"
 #include "vantage/plugin.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/scan_score.hpp"
 
 namespace vantage::matching {
 

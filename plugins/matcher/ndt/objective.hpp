@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "kernel.hpp"
-#include "vantage/metrics.hpp"
 #include "vantage/pose.hpp"
+#include "vantage/scan_score.hpp"
 #include "voxel_map.hpp"
 
 namespace vantage::ndt {

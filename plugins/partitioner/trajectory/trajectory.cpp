@@ -9,8 +9,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "vantage/kit/raster_partition.hpp"
 #include "vantage/plugin.hpp"
-#include "vantage/raster_partition.hpp"
 
 namespace {
 

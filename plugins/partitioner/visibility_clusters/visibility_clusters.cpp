@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "clustering.hpp"
+#include "vantage/kit/raster_partition.hpp"
 #include "vantage/plugin.hpp"
-#include "vantage/raster_partition.hpp"
 
 namespace {
 

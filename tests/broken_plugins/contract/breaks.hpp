@@ -5,8 +5,8 @@
 #include <string_view>
 #include <thread>
 
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/plugin.hpp"
-#include "vantage/plugin_loader.hpp"
 
 /// Every plugin of this folder keeps the contract of its kind but for one clause. A kind is
 /// compiled once; which.cpp, linked with it, says which clause is to be broken.

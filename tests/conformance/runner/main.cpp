@@ -21,7 +21,7 @@
 #include <optional>
 #include <sstream>
 
-#include "common/command_line.hpp"
+#include "terminal/command_line.hpp"
 #include "vantage/conformance.hpp"
 
 namespace vantage {

@@ -1,5 +1,5 @@
-#include "vantage/config.hpp"
 #include "vantage/conformance.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage::conformance {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/completion.hpp"
+#include "terminal/completion.hpp"
 
 #include <doctest/doctest.h>
 

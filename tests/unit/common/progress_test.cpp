@@ -1,4 +1,4 @@
-#include "common/progress.hpp"
+#include "terminal/progress.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,10 +1,10 @@
-#include "common/style.hpp"
+#include "terminal/style.hpp"
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "common/command_line.hpp"
+#include "terminal/command_line.hpp"
 
 using namespace vantage;
 using namespace vantage::cli;

@@ -1,4 +1,4 @@
-#include "common/table.hpp"
+#include "terminal/table.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "adaptive_viewpoints.hpp"
+#include "build/adaptive_viewpoints.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>

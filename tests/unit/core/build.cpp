@@ -1,4 +1,4 @@
-#include "vantage/build.hpp"
+#include "vantage/engine/build.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>

@@ -1,4 +1,4 @@
-#include "vantage/confidence.hpp"
+#include "vantage/engine/confidence.hpp"
 
 #include <doctest/doctest.h>
 

@@ -6,7 +6,7 @@
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 using namespace vantage;
 

@@ -1,4 +1,4 @@
-#include "vantage/deskew.hpp"
+#include "vantage/engine/deskew.hpp"
 
 #include <doctest/doctest.h>
 

@@ -6,10 +6,10 @@
 #include <memory>
 #include <utility>
 
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/ground_filter.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/visibility.hpp"
 

@@ -1,4 +1,4 @@
-#include "index_set.hpp"
+#include "vantage/index_set.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/parallel_for.h>

@@ -1,4 +1,4 @@
-#include "vantage/localizer.hpp"
+#include "vantage/engine/localizer.hpp"
 
 #include <doctest/doctest.h>
 

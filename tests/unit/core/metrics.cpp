@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "vantage/metrics.hpp"
+#include "vantage/scan_score.hpp"
 
 using namespace vantage;
 

@@ -1,4 +1,4 @@
-#include "plan_index.hpp"
+#include "build/plan_index.hpp"
 
 #include <doctest/doctest.h>
 

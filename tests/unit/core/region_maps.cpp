@@ -1,4 +1,4 @@
-#include "vantage/region_maps.hpp"
+#include "vantage/engine/region_maps.hpp"
 
 #include <doctest/doctest.h>
 

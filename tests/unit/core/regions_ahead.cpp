@@ -1,4 +1,4 @@
-#include "regions_ahead.hpp"
+#include "localize/regions_ahead.hpp"
 
 #include <doctest/doctest.h>
 

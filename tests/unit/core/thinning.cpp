@@ -1,4 +1,4 @@
-#include "vantage/thinning.hpp"
+#include "vantage/engine/thinning.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
@@ -11,7 +11,7 @@
 #include <random>
 #include <set>
 
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
 
 using namespace vantage;
 

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "vantage/viewpoints.hpp"
+#include "vantage/engine/viewpoints.hpp"
 
 using namespace vantage;
 

@@ -14,11 +14,11 @@
 #include "export/regions.hpp"
 #include "export/sidecar.hpp"
 #include "io/autoware_tiles.hpp"
-#include "io/map_files.hpp"
-#include "io/point_cloud_io.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/map_files.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage {
 namespace {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "io/map_files.hpp"
-#include "io/point_cloud_io.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/map_files.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage {
 namespace {

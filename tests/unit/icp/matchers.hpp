@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "scenes.hpp"
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage::test {

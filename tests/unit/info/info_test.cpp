@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "info/recording_info.hpp"
-#include "io/point_cloud_io.hpp"
 #include "io/ros/message_writers.hpp"
 #include "support/bags/bags.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage {
 namespace {

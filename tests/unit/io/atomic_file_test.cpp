@@ -1,4 +1,4 @@
-#include "io/atomic_file.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 #include <sys/resource.h>
 #include <sys/stat.h>

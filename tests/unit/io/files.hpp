@@ -10,8 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "io/point_cloud_io.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage::test {
 

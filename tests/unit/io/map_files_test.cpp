@@ -1,4 +1,4 @@
-#include "io/map_files.hpp"
+#include "vantage/io/map_files.hpp"
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include "io/point_times.hpp"
+#include "vantage/io/point_times.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>

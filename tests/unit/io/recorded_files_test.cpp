@@ -9,7 +9,7 @@
 
 #include "files.hpp"
 #include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/scan_source.hpp"
+#include "vantage/io/scan_source.hpp"
 
 #include <doctest/doctest.h>
 
@@ -6,7 +6,7 @@
 #include <new>
 
 #include "files.hpp"
-#include "io/read_ahead.hpp"
+#include "vantage/io/read_ahead.hpp"
 
 namespace vantage {
 namespace {

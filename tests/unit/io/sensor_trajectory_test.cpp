@@ -1,4 +1,4 @@
-#include "io/sensor_trajectory.hpp"
+#include "vantage/io/sensor_trajectory.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "io/trajectory_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 #include <cmath>
 #include <limits>

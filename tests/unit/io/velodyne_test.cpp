@@ -12,10 +12,10 @@
 #include "files.hpp"
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
-#include "io/scan_source.hpp"
 #include "io/velodyne/packet_scans.hpp"
 #include "io/velodyne/spins.hpp"
 #include "support/captures/velodyne_captures.hpp"
+#include "vantage/io/scan_source.hpp"
 
 namespace vantage {
 namespace {

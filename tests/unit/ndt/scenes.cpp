@@ -7,10 +7,10 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::test {
 namespace {

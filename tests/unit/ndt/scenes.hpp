@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "vantage/plugin_loader.hpp"
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/scan_matcher.hpp"

@@ -1,4 +1,4 @@
-#include "vantage/raster_partition.hpp"
+#include "vantage/kit/raster_partition.hpp"
 
 #include <doctest/doctest.h>
 

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "simulate/odometry.hpp"
 #include "simulate/simulation.hpp"
 #include "small_world.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::simulation {
 namespace {

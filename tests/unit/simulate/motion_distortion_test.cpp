@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
 #include "simulate/lidar.hpp"
 #include "simulate/simulation.hpp"
 #include "small_world.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
-#include "vantage/deskew.hpp"
+#include "vantage/engine/deskew.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::simulation {
 namespace {

@@ -10,14 +10,14 @@
 #include <numbers>
 #include <string>
 
-#include "io/point_cloud_io.hpp"
 #include "io/scan_sequence.hpp"
-#include "io/trajectory_io.hpp"
 #include "simulate/odometry.hpp"
 #include "small_world.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
-#include "vantage/config.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::simulation {
 namespace {

@@ -9,11 +9,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "io/point_cloud_io.hpp"
-#include "io/trajectory_io.hpp"
 #include "scenes.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::test {
 namespace {

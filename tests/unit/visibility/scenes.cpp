@@ -5,9 +5,9 @@
 #include <random>
 #include <stdexcept>
 
-#include "io/point_cloud_io.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage::test {
 

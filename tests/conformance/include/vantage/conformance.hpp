@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "vantage/engine/plugin_loader.hpp"
 #include "vantage/params.hpp"
-#include "vantage/plugin_loader.hpp"
 #include "vantage/result.hpp"
 
 /// The contract of every plugin kind as numbered clauses (docs/contracts.md). A plugin's author

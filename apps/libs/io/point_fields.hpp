@@ -1,0 +1,114 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/file_content.hpp"
+
+namespace vantage::io {
+
+static_assert(std::endian::native == std::endian::little, "binary files are read in place");
+
+/// Reads one coordinate from its bytes in a file, at any alignment.
+using ReadCoordinate = double (*)(const char*) noexcept;
+
+enum class ByteOrder : std::uint8_t { little, big };
+
+template <class Stored, ByteOrder order>
+[[nodiscard]] double read_coordinate(const char* bytes) noexcept {
+  std::array<char, sizeof(Stored)> raw;
+  if constexpr (order == ByteOrder::little) {
+    std::memcpy(raw.data(), bytes, raw.size());
+  } else {
+    for (std::size_t i = 0; i < raw.size(); ++i) raw[i] = bytes[raw.size() - 1 - i];
+  }
+  return static_cast<double>(std::bit_cast<Stored>(raw));
+}
+
+/// What is added to a coordinate that is stored as it is: unlike 0, it leaves -0 alone.
+inline constexpr double kNoShift = -0.0;
+
+/// One coordinate of all points: `scale` times the number at `first + i * stride`, plus `shift`,
+/// is that of point i.
+struct CoordinateColumn {
+  const char* first = nullptr;
+  std::size_t stride = 0;
+  ReadCoordinate read = nullptr;
+  double scale = 1.0;
+  double shift = kNoShift;
+};
+
+struct PointColumns {
+  std::array<CoordinateColumn, 3> axes;  // x, y, z
+  std::optional<CoordinateColumn> time;
+};
+
+template <bool has_time>
+void add_points(LoadedCloud& cloud, const std::array<CoordinateColumn, 3>& axes,
+                const CoordinateColumn& time, std::size_t count) {
+  std::size_t kept = cloud.points.size();
+  cloud.points.resize(kept + count);
+  if constexpr (has_time) cloud.times.values.resize(kept + count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Point& point = cloud.points[kept];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const CoordinateColumn& column = axes[axis];
+      point[static_cast<Eigen::Index>(axis)] =
+          column.read(column.first + i * column.stride) * column.scale + column.shift;
+    }
+    if constexpr (has_time) cloud.times.values[kept] = time.read(time.first + i * time.stride);
+    const bool finite = point.allFinite();
+    kept += finite ? 1 : 0;
+    cloud.dropped += finite ? 0 : 1;
+  }
+  cloud.points.resize(kept);
+  if constexpr (has_time) cloud.times.values.resize(kept);
+}
+
+/// Adds the finite ones of `count` points. Precondition: the columns hold them.
+inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
+  if (columns.time) {
+    add_points<true>(cloud, columns.axes, *columns.time, count);
+  } else {
+    add_points<false>(cloud, columns.axes, {}, count);
+  }
+}
+
+/// Precondition: the columns hold `count` points.
+[[nodiscard]] inline LoadedCloud load_columns(const PointColumns& columns, std::size_t count) {
+  LoadedCloud cloud;
+  add_columns(cloud, columns, count);
+  return cloud;
+}
+
+/// Points of equal size in a row in a file.
+struct Records {
+  struct Field {
+    std::size_t offset = 0;  // in a point [bytes]
+    ReadCoordinate read = nullptr;
+    double scale = 1.0;
+    double shift = kNoShift;
+  };
+  std::size_t offset = 0;  // of the first one in the file [bytes]
+  std::size_t size = 0;    // of one [bytes]
+  std::size_t count = 0;
+  std::array<Field, 3> axes;  // x, y, z
+  std::optional<Field> time;
+  std::string time_name;
+  TimeFormat time_format;
+};
+
+/// Reads points in blocks: the file is never in memory as a whole.
+/// Errors: `io_failure`. Precondition: the file has them all.
+[[nodiscard]] Result<LoadedCloud> load_records(const InputFile& file, const Records& records);
+
+inline constexpr std::array<std::string_view, 3> kAxisNames{"x", "y", "z"};
+inline constexpr std::array<std::string_view, 3> kUpperAxisNames{"X", "Y", "Z"};
+
+}  // namespace vantage::io

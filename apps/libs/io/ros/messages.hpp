@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/ros/message_reader.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::io::ros {
+
+/// std_msgs/Header.
+struct Header {
+  double stamp = 0.0;  ///< [s]
+  std::string frame;
+};
+
+/// sensor_msgs/PointCloud2: its finite points in the order of its rows.
+struct CloudMessage {
+  Header header;
+  LoadedCloud cloud;                ///< with the times of PointTimes, if a field holds them
+  std::vector<std::string> fields;  ///< "x float32"
+  std::uint32_t width = 0, height = 0;
+};
+
+struct VelodynePacket {
+  double stamp = 0.0;     ///< [s]
+  std::string_view data;  ///< 1206 bytes, in the message
+};
+
+/// velodyne_msgs/VelodyneScan.
+struct VelodyneScanMessage {
+  Header header;
+  std::vector<VelodynePacket> packets;
+};
+
+/// T_frame_child of nav_msgs/Odometry, geometry_msgs/PoseStamped (and ...WithCovarianceStamped; no
+/// child) or a member of tf2_msgs/TFMessage.
+struct PoseMessage {
+  Header header;
+  std::string child;
+  Pose pose;  ///< its quaternion normalized if it was within 1e-3 of unit length
+  /// Of a member of a TFMessage whose pose is none: why; `pose` is the identity then. A wheel
+  /// without an angle does not hide the other transforms.
+  std::string problem = {};
+};
+
+/// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.
+[[nodiscard]] double seconds_from(std::int64_t nanoseconds) noexcept;
+
+/// What reads messages from their bytes. `where` names them in errors.
+/// Errors: `corrupt_data` with the byte in the message and what was expected: an end too early,
+/// sizes that contradict each other, a field without a known type, no x, y and z, a number that is
+/// not finite in a pose, a rotation that is none (but see PoseMessage::problem). Counts are never
+/// allocated before the bytes that they count are known to be there.
+[[nodiscard]] Result<CloudMessage> parse_point_cloud2(std::string_view bytes, Encoding encoding,
+                                                      const SourceLocation& where);
+/// The packets are views into `bytes`.
+[[nodiscard]] Result<VelodyneScanMessage> parse_velodyne_scan(std::string_view bytes,
+                                                              Encoding encoding,
+                                                              const SourceLocation& where);
+/// Of any message that begins with one; the rest is not looked at.
+[[nodiscard]] Result<Header> parse_header(std::string_view bytes, Encoding encoding,
+                                          const SourceLocation& where);
+/// Of nav_msgs/Odometry, geometry_msgs/PoseStamped, geometry_msgs/PoseWithCovarianceStamped,
+/// geometry_msgs/TransformStamped (one each), tf2_msgs/TFMessage and tf/tfMessage (any number).
+/// @param type  in ROS 1's spelling
+[[nodiscard]] Result<std::vector<PoseMessage>> parse_poses(std::string_view bytes,
+                                                           std::string_view type, Encoding encoding,
+                                                           const SourceLocation& where);
+/// Whether parse_poses knows the type.
+[[nodiscard]] bool has_poses(std::string_view type) noexcept;
+
+}  // namespace vantage::io::ros

@@ -1,0 +1,237 @@
+#include "io/scan_sequence.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "io/file_suffix.hpp"
+#include "io/text.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/file_content.hpp"
+
+namespace vantage::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Stamps {
+  std::vector<double> values;  // [s]
+  std::string rule;
+};
+
+bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+
+bool is_integer(std::string_view text) noexcept {
+  return !text.empty() && std::all_of(text.begin(), text.end(), is_digit);
+}
+
+bool is_scan(const fs::path& path) {
+  const std::string suffix = lower_case_suffix(path);
+  return !path.filename().string().starts_with('.') &&
+         (suffix == ".pcd" || suffix == ".ply" || suffix == ".bin");
+}
+
+Result<std::vector<fs::path>> scans_in(const fs::path& directory) {
+  const SourceLocation where{directory.string(), 0, 0};
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::directory_iterator entry(directory, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    std::error_code unreadable;
+    if (is_scan(entry->path()) && entry->is_regular_file(unreadable)) {
+      files.push_back(entry->path());
+    }
+  }
+  if (error) {
+    return fail(ErrorCode::io_failure,
+                fmt::format("the directory cannot be listed ({})", error.message()), where);
+  }
+  if (files.empty()) {
+    return fail(ErrorCode::not_found, "the directory holds no .pcd, .ply or .bin file", where);
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return less_by_natural_order(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+std::optional<fs::path> times_file(const fs::path& directory) {
+  // Lexically, so that for a link the parent is the folder that holds the link.
+  std::error_code ignored;
+  fs::path folder = fs::absolute(directory, ignored).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  for (const fs::path& candidate : {directory / "times.txt", folder.parent_path() / "times.txt"}) {
+    if (fs::exists(candidate, ignored)) return candidate;
+  }
+  return std::nullopt;
+}
+
+Result<Stamps> read_times(const fs::path& path, std::size_t scans) {
+  VANTAGE_TRY(const auto content, read_file(path, "one stamp [s] a line"));
+  Stamps stamps;
+  LineReader lines(content.view());
+  const auto error = [&](std::uint32_t line, std::string message) {
+    return fail(ErrorCode::corrupt_data, std::move(message),
+                SourceLocation{path.string(), line, 0});
+  };
+  while (const auto line = lines.next()) {
+    if (is_blank_or_comment(*line)) continue;
+    WordReader words(*line);
+    const auto stamp = parse_number<double>(words.next());
+    if (!stamp || !std::isfinite(*stamp) || !words.next().empty()) {
+      return error(lines.line(), fmt::format("expected one stamp [s], found {}", quoted(*line)));
+    }
+    if (!stamps.values.empty() && *stamp <= stamps.values.back()) {
+      return error(lines.line(), fmt::format("stamp {} s does not follow {} s, expected strictly "
+                                             "increasing stamps",
+                                             *stamp, stamps.values.back()));
+    }
+    stamps.values.push_back(*stamp);
+  }
+  if (stamps.values.size() != scans) {
+    return error(lines.line(), fmt::format("{} stamps for {} scans, expected one for each",
+                                           stamps.values.size(), scans));
+  }
+  stamps.rule = fmt::format("stamps are the lines of {}", path.string());
+  return stamps;
+}
+
+// Whole seconds and the rest apart, which rounds once instead of twice.
+double seconds_from(std::uint64_t nanoseconds) noexcept {
+  constexpr std::uint64_t kPerSecond = 1'000'000'000;
+  return static_cast<double>(nanoseconds / kPerSecond) +
+         static_cast<double>(nanoseconds % kPerSecond) / static_cast<double>(kPerSecond);
+}
+
+Result<Stamps> stamps_from_names(const std::vector<fs::path>& files, double rate_hz) {
+  constexpr std::size_t kNanosecondDigits = 16;
+  Stamps stamps;
+  const auto numbered = [](const fs::path& file) { return is_integer(file.stem().string()); };
+  if (!std::all_of(files.begin(), files.end(), numbered)) {
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      stamps.values.push_back(static_cast<double>(i) / rate_hz);
+    }
+    stamps.rule = fmt::format(
+        "file names are not all numbers, so stamps are the position in name order / {} Hz",
+        rate_hz);
+    return stamps;
+  }
+
+  const bool nanoseconds = files.front().stem().string().size() >= kNanosecondDigits;
+  for (const fs::path& file : files) {
+    const std::string stem = file.stem().string();
+    const auto error = [&](std::string message) {
+      return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file.string(), 0, 0});
+    };
+    if ((stem.size() >= kNanosecondDigits) != nanoseconds) {
+      return error(fmt::format(
+          "the name has {} digits and that of {} has {}; expected either "
+          "nanoseconds (16 digits or more) or frame numbers for all scans",
+          stem.size(), files.front().filename().string(), files.front().stem().string().size()));
+    }
+    const auto number = parse_number<std::uint64_t>(stem);
+    if (!number) return error("the number in the name does not fit 64 bits");
+    const double stamp =
+        nanoseconds ? seconds_from(*number) : static_cast<double>(*number) / rate_hz;
+    if (!stamps.values.empty() && stamp <= stamps.values.back()) {
+      return error(
+          fmt::format("its stamp {} s does not follow the {} s of the scan before, "
+                      "expected strictly increasing stamps",
+                      stamp, stamps.values.back()));
+    }
+    stamps.values.push_back(stamp);
+  }
+  stamps.rule =
+      nanoseconds
+          ? "file names are numbers of 16 digits or more, so stamps are those numbers in "
+            "nanoseconds"
+          : fmt::format("file names are frame numbers, so stamps are frame / {} Hz", rate_hz);
+  return stamps;
+}
+
+}  // namespace
+
+bool less_by_natural_order(std::string_view a, std::string_view b) noexcept {
+  const auto digits_at = [](std::string_view text, std::size_t from) {
+    std::size_t end = from;
+    while (end < text.size() && is_digit(text[end])) ++end;
+    return text.substr(from, end - from);
+  };
+  const auto value = [](std::string_view digits) {
+    digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
+    return digits;
+  };
+  std::size_t i = 0;
+  std::size_t k = 0;
+  while (i < a.size() && k < b.size()) {
+    if (is_digit(a[i]) && is_digit(b[k])) {
+      const std::string_view run_a = digits_at(a, i);
+      const std::string_view run_b = digits_at(b, k);
+      const std::string_view value_a = value(run_a);
+      const std::string_view value_b = value(run_b);
+      if (value_a.size() != value_b.size()) return value_a.size() < value_b.size();
+      if (value_a != value_b) return value_a < value_b;
+      i += run_a.size();
+      k += run_b.size();
+      continue;
+    }
+    if (a[i] != b[k]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[k]);
+    ++i;
+    ++k;
+  }
+  if (a.size() - i != b.size() - k) return a.size() - i < b.size() - k;
+  // Equal but for leading zeros: fewer of them first.
+  return a.size() != b.size() ? a.size() < b.size() : a < b;
+}
+
+Result<ScanSequence> ScanSequence::open(const fs::path& path, double rate_hz) {
+  const SourceLocation where{path.string(), 0, 0};
+  if (!(rate_hz > 0.0) || !std::isfinite(rate_hz)) {
+    return fail(ErrorCode::invalid_input,
+                fmt::format("the scan rate is {} Hz, expected a number above 0", rate_hz), where);
+  }
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) {
+    return fail(ErrorCode::not_found, "no such file or directory, expected scans", where);
+  }
+  if (error) {
+    return fail(ErrorCode::io_failure, fmt::format("cannot be examined ({})", error.message()),
+                where);
+  }
+
+  ScanSequence sequence;
+  std::optional<fs::path> times;
+  if (fs::is_directory(status)) {
+    VANTAGE_TRY(sequence.files_, scans_in(path));
+    times = times_file(path);
+  } else {
+    sequence.files_ = {path};
+  }
+  VANTAGE_TRY(auto stamps, times ? read_times(*times, sequence.files_.size())
+                                 : stamps_from_names(sequence.files_, rate_hz));
+  sequence.stamps_ = std::move(stamps.values);
+  sequence.stamp_rule_ = std::move(stamps.rule);
+  return sequence;
+}
+
+Result<StampedScan> ScanSequence::read(std::size_t i) const {
+  if (i >= size()) {
+    return fail(ErrorCode::invalid_input,
+                fmt::format("scan {} of a sequence of {} scans", i, size()));
+  }
+  VANTAGE_TRY(auto cloud, read_point_cloud(files_[i], ReadTimes::yes));
+  StampedScan scan;
+  VANTAGE_TRY(scan.seconds, seconds_after(stamps_[i], cloud.times, files_[i]));
+  scan.stamp = stamps_[i];
+  scan.points = std::move(cloud.points);
+  scan.dropped = cloud.dropped;
+  scan.name = files_[i].string();
+  return scan;
+}
+
+}  // namespace vantage::io

@@ -1,0 +1,197 @@
+#include "terminal/command_line.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <optional>
+#include <sstream>
+#include <thread>
+
+#include "terminal/completion.hpp"
+
+namespace vantage::cli {
+namespace {
+constexpr const char* kColor = "--color";
+constexpr const char* kUsageContext = "reading the command line; see --help";
+
+/// Set while a program does its job: who calls exit() then is not the program.
+std::atomic<bool> at_work{false};
+
+struct AtWork {
+  AtWork() { at_work = true; }
+  ~AtWork() { at_work = false; }
+};
+
+void refuse_to_exit() {
+  if (!at_work) return;
+  std::cerr << "error: the program was ended by exit(), most likely by a plugin" << std::endl;
+  std::_Exit(kFailed);
+}
+
+/// The last words of a process in which an exception has left a noexcept function. The message is
+/// what its user needs; without this, it would end with a signal and a core dump, or with nothing.
+[[noreturn]] void end_with_message() {
+  // Several threads may come here at once; one speaks, and ends them all.
+  static std::atomic_flag speaking;
+  while (speaking.test_and_set()) std::this_thread::sleep_for(std::chrono::seconds(1));
+  const std::exception_ptr exception = std::current_exception();
+  if (!exception) {
+    std::cerr << "error: the program was ended from inside (std::terminate without an exception)"
+              << std::endl;
+    std::_Exit(kFailed);
+  }
+  std::string what = "an exception of unknown type";
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& e) {
+    what = e.what();
+  } catch (...) {  // its type is all that is not known
+  }
+  std::cerr << "error: an exception left a function that must not throw, most likely a plugin's: "
+            << what << std::endl;
+  std::_Exit(kFailed);
+}
+
+/// What `--color` says, of the program or the job of it that was asked for.
+std::string color_of(const CLI::App& app) {
+  const CLI::Option* option = app.get_option_no_throw(kColor);
+  if (option != nullptr && option->count() > 0) return option->results().front();
+  for (const CLI::App* job : app.get_subcommands()) return color_of(*job);
+  return "auto";
+}
+
+void print_error(const CLI::App& app, const Error& error) {
+  std::cerr << to_string(error, Style::of(STDERR_FILENO, color_of(app))) << '\n';
+}
+
+void print_error(const CLI::App& app, std::string message) {
+  print_error(
+      app,
+      Error{
+          .code = ErrorCode::internal, .message = std::move(message), .where = {}, .context = {}});
+}
+
+}  // namespace
+
+void CommonOptions::add_to(CLI::App& app) {
+  app.add_option("--set", overrides, "override a key of the configuration: table.key=value")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--plugin-dir", plugin_dirs,
+                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
+      ->allow_extra_args(false);
+  app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")->capture_default_str();
+  app.add_flag("--quiet,-q", quiet, "no progress on stderr");
+  app.add_flag("--json", json, "results as JSON on stdout");
+  add_color_option(app, color);
+}
+
+Style CommonOptions::style() const { return Style::of(STDOUT_FILENO, color); }
+
+void add_color_option(CLI::App& app, std::string& color) {
+  app.add_option(kColor, color, "colours: auto is on a terminal, unless NO_COLOR is set")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str();
+}
+
+struct ThreadLimit::Control {
+  std::optional<tbb::global_control> limit;
+};
+
+Result<Pose> parse_pose(std::string_view option, const std::string& text,
+                        std::string_view or_else) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  while (at <= end) {
+    double x = 0;
+    const auto [stop, error] = std::from_chars(at, end, x);
+    if (error != std::errc{} || !std::isfinite(x) || (stop != end && *stop != ',')) break;
+    numbers.push_back(x);
+    at = stop + 1;
+  }
+  if (at != end + 1 || numbers.size() != 6) {
+    return usage_error(fmt::format("{} takes six numbers x,y,z,roll,pitch,yaw [m, rad]{}, not '{}'",
+                                   option, or_else, text));
+  }
+  for (std::size_t i = 3; i < 6; ++i) {
+    if (std::abs(numbers[i]) > 2.0 * M_PI) {
+      return usage_error(
+          fmt::format("{} takes angles in radians; {} is more than a turn", option, numbers[i]));
+    }
+  }
+  return pose_from_xyz_rpy({numbers[0], numbers[1], numbers[2]},
+                           {numbers[3], numbers[4], numbers[5]});
+}
+
+ThreadLimit::ThreadLimit(std::size_t jobs) : control_(std::make_unique<Control>()) {
+  if (jobs > 0) control_->limit.emplace(tbb::global_control::max_allowed_parallelism, jobs);
+}
+ThreadLimit::~ThreadLimit() = default;
+
+tl::unexpected<Error> usage_error(std::string message) {
+  return fail(Error{.code = ErrorCode::invalid_input,
+                    .message = std::move(message),
+                    .where = {},
+                    .context = {kUsageContext}});
+}
+
+std::string to_string(const Error& error, const Style& style) {
+  constexpr std::string_view kWord = "error:";
+  std::string text = vantage::to_string(error);
+  std::size_t at = 0;
+  if (error.where) {
+    std::ostringstream where;
+    where << *error.where << ": ";
+    at = where.str().size();
+  }
+  return text.replace(at, kWord.size(), style.bad(kWord));
+}
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& run) {
+  std::set_terminate(&end_with_message);
+  if (argc == 2 && argv[1] == std::string_view(kCompletionQuery)) {
+    std::cout << completion_table(app);
+    return EXIT_SUCCESS;
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help
+    print_error(app, usage_error(e.what()).value());
+    return kUsage;
+  }
+  std::atexit(&refuse_to_exit);
+  try {
+    const Result<void> done = [&] {
+      const AtWork now;
+      return run();
+    }();
+    if (done) {
+      std::cout.flush();
+      if (std::cout) return EXIT_SUCCESS;
+      print_error(app, "cannot write to standard output");
+      return kFailed;
+    }
+    print_error(app, done.error());
+    const auto& context = done.error().context;
+    return !context.empty() && context.front() == kUsageContext ? kUsage : kFailed;
+  } catch (const std::bad_alloc&) {
+    print_error(app, "out of memory");
+  } catch (const std::exception& e) {
+    print_error(app, e.what());
+  }
+  return kFailed;
+}
+
+}  // namespace vantage::cli

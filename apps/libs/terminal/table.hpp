@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "terminal/style.hpp"
+
+namespace vantage::cli {
+
+/// Text in aligned columns: names flush left, numbers flush right. A unit stands in brackets behind
+/// the name of what it measures, "error [cm]", and not in the cells; what has none is a count or a
+/// share from 0 to 1. Cells may hold text of a Style.
+class TextTable {
+ public:
+  /// @param name_columns  how many columns, from the left, hold names
+  explicit TextTable(std::vector<std::string> header, std::size_t name_columns = 1)
+      : rows_{std::move(header)}, name_columns_(name_columns) {}
+  /// Precondition: as many cells as the header has.
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  /// A bold header over a dim rule. A table wider than the style's columns becomes several, one
+  /// below the other: each has the columns of names and as many others as there is room for, but
+  /// at least one.
+  [[nodiscard]] std::string to_string(const Style& style = {}) const;
+
+ private:
+  [[nodiscard]] std::vector<std::size_t> widths() const;
+  /// The columns of names and those from `first` to before `last`.
+  [[nodiscard]] std::string block(std::size_t first, std::size_t last,
+                                  const std::vector<std::size_t>& widths, const Style& style) const;
+
+  std::vector<std::vector<std::string>> rows_;
+  std::size_t name_columns_;
+};
+
+/// 1234567 as "1,234,567".
+[[nodiscard]] std::string grouped(std::uint64_t number);
+
+/// Text of any author on one line: control characters become spaces. A comment must not end before
+/// its text does.
+[[nodiscard]] std::string one_line(std::string text);
+
+}  // namespace vantage::cli

@@ -1,0 +1,223 @@
+#include "vantage/engine/viewpoints.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+namespace vantage {
+namespace {
+
+struct VoxelKey {
+  std::int64_t z, y, x;
+  friend auto operator<=>(const VoxelKey&, const VoxelKey&) = default;
+};
+
+struct Hash {
+  std::size_t operator()(const VoxelKey& key) const noexcept {
+    std::uint64_t h = 0;
+    for (const std::int64_t k : {key.z, key.y, key.x}) {
+      h = (h ^ static_cast<std::uint64_t>(k)) * 0x9e3779b97f4a7c15U;
+      h ^= h >> 32U;
+    }
+    return h;
+  }
+};
+
+/// The points of one voxel. Offsets from its first point: no digits are lost far from the origin.
+struct Voxel {
+  VoxelKey key;
+  Point first;
+  Point sum_of_offsets = Point::Zero();
+  std::uint64_t count = 0;
+
+  [[nodiscard]] Point centroid() const {
+    return first + sum_of_offsets / static_cast<double>(count);
+  }
+};
+
+Result<VoxelKey> voxel_of(PointsView points, std::size_t k, double voxel_size) {
+  constexpr double kLimit = 0x1p50;
+  const Point voxel = (points[k] / voxel_size).array().floor();
+  if (!(voxel.cwiseAbs().maxCoeff() < kLimit)) {
+    return fail(ErrorCode::invalid_input,
+                "point " + std::to_string(k) +
+                    " is not finite or too far from the origin for voxels of " +
+                    std::to_string(voxel_size) + " m");
+  }
+  return VoxelKey{static_cast<std::int64_t>(voxel.z()), static_cast<std::int64_t>(voxel.y()),
+                  static_cast<std::int64_t>(voxel.x())};
+}
+
+Result<void> check_voxel_size(double voxel_size) {
+  if (voxel_size > 0.0 && std::isfinite(voxel_size)) return {};
+  return fail(ErrorCode::invalid_input,
+              "voxel size must be positive, not " + std::to_string(voxel_size));
+}
+
+/// @param number_of  the number of the i-th point in `points`, in ascending order
+template <class NumberOf>
+Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberOf& number_of,
+                             double voxel_size) {
+  VANTAGE_CHECK(check_voxel_size(voxel_size));
+  std::vector<Voxel> voxels;
+  std::unordered_map<VoxelKey, std::size_t, Hash> place_of;  // in `voxels`
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = number_of(i);
+    VANTAGE_TRY(const VoxelKey key, voxel_of(points, k, voxel_size));
+    const auto [place, is_new] = place_of.try_emplace(key, voxels.size());
+    if (is_new) voxels.push_back({.key = key, .first = points[k]});
+    Voxel& one = voxels[place->second];
+    one.sum_of_offsets += points[k] - one.first;
+    ++one.count;
+  }
+  std::sort(voxels.begin(), voxels.end(),
+            [](const Voxel& a, const Voxel& b) { return a.key < b.key; });
+  PointCloud result;
+  result.reserve(voxels.size());
+  for (const Voxel& voxel : voxels) result.push_back(voxel.centroid());
+  return result;
+}
+
+/// One of the points a voxel, the nearest to its centre, in their order.
+template <class NumberOf>
+Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
+                                      const NumberOf& number_of, double voxel_size) {
+  VANTAGE_CHECK(check_voxel_size(voxel_size));
+  struct Nearest {
+    double distance;
+    std::size_t number;
+  };
+  std::unordered_map<VoxelKey, Nearest, Hash> nearest;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = number_of(i);
+    VANTAGE_TRY(const VoxelKey key, voxel_of(points, k, voxel_size));
+    const Point corner = voxel_size * Point(static_cast<double>(key.x), static_cast<double>(key.y),
+                                            static_cast<double>(key.z));
+    const double distance = (points[k] - corner - Point::Constant(voxel_size / 2)).squaredNorm();
+    const auto [best, is_new] = nearest.try_emplace(key, Nearest{distance, k});
+    if (!is_new && distance < best->second.distance) best->second = {distance, k};
+  }
+  std::vector<std::size_t> numbers;
+  numbers.reserve(nearest.size());
+  for (const auto& [key, best] : nearest) numbers.push_back(best.number);
+  std::sort(numbers.begin(), numbers.end());
+  PointCloud result;
+  result.reserve(numbers.size());
+  for (const std::size_t k : numbers) result.push_back(points[k]);
+  return result;
+}
+
+template <class NumberOf>
+Result<PointCloud> viewpoints(PointsView points, std::size_t count, const NumberOf& number_of,
+                              const ViewpointParams& params) {
+  const bool driven = params.source == ViewpointSource::trajectory;
+  VANTAGE_TRY(const PointCloud places,
+              driven ? nearest_to_centres(points, count, number_of, params.voxel_size)
+                     : centroids(points, count, number_of, params.voxel_size));
+  PointCloud result;
+  result.reserve(places.size() * params.height_offsets.size());
+  for (const double offset : params.height_offsets) {
+    const double height = driven ? offset : params.sensor_height + offset;
+    for (const Point& q : places) result.emplace_back(q.x(), q.y(), q.z() + height);
+  }
+  return result;
+}
+
+bool has_twice(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return std::adjacent_find(values.begin(), values.end()) != values.end();
+}
+
+/// The direction of travel at each position, in plan, of length 1; all zero if it goes nowhere.
+std::vector<Eigen::Vector2d> directions_of(PointsView trajectory, double spacing) {
+  const auto between = [&](std::size_t i, std::size_t j) -> Eigen::Vector2d {
+    return (trajectory[j] - trajectory[i]).head<2>();
+  };
+  std::vector<std::size_t> knots;
+  for (std::size_t k = 0; k < trajectory.size(); ++k) {
+    if (knots.empty() || between(knots.back(), k).norm() >= spacing) knots.push_back(k);
+  }
+  std::vector<Eigen::Vector2d> directions(trajectory.size(), Eigen::Vector2d::Zero());
+  if (knots.size() < 2) return directions;
+  for (std::size_t i = 0; i < knots.size(); ++i) {
+    const std::size_t before = knots[i > 0 ? i - 1 : 0];
+    const std::size_t after = knots[std::min(i + 1, knots.size() - 1)];
+    Eigen::Vector2d direction = between(before, after);
+    // There and back: what comes after the turn.
+    if (!(direction.norm() >= spacing / 2)) direction = between(knots[i], after);
+    const std::size_t end = i + 1 < knots.size() ? after : trajectory.size();
+    std::fill(directions.begin() + static_cast<std::ptrdiff_t>(knots[i]),
+              directions.begin() + static_cast<std::ptrdiff_t>(end), direction.normalized());
+  }
+  return directions;
+}
+
+}  // namespace
+
+Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
+  return centroids(
+      points, points.size(), [](std::size_t i) { return i; }, voxel_size);
+}
+
+Result<PointCloud> places_along(PointsView trajectory, const ViewpointParams& params) {
+  VANTAGE_CHECK(check_voxel_size(params.voxel_size));
+  VANTAGE_CHECK(check_points(trajectory, "the trajectory"));
+  const auto directions = directions_of(trajectory, params.voxel_size / 2);
+  PointCloud places;
+  places.reserve(trajectory.size() * params.lateral_offsets.size());
+  for (const double offset : params.lateral_offsets) {
+    if (offset != 0.0 && directions.front().isZero()) {
+      return fail(ErrorCode::invalid_input,
+                  "the trajectory never leaves half a voxel, so nothing lies to the left of it: "
+                  "expected a longer one, or no lateral_offsets");
+    }
+    for (std::size_t k = 0; k < trajectory.size(); ++k) {
+      const Eigen::Vector2d& forward = directions[k];
+      places.push_back(trajectory[k] + offset * Point(-forward.y(), forward.x(), 0.0));
+    }
+  }
+  return places;
+}
+
+Result<PointCloud> viewpoints_over(PointsView points, const ViewpointParams& params) {
+  return viewpoints(
+      points, points.size(), [](std::size_t i) { return i; }, params);
+}
+
+Result<PointCloud> viewpoints_over(PointsView points, std::span<const std::uint32_t> which,
+                                   const ViewpointParams& params) {
+  return viewpoints(
+      points, which.size(), [&](std::size_t i) { return which[i]; }, params);
+}
+
+Result<void> ViewpointParams::validate() const {
+  const auto check = [](std::string_view key, const std::vector<double>& offsets) -> Result<void> {
+    const std::string name = "'" + std::string(key) + "'";
+    if (offsets.empty()) {
+      return fail_at({key}, name + " is empty, so there is no viewpoint: expected at least 0.0");
+    }
+    if (has_twice(offsets)) return fail_at({key}, name + " names one offset twice");
+    return {};
+  };
+  VANTAGE_CHECK(check("height_offsets", height_offsets));
+  VANTAGE_CHECK(check("lateral_offsets", lateral_offsets));
+  const ViewpointParams defaults;
+  if (source == ViewpointSource::ground && lateral_offsets != defaults.lateral_offsets) {
+    return fail_at({"lateral_offsets"},
+                   "'lateral_offsets' are measured from a trajectory: expected source = "
+                   "\"trajectory\" beside them");
+  }
+  if (source == ViewpointSource::trajectory && reachable) {
+    return fail_at({"reachable"},
+                   "'reachable' is about ground, and source = \"trajectory\" looks for none");
+  }
+  if (source == ViewpointSource::trajectory && sensor_height != defaults.sensor_height) {
+    return fail_at({"sensor_height"},
+                   "'sensor_height' is measured from the ground, and source = \"trajectory\" is "
+                   "the sensor's own path: leave it out, or say 'height_offsets'");
+  }
+  return {};
+}
+
+}  // namespace vantage

@@ -1,0 +1,239 @@
+#include "vantage/engine/config.hpp"
+
+#include <toml++/toml.h>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace vantage {
+namespace {
+
+SourceLocation location(const toml::source_region& region, const std::string& name) {
+  return {name, static_cast<std::uint32_t>(region.begin.line),
+          static_cast<std::uint32_t>(region.begin.column)};
+}
+
+Result<Table> convert(const toml::table& table, const std::string& name);
+
+Result<Value> convert(const toml::node& node, const std::string& name) {
+  Value value{false, location(node.source(), name)};
+  if (const auto* table = node.as_table()) {
+    VANTAGE_TRY(value.data, convert(*table, name));
+  } else if (const auto* array = node.as_array()) {
+    Array elements;
+    for (const toml::node& element : *array) {
+      VANTAGE_TRY(auto converted, convert(element, name));
+      elements.push_back(std::move(converted));
+    }
+    value.data = std::move(elements);
+  } else if (const auto* text = node.as_string()) {
+    value.data = text->get();
+  } else if (const auto* whole = node.as_integer()) {
+    value.data = whole->get();
+  } else if (const auto* real = node.as_floating_point()) {
+    value.data = real->get();
+  } else if (const auto* truth = node.as_boolean()) {
+    value.data = truth->get();
+  } else {
+    return fail(ErrorCode::invalid_config, "dates and times have no meaning here", value.where);
+  }
+  return value;
+}
+
+Result<Table> convert(const toml::table& table, const std::string& name) {
+  Table converted{{}, location(table.source(), name)};
+  for (const auto& [key, node] : table) {
+    VANTAGE_TRY(auto value, convert(node, name));
+    converted.entries.push_back(
+        {std::string(key.str()), std::move(value), location(key.source(), name)});
+  }
+  // toml++ sorts by key; people read in the order of the file.
+  std::stable_sort(
+      converted.entries.begin(), converted.entries.end(), [](const Entry& a, const Entry& b) {
+        return std::pair{a.where.line, a.where.column} < std::pair{b.where.line, b.where.column};
+      });
+  return converted;
+}
+
+/// Marks everything below as coming from the command line, which has no lines.
+void relocate(Value& value, const SourceLocation& where) {
+  value.where = where;
+  if (auto* array = std::get_if<Array>(&value.data)) {
+    for (Value& element : *array) relocate(element, where);
+  } else if (auto* table = std::get_if<Table>(&value.data)) {
+    table->where = where;
+    for (Entry& entry : table->entries) {
+      entry.where = where;
+      relocate(entry.value, where);
+    }
+  }
+}
+
+Result<void> apply_override(Table& root, const std::string& text) {
+  const SourceLocation where{"--set " + text, 0, 0};
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    return fail(ErrorCode::invalid_config, "expected key.path=value", where);
+  }
+  const std::string written = text.substr(equals + 1);
+  Value value{written, where};
+  if (auto parsed = parse_toml("value = " + written, where.file)) {
+    if (parsed->entries.size() == 1) value = std::move(parsed->entries.front().value);
+  }
+  relocate(value, where);
+
+  Table* table = &root;
+  std::istringstream path(text.substr(0, equals));
+  std::vector<std::string> keys;
+  for (std::string key; std::getline(path, key, '.');) keys.push_back(key);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i].empty()) return fail(ErrorCode::invalid_config, "empty key in the path", where);
+    auto entry = std::find_if(table->entries.begin(), table->entries.end(),
+                              [&](const Entry& e) { return e.key == keys[i]; });
+    if (entry == table->entries.end()) {
+      table->entries.push_back({keys[i], Value{Table{{}, where}, where}, where});
+      entry = table->entries.end() - 1;
+    }
+    if (i + 1 == keys.size()) {
+      entry->value = value;
+      entry->where = where;
+    } else {
+      table = std::get_if<Table>(&entry->value.data);
+      if (table == nullptr) {
+        return fail(ErrorCode::invalid_config, "'" + keys[i] + "' is not a table", where);
+      }
+    }
+  }
+  return {};
+}
+
+/// Gives a plugin's section the places that errors about it point at.
+template <class Section>
+void locate_section(std::optional<Section>& section, const Table& root, std::string_view name) {
+  if (!section) return;
+  const auto& table = std::get<Table>(root.find(name)->data);
+  const Value* library = table.find("library");
+  section->where = library == nullptr ? table.find("plugin")->where : library->where;
+  if (table.find("params") == nullptr) section->params.where = table.where;
+}
+
+/// toml++'s "Error while parsing X: what" in the order of this project's errors.
+Error syntax_error(const toml::parse_error& e, const std::string& name) {
+  Error error{.code = ErrorCode::invalid_config,
+              .message = std::string(e.description()),
+              .where = location(e.source(), name),
+              .context = {},
+              .keys = {}};
+  constexpr std::string_view kPrefix = "Error while parsing ";
+  const std::size_t colon = error.message.find(": ");
+  if (error.message.starts_with(kPrefix) && colon != std::string::npos) {
+    const std::string construct = error.message.substr(kPrefix.size(), colon - kPrefix.size());
+    error.message.erase(0, colon + 2);
+    return std::move(error).during("parsing " + construct);
+  }
+  if (!error.message.empty() && error.message[0] >= 'A' && error.message[0] <= 'Z') {
+    error.message[0] = static_cast<char>(error.message[0] - 'A' + 'a');
+  }
+  return error;
+}
+
+}  // namespace
+
+Result<Table> parse_toml(std::string_view text, const std::string& name) {
+  try {
+    return convert(toml::parse(text, name), name);
+  } catch (const toml::parse_error& e) {
+    return fail(syntax_error(e, name));
+  }
+}
+
+Result<Table> load_toml(const std::filesystem::path& file,
+                        const std::vector<std::string>& overrides) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    return fail(ErrorCode::invalid_config, "expected a TOML file, found a folder",
+                SourceLocation{file.string(), 0, 0});
+  }
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  if (in) text << in.rdbuf();
+  if (!in) {
+    const int reason = errno;
+    return fail(reason == ENOENT ? ErrorCode::not_found : ErrorCode::io_failure,
+                std::string("cannot read the configuration: ") + std::strerror(reason),
+                SourceLocation{file.string(), 0, 0});
+  }
+  VANTAGE_TRY(Table table, parse_toml(text.str(), file.string()));
+  for (const std::string& override_text : overrides) {
+    VANTAGE_CHECK(apply_override(table, override_text));
+  }
+  return table;
+}
+
+Result<void> MapSource::validate() const {
+  if (files.empty())
+    return fail_at({"files"}, "'files' is empty: expected at least one point cloud");
+  return {};
+}
+
+Result<void> StoreConfig::validate() const {
+  if (!views || content != StoredContent::prepared) return {};
+  return fail_at({"views"},
+                 "'views' are kept beside points, and content = \"prepared\" keeps no points");
+}
+
+Result<void> Config::validate() const {
+  const bool counted = (visibility && visibility->min_views > 1) || (store && store->views);
+  if (counted && viewpoints && viewpoints->min_gain > 0.0) {
+    return fail_at({"viewpoints.min_gain"},
+                   "'min_gain' leaves viewpoints out, and 'min_views' and 'views' count all");
+  }
+  if (!thinning || !store || store->content != StoredContent::prepared) return {};
+  return fail_at({"thinning"},
+                 "[thinning] thins the points of region maps, and [store] content = \"prepared\" "
+                 "keeps none of them");
+}
+
+Result<Config> parse_config(const Table& table) {
+  VANTAGE_TRY(Config config, parse<Config>(table));
+  config.file = table.where.file;
+  locate_section(config.partitioner, table, "partitioner");
+  locate_section(config.ground, table, "ground");
+  locate_section(config.visibility, table, "visibility");
+  locate_section(config.store, table, "store");
+  locate_section(config.matcher, table, "matcher");
+  return config;
+}
+
+Result<Config> load_config(const std::filesystem::path& file,
+                           const std::vector<std::string>& overrides) {
+  VANTAGE_TRY(const Table table, load_toml(file, overrides));
+  VANTAGE_TRY(Config config, parse_config(table));
+  config.file = file.string();
+  return config;
+}
+
+Result<std::string> effective_config(const Config& config, const PluginLoader& plugins) {
+  Config effective = config;
+  const auto fill = [&](PluginKind kind, std::optional<PluginChoice>& choice) -> Result<void> {
+    if (!choice) return {};
+    VANTAGE_TRY(choice->params, plugins.effective_params(kind, *choice));
+    return {};
+  };
+  VANTAGE_CHECK(fill(PluginKind::partitioner, effective.partitioner));
+  VANTAGE_CHECK(fill(PluginKind::ground, effective.ground));
+  VANTAGE_CHECK(fill(PluginKind::matcher, effective.matcher));
+  if (effective.visibility) {
+    VANTAGE_TRY(effective.visibility->params,
+                plugins.effective_params(PluginKind::visibility, effective.visibility->choice()));
+  }
+  if (effective.store) {
+    VANTAGE_TRY(effective.store->params,
+                plugins.effective_params(PluginKind::store, effective.store->choice()));
+  }
+  return to_toml(to_table(effective));
+}
+
+}  // namespace vantage

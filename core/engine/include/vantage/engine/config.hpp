@@ -1,0 +1,187 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/engine/localizer_params.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/thinning.hpp"
+#include "vantage/engine/viewpoints.hpp"
+#include "vantage/params.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// @param name  what error messages call the text: a file's path
+/// Errors: `invalid_config` with the place of a syntax error, a duplicate key or a date.
+[[nodiscard]] VANTAGE_API Result<Table> parse_toml(std::string_view text, const std::string& name);
+
+/// Reads a TOML file and applies `key.path=value` overrides (a value that is no TOML counts as a
+/// string; relative paths in it are meant from the current directory).
+/// Errors: `not_found`, `io_failure`, `invalid_config`.
+[[nodiscard]] VANTAGE_API Result<Table> load_toml(const std::filesystem::path& file,
+                                                  const std::vector<std::string>& overrides = {});
+
+/// [map]: the wide-area map P.
+struct MapSource {
+  std::vector<std::filesystem::path> files;
+  std::optional<std::filesystem::path> trajectory;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("files", &MapSource::files, "",
+                 "point clouds that together are the map: files, folders, patterns",
+                 Source{"Eq. 1"}),
+        optional("trajectory", &MapSource::trajectory, "",
+                 "TUM file: where the sensor was while mapping, for viewpoints along it and for "
+                 "partitioners that use it; they get none if left out"),
+    };
+  }
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
+};
+
+/// Which points a viewpoint's visibility is decided among.
+enum class VisibilityScope : std::uint8_t {
+  map,     ///< all of P, as the text of Sec. 2.3 says
+  region,  ///< P_ij only, as Eq. 9 is printed
+};
+constexpr auto enum_names(VisibilityScope) {
+  return std::array{std::pair{std::string_view("map"), VisibilityScope::map},
+                    std::pair{std::string_view("region"), VisibilityScope::region}};
+}
+
+/// [visibility]: the operator and what core itself does with it.
+struct VisibilityConfig {
+  std::string plugin;
+  std::optional<std::filesystem::path> library;
+  VisibilityScope scope = VisibilityScope::map;
+  std::optional<double> max_range;
+  std::uint32_t min_views = 1;
+  Table params;
+  SourceLocation where;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &VisibilityConfig::plugin, "", "name of the visibility operator"),
+        optional("library", &VisibilityConfig::library, "", "plugin file, instead of searching"),
+        optional("scope", &VisibilityConfig::scope, "",
+                 "decide visibility among all points of the map, or those of the region",
+                 Source{"Eq. 9", "Yagi et al. 2026, Sec. 2.3"}),
+        optional("max_range", &VisibilityConfig::max_range, "m",
+                 "reach of the sensor; unlimited if left out", positive),
+        optional("min_views", &VisibilityConfig::min_views, "",
+                 "a point is kept if so many of its region's viewpoints see it, or all of them "
+                 "where there are fewer",
+                 at_least(1)),
+        optional("params", &VisibilityConfig::params, "", "parameters of the plugin"),
+    };
+  }
+  [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
+};
+
+/// What a bundle keeps of each region.
+enum class StoredContent : std::uint8_t {
+  points,    ///< V_ij
+  prepared,  ///< what the matcher makes of the whole map there
+  both,
+};
+constexpr auto enum_names(StoredContent) {
+  return std::array{std::pair{std::string_view("points"), StoredContent::points},
+                    std::pair{std::string_view("prepared"), StoredContent::prepared},
+                    std::pair{std::string_view("both"), StoredContent::both}};
+}
+
+/// [store]: where bundles are kept, and what core puts into them.
+struct StoreConfig {
+  std::string plugin;
+  std::optional<std::filesystem::path> library;
+  StoredContent content = StoredContent::points;
+  bool views = false;
+  Table params;
+  SourceLocation where;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &StoreConfig::plugin, "", "name of the map store"),
+        optional("library", &StoreConfig::library, "", "plugin file, instead of searching"),
+        optional("content", &StoreConfig::content, "",
+                 "what a build keeps of each region: its points, what the [matcher] makes of the "
+                 "whole map around them, or both"),
+        optional("views", &StoreConfig::views, "",
+                 "points are kept with the number of their region's viewpoints that see them"),
+        optional("params", &StoreConfig::params, "", "parameters of the plugin"),
+    };
+  }
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
+  [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
+};
+
+/// A whole configuration file. What a program needs of it, it asks for with `need`.
+struct Config {
+  std::int64_t schema_version = 1;
+  std::optional<MapSource> map;
+  std::optional<PluginChoice> partitioner, ground;
+  std::optional<ViewpointParams> viewpoints;
+  std::optional<VisibilityConfig> visibility;
+  std::optional<ThinningParams> thinning;
+  std::optional<StoreConfig> store;
+  std::optional<PluginChoice> matcher;
+  std::optional<LocalizerParams> localizer;
+  std::string file;  ///< where it was read
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("schema", &Config::schema_version, "", "version of this file's format, 1",
+                 between(1, 1)),
+        optional("map", &Config::map, "", "the wide-area map P", Source{"Eq. 1"}),
+        optional("partitioner", &Config::partitioner, "", "how the map is cut into regions",
+                 Source{"Eqs. 2-3", "Yagi et al. 2026, Sec. 2.1"}),
+        optional("ground", &Config::ground, "", "how the ground is found",
+                 Source{{}, "Yagi et al. 2026, Sec. 2.2"}),
+        optional("viewpoints", &Config::viewpoints, "", "where virtual viewpoints stand",
+                 Source{"Eqs. 4-5", "Yagi et al. 2026, Sec. 2.2"}),
+        optional("visibility", &Config::visibility, "", "what is seen from a viewpoint",
+                 Source{"Eqs. 6-10", "Yagi et al. 2026, Sec. 2.3"}),
+        optional("thinning", &Config::thinning, "",
+                 "how region maps are made smaller after that; not at all if left out"),
+        optional("store", &Config::store, "", "where the bundle of region maps is kept",
+                 Source{{}, "Yagi et al. 2026, Sec. 2.3"}),
+        optional("matcher", &Config::matcher, "", "how scans are matched",
+                 Source{{}, "Yagi et al. 2026, Sec. 3.3"}),
+        optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",
+                 Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
+    };
+  }
+
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
+
+  /// A table that this job cannot do without. Error: `invalid_config` that names table and job.
+  template <class T>
+  [[nodiscard]] Result<T> need(const std::optional<T>& section, std::string_view name,
+                               std::string_view job) const {
+    if (section) return *section;
+    return fail(ErrorCode::invalid_config,
+                "missing table [" + std::string(name) + "], which " + std::string(job) + " needs",
+                SourceLocation{file, 0, 0});
+  }
+};
+
+/// Errors: those of `load_toml`, and `invalid_config` for anything the schema does not allow.
+[[nodiscard]] VANTAGE_API Result<Config> load_config(
+    const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+[[nodiscard]] VANTAGE_API Result<Config> parse_config(const Table& table);
+
+/// The configuration with all defaults filled in, the plugins' own included, as TOML.
+/// Errors: a plugin that cannot be loaded or refuses its params.
+[[nodiscard]] VANTAGE_API Result<std::string> effective_config(const Config& config,
+                                                               const PluginLoader& plugins);
+
+}  // namespace vantage

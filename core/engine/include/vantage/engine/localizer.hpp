@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "vantage/api.hpp"
+#include "vantage/engine/confidence.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/localizer_params.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/prepared_scan.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage {
+
+enum class Tracking : std::uint8_t {
+  tracked,  ///< the pose comes from matching and is to be believed
+  lost,     ///< it is not: the pose is a prediction, or a find that is not confirmed yet
+};
+[[nodiscard]] VANTAGE_API const char* to_string(Tracking) noexcept;
+
+/// What became of one scan.
+struct ScanReport {
+  double stamp = 0.0;
+  Tracking tracking = Tracking::lost;
+  std::string reason;  ///< why the scan is lost; empty if tracked
+  bool has_pose =
+      true;         ///< false: the sensor has not been found anywhere yet, the poses say nothing
+  Pose T_map_scan;  ///< estimated if tracked, else the best guess
+  Pose T_map_scan_predicted;
+  bool recovered = false;  ///< the first tracked scan after lost ones
+
+  RegionId region;             ///< whose map was matched against
+  bool switched = false;       ///< not that of the scan before
+  bool outside = false;        ///< the last pose lay in no region with a map: the old one was kept
+  bool blocked = false;        ///< the region's map was not ready: it was loaded or waited for
+  double seconds_stall = 0.0;  ///< that the scan waited for its map
+  double seconds_load = 0.0, seconds_prepare = 0.0;  ///< of the map switched to, by whatever thread
+  std::size_t map_points = 0;                        ///< N_point of Eq. 13
+  std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, those ahead included
+
+  std::size_t scan_points = 0;               ///< N of Eq. 12, after thinning
+  std::size_t dropped_points = 0;            ///< non-finite
+  double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
+  double seconds_search = 0.0;               ///< looking for a lost sensor
+  std::optional<Alignment> alignment;        ///< none if nothing matched
+  std::optional<PoseConfidence> confidence;  ///< of `alignment`
+  double lcp = 0.0;                          ///< Eq. 13
+};
+
+/// Localizes scans one after the other against the region map of the moment (Sec. 2.4).
+/// Results depend on the scans, the bundle and the parameters alone, not on time or threads.
+/// Not thread safe; one object a robot.
+class VANTAGE_API Localizer {
+ public:
+  /// Opens the bundle. Errors: those of MapStore::index; `invalid_input` for a bundle without
+  /// points.
+  [[nodiscard]] static Result<Localizer> open(PluginPtr<MapStore> store,
+                                              PluginPtr<ScanMatcher> matcher,
+                                              const LocalizerParams& params);
+  /// Opens what a configuration asks for: its [store] and [matcher], with its [localizer].
+  /// Errors: those of above; a missing table or plugin, or a wrong parameter.
+  [[nodiscard]] static Result<Localizer> open(const Config& config, const PluginLoader& plugins);
+  Localizer(Localizer&&) noexcept;
+  Localizer& operator=(Localizer&&) noexcept;
+  ~Localizer();
+
+  [[nodiscard]] const MapIndex& index() const noexcept;
+
+  /// Says where the sensor is at the next scan and makes the map of that place ready; forgets all
+  /// motion. Errors: `invalid_input` for a pose that is no rigid transform; a region map that
+  /// cannot be loaded or prepared.
+  [[nodiscard]] Result<void> start(const Pose& T_map_scan);
+  /// The sensor may be anywhere in the bundle: the next scans look for it. Forgets all motion.
+  void start_anywhere();
+
+  /// Predicts the pose (odometry, else constant velocity), picks the region of the last estimate
+  /// (Eq. 11), switches maps if it changed, and matches. A scan that cannot be matched is reported
+  /// as lost and the prediction stands in for it; while the sensor is lost, it is looked for in a
+  /// circle that widens from scan to scan. A place where it is found counts when
+  /// LocalizerParams::confirming_scans scans fit it. Localization goes on in any case.
+  /// Errors: `invalid_input` before a start, for a stamp that does not increase, or for times that
+  /// do not belong to the points; a region map that cannot be loaded or prepared.
+  [[nodiscard]] Result<ScanReport> localize(const Scan& scan);
+
+ private:
+  struct State;
+  explicit Localizer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vantage

@@ -1,0 +1,366 @@
+#include "vantage/engine/localizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "localize/motion.hpp"
+#include "localize/pose_search.hpp"
+#include "localize/regions_ahead.hpp"
+#include "stopwatch.hpp"
+#include "vantage/engine/deskew.hpp"
+#include "vantage/engine/region_maps.hpp"
+
+namespace vantage {
+
+const char* to_string(Tracking tracking) noexcept {
+  switch (tracking) {
+    case Tracking::tracked: return "tracked";
+    case Tracking::lost: return "lost";
+  }
+  return "unknown";
+}
+
+namespace {
+
+/// How far a sensor that has been lost for so many scans is looked for: twice as far each time.
+/// Once that is everywhere, only now and then, because it takes long.
+std::optional<double> search_radius(std::uint32_t lost_scans, double everywhere) {
+  constexpr double kFirst = 4.0;
+  constexpr std::uint32_t kPause = 4;
+  const double radius = std::ldexp(kFirst, static_cast<int>(std::min(lost_scans, 60U)) - 1);
+  if (radius < 2.0 * everywhere) return std::min(radius, everywhere);
+  if (lost_scans % kPause == 0) return everywhere;
+  return {};
+}
+
+}  // namespace
+
+struct Localizer::State {
+  State(PluginPtr<MapStore> the_store, PluginPtr<ScanMatcher> the_matcher, MapIndex the_index,
+        const LocalizerParams& the_params)
+      : store(std::move(the_store)),
+        matcher(std::move(the_matcher)),
+        index(std::move(the_index)),
+        params(the_params),
+        ahead(index),
+        maps(store, matcher,
+             {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
+              .background = params.prefetch}) {}
+
+  PluginPtr<MapStore> store;
+  PluginPtr<ScanMatcher> matcher;
+  MapIndex index;
+  LocalizerParams params;
+  RegionsAhead ahead;
+  RegionMaps maps;  // uses store and matcher
+
+  std::optional<Pose> initial;  // given, not yet used
+  bool anywhere = false;        // start_anywhere, not found yet
+  Motion motion;
+
+  std::shared_ptr<const ReadyRegion> map;  // of `region`
+  RegionId region;
+
+  bool lost = false;
+  std::uint32_t lost_scans = 0;     // without a place that could be confirmed
+  std::uint32_t fitting_scans = 0;  // one after the other, while lost
+  double usual_nvtl = 0.0;          // of tracked scans, lately; 0 before the first
+
+  [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
+
+  struct Choice {
+    RegionId region;
+    bool outside;
+  };
+  /// Eq. 11 with hysteresis.
+  [[nodiscard]] Choice choose_region(const Point& position) const {
+    const Eigen::Vector2d xy = position.head<2>();
+    const auto located = index.partition.locate(position);
+    if (!located || !has_map(*located)) {
+      return {map ? region : ahead.nearest(xy), true};
+    }
+    if (map && *located != region && params.switch_margin > 0.0 &&
+        distance(index.partition[region].footprint, xy) <= params.switch_margin) {
+      return {region, false};
+    }
+    return {*located, false};
+  }
+
+  [[nodiscard]] Result<PreparedScan> prepare(const Scan& scan) const {
+    const auto step = motion.step_to(scan);
+    if (!params.deskew || scan.seconds.empty() || !step) return prepare_scan(scan.points, params);
+    VANTAGE_TRY(const PointCloud points,
+                deskew(scan.points, scan.seconds, step->T_now_later, step->seconds));
+    return prepare_scan(points, params);
+  }
+
+  /// Makes a region's map the one to match against.
+  Result<void> use(RegionId next, ScanReport& report) {
+    if (!map || next != region) {
+      const Stopwatch stopwatch;
+      auto taken = maps.take(next);
+      if (!taken) {
+        return fail(std::move(taken).error().during("switching to region '" +
+                                                    index.partition[next].label + "'"));
+      }
+      map = std::move(taken->region);
+      region = next;
+      report.blocked = taken->blocked;
+      report.seconds_stall = stopwatch.seconds();
+      report.seconds_load = map->seconds_load;
+      report.seconds_prepare = map->seconds_prepare;
+    }
+    report.region = region;
+    report.map_points = map->map_points;
+    return {};
+  }
+
+  void expect_what_is_ahead() {
+    if (!params.prefetch) return;
+    maps.expect(ahead(motion.pose().translation.head<2>(), motion.velocity().head<2>(),
+                      params.prefetch_time, params.prefetch_distance));
+  }
+
+  /// Why an alignment is not to be believed; empty if it is.
+  [[nodiscard]] std::string doubt(const Alignment& alignment) const {
+    if (!is_valid(alignment.T_map_scan)) return "the matcher returned no valid pose";
+    if (alignment.score.coverage < params.min_coverage) {
+      return "coverage " + std::to_string(alignment.score.coverage) + " below min_coverage";
+    }
+    if (alignment.score.nvtl < params.min_nvtl) {
+      return "NVTL " + std::to_string(alignment.score.nvtl) + " below min_nvtl";
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::string doubt(const Alignment& alignment, const Pose& predicted) const {
+    const double correction = (alignment.T_map_scan.translation - predicted.translation).norm();
+    if (motion.step() && !(correction <= params.max_correction)) {
+      return "matching moved the scan by " + std::to_string(correction) +
+             " m, more than max_correction";
+    }
+    return doubt(alignment);
+  }
+
+  /// A search tries so many places that some fit by chance, passably: what it finds must fit nearly
+  /// as well as scans did before.
+  [[nodiscard]] bool is_find(const Alignment& alignment) const {
+    constexpr double kNearly = 0.8;
+    return doubt(alignment).empty() && alignment.score.nvtl >= kNearly * usual_nvtl;
+  }
+
+  /// Matches at the prediction and says what is to be thought of it.
+  Result<void> match(PointsView scan, ScanReport& report) const {
+    const Stopwatch stopwatch;
+    Result<Alignment> alignment = map->target->align(scan, report.T_map_scan_predicted);
+    report.seconds_align = stopwatch.seconds();
+    if (!alignment) {
+      if (alignment.error().code != ErrorCode::too_few_matches) {
+        return fail(std::move(alignment).error());
+      }
+      report.reason = alignment.error().message;
+      return {};
+    }
+    report.reason = doubt(*alignment, report.T_map_scan_predicted);
+    set_alignment(*std::move(alignment), report);
+    return {};
+  }
+
+  void set_alignment(Alignment alignment, ScanReport& report) const {
+    report.lcp = localization_contribution_per_point(alignment.score.fitness, report.map_points);
+    report.confidence = confidence_of(alignment, params.covariance_scale);
+    if (report.reason.empty()) report.T_map_scan = alignment.T_map_scan;
+    report.alignment = std::move(alignment);
+  }
+
+  /// Where a lost sensor is looked for; nowhere at some scans.
+  [[nodiscard]] std::optional<SearchArea> search_area(const Pose& predicted) const {
+    SearchArea area;
+    if (anywhere) return area;
+    area.centre = predicted.translation;
+    // As far as any place of the map is.
+    const Bounds3& bounds = index.map_bounds;
+    const double everywhere = (area.centre - bounds.min)
+                                  .cwiseAbs()
+                                  .cwiseMax((area.centre - bounds.max).cwiseAbs())
+                                  .head<2>()
+                                  .norm();
+    const auto radius = search_radius(
+        lost_scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)));
+    if (!radius || *radius <= 0.0) return {};
+    area.radius = *radius;
+    if (area.radius < 10.0) {
+      area.spacing = 1.0;
+      area.guess = predicted;
+    }
+    return area;
+  }
+
+  /// Looks for a sensor that is lost; whether it was found. That has still to be confirmed.
+  Result<bool> search(PointsView scan, ScanReport& report) {
+    const auto area = search_area(report.T_map_scan_predicted);
+    if (!area) return false;
+    const Stopwatch stopwatch;
+    VANTAGE_TRY(const auto found, search_pose(index, maps, scan, *area));
+    report.seconds_search = stopwatch.seconds();
+    if (found.empty() || !is_find(found.front().alignment)) return false;
+    // A map that nobody could expect to be needed is no stall of tracking.
+    const bool blocked = report.blocked;
+    const double seconds_stall = report.seconds_stall;
+    VANTAGE_CHECK(use(found.front().region, report));
+    report.blocked = blocked;
+    report.seconds_stall = seconds_stall;
+    report.reason.clear();
+    set_alignment(found.front().alignment, report);
+    return true;
+  }
+
+  /// Takes the scan's outcome into the account of what is tracked and what is lost.
+  void judge(ScanReport& report) {
+    const bool fits = report.reason.empty();
+    if (!lost && fits) {
+      constexpr double kNew = 0.1;
+      const double nvtl = report.alignment->score.nvtl;
+      usual_nvtl = usual_nvtl == 0.0 ? nvtl : std::lerp(usual_nvtl, nvtl, kNew);
+      report.tracking = Tracking::tracked;
+      return;
+    }
+    lost = true;
+    fitting_scans = fits ? fitting_scans + 1 : 0;
+    if (fitting_scans >= params.confirming_scans) {
+      lost = false;
+      lost_scans = fitting_scans = 0;
+      report.tracking = Tracking::tracked;
+      report.recovered = true;
+    } else if (fits) {
+      report.reason = "found, to be confirmed by the next scans";
+    }
+  }
+};
+
+Localizer::Localizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+Localizer::~Localizer() = default;
+
+Result<Localizer> Localizer::open(PluginPtr<MapStore> store, PluginPtr<ScanMatcher> matcher,
+                                  const LocalizerParams& params) {
+  VANTAGE_TRY(MapIndex index, store->index());
+  if (index.regions.size() != index.partition.size()) {
+    return fail(ErrorCode::corrupt_data,
+                "the bundle's index has " + std::to_string(index.regions.size()) +
+                    " summaries for " + std::to_string(index.partition.size()) + " regions");
+  }
+  if (std::all_of(index.regions.begin(), index.regions.end(),
+                  [](const RegionSummary& region) { return region.empty(); })) {
+    return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
+  }
+  return Localizer(
+      std::make_unique<State>(std::move(store), std::move(matcher), std::move(index), params));
+}
+
+Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {
+  constexpr std::string_view kJob = "localization";
+  VANTAGE_TRY(const StoreConfig store_config, config.need(config.store, "store", kJob));
+  VANTAGE_TRY(const PluginChoice matcher_choice, config.need(config.matcher, "matcher", kJob));
+  VANTAGE_TRY(auto store, plugins.load<MapStore>(store_config.choice()));
+  VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(matcher_choice));
+  return open(std::move(store), std::move(matcher), config.localizer.value_or(LocalizerParams{}));
+}
+
+const MapIndex& Localizer::index() const noexcept { return state_->index; }
+
+Result<void> Localizer::start(const Pose& T_map_scan) {
+  State& s = *state_;
+  if (!is_valid(T_map_scan)) {
+    return fail(ErrorCode::invalid_input, "the initial pose is no rigid transform");
+  }
+  const RegionId region = s.choose_region(T_map_scan.translation).region;
+  auto taken = s.maps.take(region);  // so that the first scan finds it ready
+  if (!taken) {
+    return fail(std::move(taken).error().during("making region '" +
+                                                s.index.partition[region].label + "' ready"));
+  }
+  s.initial = T_map_scan;
+  s.anywhere = s.lost = false;
+  s.lost_scans = s.fitting_scans = 0;
+  s.usual_nvtl = 0.0;
+  s.motion.forget();
+  return {};
+}
+
+void Localizer::start_anywhere() {
+  State& s = *state_;
+  s.initial.reset();
+  s.anywhere = s.lost = true;
+  s.lost_scans = s.fitting_scans = 0;
+  s.usual_nvtl = 0.0;
+  s.motion.forget();
+}
+
+Result<ScanReport> Localizer::localize(const Scan& scan) {
+  State& s = *state_;
+  if (!s.initial && !s.anywhere && !s.motion.started()) {
+    return fail(ErrorCode::invalid_input, "localization has no first pose: call start");
+  }
+  if (!std::isfinite(scan.stamp) || (s.motion.started() && scan.stamp <= s.motion.stamp())) {
+    return fail(
+        ErrorCode::invalid_input,
+        "scan stamps must increase: " + std::to_string(scan.stamp) + " s" +
+            (s.motion.started() ? " follows " + std::to_string(s.motion.stamp()) + " s" : ""));
+  }
+  ScanReport report;
+  report.stamp = scan.stamp;
+  VANTAGE_TRY(const PreparedScan prepared, s.prepare(scan));
+  report.scan_points = prepared.points.size();
+  report.dropped_points = prepared.dropped;
+  const auto during = [&](Error error) {
+    return fail(
+        std::move(error).during("matching the scan at " + std::to_string(scan.stamp) + " s"));
+  };
+
+  const bool had_map = s.map != nullptr;
+  const RegionId region_before = s.region;
+  if (s.anywhere) {
+    report.reason = "the sensor has not been found yet";
+    report.has_pose = false;
+  } else {
+    report.T_map_scan_predicted = s.initial ? *s.initial : s.motion.predict(scan);
+    report.T_map_scan = report.T_map_scan_predicted;
+    // Eq. 11 asks the last estimate; before the first scan that is the initial pose.
+    const State::Choice choice =
+        s.choose_region(s.initial ? s.initial->translation : s.motion.pose().translation);
+    report.outside = choice.outside;
+    VANTAGE_CHECK(s.use(choice.region, report));
+    auto matched = s.match(prepared.points, report);
+    if (!matched) return during(std::move(matched).error());
+  }
+  bool found = false;
+  if (!report.reason.empty() && !prepared.points.empty()) {
+    ++s.lost_scans;
+    auto searched = s.search(prepared.points, report);
+    if (!searched) return during(std::move(searched).error());
+    found = *searched;
+  }
+  report.switched = s.map && (!had_map || s.region != region_before);
+  report.held_bytes = s.maps.statistics().bytes;
+  s.judge(report);
+
+  if (s.anywhere && !found) return report;
+  report.has_pose = true;
+  s.initial.reset();
+  s.anywhere = false;
+  if (found && s.motion.started()) {
+    // It was elsewhere all the time: it moves on from there as it did.
+    s.motion.add(scan, report.T_map_scan_predicted);
+    s.motion.correct(report.T_map_scan);
+  } else {
+    s.motion.add(scan, report.T_map_scan);
+  }
+  s.expect_what_is_ahead();
+  return report;
+}
+
+}  // namespace vantage

@@ -1,0 +1,219 @@
+#include "vantage/engine/region_maps.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "stopwatch.hpp"
+
+namespace vantage {
+namespace {
+
+using Ready = std::shared_ptr<const ReadyRegion>;
+
+}  // namespace
+
+Result<Ready> make_ready(const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher,
+                         RegionId region) {
+  auto ready = std::make_shared<ReadyRegion>();
+  Stopwatch stopwatch;
+  VANTAGE_TRY(RegionMap map, store->get(region));
+  ready->seconds_load = stopwatch.seconds();
+
+  stopwatch = {};
+  const bool stored = !map.prepared.bytes.empty();
+  auto target = stored ? matcher->restore(map.prepared.bytes) : matcher->prepare(map.points);
+  if (!target) return fail(std::move(target).error());
+  ready->target = in_library_of(matcher, *std::move(target));
+  ready->seconds_prepare = stopwatch.seconds();
+
+  ready->map_points = map.points.empty() ? ready->target->elements() : map.points.size();
+  ready->viewpoints = std::move(map.viewpoints);
+  ready->bytes = ready->target->bytes() + ready->viewpoints.size() * sizeof(Point);
+  return ready;
+}
+
+struct RegionMaps::State {
+  State(const PluginPtr<MapStore>& the_store, const PluginPtr<ScanMatcher>& the_matcher,
+        const Options& the_options)
+      : store(the_store), matcher(the_matcher), options(the_options) {}
+
+  const PluginPtr<MapStore>& store;
+  const PluginPtr<ScanMatcher>& matcher;
+  Options options;
+
+  struct Entry {
+    Ready ready;
+    std::uint64_t used = 0;  // when, in takes
+  };
+
+  mutable std::mutex mutex;  // of all that follows
+  mutable std::condition_variable_any changed;
+  std::unordered_map<std::uint32_t, Entry> entries;
+  std::unordered_set<std::uint32_t> loading;   // by some thread right now
+  std::unordered_set<std::uint32_t> given_up;  // expected, but failed or did not fit
+  std::vector<RegionId> expected;
+  std::optional<std::uint32_t> taken_last;
+  bool busy = false;  // the loader, with loading or with letting go
+  std::uint64_t takes = 0;
+  Statistics counts;
+
+  std::jthread loader;  // last: it ends before what it uses
+
+  [[nodiscard]] bool is_expected(std::uint32_t region) const {
+    return std::find(expected.begin(), expected.end(), RegionId{region}) != expected.end();
+  }
+
+  /// The next region for the loader.
+  [[nodiscard]] std::optional<RegionId> missing() const {
+    for (const RegionId region : expected) {
+      const std::uint32_t r = region.value;
+      if (!entries.contains(r) && !loading.contains(r) && !given_up.contains(r)) return region;
+    }
+    return {};
+  }
+
+  /// Takes entries out until the rest fits: those used longest ago, then those expected last.
+  /// The caller destroys them, without the lock.
+  [[nodiscard]] std::vector<Ready> shrink() {
+    std::vector<Ready> dropped;
+    while (counts.bytes > options.memory) {
+      // What is expected counts by how soon: it is worth more than anything that is not.
+      const auto worth = [&](std::uint32_t r,
+                             const Entry& entry) -> std::pair<std::size_t, std::uint64_t> {
+        const auto place = std::find(expected.begin(), expected.end(), RegionId{r});
+        return {static_cast<std::size_t>(expected.end() - place), entry.used};
+      };
+      auto least = entries.end();
+      for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
+        if (taken_last == entry->first) continue;
+        if (least == entries.end() ||
+            worth(entry->first, entry->second) < worth(least->first, least->second)) {
+          least = entry;
+        }
+      }
+      if (least == entries.end()) break;
+      if (is_expected(least->first)) given_up.insert(least->first);
+      counts.bytes -= least->second.ready->bytes;
+      ++counts.dropped;
+      dropped.push_back(std::move(least->second.ready));
+      entries.erase(least);
+    }
+    return dropped;
+  }
+
+  /// @return what had to go for it; destroy it without the lock
+  [[nodiscard]] std::vector<Ready> keep(std::uint32_t region, Ready ready) {
+    counts.bytes += ready->bytes;
+    entries[region] = {std::move(ready), takes};
+    return shrink();
+  }
+
+  void load_what_is_expected(const std::stop_token& stop) {
+    std::unique_lock lock(mutex);
+    while (changed.wait(lock, stop, [&] { return missing().has_value(); })) {
+      const RegionId region = *missing();
+      loading.insert(region.value);
+      busy = true;
+      lock.unlock();
+      Result<Ready> ready = make_ready(store, matcher, region);
+      std::vector<Ready> dropped;
+      lock.lock();
+      loading.erase(region.value);
+      if (ready) {
+        ++counts.loaded_in_background;
+        dropped = keep(region.value, *std::move(ready));
+      } else {
+        given_up.insert(region.value);
+      }
+      changed.notify_all();
+      lock.unlock();
+      dropped.clear();
+      lock.lock();
+      busy = false;
+      changed.notify_all();
+    }
+  }
+};
+
+RegionMaps::RegionMaps(const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher,
+                       const Options& options)
+    : state_(std::make_unique<State>(store, matcher, options)) {
+  if (!options.background) return;
+  state_->loader = std::jthread(
+      [state = state_.get()](const std::stop_token& stop) { state->load_what_is_expected(stop); });
+}
+
+RegionMaps::~RegionMaps() = default;
+
+Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
+  State& s = *state_;
+  const std::uint32_t r = region.value;
+  bool blocked = false;
+  std::unique_lock lock(s.mutex);
+  for (;;) {
+    if (const auto entry = s.entries.find(r); entry != s.entries.end()) {
+      entry->second.used = ++s.takes;
+      s.taken_last = r;
+      return Taken{entry->second.ready, blocked};
+    }
+    blocked = true;
+    if (!s.loading.contains(r)) break;
+    s.changed.wait(lock, [&] { return !s.loading.contains(r); });
+  }
+  s.loading.insert(r);
+  lock.unlock();
+  Result<Ready> ready = make_ready(s.store, s.matcher, region);
+  std::vector<Ready> dropped;
+  lock.lock();
+  s.loading.erase(r);
+  s.changed.notify_all();
+  if (!ready) return fail(std::move(ready).error());
+  ++s.counts.loaded_by_taker;
+  s.taken_last = r;
+  ++s.takes;
+  dropped = s.keep(r, *ready);
+  lock.unlock();
+  return Taken{*std::move(ready), true};
+}
+
+Result<Ready> RegionMaps::borrow(RegionId region) const {
+  {
+    const std::scoped_lock lock(state_->mutex);
+    const auto entry = state_->entries.find(region.value);
+    if (entry != state_->entries.end()) return entry->second.ready;
+  }
+  return make_ready(state_->store, state_->matcher, region);
+}
+
+void RegionMaps::expect(std::vector<RegionId> regions) {
+  State& s = *state_;
+  if (!s.options.background) return;
+  const std::scoped_lock lock(s.mutex);
+  if (regions == s.expected) return;
+  s.expected = std::move(regions);
+  std::erase_if(s.given_up, [&](std::uint32_t r) { return !s.is_expected(r); });
+  if (s.missing()) s.changed.notify_all();
+}
+
+void RegionMaps::wait_until_idle() const {
+  const State& s = *state_;
+  if (!s.options.background) return;
+  std::unique_lock lock(s.mutex);
+  s.changed.wait(lock, [&] { return !s.busy && !s.missing(); });
+}
+
+RegionMaps::Statistics RegionMaps::statistics() const {
+  const std::scoped_lock lock(state_->mutex);
+  Statistics counts = state_->counts;
+  counts.regions = state_->entries.size();
+  return counts;
+}
+
+}  // namespace vantage

@@ -1,0 +1,85 @@
+#include "localize/regions_ahead.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+#include <variant>
+
+namespace vantage {
+namespace {
+
+constexpr int kMoments = 12;     // that are looked at
+constexpr double kSwerve = 0.3;  // m to the side for each metre of the way
+
+HalfOpenBox box_of(const HalfOpenBox& box) { return box; }
+
+HalfOpenBox box_of(const ConvexPolygon& polygon) {
+  HalfOpenBox box{polygon.corners.front(), polygon.corners.front()};
+  for (const Eigen::Vector2d& corner : polygon.corners) {
+    box = {box.min.cwiseMin(corner), box.max.cwiseMax(corner)};
+  }
+  return box;
+}
+
+HalfOpenBox box_of(const BoxUnion& shape) {
+  HalfOpenBox all = shape.boxes.front();
+  for (const HalfOpenBox& box : shape.boxes) {
+    all = {all.min.cwiseMin(box.min), all.max.cwiseMax(box.max)};
+  }
+  return all;
+}
+
+double distance_to_box(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
+                       const Eigen::Vector2d& xy) {
+  return (min - xy).cwiseMax(xy - max).cwiseMax(0.0).norm();
+}
+
+}  // namespace
+
+RegionsAhead::RegionsAhead(const MapIndex& index) : index_(index) {
+  for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
+    if (index.regions[r].empty()) continue;
+    const HalfOpenBox box = std::visit([](const auto& shape) { return box_of(shape); },
+                                       index.partition[RegionId{r}].footprint);
+    places_.push_back({box.min, box.max, RegionId{r}});
+  }
+}
+
+RegionId RegionsAhead::nearest(const Eigen::Vector2d& xy) const {
+  RegionId nearest;
+  double nearest_distance = std::numeric_limits<double>::infinity();
+  for (const Place& place : places_) {
+    if (distance_to_box(place.min, place.max, xy) >= nearest_distance) continue;
+    const double d = distance(footprint_of(place), xy);
+    if (d >= nearest_distance) continue;
+    nearest = place.region;
+    nearest_distance = d;
+  }
+  return nearest;
+}
+
+std::vector<RegionId> RegionsAhead::operator()(const Eigen::Vector2d& xy,
+                                               const Eigen::Vector2d& velocity, double seconds,
+                                               double margin) const {
+  const double way = velocity.norm() * seconds;
+  const double reach = margin + (1.0 + kSwerve) * way;
+  std::vector<std::tuple<int, double, RegionId>> ahead;  // when, how far from here, which
+  for (const Place& place : places_) {
+    const double from_here = distance_to_box(place.min, place.max, xy);
+    if (from_here > reach) continue;
+    const Footprint& footprint = footprint_of(place);
+    for (int moment = 0; moment <= kMoments; ++moment) {
+      const double share = static_cast<double>(moment) / kMoments;
+      const Eigen::Vector2d there = xy + share * seconds * velocity;
+      if (distance(footprint, there) > margin + kSwerve * share * way) continue;
+      ahead.emplace_back(moment, from_here, place.region);
+      break;
+    }
+  }
+  std::sort(ahead.begin(), ahead.end());
+  std::vector<RegionId> regions;
+  for (const auto& [moment, from_here, region] : ahead) regions.push_back(region);
+  return regions;
+}
+
+}  // namespace vantage

@@ -1,0 +1,135 @@
+// Home of every interface's vtable and type_info: one of each, in core.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "vantage/ground_filter.hpp"
+#include "vantage/index_set.hpp"
+#include "vantage/map_observer.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/partitioner.hpp"
+#include "vantage/scan_matcher.hpp"
+#include "vantage/visibility.hpp"
+
+namespace vantage {
+
+MapObserver::~MapObserver() = default;
+Partitioner::~Partitioner() = default;
+GroundFilter::~GroundFilter() = default;
+VisibilityOperator::~VisibilityOperator() = default;
+VisibilityProgress::~VisibilityProgress() = default;
+VisibilityScene::~VisibilityScene() = default;
+MapStore::~MapStore() = default;
+ScanMatcher::~ScanMatcher() = default;
+MatchTarget::~MatchTarget() = default;
+
+const char* to_string(Termination termination) noexcept {
+  switch (termination) {
+    case Termination::converged: return "converged";
+    case Termination::max_iterations: return "max_iterations";
+    case Termination::no_progress: return "no_progress";
+  }
+  return "unknown";
+}
+
+Result<PreparedMap> MatchTarget::excerpt(PointsView /*seen*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher cannot store a prepared map");
+}
+
+Result<std::unique_ptr<MatchTarget>> ScanMatcher::restore(
+    std::span<const std::byte> /*prepared*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher cannot read a prepared map");
+}
+
+namespace {
+
+/// Calls take(visible points) for every viewpoint, in parallel. Of several errors the one of the
+/// first viewpoint is reported.
+template <class Take>
+Result<void> look_around(const VisibilityScene& scene, std::size_t map_size,
+                         std::span<const Point> viewpoints, const VisibilityProgress* progress,
+                         const Take& take) {
+  std::mutex mutex;
+  std::optional<Error> error;
+  std::size_t error_at = viewpoints.size();
+
+  tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t i) {
+    Result<IndexList> indices = scene.visible(viewpoints[i]);
+    if (indices && std::any_of(indices->begin(), indices->end(),
+                               [&](std::uint32_t k) { return k >= map_size; })) {
+      indices = fail(ErrorCode::internal, "an index of the visible points is beyond the map");
+    }
+    if (!indices) {
+      const std::scoped_lock lock(mutex);
+      if (i < error_at) {
+        error_at = i;
+        error = indices.error();
+      }
+      return;
+    }
+    take(*indices);
+    if (progress != nullptr) progress->advanced(1);
+  });
+  if (error) return fail(*std::move(error));
+  return {};
+}
+
+/// A counter for each index below a limit. Memory is taken up where something is counted.
+class Counters {
+ public:
+  explicit Counters(std::size_t limit)
+      : counters_(static_cast<std::uint32_t*>(std::calloc(limit, sizeof(std::uint32_t)))) {
+    if (limit > 0 && !counters_) throw std::bad_alloc();
+  }
+  /// May run from many threads at once.
+  void add(const IndexList& indices) noexcept {
+    for (const std::uint32_t k : indices) {
+      std::atomic_ref(counters_.get()[k]).fetch_add(1, std::memory_order_relaxed);
+    }
+  }
+  [[nodiscard]] std::uint32_t operator[](std::uint32_t k) const noexcept {
+    return counters_.get()[k];
+  }
+
+ private:
+  struct Free {
+    void operator()(std::uint32_t* counters) const noexcept { std::free(counters); }
+  };
+  std::unique_ptr<std::uint32_t, Free> counters_;
+};
+
+}  // namespace
+
+Result<IndexList> VisibilityScene::visible_from_any(
+    std::span<const Point> viewpoints, const VisibilityProgress* progress) const noexcept {
+  IndexSet seen(map_size_);  // a union does not depend on who comes first
+  VANTAGE_CHECK(look_around(*this, map_size_, viewpoints, progress,
+                            [&](const IndexList& indices) { seen.add(indices); }));
+  return seen.ascending();
+}
+
+Result<ViewCounts> VisibilityScene::view_counts(std::span<const Point> viewpoints,
+                                                const VisibilityProgress* progress) const noexcept {
+  IndexSet seen(map_size_);
+  Counters counters(map_size_);
+  VANTAGE_CHECK(look_around(*this, map_size_, viewpoints, progress, [&](const IndexList& indices) {
+    seen.add(indices);
+    counters.add(indices);
+  }));
+  ViewCounts counts{.points = seen.ascending(), .views = {}};
+  counts.views.reserve(counts.points.size());
+  for (const std::uint32_t k : counts.points) counts.views.push_back(counters[k]);
+  return counts;
+}
+
+}  // namespace vantage

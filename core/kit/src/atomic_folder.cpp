@@ -1,0 +1,91 @@
+#include "vantage/kit/atomic_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include "vantage/kit/file_content.hpp"
+
+namespace vantage::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+tl::unexpected<Error> error_at(const fs::path& path, ErrorCode code, std::string message) {
+  return fail(code, std::move(message), SourceLocation{path.string(), 0, 0});
+}
+
+fs::path folder_above(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : ".";
+}
+
+}  // namespace
+
+Result<OutputFolder> OutputFolder::create(const fs::path& path, Existing existing) {
+  OutputFolder folder;
+  folder.path_ = path.has_filename() ? path : path.parent_path();  // "out/" is "out"
+  folder.existing_ = existing;
+  std::error_code ignored;
+  const auto type = fs::symlink_status(folder.path_, ignored).type();
+  if (type != fs::file_type::not_found && type != fs::file_type::directory) {
+    return error_at(path, ErrorCode::already_exists, "is there already, and is no folder");
+  }
+  if (type == fs::file_type::directory && existing == Existing::refuse) {
+    return error_at(path, ErrorCode::already_exists, "the folder is there already");
+  }
+  const fs::path above = folder_above(folder.path_);
+  for (unsigned attempt = 0;; ++attempt) {
+    const fs::path temporary = above / fmt::format(".vantage-{}-{}.partial", ::getpid(), attempt);
+    if (::mkdir(temporary.c_str(), 0777) == 0) {
+      folder.temporary_ = temporary;
+      return folder;
+    }
+    if (errno == EEXIST) continue;
+    const int reason = errno;
+    return error_at(
+        path, reason == ENOENT || reason == ENOTDIR ? ErrorCode::not_found : ErrorCode::io_failure,
+        fmt::format("cannot be written: no folder can be created in {} ({})", above.string(),
+                    system_message(reason)));
+  }
+}
+
+OutputFolder::OutputFolder(OutputFolder&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      existing_(other.existing_) {}
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+}
+
+Result<void> OutputFolder::commit() {
+  int status = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE);
+  if (status != 0 && errno == EEXIST && existing_ == Existing::replace) {
+    // The old folder takes the temporary name, and goes with this object.
+    status = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE);
+  } else if (status == 0) {
+    temporary_.clear();
+  }
+  if (status != 0) {
+    const int reason = errno;
+    return error_at(
+        path_, reason == EEXIST ? ErrorCode::already_exists : ErrorCode::io_failure,
+        fmt::format("the finished folder cannot be put in place ({})", system_message(reason)));
+  }
+  // Makes the new name itself survive a power cut; a folder that cannot be synced is no failure.
+  const fs::path above = folder_above(path_);
+  if (const int handle = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); handle >= 0) {
+    ::fsync(handle);
+    ::close(handle);
+  }
+  return {};
+}
+
+}  // namespace vantage::io

@@ -1,0 +1,409 @@
+#include "vantage/kit/raster_partition.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nanoflann.hpp>
+#include <optional>
+#include <utility>
+
+namespace vantage {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kMaxIndex = 0x1p31 - 2.0;  // the edges of the last cell have an index too
+constexpr std::size_t kMaxCells = 100'000'000;
+constexpr std::size_t kRunsBeforeJoining = 4'000'000;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::string number(double x) {
+  char text[32];
+  return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
+}
+
+/// Cells first <= i < last of row j.
+struct Run {
+  std::int32_t j;
+  std::int64_t first, last;
+  friend auto operator<=>(const Run&, const Run&) = default;
+};
+
+/// Cells first <= i < last of rows bottom <= j < top.
+struct Block {
+  std::int64_t first, last, bottom, top;
+};
+
+HalfOpenBox box_of(const PlanRaster& raster, const Block& block) {
+  return {{raster.edge(block.first), raster.edge(block.bottom)},
+          {raster.edge(block.last), raster.edge(block.top)}};
+}
+
+/// Joins the cells of one region into blocks, by their lower left corner.
+std::vector<Block> blocks_of(std::span<const OwnedCell> cells) {
+  std::vector<Block> blocks;
+  std::vector<std::size_t> below, here;  // blocks that end with the row before, and with this one
+  std::size_t k = 0;
+  while (k < cells.size()) {
+    const std::int64_t j = cells[k].cell.j;
+    if (!here.empty() && blocks[here.front()].top != j) here.clear();
+    below.swap(here);
+    here.clear();
+    auto candidate = below.begin();
+    while (k < cells.size() && cells[k].cell.j == j) {
+      const std::int64_t first = cells[k].cell.i;
+      std::int64_t last = first + 1;
+      while (++k < cells.size() && cells[k].cell.j == j && cells[k].cell.i == last) ++last;
+
+      while (candidate != below.end() && blocks[*candidate].first < first) ++candidate;
+      if (candidate != below.end() && blocks[*candidate].first == first &&
+          blocks[*candidate].last == last) {
+        blocks[*candidate].top = j + 1;
+        here.push_back(*candidate);
+      } else {
+        here.push_back(blocks.size());
+        blocks.push_back({first, last, j, j + 1});
+      }
+    }
+  }
+  return blocks;
+}
+
+Footprint footprint_of(const PlanRaster& raster, const std::vector<Block>& blocks) {
+  if (blocks.size() == 1) return box_of(raster, blocks.front());
+  BoxUnion shape;
+  shape.boxes.reserve(blocks.size());
+  for (const Block& block : blocks) shape.boxes.push_back(box_of(raster, block));
+  return shape;
+}
+
+double squared_distance(const Seed& seed, const Vector2d& p) noexcept {
+  const Vector2d along = seed.to - seed.from, to = p - seed.from;
+  const double t = along.dot(to), length = along.squaredNorm();
+  // The ends are taken as they are: seeds that share one are exactly as near to what lies beyond
+  // it.
+  if (t <= 0.0) return to.squaredNorm();
+  if (t >= length) return (p - seed.to).squaredNorm();
+  return (to - (t / length) * along).squaredNorm();
+}
+
+/// Finds the region of the nearest seed by the midpoints of the seeds.
+class NearestSeed {
+ public:
+  explicit NearestSeed(std::vector<Seed> seeds)
+      : midpoints_{std::move(seeds)}, tree_(2, midpoints_) {
+    fallback_ = midpoints_.seeds.front().region;
+    for (const Seed& seed : midpoints_.seeds) {
+      reach_ = std::max(reach_, 0.5 * (seed.to - seed.from).norm());
+      fallback_ = std::min(fallback_, seed.region);
+    }
+  }
+  NearestSeed(const NearestSeed&) = delete;  // the tree refers to the midpoints
+  NearestSeed& operator=(const NearestSeed&) = delete;
+  ~NearestSeed() = default;
+
+  [[nodiscard]] std::uint32_t region(const Vector2d& p) const {
+    Search search{midpoints_.seeds, p, reach_, fallback_};
+    tree_.findNeighbors(search, p.data(), {});
+    return search.region;
+  }
+
+ private:
+  // NOLINTBEGIN(readability-identifier-naming): the names are nanoflann's.
+  struct Midpoints {
+    std::vector<Seed> seeds;
+
+    [[nodiscard]] std::size_t kdtree_get_point_count() const { return seeds.size(); }
+    [[nodiscard]] double kdtree_get_pt(std::size_t k, std::size_t axis) const {
+      const auto a = static_cast<Eigen::Index>(axis);
+      return seeds[k].from[a] + 0.5 * (seeds[k].to[a] - seeds[k].from[a]);
+    }
+    template <class Box>
+    bool kdtree_get_bbox(Box& /*unused*/) const {
+      return false;
+    }
+  };
+
+  /// A seed at distance d has its midpoint within d + reach.
+  struct Search {
+    using DistanceType = double;
+    std::span<const Seed> seeds;
+    const Vector2d& p;
+    double reach;
+    std::uint32_t region;
+    double best = kInfinity;   // squared
+    double worst = kInfinity;  // squared, of midpoints still to look at
+
+    [[nodiscard]] bool full() const { return true; }
+    [[nodiscard]] double worstDist() const { return worst; }
+    bool addPoint(double /*unused*/, std::uint32_t k) {
+      const double d = squared_distance(seeds[k], p);
+      if (d > best || (d == best && seeds[k].region >= region)) return true;
+      best = d;
+      region = seeds[k].region;
+      const double radius = (std::sqrt(best) + reach) * (1.0 + 1e-9);  // beyond all rounding
+      worst = radius * radius + std::numeric_limits<double>::min();
+      return true;
+    }
+  };
+  // NOLINTEND(readability-identifier-naming)
+
+  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Midpoints>,
+                                                   Midpoints, 2, std::uint32_t>;
+  Midpoints midpoints_;
+  Tree tree_;
+  double reach_ = 0.0;
+  std::uint32_t fallback_ = 0;  // for places so far away that their distance is infinite
+};
+
+std::vector<std::uint32_t> nearest_regions(const std::vector<PlanCell>& cells,
+                                           const PlanRaster& raster, const NearestSeed& seeds) {
+  std::vector<std::uint32_t> regions(cells.size());
+  tbb::parallel_for(std::size_t{0}, cells.size(),
+                    [&](std::size_t k) { regions[k] = seeds.region(raster.centre(cells[k])); });
+  return regions;
+}
+
+/// Where the horizontal line at y meets the places within `radius` of a seed.
+std::pair<double, double> crossing(const Seed& seed, double radius, double y) noexcept {
+  std::pair<double, double> x{kInfinity, -kInfinity};
+  const auto extend = [&](double at) {
+    x.first = std::min(x.first, at);
+    x.second = std::max(x.second, at);
+  };
+  for (const Vector2d* end : {&seed.from, &seed.to}) {
+    const double dy = y - end->y();
+    if (std::abs(dy) > radius) continue;
+    const double half = std::sqrt((radius - dy) * (radius + dy));
+    extend(end->x() - half);
+    extend(end->x() + half);
+  }
+  const Vector2d along = seed.to - seed.from;
+  if (along.y() == 0.0) return x;
+  const Vector2d side = radius * Vector2d(-along.y(), along.x()).normalized();
+  for (const Vector2d& offset : {side, Vector2d(-side)}) {
+    const double t = (y - seed.from.y() - offset.y()) / along.y();
+    if (t >= 0.0 && t <= 1.0) extend(seed.from.x() + offset.x() + t * along.x());
+  }
+  return x;
+}
+
+/// Sorts runs, joins those that overlap or touch, and counts their cells.
+std::size_t join(std::vector<Run>& runs) {
+  std::sort(runs.begin(), runs.end());
+  std::size_t kept = 0;
+  for (const Run& run : runs) {
+    if (kept > 0 && runs[kept - 1].j == run.j && run.first <= runs[kept - 1].last) {
+      runs[kept - 1].last = std::max(runs[kept - 1].last, run.last);
+    } else {
+      runs[kept++] = run;
+    }
+  }
+  runs.resize(kept);
+  std::size_t cells = 0;
+  for (const Run& run : runs) cells += static_cast<std::size_t>(run.last - run.first);
+  return cells;
+}
+
+/// The cells of the map's box whose centre lies within a radius of a seed; nothing if they are more
+/// than kMaxCells.
+std::optional<std::vector<PlanCell>> cells_near(std::span<const Seed> seeds, double radius,
+                                                const Bounds3& bounds, const PlanRaster& raster) {
+  const PlanCell low = raster.cell_of(bounds.min.head<2>());
+  const PlanCell high = raster.cell_of(bounds.max.head<2>());
+  // The indices low <= k <= high with from <= centre <= to.
+  const auto range = [&](double from, double to, std::int32_t lowest, std::int32_t highest) {
+    const double first = std::ceil(from / raster.cell_size() - 0.5);
+    const double last = std::floor(to / raster.cell_size() - 0.5);
+    return std::pair{static_cast<std::int64_t>(std::clamp(first, 1.0 * lowest, 1.0 * highest + 1)),
+                     static_cast<std::int64_t>(std::clamp(last, 1.0 * lowest - 1, 1.0 * highest))};
+  };
+  std::vector<Run> runs;
+  std::size_t limit = kRunsBeforeJoining;
+  for (const Seed& seed : seeds) {
+    const auto [bottom, top] = range(std::min(seed.from.y(), seed.to.y()) - radius,
+                                     std::max(seed.from.y(), seed.to.y()) + radius, low.j, high.j);
+    for (std::int64_t j = bottom; j <= top; ++j) {
+      const auto row = static_cast<std::int32_t>(j);
+      const auto [from, to] = crossing(seed, radius, raster.centre({row, 0}).y());
+      if (!(from <= to)) continue;
+      const auto [first, last] = range(from, to, low.i, high.i);
+      if (first <= last) runs.push_back({row, first, last + 1});
+      if (runs.size() < limit) continue;
+      if (join(runs) > kMaxCells) return std::nullopt;
+      limit = std::max(kRunsBeforeJoining, 2 * runs.size());
+    }
+  }
+  const std::size_t count = join(runs);
+  if (count > kMaxCells) return std::nullopt;
+  std::vector<PlanCell> cells;
+  cells.reserve(count);
+  for (const Run& run : runs) {
+    for (std::int64_t i = run.first; i < run.last; ++i) {
+      cells.push_back({run.j, static_cast<std::int32_t>(i)});
+    }
+  }
+  return cells;
+}
+
+Result<void> check_seeds(std::span<const Seed> seeds, std::size_t regions) {
+  if (seeds.empty()) return fail(ErrorCode::invalid_input, "there is no seed to grow regions from");
+  for (const Seed& seed : seeds) {
+    if (!seed.from.allFinite() || !seed.to.allFinite()) {
+      return fail(ErrorCode::invalid_input,
+                  "a seed of region " + std::to_string(seed.region) + " is not finite");
+    }
+    if (seed.region >= regions) {
+      return fail(ErrorCode::invalid_input, "a seed names region " + std::to_string(seed.region) +
+                                                ", but there are " + std::to_string(regions));
+    }
+  }
+  return {};
+}
+
+tl::unexpected<Error> too_many_cells(const NearestParams& params) {
+  return fail(ErrorCode::invalid_input, "cell_size = " + number(params.cell_size) +
+                                            " m and fill_radius = " + number(params.fill_radius) +
+                                            " m make more than " + std::to_string(kMaxCells) +
+                                            " cells");
+}
+
+}  // namespace
+
+Result<PlanRaster> PlanRaster::over(const Bounds3& bounds, double cell_size) {
+  const double farthest = std::max(bounds.min.head<2>().cwiseAbs().maxCoeff(),
+                                   bounds.max.head<2>().cwiseAbs().maxCoeff());
+  if (!(farthest / cell_size < kMaxIndex) ||
+      !(cell_size > 8.0 * std::numeric_limits<double>::epsilon() * farthest)) {
+    return fail(ErrorCode::invalid_input,
+                "cell_size = " + number(cell_size) + " m is too small for a map from (" +
+                    number(bounds.min.x()) + ", " + number(bounds.min.y()) + ") to (" +
+                    number(bounds.max.x()) + ", " + number(bounds.max.y()) +
+                    ") m: cells are counted from the origin, their indices must stay below 2^31 " +
+                    "and a cell must be wider than the rounding of coordinates");
+  }
+  return PlanRaster(cell_size);
+}
+
+double PlanRaster::edge(std::int64_t i) const noexcept {
+  return static_cast<double>(i) * cell_size_;  // rounded once
+}
+
+PlanCell PlanRaster::cell_of(const Vector2d& xy) const noexcept {
+  // The quotient rounds, the edges decide.
+  const auto index = [&](double x) {
+    auto i = static_cast<std::int64_t>(std::floor(x / cell_size_));
+    while (x < edge(i)) --i;
+    while (x >= edge(i + 1)) ++i;
+    return static_cast<std::int32_t>(i);
+  };
+  return {index(xy.y()), index(xy.x())};
+}
+
+Vector2d PlanRaster::centre(const PlanCell& cell) const noexcept {
+  return {(cell.i + 0.5) * cell_size_, (cell.j + 0.5) * cell_size_};
+}
+
+std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster) {
+  std::vector<PlanCell> cells;
+  const auto tidy = [&] {
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  };
+  std::size_t limit = std::size_t{1} << 20U;
+  for (const Point& p : points) {
+    const PlanCell cell = raster.cell_of(p.head<2>());
+    // Neighbours in the file are mostly neighbours in the map.
+    if (!cells.empty() && cells.back() == cell) continue;
+    cells.push_back(cell);
+    if (cells.size() > limit) {
+      tidy();
+      limit = std::max(limit, 2 * cells.size());
+    }
+  }
+  tidy();
+  return cells;
+}
+
+Result<Partition> partition_of_cells(const PlanRaster& raster, std::vector<OwnedCell> cells,
+                                     std::span<const std::string> labels) {
+  const auto by_cell = [](const OwnedCell& a, const OwnedCell& b) { return a.cell < b.cell; };
+  std::sort(cells.begin(), cells.end(), by_cell);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const auto name = [&] {
+      return "cell (" + std::to_string(cells[k].cell.i) + ", " + std::to_string(cells[k].cell.j) +
+             ")";
+    };
+    if (cells[k].region >= labels.size()) {
+      return fail(ErrorCode::invalid_input, name() + " belongs to region " +
+                                                std::to_string(cells[k].region) +
+                                                ", but there are " + std::to_string(labels.size()));
+    }
+    if (k > 0 && cells[k - 1].cell == cells[k].cell) {
+      return fail(ErrorCode::invalid_input, name() + " is named twice");
+    }
+  }
+  std::stable_sort(cells.begin(), cells.end(),
+                   [](const OwnedCell& a, const OwnedCell& b) { return a.region < b.region; });
+
+  std::vector<Region> regions;
+  regions.reserve(labels.size());
+  auto begin = cells.begin();
+  for (std::uint32_t r = 0; r < labels.size(); ++r) {
+    const auto end =
+        std::find_if(begin, cells.end(), [&](const OwnedCell& cell) { return cell.region != r; });
+    regions.push_back({.label = labels[r],
+                       .footprint = footprint_of(raster, blocks_of({begin, end})),
+                       .height = {}});
+    begin = end;
+  }
+  return Partition::from(std::move(regions));
+}
+
+Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> seeds,
+                                       std::span<const std::string> labels,
+                                       const NearestParams& params) {
+  VANTAGE_CHECK(check_points(map, "the map"));
+  VANTAGE_CHECK(check_seeds(seeds, labels.size()));
+  const Bounds3 bounds = bounds_of(map);
+  VANTAGE_TRY(const PlanRaster raster, PlanRaster::over(bounds, params.cell_size));
+
+  const std::vector<PlanCell> occupied = occupied_cells(map, raster);
+  const NearestSeed all({seeds.begin(), seeds.end()});
+  const std::vector<std::uint32_t> owners = nearest_regions(occupied, raster, all);
+
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number_of(labels.size(), kNone);  // among the regions that stay
+  for (const std::uint32_t owner : owners) number_of[owner] = 0;
+  std::vector<std::string> names;
+  for (std::size_t r = 0; r < labels.size(); ++r) {
+    if (number_of[r] == kNone) continue;
+    number_of[r] = static_cast<std::uint32_t>(names.size());
+    names.push_back(labels[r]);
+  }
+  std::vector<OwnedCell> cells;
+  for (std::size_t k = 0; k < occupied.size(); ++k) {
+    cells.push_back({occupied[k], number_of[owners[k]]});
+  }
+
+  const auto near = cells_near(seeds, params.fill_radius, bounds, raster);
+  if (!near || near->size() + cells.size() > kMaxCells) return too_many_cells(params);
+  std::vector<PlanCell> empty;
+  std::set_difference(near->begin(), near->end(), occupied.begin(), occupied.end(),
+                      std::back_inserter(empty));
+  std::vector<Seed> staying;
+  for (const Seed& seed : seeds) {
+    if (number_of[seed.region] != kNone)
+      staying.push_back({seed.from, seed.to, number_of[seed.region]});
+  }
+  const std::vector<std::uint32_t> fill =
+      nearest_regions(empty, raster, NearestSeed(std::move(staying)));
+  for (std::size_t k = 0; k < empty.size(); ++k) cells.push_back({empty[k], fill[k]});
+  return partition_of_cells(raster, std::move(cells), names);
+}
+
+}  // namespace vantage
