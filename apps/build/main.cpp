@@ -9,9 +9,9 @@
 #include "print_config.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
-#include "terminal/statistics.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/build.hpp"
+#include "vantage/evaluation/statistics.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
@@ -75,7 +75,7 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
   table.add({"wide-area map", "1", cli::grouped(report.map_points), "", "", "", "", ""});
   const auto add = [&](const std::string& name, const std::vector<double>& points,
                        const std::string& size) {
-    const cli::Statistics s = cli::statistics_of(points);
+    const Statistics s = statistics_of(points);
     const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
     const double reduction = 100.0 * (1.0 - s.mean / static_cast<double>(report.map_points));
     table.add({name, cli::grouped(points.size()), count(s.mean), count(s.min), count(s.max),

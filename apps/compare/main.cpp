@@ -4,9 +4,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "compare/comparison.hpp"
+#include "compare/page.hpp"
+#include "evaluation/json.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/comparison.hpp"
 #include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "compare/comparison.hpp"
+#include "compare/page.hpp"
 #include "report/chart.hpp"
 #include "report/html.hpp"
 

@@ -4,11 +4,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "evaluate/evaluation.hpp"
 #include "evaluate/report.hpp"
-#include "evaluate/summary.hpp"
+#include "evaluate/route_options.hpp"
+#include "evaluation/json.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/evaluation.hpp"
+#include "vantage/evaluation/run_files.hpp"
 #include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
@@ -122,6 +125,11 @@ Result<void> check_verdict(const Evaluation& evaluation) {
                                             " configurations failed a gate");
 }
 
+ScanProgress progress_of(const std::string& label, bool quiet) {
+  const auto bar = std::make_shared<cli::Progress>(label + " (scans)", quiet);
+  return [bar](std::size_t done, std::size_t total) { bar->update(done, total); };
+}
+
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const std::vector<Gate> gates, read_gates(options));
@@ -129,10 +137,11 @@ Result<void> run(const Options& options) {
   VANTAGE_CHECK(check_names(options, gates, configs));
   VANTAGE_TRY(const auto routes, options.routes.open());
 
-  VANTAGE_TRY(Evaluation evaluation, evaluate(configs, routes,
-                                              {.loader = options.common.loader(),
-                                               .opponents = !options.no_opponents,
-                                               .quiet = options.common.quiet}));
+  const EvaluationOptions how{
+      .loader = options.common.loader(),
+      .opponents = !options.no_opponents,
+      .progress = [&](const auto& label) { return progress_of(label, options.common.quiet); }};
+  VANTAGE_TRY(Evaluation evaluation, evaluate(configs, routes, how));
   std::vector<std::string> names;
   for (const Route& route : evaluation.routes) names.push_back(route.name);
   const EvaluatedConfig* baseline = baseline_of(evaluation, options.baseline);

@@ -16,7 +16,7 @@ std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
   std::vector<std::vector<std::string>> rows{
       {"config", "map", "route", "points", "reduction [%]", "error [cm]", "p95 [cm]", "error [deg]",
        "lost", "switches", "T_align [ms]", "fitness", "coverage [%]", "NVTL", "LCP [1e-6]"}};
-  const auto text = [](const cli::Statistics& s, double value, int digits) {
+  const auto text = [](const Statistics& s, double value, int digits) {
     return s.count == 0 ? std::string("-") : fmt::format("{:.{}f}", value, digits);
   };
   for (std::size_t route = 0; route < evaluation.routes.size(); ++route) {

@@ -4,11 +4,13 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "localize/run.hpp"
+#include "evaluation/json.hpp"
 #include "localize/run_recorder.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/input_options.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/run_files.hpp"
 
 namespace vantage {
 namespace {
@@ -44,7 +46,7 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
         "{} scans began outside every region that has a map; the last map was kept\n", s.outside);
   }
   cli::TextTable table({"", "mean", "median", "p95", "p99", "max"});
-  const auto row = [&](const std::string& name, const cli::Statistics& x, int digits,
+  const auto row = [&](const std::string& name, const Statistics& x, int digits,
                        double scale = 1.0) {
     const auto number = [&](double v) { return fmt::format("{:.{}f}", scale * v, digits); };
     table.add(

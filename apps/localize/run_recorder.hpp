@@ -7,9 +7,9 @@
 
 #include "io/ros/mcap_writer.hpp"
 #include "io/ros/message_writers.hpp"
-#include "localize/run.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/evaluation/run.hpp"
 #include "vantage/io/scan_source.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/result.hpp"

@@ -23,9 +23,9 @@
 #include "ready_map.hpp"
 #include "support/real_data.hpp"
 #include "terminal/command_line.hpp"
-#include "terminal/statistics.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/viewpoints.hpp"
+#include "vantage/evaluation/statistics.hpp"
 #include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::benchmarks {
@@ -50,7 +50,7 @@ struct Options {
 struct Row {
   std::string name, content;  // content: "862,424 points"
   double bytes = 0.0;
-  cli::Statistics centimetres;
+  Statistics centimetres;
   std::size_t failed = 0;
   double seconds_ready = 0.0;
   std::string mark{};  // in the plot
@@ -151,7 +151,7 @@ class Bench {
  private:
   static Row row_of(const DriveErrors& errors) {
     Row row;
-    row.centimetres = cli::statistics_of(errors.centimetres);
+    row.centimetres = statistics_of(errors.centimetres);
     row.failed = errors.failed;
     return row;
   }

@@ -14,8 +14,8 @@
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "terminal/command_line.hpp"
-#include "terminal/statistics.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/statistics.hpp"
 #include "vantage/ground_filter.hpp"
 
 namespace vantage::benchmarks {
@@ -44,7 +44,7 @@ Result<Measured> measure(const std::function<Result<IndexList>()>& find) {
     VANTAGE_TRY(ground, find());
     times.push_back(1e3 * (cpu_seconds() - before));
   }
-  return Measured{std::move(ground), cli::statistics_of(times).median};
+  return Measured{std::move(ground), statistics_of(times).median};
 }
 
 /// By filter, in the order asked for.

@@ -16,7 +16,7 @@
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "terminal/command_line.hpp"
-#include "terminal/statistics.hpp"
+#include "vantage/evaluation/statistics.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage::benchmarks {
@@ -148,9 +148,9 @@ Result<void> run(const Options& options) {
   for (const Entry& entry : picked) {
     const auto competitor = entry.make();
     VANTAGE_TRY(const Figures result, measure(*competitor, drive));
-    const auto time = cli::statistics_of(result.align_ms);
-    const auto error = cli::statistics_of(result.errors.centimetres);
-    const double steps = cli::statistics_of(result.iterations).mean;
+    const auto time = statistics_of(result.align_ms);
+    const auto error = statistics_of(result.errors.centimetres);
+    const double steps = statistics_of(result.iterations).mean;
     if (!first) first = time.mean;
     print_row({entry.name, fmt::format("{:.0f}", result.prepare_ms),
                fmt::format("{:.1f}", time.mean), fmt::format("{:.1f}", time.median),
@@ -158,7 +158,7 @@ Result<void> run(const Options& options) {
                fmt::format("{:.2f}", time.mean / *first),
                steps > 0.0 ? fmt::format("{:.1f}", steps) : "",
                fmt::format("{:.2f} cm", error.mean), fmt::format("{:.2f} cm", error.p95),
-               fmt::format("{:.3f}", cli::statistics_of(result.errors.degrees).mean),
+               fmt::format("{:.3f}", statistics_of(result.errors.degrees).mean),
                fmt::format("{}", result.errors.failed)});
   }
   return {};

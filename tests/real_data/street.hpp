@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "localize/run.hpp"
 #include "support/real_data.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/evaluation/summary.hpp"
 
 namespace vantage::test {
 

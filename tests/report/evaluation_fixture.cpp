@@ -137,7 +137,7 @@ Evaluation made_evaluation(const Made& made, PointCloud map, const io::Trajector
       points.push_back(static_cast<double>(region.points));
       config.bundle_bytes += region.bytes;
     }
-    config.region_points = cli::statistics_of(points);
+    config.region_points = statistics_of(points);
     const auto runs = [&](double error) {
       std::vector<RouteRun> all;
       for (const Route& route : e.routes) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "evaluate/evaluation.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 
 namespace vantage::test {
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "evaluate/report.hpp"
+#include "evaluation/json.hpp"
 #include "report/evaluation_fixture.hpp"
 
 namespace vantage::test {

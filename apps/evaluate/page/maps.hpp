@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "evaluate/evaluation.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::page {

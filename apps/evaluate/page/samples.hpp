@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "localize/run.hpp"
+#include "vantage/evaluation/run.hpp"
 
 namespace vantage::page {
 

@@ -41,12 +41,12 @@ struct Block {
 };
 
 using Number = std::optional<double>;
-Number measured(const cli::Statistics& s, double cli::Statistics::*member) {
+Number measured(const Statistics& s, double Statistics::*member) {
   return s.count == 0 ? Number{} : Number{s.*member};
 }
 Number count(std::size_t n) { return static_cast<double>(n); }
 
-using S = cli::Statistics;
+using S = Statistics;
 using R = RunSummary;
 
 std::vector<Block> blocks() {

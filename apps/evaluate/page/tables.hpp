@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "evaluate/evaluation.hpp"
 #include "report/html.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 
 namespace vantage::page {
 

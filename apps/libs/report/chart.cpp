@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "report/html.hpp"
+#include "vantage/evaluation/statistics.hpp"
 
 namespace vantage::report {
 namespace {
@@ -31,13 +32,6 @@ double nice_step(double rough) {
     if (factor * power >= rough * (1.0 - 1e-9)) return factor * power;
   }
   return 10.0 * power;
-}
-
-double percentile(const std::vector<double>& sorted, double share) {
-  const double position = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return std::lerp(sorted[below], sorted[above], position - static_cast<double>(below));
 }
 
 std::vector<double> sorted_finite(std::span<const double> sample) {

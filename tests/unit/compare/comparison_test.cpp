@@ -1,9 +1,11 @@
-#include "compare/comparison.hpp"
+#include "vantage/evaluation/comparison.hpp"
 
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "compare/page.hpp"
+#include "evaluation/json.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "tiny_scans.hpp"

@@ -1,4 +1,4 @@
-#include "compare/scans_csv.hpp"
+#include "vantage/evaluation/scan_table.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,17 +1,17 @@
-#include "evaluate/gates.hpp"
+#include "vantage/evaluation/gates.hpp"
 
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "evaluate/evaluation.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 
 using namespace vantage;
 
 namespace {
 
-cli::Statistics constant(double x) {
-  cli::Statistics s;
+Statistics constant(double x) {
+  Statistics s;
   s.count = 10;
   s.mean = s.rmse = s.min = s.median = s.p95 = s.p99 = s.max = x;
   return s;

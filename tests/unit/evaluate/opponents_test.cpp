@@ -1,4 +1,4 @@
-#include "evaluate/opponents.hpp"
+#include "vantage/evaluation/baselines.hpp"
 
 #include <doctest/doctest.h>
 

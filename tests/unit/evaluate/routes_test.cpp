@@ -1,4 +1,4 @@
-#include "evaluate/routes.hpp"
+#include "evaluate/route_options.hpp"
 
 #include <doctest/doctest.h>
 

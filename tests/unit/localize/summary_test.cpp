@@ -3,7 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "localize/run.hpp"
+#include "evaluation/json.hpp"
+#include "vantage/evaluation/run_files.hpp"
 
 using namespace vantage;
 

@@ -1,10 +1,9 @@
 #pragma once
 
 #include <cstddef>
-#include <nlohmann/json_fwd.hpp>
 #include <span>
 
-namespace vantage::cli {
+namespace vantage {
 
 /// A sample in six numbers; all zero for an empty one. Percentiles are linear between neighbours.
 struct Statistics {
@@ -13,6 +12,10 @@ struct Statistics {
 };
 
 [[nodiscard]] Statistics statistics_of(std::span<const double> sample);
-[[nodiscard]] nlohmann::ordered_json to_json(const Statistics& statistics);
 
-}  // namespace vantage::cli
+/// The value below which a share of a sample lies, linear between neighbours.
+/// @param sorted  ascending; not empty
+/// @param share   0 to 1
+[[nodiscard]] double percentile(std::span<const double> sorted, double share);
+
+}  // namespace vantage

@@ -1,15 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <array>
-#include <filesystem>
+#include <Eigen/Core>
+#include <cstdint>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "terminal/statistics.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/engine/plugin_loader.hpp"
@@ -56,12 +53,6 @@ struct RunScan {
   std::optional<PoseError> error;       ///< none without a reference or without a pose
 };
 
-/// How far the estimated motion between two scans is from the true one: the translation and the
-/// turn of (true motion)^-1 * (estimated motion).
-struct RelativeErrors {
-  cli::Statistics m, deg;
-};
-
 [[nodiscard]] inline bool is_tracked(const RunScan& scan) {
   return scan.report.tracking == Tracking::tracked;
 }
@@ -80,26 +71,6 @@ struct Run {
 /// The way so far at each scan [m]: along the reference; along the poses where there is none.
 [[nodiscard]] std::vector<double> distances(const Run& run);
 
-/// The numbers of a run that people compare. Errors and scores are over tracked scans.
-struct RunSummary {
-  std::size_t scans = 0, tracked = 0, lost = 0, recovered = 0, switches = 0, outside = 0;
-  std::size_t blocking_loads = 0;  ///< switches to a map that was not ready
-  /// Scans more than 2 m or 5 degrees from the reference, and those of them that count as tracked.
-  std::size_t far_off = 0, tracked_far_off = 0;
-  std::uint64_t dropped_points = 0;
-  cli::Statistics error_m, error_deg;
-  RelativeErrors relative_frame;  ///< from each scan to the next; both tracked
-  RelativeErrors relative_10m;    ///< to the first scan 10 m on along the reference; both tracked
-  cli::Statistics align_ms, search_ms;  ///< search over the scans that looked for the sensor
-  cli::Statistics stall_ms;             ///< that scans waited for their map
-  cli::Statistics load_ms, prepare_ms;  ///< over switches, by whatever thread
-  cli::Statistics sigma_m;              ///< largest standard deviation that is claimed
-  /// Share of the errors along map axes within 1, 2 and 3 of the standard deviations claimed.
-  std::array<double, 3> within_sigmas_translation{}, within_sigmas_rotation{};
-  std::size_t held_bytes = 0;  ///< most memory that ready maps took at once
-  cli::Statistics map_points, iterations, fitness, nvtl, coverage, lcp;
-};
-
 /// Told how many scans are done and how many there are; 0 where the recording does not say.
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
@@ -115,38 +86,7 @@ using ScanProgress = std::function<void(std::size_t, std::size_t)>;
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
 
-[[nodiscard]] RunSummary summarize(const Run& run);
-[[nodiscard]] nlohmann::ordered_json to_json(const Run& run, const RunSummary& summary);
-
 /// The tracked poses. Lost scans are left out: their pose is a mere prediction (see scans.csv).
 [[nodiscard]] io::Trajectory trajectory_of(const Run& run);
-
-/// One line a scan, with a header; times in ms, lengths in m, angles in degrees; `distance_m` is
-/// the way so far along the reference, or along the estimates where there is none.
-[[nodiscard]] std::string to_csv(const Run& run);
-
-/// Writes trajectory.tum, scans.csv and summary.json into a folder, which is created if need be.
-[[nodiscard]] Result<void> write_run(const Run& run, const RunSummary& summary,
-                                     const std::filesystem::path& folder);
-
-/// What the options of the same name say, in all programs that have them.
-inline constexpr const char* kPoseTopicHelp =
-    "its topic, where a bag has several; of transforms with frames: /tf:map:base_link";
-inline constexpr const char* kMountHelp =
-    "pose of the sensor in the frame whose poses a bag has, x,y,z,roll,pitch,yaw [m, rad], where "
-    "no /tf_static says it";
-
-/// The options that say what a run is fed with.
-struct InputOptions {
-  std::filesystem::path scans = {}, reference = {}, odometry = {};  ///< an empty path is none
-  std::string topic = {};                                 ///< of the scans, in a bag with several
-  std::string reference_topic = {}, odometry_topic = {};  ///< of bags, see io::TrajectorySource
-  std::string mount = {};  ///< --mount: x,y,z,roll,pitch,yaw, or empty
-  TimeWindow window = {};
-  double rate_hz = 10.0;
-
-  void add_to(CLI::App& app, bool reference_required);
-  [[nodiscard]] Result<RunInputs> open() const;
-};
 
 }  // namespace vantage

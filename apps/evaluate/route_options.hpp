@@ -5,16 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "localize/run.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
-
-/// A recorded drive with its name.
-struct NamedInputs {
-  std::string name;  ///< fit for a folder
-  RunInputs inputs;
-};
 
 /// The options that say which drives are evaluated: --scans and --reference once for each.
 struct RouteOptions {

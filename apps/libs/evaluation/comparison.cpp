@@ -1,12 +1,13 @@
-#include "compare/comparison.hpp"
+#include "vantage/evaluation/comparison.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <random>
+
+#include "vantage/evaluation/statistics.hpp"
 
 namespace vantage {
 namespace {
@@ -16,13 +17,6 @@ constexpr std::size_t kResamples = 2000;
 
 double mean(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double percentile(const std::vector<double>& sorted, double share) {
-  const double position = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return std::lerp(sorted[below], sorted[above], position - static_cast<double>(below));
 }
 
 struct Quantity {
@@ -191,23 +185,6 @@ std::vector<std::vector<std::string>> rows_of(const Comparison& c) {
   counts("switches", c.switches);
   counts("blocking loads", c.blocking);
   return rows;
-}
-
-nlohmann::ordered_json to_json(const Comparison& c) {
-  nlohmann::ordered_json json{{"a", c.a.file.string()},          {"b", c.b.file.string()},
-                              {"scans_in_both", c.pairs.size()}, {"stamps_only_in_a", c.only_a},
-                              {"stamps_only_in_b", c.only_b},    {"lost", c.lost},
-                              {"switches", c.switches},          {"blocking_loads", c.blocking}};
-  for (const Compared& q : c.quantities) {
-    json["quantities"][q.column] = {{"unit", q.unit},
-                                    {"scans", q.pairs.size()},
-                                    {"mean_a", q.mean_a},
-                                    {"mean_b", q.mean_b},
-                                    {"difference", q.difference},
-                                    {"interval_95", {q.interval.low, q.interval.high}},
-                                    {"share_b_better", *q.share_better}};
-  }
-  return json;
 }
 
 }  // namespace vantage

@@ -2,16 +2,17 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "evaluate/gates.hpp"
-#include "evaluate/routes.hpp"
-#include "localize/run.hpp"
-#include "terminal/statistics.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/evaluation/gates.hpp"
+#include "vantage/evaluation/run.hpp"
+#include "vantage/evaluation/statistics.hpp"
+#include "vantage/evaluation/summary.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
@@ -49,7 +50,7 @@ struct Specimen {
 struct EvaluatedConfig {
   std::string name;  ///< of the configuration file, without folder and suffix
   MapIndex index;
-  cli::Statistics region_points;   ///< over the bundle's regions (Table 1)
+  Statistics region_points;        ///< over the bundle's regions (Table 1)
   std::uint64_t bundle_bytes = 0;  ///< of all region maps in the store
   std::vector<RouteRun> routes;    ///< one for each of Evaluation::routes
   std::vector<Opponent> opponents;
@@ -70,6 +71,12 @@ struct Evaluation {
   PointCloud map;  ///< the wide-area map P [m]; empty if it is not at hand
 };
 
+/// A recorded drive with its name.
+struct NamedInputs {
+  std::string name;  ///< fit for a folder
+  RunInputs inputs;
+};
+
 struct NamedConfig {
   std::string name;  ///< of the file, without folder and suffix
   Config config;
@@ -78,7 +85,8 @@ struct NamedConfig {
 struct EvaluationOptions {
   PluginLoader loader;
   bool opponents = true;
-  bool quiet = false;  ///< no progress
+  /// Called with what is localized before each run; the run tells its progress to the result.
+  std::function<ScanProgress(const std::string&)> progress = {};
 };
 
 /// Localizes every route in the region maps of every configuration, and in those of its opponents.

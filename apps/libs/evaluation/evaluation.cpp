@@ -1,11 +1,10 @@
-#include "evaluate/evaluation.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "evaluate/opponents.hpp"
-#include "terminal/progress.hpp"
+#include "vantage/evaluation/baselines.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 
@@ -29,11 +28,9 @@ Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInput
   std::string label = job.name;
   if (job.routes.size() > 1) label += " on " + route.name;
   if (!map.empty()) label += ", " + std::string(map);
-  cli::Progress progress(label + " (scans)", job.options.quiet);
-  VANTAGE_TRY(Run run, localize_scans(std::move(localizer), job.config.file, route.inputs,
-                                      [&](std::size_t done, std::size_t total) {
-                                        progress.update(done, total);
-                                      }));
+  const ScanProgress progress = job.options.progress ? job.options.progress(label) : ScanProgress();
+  VANTAGE_TRY(Run run,
+              localize_scans(std::move(localizer), job.config.file, route.inputs, progress));
   RunSummary summary = summarize(run);
   return RouteRun{std::move(run), std::move(summary)};
 }
@@ -159,7 +156,7 @@ Result<EvaluatedConfig> evaluate(const Config& config, const std::string& name,
     points.push_back(static_cast<double>(region.points));
     evaluated.bundle_bytes += region.bytes;
   }
-  evaluated.region_points = cli::statistics_of(points);
+  evaluated.region_points = statistics_of(points);
   for (const NamedInputs& route : routes) {
     VANTAGE_TRY(auto localizer, Localizer::open(config, options.loader));
     VANTAGE_TRY(evaluated.routes.emplace_back(), run_route(job, std::move(localizer), route, ""));

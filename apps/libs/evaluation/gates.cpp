@@ -1,4 +1,4 @@
-#include "evaluate/gates.hpp"
+#include "vantage/evaluation/gates.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <span>
 
-#include "evaluate/evaluation.hpp"
 #include "vantage/config_value.hpp"
+#include "vantage/evaluation/evaluation.hpp"
 
 namespace vantage {
 namespace {
@@ -45,9 +45,9 @@ struct Metric {
 };
 
 Value number(double x) { return x; }
-Value mean(const cli::Statistics& s) { return s.count > 0 ? number(s.mean) : Value{}; }
-Value p95(const cli::Statistics& s) { return s.count > 0 ? number(s.p95) : Value{}; }
-Value most(const cli::Statistics& s) { return s.count > 0 ? number(s.max) : Value{}; }
+Value mean(const Statistics& s) { return s.count > 0 ? number(s.mean) : Value{}; }
+Value p95(const Statistics& s) { return s.count > 0 ? number(s.p95) : Value{}; }
+Value most(const Statistics& s) { return s.count > 0 ? number(s.max) : Value{}; }
 
 /// How much the mean error is above that of others; none if one of them has none.
 Value excess(const Case& c, const RunSummary* other) {

@@ -1,4 +1,4 @@
-#include "evaluate/opponents.hpp"
+#include "vantage/evaluation/baselines.hpp"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -1,21 +1,17 @@
-#include "terminal/statistics.hpp"
+#include "vantage/evaluation/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <vector>
 
-namespace vantage::cli {
-namespace {
+namespace vantage {
 
-double percentile(const std::vector<double>& sorted, double share) {
+double percentile(std::span<const double> sorted, double share) {
   const double position = share * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(position);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   return std::lerp(sorted[below], sorted[above], position - static_cast<double>(below));
 }
-
-}  // namespace
 
 Statistics statistics_of(std::span<const double> sample) {
   Statistics s;
@@ -42,9 +38,4 @@ Statistics statistics_of(std::span<const double> sample) {
   return s;
 }
 
-nlohmann::ordered_json to_json(const Statistics& s) {
-  return {{"count", s.count},   {"mean", s.mean}, {"rmse", s.rmse}, {"std", s.std}, {"min", s.min},
-          {"median", s.median}, {"p95", s.p95},   {"p99", s.p99},   {"max", s.max}};
-}
-
-}  // namespace vantage::cli
+}  // namespace vantage

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "compare/scans_csv.hpp"
+#include "vantage/evaluation/scan_table.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -60,8 +59,5 @@ struct Comparison {
 
 /// Rows of text, header first.
 [[nodiscard]] std::vector<std::vector<std::string>> rows_of(const Comparison& comparison);
-[[nodiscard]] nlohmann::ordered_json to_json(const Comparison& comparison);
-/// One page that needs nothing but itself.
-[[nodiscard]] std::string to_html(const Comparison& comparison);
 
 }  // namespace vantage

@@ -1,4 +1,4 @@
-#include "evaluate/routes.hpp"
+#include "evaluate/route_options.hpp"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 #include <set>
 
 #include "terminal/command_line.hpp"
+#include "terminal/input_options.hpp"
 
 namespace vantage {
 namespace {

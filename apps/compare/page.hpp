@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "vantage/evaluation/comparison.hpp"
+
+namespace vantage {
+
+/// One page that needs nothing but itself.
+[[nodiscard]] std::string to_html(const Comparison& comparison);
+
+}  // namespace vantage

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "vantage/evaluation/run.hpp"
+#include "vantage/evaluation/summary.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// One line a scan, with a header; times in ms, lengths in m, angles in degrees; `distance_m` is
+/// the way so far along the reference, or along the estimates where there is none.
+[[nodiscard]] std::string to_csv(const Run& run);
+
+/// Writes trajectory.tum, scans.csv and summary.json into a folder, which is created if need be.
+[[nodiscard]] Result<void> write_run(const Run& run, const RunSummary& summary,
+                                     const std::filesystem::path& folder);
+
+}  // namespace vantage

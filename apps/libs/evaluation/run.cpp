@@ -1,0 +1,196 @@
+#include "vantage/evaluation/run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <utility>
+
+#include "vantage/io/read_ahead.hpp"
+
+namespace vantage {
+namespace {
+
+constexpr double kDegrees = 180.0 / M_PI;
+
+PoseError error_of(const Pose& pose, const Pose& truth) {
+  const Eigen::AngleAxisd turn(
+      Eigen::Quaterniond(pose.rotation * truth.rotation.conjugate()).normalized());
+  const Eigen::Vector3d translation = pose.translation - truth.translation;
+  return {.metres = translation.norm(),
+          .degrees = rotation_between(pose, truth) * kDegrees,
+          .translation = translation,
+          .rotation = turn.angle() * turn.axis()};
+}
+
+/// The scans of a run, the first of which is read at once: the localizer starts at its stamp.
+class ScanWindow {
+ public:
+  static Result<ScanWindow> open(const RunInputs& inputs) {
+    ScanWindow scans;
+    VANTAGE_TRY(auto source, io::open_scans(inputs.scans));
+    scans.source_ = io::read_ahead(std::move(source));
+    VANTAGE_TRY(scans.first_, scans.source_->next());
+    if (scans.first_ && inputs.window.start > 0.0) {
+      VANTAGE_CHECK(scans.source_->seek(scans.first_->stamp + inputs.window.start));
+      VANTAGE_TRY(scans.first_, scans.source_->next());
+    }
+    if (!scans.first_) {
+      return fail(ErrorCode::invalid_input,
+                  inputs.window.start > 0.0
+                      ? fmt::format("no scan is left {} s after the first", inputs.window.start)
+                      : "there is no scan",
+                  SourceLocation{inputs.scans.path.string(), 0, 0});
+    }
+    scans.first_stamp_ = scans.first_->stamp;
+    if (inputs.window.duration) scans.end_ = scans.first_stamp_ + *inputs.window.duration;
+    if (!inputs.window.duration && inputs.window.start <= 0.0) {
+      scans.expected_ = scans.source_->describe().scans.value_or(0);
+    }
+    return scans;
+  }
+
+  /// Nothing at the end.
+  Result<std::optional<io::StampedScan>> next() {
+    if (first_) return std::exchange(first_, std::nullopt);
+    VANTAGE_TRY(auto scan, source_->next());
+    if (scan && scan->stamp > end_) scan.reset();
+    return scan;
+  }
+
+  double first_stamp() const { return first_stamp_; }
+  const std::string& stamp_rule() const { return source_->describe().stamp_rule; }
+  io::SkippedScans skipped() const { return source_->skipped(); }
+  /// 0 if nobody knows.
+  std::size_t expected() const { return expected_; }
+
+ private:
+  std::unique_ptr<io::ScanSource> source_;
+  std::optional<io::StampedScan> first_;
+  double first_stamp_ = 0.0, end_ = std::numeric_limits<double>::infinity();  // [s]
+  std::size_t expected_ = 0;
+};
+
+/// Holds scans back until they are due; the clock starts when the object is made.
+class Replay {
+ public:
+  Replay(std::optional<double> speed, double first_stamp)
+      : speed_(speed), first_stamp_(first_stamp) {}
+
+  /// @return how late the scan is [s]; 0 without a speed
+  double wait_for(double stamp) const {
+    if (!speed_) return 0.0;
+    const std::chrono::duration<double> due((stamp - first_stamp_) / *speed_);
+    std::this_thread::sleep_until(
+        begin_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
+    const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin_;
+    return (now - due).count();
+  }
+
+ private:
+  std::optional<double> speed_;
+  double first_stamp_;  // [s]
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWindow& scans) {
+  std::optional<Pose> first = inputs.initial_pose;
+  if (!first && !inputs.start_anywhere && inputs.reference) {
+    first = io::pose_at(*inputs.reference, scans.first_stamp());
+    if (!first) {
+      return fail(
+          ErrorCode::invalid_input,
+          fmt::format("the reference has no pose at the first scan's stamp, {} s (it runs from {} "
+                      "to {} s); {}",
+                      scans.first_stamp(), inputs.reference->front().stamp,
+                      inputs.reference->back().stamp, scans.stamp_rule()));
+    }
+  }
+  if (first) return localizer.start(*first);
+  if (!inputs.start_anywhere) {
+    return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
+  }
+  localizer.start_anywhere();
+  return {};
+}
+
+Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
+                              const io::StampedScan& scan) {
+  std::optional<Pose> odometry;
+  if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
+  auto report = localizer.localize(
+      {.stamp = scan.stamp, .points = scan.points, .odometry = odometry, .seconds = scan.seconds});
+  if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
+  RunScan done{*std::move(report), scan.dropped, {}, {}};
+  if (inputs.reference) done.reference = io::pose_at(*inputs.reference, scan.stamp);
+  if (done.reference && done.report.has_pose) {
+    done.error = error_of(done.report.T_map_scan, *done.reference);
+  }
+  return done;
+}
+}  // namespace
+
+std::vector<double> distances(const Run& run) {
+  const bool referenced = std::any_of(run.scans.begin(), run.scans.end(), [](const RunScan& scan) {
+    return scan.reference.has_value();
+  });
+  std::vector<double> way;
+  std::optional<Eigen::Vector3d> last;
+  double sum = 0.0;
+  for (const RunScan& scan : run.scans) {
+    std::optional<Eigen::Vector3d> at;
+    if (scan.reference) {
+      at = scan.reference->translation;
+    } else if (!referenced && scan.report.has_pose) {
+      at = scan.report.T_map_scan.translation;
+    }
+    if (last && at) sum += (*at - *last).norm();
+    if (at) last = at;
+    way.push_back(sum);
+  }
+  return way;
+}
+
+Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
+                           const RunInputs& inputs, const ScanProgress& progress) {
+  VANTAGE_TRY(auto localizer, Localizer::open(config, loader));
+  return localize_scans(std::move(localizer), config.file, inputs, progress);
+}
+
+Result<Run> localize_scans(Localizer localizer, const std::string& config, const RunInputs& inputs,
+                           const ScanProgress& progress) {
+  VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
+  VANTAGE_CHECK(start(localizer, inputs, scans));
+  Run run{.config = config,
+          .stamp_rule = scans.stamp_rule(),
+          .index = localizer.index(),
+          .scans = {},
+          .speed = inputs.speed};
+  if (progress) progress(0, scans.expected());
+  const Replay replay(inputs.speed, scans.first_stamp());
+  while (true) {
+    VANTAGE_TRY(const auto scan, scans.next());
+    if (!scan) break;
+    run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
+    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan));
+    if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
+    run.scans.push_back(std::move(done));
+    if (progress) progress(run.scans.size(), scans.expected());
+  }
+  run.skipped = scans.skipped();
+  return run;
+}
+
+io::Trajectory trajectory_of(const Run& run) {
+  io::Trajectory trajectory;
+  for (const RunScan& scan : run.scans) {
+    if (is_tracked(scan)) trajectory.push_back({scan.report.stamp, scan.report.T_map_scan});
+  }
+  return trajectory;
+}
+
+}  // namespace vantage
