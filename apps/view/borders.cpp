@@ -4,20 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "vantage/overloaded.hpp"
+
 namespace vantage::view {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-
-template <class... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-
-void extend(HalfOpenBox& box, const HalfOpenBox& other) {
-  box.min = box.min.cwiseMin(other.min);
-  box.max = box.max.cwiseMax(other.max);
-}
 
 std::vector<Segment> closed(const std::vector<Eigen::Vector2d>& corners) {
   std::vector<Segment> segments;
@@ -70,21 +62,6 @@ void add_edges(const std::vector<HalfOpenBox>& boxes, std::size_t i, int axis, b
 }
 
 }  // namespace
-
-HalfOpenBox bounding_box(const Footprint& footprint) {
-  return std::visit(Overloaded{[](const HalfOpenBox& box) { return box; },
-                               [](const ConvexPolygon& polygon) {
-                                 HalfOpenBox box{polygon.corners.front(), polygon.corners.front()};
-                                 for (const auto& c : polygon.corners) extend(box, {c, c});
-                                 return box;
-                               },
-                               [](const BoxUnion& all) {
-                                 HalfOpenBox box = all.boxes.front();
-                                 for (const auto& b : all.boxes) extend(box, b);
-                                 return box;
-                               }},
-                    footprint);
-}
 
 std::vector<Segment> outline(const Footprint& footprint) {
   return std::visit(Overloaded{[](const HalfOpenBox& box) { return closed(corners_of(box)); },

@@ -8,9 +8,6 @@
 
 namespace vantage::view {
 
-/// The tightest box around a footprint, in plan view [m].
-[[nodiscard]] HalfOpenBox bounding_box(const Footprint& footprint);
-
 struct Segment {
   Eigen::Vector2d a, b;
 };

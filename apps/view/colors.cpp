@@ -6,8 +6,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "view/borders.hpp"
-
 namespace vantage::view {
 namespace {
 
@@ -41,16 +39,14 @@ double apart(double a, double b) {
   return std::min(d, 1.0 - d);
 }
 
-using Box = HalfOpenBox;
-
-bool touch(const Box& a, const Box& b) {
+bool touch(const Bounds2& a, const Bounds2& b) {
   constexpr double kGap = 0.01;  // [m]
   return (a.min.array() <= b.max.array() + kGap).all() &&
          (b.min.array() <= a.max.array() + kGap).all();
 }
 
 /// Ids of the regions whose boxes touch, for each region; by a sweep along x.
-std::vector<std::vector<std::size_t>> neighbors(const std::vector<Box>& boxes) {
+std::vector<std::vector<std::size_t>> neighbors(const std::vector<Bounds2>& boxes) {
   std::vector<std::size_t> order(boxes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -89,8 +85,8 @@ Color hue_color(double hue, double lightness) noexcept {
 
 std::vector<double> region_hues(const std::vector<Region>& regions) {
   constexpr std::size_t kHues = 12;
-  std::vector<Box> boxes;
-  for (const Region& region : regions) boxes.push_back(bounding_box(region.footprint));
+  std::vector<Bounds2> boxes;
+  for (const Region& region : regions) boxes.push_back(bounds_of(region.footprint));
   const auto near = neighbors(boxes);
   std::vector<double> hues(regions.size(), -1.0);
   std::array<std::size_t, kHues> used{};

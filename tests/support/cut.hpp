@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vantage/conformance/range_observer.hpp"
+#include "vantage/conformance/range_survey.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 
 namespace vantage::test {
@@ -9,7 +9,7 @@ namespace vantage::test {
 [[nodiscard]] inline Result<Partition> cut(const PluginPtr<Partitioner>& partitioner,
                                            PointsView map, PointsView trajectory = {},
                                            double range = 15.0) {
-  return partitioner->partition(map, trajectory, conformance::RangeObserver(map, range));
+  return partitioner->partition(map, trajectory, conformance::RangeSurvey(map, range));
 }
 
 }  // namespace vantage::test

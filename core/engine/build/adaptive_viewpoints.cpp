@@ -77,7 +77,8 @@ PointCloud next_of(Block& block, int n) {
 
 Result<AdaptiveSight> see_adaptively(
     std::span<const Point> viewpoints, double voxel_size, double min_gain, std::size_t points,
-    const std::function<Result<IndexList>(std::span<const Point>)>& seen_from) {
+    const std::function<Result<IndexList>(std::span<const Point>)>& seen_from,
+    std::uint64_t enough) {
   std::vector<Block> blocks = blocks_of(viewpoints, voxel_size);
   AdaptiveSight sight;
   IndexSet before(points), now(points);  // seen at wider spacings; at this one, too
@@ -107,6 +108,7 @@ Result<AdaptiveSight> see_adaptively(
       }
     }
     blocks = std::move(going_on);
+    if (now.size() > enough) break;
     before = now;
   }
   sight.seen = now.ascending();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,9 +25,11 @@ struct AdaptiveSight {
 /// @param viewpoints  of one region, one place a voxel
 /// @param points      above every index that is seen
 /// @param seen_from   asks some of them at once; from many threads at once
+/// @param enough      ends after the first spacing by which more than this are seen
 /// Errors: the first that `seen_from` has at the widest spacing that has one.
 [[nodiscard]] Result<AdaptiveSight> see_adaptively(
     std::span<const Point> viewpoints, double voxel_size, double min_gain, std::size_t points,
-    const std::function<Result<IndexList>(std::span<const Point>)>& seen_from);
+    const std::function<Result<IndexList>(std::span<const Point>)>& seen_from,
+    std::uint64_t enough = std::numeric_limits<std::uint64_t>::max());
 
 }  // namespace vantage

@@ -23,7 +23,7 @@
 #include "build/plan_index.hpp"
 #include "stopwatch.hpp"
 #include "vantage/index_set.hpp"
-#include "vantage/map_observer.hpp"
+#include "vantage/map_survey.hpp"
 
 namespace vantage {
 namespace {
@@ -131,24 +131,6 @@ Result<Work> cut(PointsView map, const Places& places, const Partition& partitio
   return work;
 }
 
-/// A box around a footprint, whatever a partitioner put in there.
-std::pair<Eigen::Vector2d, Eigen::Vector2d> plan_bounds(const Footprint& footprint) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Eigen::Vector2d min = Eigen::Vector2d::Constant(kInfinity), max = -min;
-  const auto extend = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    min = min.cwiseMin(a);
-    max = max.cwiseMax(b);
-  };
-  if (const auto* box = std::get_if<HalfOpenBox>(&footprint)) extend(box->min, box->max);
-  if (const auto* polygon = std::get_if<ConvexPolygon>(&footprint)) {
-    for (const Eigen::Vector2d& corner : polygon->corners) extend(corner, corner);
-  }
-  if (const auto* shape = std::get_if<BoxUnion>(&footprint)) {
-    for (const HalfOpenBox& box : shape->boxes) extend(box.min, box.max);
-  }
-  return {min, max};
-}
-
 /// Keeps the points that enough viewpoints see, or all viewpoints where there are fewer.
 void keep_often_seen(ViewCounts& counts, std::size_t min_views, std::size_t viewpoints) {
   const std::size_t needed = std::min(min_views, viewpoints);
@@ -165,14 +147,14 @@ void keep_often_seen(ViewCounts& counts, std::size_t min_views, std::size_t view
 /// What the build knows before it cuts: the ground or path, and what can be seen. Answers the
 /// partitioner and then serves the build itself, so that what a partitioner was told is what the
 /// bundle will hold.
-class BuildObserver final : public MapObserver {
+class BuildSurvey final : public MapSurvey {
  public:
   /// Finds the places of viewpoints. All arguments are borrowed.
-  static Result<std::unique_ptr<BuildObserver>> over(PointsView map, PointsView trajectory,
-                                                     const BuildPlugins& plugins,
-                                                     const BuildParams& params) {
-    auto observer = std::make_unique<BuildObserver>(map, plugins, params);
-    Places& places = observer->places_;
+  static Result<std::unique_ptr<BuildSurvey>> over(PointsView map, PointsView trajectory,
+                                                   const BuildPlugins& plugins,
+                                                   const BuildParams& params) {
+    auto survey = std::make_unique<BuildSurvey>(map, plugins, params);
+    Places& places = survey->places_;
     if (params.viewpoints.source == ViewpointSource::trajectory) {
       if (trajectory.empty()) {
         return fail(ErrorCode::invalid_input,
@@ -182,7 +164,7 @@ class BuildObserver final : public MapObserver {
       places.points = places.own;
       places.which.resize(places.own.size());
       std::iota(places.which.begin(), places.which.end(), 0U);
-      return observer;
+      return survey;
     }
     VANTAGE_TRY(places.which, plugins.ground->ground(map));
     VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
@@ -193,10 +175,10 @@ class BuildObserver final : public MapObserver {
     }
     places.points = map;
     places.ground_points = places.which.size();
-    if (params.viewpoints.reachable) VANTAGE_CHECK(observer->keep_reachable(trajectory));
-    return observer;
+    if (params.viewpoints.reachable) VANTAGE_CHECK(survey->keep_reachable(trajectory));
+    return survey;
   }
-  BuildObserver(PointsView map, const BuildPlugins& plugins, const BuildParams& params)
+  BuildSurvey(PointsView map, const BuildPlugins& plugins, const BuildParams& params)
       : map_(map),
         plugins_(plugins),
         params_(params),
@@ -352,6 +334,14 @@ class BuildObserver final : public MapObserver {
     if (params_.scope == VisibilityScope::region) inside = owned(region, map_, index_of_map());
     VANTAGE_TRY(const Scope scope, scope_of(inside));
 
+    if (const ViewpointParams& which = params_.viewpoints;
+        which.min_gain > 0.0 && params_.min_views == 1 && !params_.views) {
+      VANTAGE_TRY(const AdaptiveSight sight,
+                  see_adaptively(
+                      viewpoints, which.voxel_size, which.min_gain, scope.points.size(),
+                      [&](std::span<const Point> some) { return scope.seen_from(some); }, enough));
+      return sight.seen.size();
+    }
     // Far-apart viewpoints first, and more of them each time: a region that shows too much is found
     // out early.
     IndexSet seen(scope.points.size());
@@ -389,7 +379,7 @@ class BuildObserver final : public MapObserver {
   /// What a region owns of the points in an index over `points`.
   [[nodiscard]] static IndexList owned(const Region& region, PointsView points,
                                        const PlanIndex& index) {
-    const auto [min, max] = plan_bounds(region.footprint);
+    const auto [min, max] = bounds_of(region.footprint);
     IndexList inside = index.near(min, max);
     std::erase_if(inside, [&](std::uint32_t k) {
       const Point& p = points[k];
@@ -569,7 +559,7 @@ struct BuiltRegion {
 };
 
 /// Takes an observable map, which is left empty.
-BuiltRegion thinned_region(PointsView map, BuildObserver::ObservableMap observable,
+BuiltRegion thinned_region(PointsView map, BuildSurvey::ObservableMap observable,
                            const BuildParams& params, const Condenser& condenser) {
   ViewCounts& kept = observable.kept;
   BuiltRegion region{.seen = observable.seen, .skipped = observable.skipped};
@@ -591,7 +581,7 @@ BuiltRegion thinned_region(PointsView map, BuildObserver::ObservableMap observab
 
 /// Regions in parallel, stored in order; the first failing region decides the error. What waits to
 /// be stored are indices: points are copied for one region at a time.
-Result<void> build_all(PointsView map, BuildObserver& observer, const Work& work,
+Result<void> build_all(PointsView map, BuildSurvey& survey, const Work& work,
                        const BuildParams& params, const Condenser& condenser, MapStore& store,
                        BuildReport& report,
                        const std::function<void(const BuildProgress&)>& progress) {
@@ -617,7 +607,7 @@ Result<void> build_all(PointsView map, BuildObserver& observer, const Work& work
     const auto inside =
         work.inside.begin.empty() ? std::span<const std::uint32_t>{} : work.inside[r];
     const RegionProgress of_region(meter, viewpoints.size());
-    auto built = observer.observable_map(inside, viewpoints, of_region).map([&](auto&& seen) {
+    auto built = survey.observable_map(inside, viewpoints, of_region).map([&](auto&& seen) {
       return thinned_region(map, std::move(seen), params, condenser);
     });
     if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report
@@ -626,7 +616,7 @@ Result<void> build_all(PointsView map, BuildObserver& observer, const Work& work
   };
   const auto put = [&](Item& item) -> Result<void> {
     VANTAGE_TRY(BuiltRegion built, std::move(item.built));
-    if (tested == regions) observer.release_scene();
+    if (tested == regions) survey.release_scene();
     const std::uint32_t r = item.region.value;
     RegionMap region_map{.points = points_of(map, std::move(built.stored.points)),
                          .viewpoints = work.viewpoints[r],
@@ -723,15 +713,15 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   BuildReport report;
   report.map_points = map.size();
   Stopwatch stopwatch;
-  VANTAGE_TRY(const auto observer, BuildObserver::over(map, trajectory, plugins, params));
-  report.ground_points = observer->places().ground_points;
-  report.unreachable_viewpoints = observer->places().unreachable_viewpoints;
+  VANTAGE_TRY(const auto survey, BuildSurvey::over(map, trajectory, plugins, params));
+  report.ground_points = survey->places().ground_points;
+  report.unreachable_viewpoints = survey->places().unreachable_viewpoints;
   report.seconds_ground = stopwatch.seconds();
 
   stopwatch = {};
-  VANTAGE_TRY(report.partition, plugins.partitioner->partition(map, trajectory, *observer));
-  VANTAGE_TRY(const Work work, cut(map, observer->places(), report.partition, params));
-  observer->release_places();
+  VANTAGE_TRY(report.partition, plugins.partitioner->partition(map, trajectory, *survey));
+  VANTAGE_TRY(const Work work, cut(map, survey->places(), report.partition, params));
+  survey->release_places();
   report.places_outside = work.places_outside;
   const std::size_t regions = report.partition.size();
   for (std::size_t r = 0; r < regions; ++r) {
@@ -746,11 +736,10 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params.content));
   VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = report.partition,
                                               .regions = {},
-                                              .map_bounds = observer->limits().map_bounds,
+                                              .map_bounds = survey->limits().map_bounds,
                                               .map_points = report.map_points,
                                               .config = params.effective_config}));
-  VANTAGE_CHECK(
-      build_all(map, *observer, work, params, condenser, *plugins.store, report, progress));
+  VANTAGE_CHECK(build_all(map, *survey, work, params, condenser, *plugins.store, report, progress));
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();
   report.core_seconds_visibility = cpu.seconds();

@@ -3,31 +3,12 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
-#include <variant>
 
 namespace vantage {
 namespace {
 
 constexpr int kMoments = 12;     // that are looked at
 constexpr double kSwerve = 0.3;  // m to the side for each metre of the way
-
-HalfOpenBox box_of(const HalfOpenBox& box) { return box; }
-
-HalfOpenBox box_of(const ConvexPolygon& polygon) {
-  HalfOpenBox box{polygon.corners.front(), polygon.corners.front()};
-  for (const Eigen::Vector2d& corner : polygon.corners) {
-    box = {box.min.cwiseMin(corner), box.max.cwiseMax(corner)};
-  }
-  return box;
-}
-
-HalfOpenBox box_of(const BoxUnion& shape) {
-  HalfOpenBox all = shape.boxes.front();
-  for (const HalfOpenBox& box : shape.boxes) {
-    all = {all.min.cwiseMin(box.min), all.max.cwiseMax(box.max)};
-  }
-  return all;
-}
 
 double distance_to_box(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
                        const Eigen::Vector2d& xy) {
@@ -39,9 +20,8 @@ double distance_to_box(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
 RegionsAhead::RegionsAhead(const MapIndex& index) : index_(index) {
   for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
     if (index.regions[r].empty()) continue;
-    const HalfOpenBox box = std::visit([](const auto& shape) { return box_of(shape); },
-                                       index.partition[RegionId{r}].footprint);
-    places_.push_back({box.min, box.max, RegionId{r}});
+    const Bounds2 bounds = bounds_of(index.partition[RegionId{r}].footprint);
+    places_.push_back({bounds.min, bounds.max, RegionId{r}});
   }
 }
 

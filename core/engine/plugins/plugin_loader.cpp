@@ -29,20 +29,17 @@ class SharedLibrary {
 
 namespace {
 
-constexpr std::array kKindNames{"partitioner", "ground", "visibility", "store", "matcher"};
-static_assert(kKindNames.size() == kPluginKinds);
-
 /// Kind and name from `vantage_<kind>_<name>.so`.
 std::optional<PluginFile> parse_file_name(const std::filesystem::path& path) {
   const std::string file = path.filename().string();
-  for (std::size_t kind = 0; kind < kPluginKinds; ++kind) {
-    const std::string prefix = std::string("vantage_") + kKindNames[kind] + "_";
+  std::optional<PluginFile> parsed;
+  for_each_kind([&](const auto& kind) {
+    const std::string prefix = std::string("vantage_") + kind.name + "_";
     if (file.starts_with(prefix) && file.ends_with(".so") && file.size() > prefix.size() + 3) {
-      return PluginFile{static_cast<PluginKind>(kind),
-                        file.substr(prefix.size(), file.size() - prefix.size() - 3), path};
+      parsed = {kind.kind, file.substr(prefix.size(), file.size() - prefix.size() - 3), path};
     }
-  }
-  return std::nullopt;
+  });
+  return parsed;
 }
 
 tl::unexpected<Error> refuse(const std::filesystem::path& file, const std::string& reason) {
@@ -172,10 +169,6 @@ std::filesystem::path folder_beside_core() {
 }
 
 }  // namespace
-
-const char* to_string(PluginKind kind) noexcept {
-  return kKindNames.at(static_cast<std::size_t>(kind));
-}
 
 std::string plugin_file_name(PluginKind kind, const std::string& name) {
   return std::string("vantage_") + to_string(kind) + "_" + name + ".so";

@@ -15,15 +15,15 @@
 
 #include "vantage/ground_filter.hpp"
 #include "vantage/index_set.hpp"
-#include "vantage/map_observer.hpp"
 #include "vantage/map_store.hpp"
+#include "vantage/map_survey.hpp"
 #include "vantage/partitioner.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/visibility.hpp"
 
 namespace vantage {
 
-MapObserver::~MapObserver() = default;
+MapSurvey::~MapSurvey() = default;
 Partitioner::~Partitioner() = default;
 GroundFilter::~GroundFilter() = default;
 VisibilityOperator::~VisibilityOperator() = default;

@@ -19,24 +19,21 @@ using Eigen::Vector2d;
 constexpr std::size_t kMaxLabelLength = 200;  // leaves room for an extension in a file name
 constexpr std::size_t kMaxParts = std::numeric_limits<std::uint32_t>::max() / 16;
 
-struct Box {
-  Vector2d min, max;  // both ends included
+Bounds2 bounds(const HalfOpenBox& box) noexcept { return {box.min, box.max}; }
 
-  [[nodiscard]] bool contains(const Vector2d& p) const noexcept {
-    return min.x() <= p.x() && p.x() <= max.x() && min.y() <= p.y() && p.y() <= max.y();
+Bounds2 bounds(const ConvexPolygon& polygon) noexcept {
+  Bounds2 all;
+  for (const Vector2d& corner : polygon.corners) all.extend(corner);
+  return all;
+}
+
+Bounds2 bounds(const BoxUnion& shape) noexcept {
+  Bounds2 all;
+  for (const HalfOpenBox& box : shape.boxes) {
+    all.extend(box.min);
+    all.extend(box.max);
   }
-  void extend(const Vector2d& p) noexcept {
-    min = min.cwiseMin(p);
-    max = max.cwiseMax(p);
-  }
-};
-
-Box bounding_box(const HalfOpenBox& box) noexcept { return {box.min, box.max}; }
-
-Box bounding_box(const ConvexPolygon& polygon) noexcept {
-  Box box{polygon.corners.front(), polygon.corners.front()};
-  for (const Vector2d& corner : polygon.corners) box.extend(corner);
-  return box;
+  return all;
 }
 
 double cross(const Vector2d& a, const Vector2d& b) noexcept {
@@ -56,7 +53,7 @@ bool inside(const HalfOpenBox& box, const Vector2d& p) noexcept {
 
 bool inside(const ConvexPolygon& polygon, const Vector2d& p) noexcept {
   const std::vector<Vector2d>& corners = polygon.corners;
-  if (corners.size() < 3 || !bounding_box(polygon).contains(p)) return false;
+  if (corners.size() < 3 || !bounds(polygon).contains(p)) return false;
   for (std::size_t i = 0, before = corners.size() - 1; i < corners.size(); before = i++) {
     if (!left_of(corners[before], corners[i], p)) return false;
   }
@@ -179,6 +176,10 @@ double power_of_two_above(double x) noexcept {
 
 }  // namespace
 
+Bounds2 bounds_of(const Footprint& footprint) noexcept {
+  return std::visit([](const auto& shape) { return bounds(shape); }, footprint);
+}
+
 bool contains(const Footprint& footprint, const Vector2d& xy) noexcept {
   return std::visit([&](const auto& shape) { return inside(shape, xy); }, footprint);
 }
@@ -200,7 +201,7 @@ double distance(const Footprint& footprint, const Vector2d& xy) noexcept {
 /// exact, and a place far from the origin falls in the right bucket.
 struct Partition::Grid {
   struct Entry {
-    Box box;
+    Bounds2 box;
     std::uint32_t id, part;
   };
   struct Bucket {
@@ -217,7 +218,7 @@ struct Partition::Grid {
   };
   struct Level {
     Vector2d width;
-    Box extent;
+    Bounds2 extent;
     std::unordered_map<Bucket, std::pair<std::uint32_t, std::uint32_t>, Hash> buckets;
   };
 
@@ -252,7 +253,7 @@ Partition::Grid::Grid(const std::vector<Region>& regions) {
   };
   std::vector<Placed> placed;
   placed.reserve(4 * regions.size());
-  const auto place = [&](const Box& box, std::uint32_t id, std::uint32_t part) {
+  const auto place = [&](const Bounds2& box, std::uint32_t id, std::uint32_t part) {
     const Vector2d width = (box.max - box.min).unaryExpr(&power_of_two_above);
     const Bucket first = bucket_of(box.min, width), last = bucket_of(box.max, width);
     for (std::int64_t y = first.y; y <= last.y; ++y) {
@@ -265,7 +266,7 @@ Partition::Grid::Grid(const std::vector<Region>& regions) {
     std::visit(
         [&](const auto& shape) {
           for (std::uint32_t k = 0; k < parts(shape); ++k) {
-            place(bounding_box(part(shape, k)), id, k);
+            place(bounds(part(shape, k)), id, k);
           }
         },
         regions[id].footprint);

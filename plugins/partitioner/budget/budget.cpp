@@ -109,13 +109,13 @@ class Budget final : public vantage::Partitioner {
   explicit Budget(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView, const vantage::MapObserver& observer) const noexcept override {
-    return vantage::guarded([&] { return regions_of(map, observer); });
+      PointsView map, PointsView, const vantage::MapSurvey& survey) const noexcept override {
+    return vantage::guarded([&] { return regions_of(map, survey); });
   }
 
  private:
   [[nodiscard]] Result<vantage::Partition> regions_of(PointsView map,
-                                                      const vantage::MapObserver& observer) const {
+                                                      const vantage::MapSurvey& survey) const {
     VANTAGE_CHECK(vantage::check_points(map, "the map"));
     const Plan plan(map);
     std::vector<std::uint32_t> points(map.size());
@@ -125,10 +125,10 @@ class Budget final : public vantage::Partitioner {
     while (!open.empty()) {
       const Cell cell = std::move(open.back());
       open.pop_back();
-      VANTAGE_TRY(const auto seen, observer.observable_points(cell.region(), params_.max_points));
+      VANTAGE_TRY(const auto seen, survey.observable_points(cell.region(), params_.max_points));
       if (seen > params_.max_points) {
         auto pieces = cut(plan, cell);
-        if (!pieces) return over_budget(cell, observer);
+        if (!pieces) return over_budget(cell, survey);
         open.push_back(std::move(pieces->above));
         open.push_back(std::move(pieces->below));
         continue;
@@ -172,9 +172,9 @@ class Budget final : public vantage::Partitioner {
     return pieces;
   }
 
-  [[nodiscard]] tl::unexpected<vantage::Error> over_budget(
-      const Cell& cell, const vantage::MapObserver& observer) const {
-    auto seen = observer.observable_points(cell.region(), kExact);
+  [[nodiscard]] tl::unexpected<vantage::Error> over_budget(const Cell& cell,
+                                                           const vantage::MapSurvey& survey) const {
+    auto seen = survey.observable_points(cell.region(), kExact);
     if (!seen) return fail(std::move(seen).error());
     return fail(ErrorCode::invalid_input,
                 "the region from " + place(cell.box.min) + " to " + place(cell.box.max) +

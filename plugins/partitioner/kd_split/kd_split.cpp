@@ -98,7 +98,7 @@ class KdSplit final : public vantage::Partitioner {
   explicit KdSplit(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView, const vantage::MapObserver&) const noexcept override {
+      PointsView map, PointsView, const vantage::MapSurvey&) const noexcept override {
     return vantage::guarded([&] { return cells_of(map); });
   }
 

@@ -234,7 +234,7 @@ class Trajectory final : public vantage::Partitioner {
   explicit Trajectory(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView trajectory, const vantage::MapObserver&) const noexcept override {
+      PointsView map, PointsView trajectory, const vantage::MapSurvey&) const noexcept override {
     return vantage::guarded([&] { return corridors(map, trajectory); });
   }
 

@@ -94,7 +94,7 @@ class UniformGrid final : public vantage::Partitioner {
   explicit UniformGrid(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView, const vantage::MapObserver&) const noexcept override {
+      PointsView map, PointsView, const vantage::MapSurvey&) const noexcept override {
     return vantage::guarded([&] { return cells_of(map); });
   }
 

@@ -37,8 +37,8 @@ vantage::Point rounded(const vantage::Point& viewpoint) {
 }
 
 /// The viewpoints by y, then x, then z.
-Result<vantage::PointCloud> sorted_viewpoints(const vantage::MapObserver& observer) {
-  VANTAGE_TRY(vantage::PointCloud viewpoints, observer.viewpoints());
+Result<vantage::PointCloud> sorted_viewpoints(const vantage::MapSurvey& survey) {
+  VANTAGE_TRY(vantage::PointCloud viewpoints, survey.viewpoints());
   if (viewpoints.empty()) {
     return fail(ErrorCode::invalid_input,
                 "partitioner 'visibility_clusters' groups viewpoints, but this map has none");
@@ -87,11 +87,11 @@ Result<std::vector<std::uint32_t>> voxels_of(PointsView map, double size) {
 /// The voxels that hold a point visible from each viewpoint.
 Result<std::vector<clusters::Voxels>> seen_from(const vantage::PointCloud& viewpoints,
                                                 const std::vector<std::uint32_t>& voxel_of_point,
-                                                const vantage::MapObserver& observer) {
+                                                const vantage::MapSurvey& survey) {
   std::vector<clusters::Voxels> seen(viewpoints.size());
   std::vector<std::optional<vantage::Error>> errors(viewpoints.size());
   tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t v) {
-    const auto points = observer.visible(viewpoints[v]);
+    const auto points = survey.visible(viewpoints[v]);
     if (!points) {
       errors[v] = points.error();
       return;
@@ -157,19 +157,19 @@ class VisibilityClusters final : public vantage::Partitioner {
   explicit VisibilityClusters(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView, const vantage::MapObserver& observer) const noexcept override {
-    return vantage::guarded([&] { return groups(map, observer); });
+      PointsView map, PointsView, const vantage::MapSurvey& survey) const noexcept override {
+    return vantage::guarded([&] { return groups(map, survey); });
   }
 
  private:
   [[nodiscard]] Result<vantage::Partition> groups(PointsView map,
-                                                  const vantage::MapObserver& observer) const {
+                                                  const vantage::MapSurvey& survey) const {
     VANTAGE_CHECK(vantage::check_points(map, "the map"));
     // What the last step will refuse is refused before anything is computed.
     VANTAGE_CHECK(vantage::PlanRaster::over(vantage::bounds_of(map), params_.cell_size));
-    VANTAGE_TRY(const vantage::PointCloud viewpoints, sorted_viewpoints(observer));
+    VANTAGE_TRY(const vantage::PointCloud viewpoints, sorted_viewpoints(survey));
     VANTAGE_TRY(const auto voxels, voxels_of(map, params_.voxel_size));
-    VANTAGE_TRY(const auto seen, seen_from(viewpoints, voxels, observer));
+    VANTAGE_TRY(const auto seen, seen_from(viewpoints, voxels, survey));
 
     std::vector<Vector2d> places;
     for (const vantage::Point& viewpoint : viewpoints) places.emplace_back(viewpoint.head<2>());

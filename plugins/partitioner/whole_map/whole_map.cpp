@@ -26,7 +26,7 @@ class WholeMap final : public vantage::Partitioner {
   explicit WholeMap(const Params& params) : params_(params) {}
 
   [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView, const vantage::MapObserver&) const noexcept override {
+      PointsView map, PointsView, const vantage::MapSurvey&) const noexcept override {
     return vantage::guarded([&]() -> Result<vantage::Partition> {
       VANTAGE_CHECK(vantage::check_points(map, "the map"));
       const vantage::Bounds3 bounds = vantage::bounds_of(map);

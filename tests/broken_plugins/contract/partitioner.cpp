@@ -24,7 +24,7 @@ class Broken final : public Partitioner {
   }
 
   [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
-                                            const MapObserver&) const noexcept override {
+                                            const MapSurvey&) const noexcept override {
     return guarded([&] { return cut(map, trajectory); });
   }
 

@@ -6,7 +6,7 @@
 
 #include "clauses.hpp"
 #include "scenes.hpp"
-#include "vantage/conformance/range_observer.hpp"
+#include "vantage/conformance/range_survey.hpp"
 #include "vantage/partitioner.hpp"
 
 namespace vantage::conformance {
@@ -28,7 +28,7 @@ PointCloud drive_through(PointsView map) {
 }
 
 Result<Partition> try_cut(const Partitioner& partitioner, PointsView map) {
-  return partitioner.partition(map, drive_through(map), RangeObserver(map, kRange));
+  return partitioner.partition(map, drive_through(map), RangeSurvey(map, kRange));
 }
 
 Partition cut(const Partitioner& partitioner, PointsView map) {
@@ -54,7 +54,7 @@ void check_same(const Partition& a, const Partition& b) {
 }
 
 void empty_map(const Subject& subject) {
-  const auto partition = subject.make<Partitioner>()->partition({}, {}, RangeObserver({}, kRange));
+  const auto partition = subject.make<Partitioner>()->partition({}, {}, RangeSurvey({}, kRange));
   check_fails(partition, ErrorCode::invalid_input);
 }
 
@@ -127,9 +127,9 @@ void not_finite(const Subject& subject) {
     for (const Eigen::Index axis : {0, 1, 2}) {
       PointCloud map = some_map(subject);
       const PointCloud trajectory = drive_through(map);
-      const RangeObserver observer(map, kRange);
+      const RangeSurvey survey(map, kRange);
       map[map.size() / 2][axis] = bad;
-      const auto partition = partitioner->partition(map, trajectory, observer);
+      const auto partition = partitioner->partition(map, trajectory, survey);
       check_fails(partition, ErrorCode::invalid_input);
     }
   }
@@ -137,8 +137,7 @@ void not_finite(const Subject& subject) {
 
 void without_trajectory(const Subject& subject) {
   const PointCloud map = some_map(subject);
-  const auto partition =
-      subject.make<Partitioner>()->partition(map, {}, RangeObserver(map, kRange));
+  const auto partition = subject.make<Partitioner>()->partition(map, {}, RangeSurvey(map, kRange));
   if (subject.claims<PartitionerClaims>().needs_trajectory) {
     check_fails(partition, ErrorCode::invalid_input);
     CHECK_MESSAGE(partition.error().message.find("trajectory") != std::string::npos,

@@ -306,16 +306,16 @@ class AsksFirst final : public Partitioner {
   };
   explicit AsksFirst(std::shared_ptr<Answers> answers) : answers_(std::move(answers)) {}
   [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
-                                            const MapObserver& observer) const noexcept override {
-    VANTAGE_TRY(auto strips, test::Strips(3).partition(map, trajectory, observer));
+                                            const MapSurvey& survey) const noexcept override {
+    VANTAGE_TRY(auto strips, test::Strips(3).partition(map, trajectory, survey));
     for (const Region& region : strips.regions()) {
-      VANTAGE_TRY(answers_->points.emplace_back(), observer.observable_points(region, 1000));
+      VANTAGE_TRY(answers_->points.emplace_back(), survey.observable_points(region, 10000));
       VANTAGE_TRY(answers_->points_if_three_are_enough.emplace_back(),
-                  observer.observable_points(region, 3));
+                  survey.observable_points(region, 3));
     }
-    VANTAGE_TRY(answers_->viewpoints, observer.viewpoints());
+    VANTAGE_TRY(answers_->viewpoints, survey.viewpoints());
     for (const Point& q : answers_->viewpoints) {
-      VANTAGE_TRY(answers_->visible.emplace_back(), observer.visible(q));
+      VANTAGE_TRY(answers_->visible.emplace_back(), survey.visible(q));
     }
     return strips;
   }
@@ -326,7 +326,7 @@ class AsksFirst final : public Partitioner {
 
 }  // namespace
 
-TEST_CASE("what the observer tells a partitioner is what the bundle then holds") {
+TEST_CASE("what the survey tells a partitioner is what the bundle then holds") {
   const PointCloud map = map_with_a_gap();
   std::vector<BuildParams> cases{params(VisibilityScope::map), params(VisibilityScope::region),
                                  along_trajectory(), params()};
@@ -789,7 +789,7 @@ TEST_CASE("thinning takes of what min_views has kept, and the matcher still gets
   CHECK(built.map.points == select(kept.map.points, thinned(kept.map.points, all, *with.thinning)));
 }
 
-TEST_CASE("the observer counts what min_views keeps") {
+TEST_CASE("the survey counts what min_views keeps") {
   const PointCloud map = map_with_a_gap();
   for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
     for (const std::uint32_t min_views : {2U, 7U}) {
@@ -870,6 +870,29 @@ TEST_CASE("adaptive spacing: skipped viewpoints are counted and kept, for any nu
     first_maps.push_back(few->maps[0].points);
   }
   CHECK(first_maps[0] == first_maps[1]);
+}
+
+TEST_CASE(
+    "adaptive spacing: the survey asks the viewpoints that the build asks, and counts alike") {
+  const PointCloud map = long_floor();
+  for (const VisibilityScope scope : {VisibilityScope::map, VisibilityScope::region}) {
+    const auto memory = std::make_shared<test::Memory>();
+    const auto answers = std::make_shared<AsksFirst::Answers>();
+    auto p = plugins(memory);
+    p.partitioner = test::in_process<AsksFirst, Partitioner>(answers);
+    BuildParams with = one_metre();
+    with.max_range = 12.0;
+    with.scope = scope;
+    with.viewpoints.min_gain = 0.9;
+    const auto report = build_region_maps(map, {}, p, with);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(report->skipped_viewpoints > report->viewpoints / 2);
+    for (std::uint32_t r = 0; r < 3; ++r) {
+      const std::size_t held = memory->maps[r].points.size();
+      CHECK(answers->points[r] == held);
+      CHECK((answers->points_if_three_are_enough[r] > 3) == (held > 3));
+    }
+  }
 }
 
 TEST_CASE("adaptive spacing keeps to P_ij with scope \"region\"") {

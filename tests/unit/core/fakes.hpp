@@ -26,7 +26,7 @@ class Strips final : public Partitioner {
  public:
   explicit Strips(int count) : count_(count) {}
   [[nodiscard]] Result<Partition> partition(PointsView, PointsView,
-                                            const MapObserver&) const noexcept override {
+                                            const MapSurvey&) const noexcept override {
     std::vector<Region> regions;
     for (int i = 0; i < count_; ++i) {
       regions.push_back({"strip" + std::to_string(i),

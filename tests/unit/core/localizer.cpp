@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "fakes.hpp"
-#include "vantage/conformance/range_observer.hpp"
+#include "vantage/conformance/range_survey.hpp"
 
 using namespace vantage;
 
@@ -22,7 +22,7 @@ struct World {
   explicit World(bool gap = false) {
     test::MemoryStore store(memory);
     const Partition partition =
-        test::Strips(3).partition({}, {}, conformance::RangeObserver({}, 1.0)).value();
+        test::Strips(3).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
     REQUIRE(store.begin(MapIndex{partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}));
     for (std::uint32_t r = 0; r < 3; ++r) {
       RegionMap map;
@@ -346,7 +346,7 @@ TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose tha
 TEST_CASE("a bundle whose regions are all empty is refused") {
   const auto memory = std::make_shared<test::Memory>();
   memory->index.partition =
-      test::Strips(2).partition({}, {}, conformance::RangeObserver({}, 1.0)).value();
+      test::Strips(2).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
   memory->index.regions.resize(2);
   const auto opened = Localizer::open(
       test::in_process<test::MemoryStore, MapStore>(memory),

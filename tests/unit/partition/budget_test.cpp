@@ -11,7 +11,7 @@
 namespace vantage {
 namespace {
 
-using conformance::RangeObserver;
+using conformance::RangeSurvey;
 using test::plugin;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -51,9 +51,9 @@ void keeps_its_word(const Partition& partition, const PointCloud& map, double ra
     ++points[owner->value];
   }
   CHECK(std::count(points.begin(), points.end(), 0) == 0);
-  const RangeObserver observer(map, range);
+  const RangeSurvey survey(map, range);
   for (const Region& region : partition.regions()) {
-    CHECK(observer.observable_points(region, max_points).value() <= max_points);
+    CHECK(survey.observable_points(region, max_points).value() <= max_points);
   }
 }
 
@@ -66,10 +66,10 @@ PointCloud lattice(int nx, int ny, double step, double offset = 0.0) {
 }
 
 /// Answers by a function of the region, and counts how often it was asked.
-class ScriptedObserver final : public MapObserver {
+class ScriptedSurvey final : public MapSurvey {
  public:
   using Answer = std::function<Result<std::uint64_t>(const Region&, std::uint64_t)>;
-  explicit ScriptedObserver(Answer answer) : answer_(std::move(answer)) {}
+  explicit ScriptedSurvey(Answer answer) : answer_(std::move(answer)) {}
 
   Result<PointCloud> viewpoints() const noexcept override { return PointCloud{}; }
   Result<IndexList> visible(const Point&) const noexcept override { return IndexList{}; }
@@ -151,10 +151,10 @@ TEST_CASE("a budget that cannot be kept is an error that says where, how much an
 
 TEST_CASE("the error's number is exact, although counting may stop early") {
   const PointCloud map{{0, 0, 0}, {0.5, 0, 0}};
-  const ScriptedObserver observer([](const Region&, std::uint64_t enough) {
+  const ScriptedSurvey survey([](const Region&, std::uint64_t enough) {
     return Result<std::uint64_t>(std::min<std::uint64_t>(enough + (enough < 1000 ? 1 : 0), 1000));
   });
-  const auto partition = budget("max_points = 10")->partition(map, {}, observer);
+  const auto partition = budget("max_points = 10")->partition(map, {}, survey);
   REQUIRE(!partition);
   CHECK(has(partition.error().message, "shows 1000 points"));
 }
@@ -172,33 +172,33 @@ TEST_CASE("no piece is narrower than min_width") {
   // A heap near a corner: the cut moves away from the middle of the points to keep the width.
   PointCloud heap(3, Point(0, 0, 0));
   heap.emplace_back(3, 0, 0);
-  const ScriptedObserver observer([](const Region& region, std::uint64_t) {
+  const ScriptedSurvey survey([](const Region& region, std::uint64_t) {
     return Result<std::uint64_t>(
         contains(region.footprint, {0, 0}) && contains(region.footprint, {3, 0}) ? 2U : 1U);
   });
-  const auto corner = budget("max_points = 1\nmin_width = 1.0")->partition(heap, {}, observer);
+  const auto corner = budget("max_points = 1\nmin_width = 1.0")->partition(heap, {}, survey);
   REQUIRE(corner);
   CHECK(box_of(*corner, 0).max.x() == 1.5);
 }
 
-TEST_CASE("the observer is asked once a region and once a cut") {
+TEST_CASE("the survey is asked once a region and once a cut") {
   const PointCloud map = lattice(64, 1, 1.0);
-  const ScriptedObserver observer([](const Region& region, std::uint64_t enough) {
+  const ScriptedSurvey survey([](const Region& region, std::uint64_t enough) {
     CHECK(enough == 5);
     const auto& box = std::get<HalfOpenBox>(region.footprint);
     return Result<std::uint64_t>(box.max.x() - box.min.x() > 10.0 ? 6U : 5U);
   });
-  const auto partition = budget("max_points = 5")->partition(map, {}, observer);
+  const auto partition = budget("max_points = 5")->partition(map, {}, survey);
   REQUIRE(partition);
   CHECK(partition->size() == 8);
-  CHECK(observer.calls == 2 * partition->size() - 1);
+  CHECK(survey.calls == 2 * partition->size() - 1);
 }
 
-TEST_CASE("what the observer reports is passed on") {
-  const ScriptedObserver observer([](const Region&, std::uint64_t) -> Result<std::uint64_t> {
+TEST_CASE("what the survey reports is passed on") {
+  const ScriptedSurvey survey([](const Region&, std::uint64_t) -> Result<std::uint64_t> {
     return fail(ErrorCode::internal, "no eyes");
   });
-  const auto partition = budget("max_points = 5")->partition(lattice(3, 3, 1.0), {}, observer);
+  const auto partition = budget("max_points = 5")->partition(lattice(3, 3, 1.0), {}, survey);
   REQUIRE(!partition);
   CHECK(partition.error().code == ErrorCode::internal);
   CHECK(partition.error().message == "no eyes");
@@ -211,11 +211,11 @@ TEST_CASE("one point, one place, a line and places a step apart have regions") {
   keeps_its_word(made("max_points = 30", line, 5.0), line, 5.0, 30);
   const double step = std::nextafter(1e6, kInfinity);
   const PointCloud close{{1e6, 0, 0}, {step, 0, 0}};
-  const ScriptedObserver observer([&](const Region& region, std::uint64_t) {
+  const ScriptedSurvey survey([&](const Region& region, std::uint64_t) {
     return Result<std::uint64_t>(
         contains(region.footprint, {1e6, 0}) && contains(region.footprint, {step, 0}) ? 2U : 1U);
   });
-  CHECK(budget("max_points = 1\nmin_width = 0.0")->partition(close, {}, observer)->size() == 2);
+  CHECK(budget("max_points = 1\nmin_width = 0.0")->partition(close, {}, survey)->size() == 2);
 }
 
 TEST_CASE("the order of the points does not matter, nor the sign of zero") {
@@ -245,12 +245,12 @@ TEST_CASE("bad maps and parameters are refused") {
 
 TEST_CASE("more regions than anybody wants are an error that names the parameter") {
   const PointCloud map = lattice(1'000'001, 1, 1.0);
-  const ScriptedObserver observer([](const Region& region, std::uint64_t) {
+  const ScriptedSurvey survey([](const Region& region, std::uint64_t) {
     const auto& box = std::get<HalfOpenBox>(region.footprint);
     const double points = std::ceil(box.max.x()) - std::ceil(box.min.x());
     return Result<std::uint64_t>(static_cast<std::uint64_t>(points));
   });
-  const auto partition = budget("max_points = 1\nmin_width = 0.0")->partition(map, {}, observer);
+  const auto partition = budget("max_points = 1\nmin_width = 0.0")->partition(map, {}, survey);
   REQUIRE(!partition);
   CHECK(partition.error().message == "max_points = 1 cuts the map into more than 1000000 regions");
 }

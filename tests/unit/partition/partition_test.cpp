@@ -312,6 +312,20 @@ TEST_CASE("locate and nearest agree with their definitions for regions of every 
   }
 }
 
+TEST_CASE("the bounds of a footprint hold all of it and no more") {
+  const auto check = [](const Footprint& footprint, const Vector2d& min, const Vector2d& max) {
+    const Bounds2 bounds = bounds_of(footprint);
+    CHECK(bounds.min == min);
+    CHECK(bounds.max == max);
+  };
+  check(HalfOpenBox{{-1, 2}, {3, 4}}, {-1, 2}, {3, 4});
+  check(BoxUnion{{{{0, 0}, {1, 1}}, {{2, -1}, {3, 0}}}}, {0, -1}, {3, 1});
+  check(ConvexPolygon{{{0, 0}, {3, 0}, {0, 4}}}, {0, 0}, {3, 4});
+  const Vector2d nothing = Vector2d::Constant(kInfinity);
+  check(ConvexPolygon{}, nothing, -nothing);
+  check(BoxUnion{}, nothing, -nothing);
+}
+
 TEST_CASE("distance is zero inside and nowhere else") {
   const Footprint unit = HalfOpenBox{{0, 0}, {1, 1}};
   CHECK(distance(unit, {0.5, 0.5}) == 0.0);

@@ -10,7 +10,7 @@
 #include "clustering.hpp"
 #include "support/cut.hpp"
 #include "support/plugins.hpp"
-#include "vantage/map_observer.hpp"
+#include "vantage/map_survey.hpp"
 
 namespace vantage {
 namespace {
@@ -35,7 +35,7 @@ PointCloud floor(int x0, int x1, int y0, int y1) {
 }
 
 /// Viewpoints where a test wants them, that see what it wants.
-struct Told final : MapObserver {
+struct Told final : MapSurvey {
   PointsView map;
   PointCloud places;
   std::function<bool(const Point& from, const Point& p)> sees;
@@ -68,15 +68,15 @@ PointCloud viewpoints_over_floor(int x0, int x1, int y0, int y1) {
 
 /// Two rooms of 20 x 10 m, side by side, with a wall at x = 20.
 Told two_rooms(const PointCloud& map) {
-  Told observer;
-  observer.map = map;
-  observer.places = viewpoints_over_floor(0, 40, 0, 10);
-  observer.sees = [](const Point& from, const Point& p) { return (from.x() < 20) == (p.x() < 20); };
-  return observer;
+  Told survey;
+  survey.map = map;
+  survey.places = viewpoints_over_floor(0, 40, 0, 10);
+  survey.sees = [](const Point& from, const Point& p) { return (from.x() < 20) == (p.x() < 20); };
+  return survey;
 }
 
-Partition made(const std::string& params, const PointCloud& map, const MapObserver& observer) {
-  auto partition = by_sight(params)->partition(map, {}, observer);
+Partition made(const std::string& params, const PointCloud& map, const MapSurvey& survey) {
+  auto partition = by_sight(params)->partition(map, {}, survey);
   REQUIRE_MESSAGE(partition, to_string(partition.error()));
   return *std::move(partition);
 }
@@ -208,27 +208,27 @@ TEST_CASE("two rooms are two regions") {
 
 TEST_CASE("rooms that see enough of each other are one region") {
   const PointCloud map = floor(0, 40, 0, 10);
-  Told observer = two_rooms(map);
+  Told survey = two_rooms(map);
   // From each room, everything within 12 m of the wall is seen: 320 of 320 + 2 * 80 points.
-  observer.sees = [](const Point& from, const Point& p) {
+  survey.sees = [](const Point& from, const Point& p) {
     return from.x() < 20 ? p.x() < 32 : p.x() > 8;
   };
   // 24 of 40 m: 0.6.
-  CHECK(made("min_overlap = 0.55", map, observer).size() == 1);
-  CHECK(made("min_overlap = 0.65", map, observer).size() == 2);
+  CHECK(made("min_overlap = 0.55", map, survey).size() == 1);
+  CHECK(made("min_overlap = 0.65", map, survey).size() == 2);
 }
 
 TEST_CASE("a lower min_overlap makes fewer regions, max_width keeps them narrow") {
   const PointCloud map = floor(0, 120, 0, 6);
-  const conformance::RangeObserver observer(map, 12.0);
+  const conformance::RangeSurvey survey(map, 12.0);
   std::size_t before = 1000;
   for (const std::string overlap : {"0.9", "0.6", "0.4", "0.2", "0.05"}) {
-    const std::size_t regions = made("min_overlap = " + overlap, map, observer).size();
+    const std::size_t regions = made("min_overlap = " + overlap, map, survey).size();
     CHECK(regions <= before);
     before = regions;
   }
   CHECK(before < 6);
-  const Partition narrow = made("min_overlap = 0.05\nmax_width = 11.0", map, observer);
+  const Partition narrow = made("min_overlap = 0.05\nmax_width = 11.0", map, survey);
   CHECK(narrow.size() >= 10);
   for (const Region& region : narrow.regions()) {
     const auto& box = std::get<HalfOpenBox>(region.footprint);
@@ -239,11 +239,11 @@ TEST_CASE("a lower min_overlap makes fewer regions, max_width keeps them narrow"
 TEST_CASE("places near a viewpoint are owned though the map shows nothing there") {
   PointCloud map = floor(0, 10, 0, 2);
   for (const Point& p : floor(0, 10, 18, 20)) map.push_back(p);
-  const conformance::RangeObserver observer(map, 8.0);
-  const Partition by_default = made("min_overlap = 0.1", map, observer);
+  const conformance::RangeSurvey survey(map, 8.0);
+  const Partition by_default = made("min_overlap = 0.1", map, survey);
   CHECK(by_default.locate(Vector2d(5, 4.5)));
   CHECK(!by_default.locate(Vector2d(5, 9)));
-  CHECK(!made("min_overlap = 0.1\nfill_radius = 0.0", map, observer).locate(Vector2d(5, 4.5)));
+  CHECK(!made("min_overlap = 0.1\nfill_radius = 0.0", map, survey).locate(Vector2d(5, 4.5)));
 }
 
 TEST_CASE("every map point is located, also on edges and far from the origin; no region is empty") {
@@ -256,7 +256,7 @@ TEST_CASE("every map point is located, also on edges and far from the origin; no
     for (const std::string cell : {"0.3", "1.0", "7.0"}) {
       CAPTURE(cell);
       const Partition partition = made("min_overlap = 0.6\nvoxel_size = 0.5\ncell_size = " + cell,
-                                       map, conformance::RangeObserver(map, 4.0));
+                                       map, conformance::RangeSurvey(map, 4.0));
       std::set<std::uint32_t> owners;
       for (const Point& p : map) {
         const auto id = partition.locate(p);
@@ -272,27 +272,27 @@ TEST_CASE("neither the order of points and viewpoints nor the number of threads 
   PointCloud map = floor(0, 60, 0, 20);
   const std::string params = "min_overlap = 0.4\nvoxel_size = 1.5";
   const auto near = [](const Point& from, const Point& p) { return (from - p).norm() < 9.0; };
-  Told observer;
-  observer.map = map;
-  observer.places = viewpoints_over_floor(0, 60, 0, 20);
-  observer.sees = near;
-  const auto before = made(params, map, observer).regions();
+  Told survey;
+  survey.map = map;
+  survey.places = viewpoints_over_floor(0, 60, 0, 20);
+  survey.sees = near;
+  const auto before = made(params, map, survey).regions();
   CHECK(before.size() > 2);
   {
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-    CHECK(made(params, map, observer).regions() == before);
+    CHECK(made(params, map, survey).regions() == before);
   }
   std::mt19937 random(12);
   std::shuffle(map.begin(), map.end(), random);
-  std::shuffle(observer.places.begin(), observer.places.end(), random);
+  std::shuffle(survey.places.begin(), survey.places.end(), random);
   // A mean of points that is summed in another order differs in its last bits.
-  for (Point& q : observer.places) q.x() = std::nextafter(q.x(), random() % 2 == 0 ? 0.0 : 1e9);
-  CHECK(made(params, map, observer).regions() == before);
+  for (Point& q : survey.places) q.x() = std::nextafter(q.x(), random() % 2 == 0 ? 0.0 : 1e9);
+  CHECK(made(params, map, survey).regions() == before);
 }
 
 TEST_CASE("small maps have regions: one point, equal points, a line, nothing seen") {
   const auto regions = [](const PointCloud& map, double range) {
-    return made("min_overlap = 0.5", map, conformance::RangeObserver(map, range)).size();
+    return made("min_overlap = 0.5", map, conformance::RangeSurvey(map, range)).size();
   };
   CHECK(regions({{7, 3, 1}}, 15.0) == 1);
   CHECK(regions(PointCloud(50, Point(7, 3, 1)), 15.0) == 1);
@@ -303,20 +303,19 @@ TEST_CASE("small maps have regions: one point, equal points, a line, nothing see
 TEST_CASE("bad input is refused") {
   const PointCloud map = floor(0, 10, 0, 10);
   const auto refused = [](const std::string& params, const PointCloud& points,
-                          const MapObserver& observer, ErrorCode code, const std::string& because) {
-    const auto partition = by_sight(params)->partition(points, {}, observer);
+                          const MapSurvey& survey, ErrorCode code, const std::string& because) {
+    const auto partition = by_sight(params)->partition(points, {}, survey);
     REQUIRE(!partition);
     CHECK(partition.error().code == code);
     CHECK_MESSAGE(partition.error().message.find(because) != std::string::npos,
                   partition.error().message);
   };
   const std::string ok = "min_overlap = 0.5";
-  const conformance::RangeObserver observer(map, 5.0);
-  refused(ok, {}, observer, ErrorCode::invalid_input, "no points");
-  refused(ok, {{0, kInfinity, 0}}, observer, ErrorCode::invalid_input, "not finite");
-  refused(ok + "\ncell_size = 1e-9", map, observer, ErrorCode::invalid_input,
-          "cell_size = 1e-09 m");
-  refused(ok + "\nvoxel_size = 1e-300", map, observer, ErrorCode::invalid_input,
+  const conformance::RangeSurvey survey(map, 5.0);
+  refused(ok, {}, survey, ErrorCode::invalid_input, "no points");
+  refused(ok, {{0, kInfinity, 0}}, survey, ErrorCode::invalid_input, "not finite");
+  refused(ok + "\ncell_size = 1e-9", map, survey, ErrorCode::invalid_input, "cell_size = 1e-09 m");
+  refused(ok + "\nvoxel_size = 1e-300", map, survey, ErrorCode::invalid_input,
           "voxel_size = 1e-300 m");
   Told none;
   none.map = map;

@@ -43,11 +43,6 @@ TEST_CASE("the border of a union leaves out where its boxes meet") {
   }
 }
 
-TEST_CASE("a bounding box holds all of a footprint and no more") {
-  CHECK(bounding_box(BoxUnion{{box(0, 0, 1, 1), box(2, -1, 3, 0)}}) == box(0, -1, 3, 1));
-  CHECK(bounding_box(ConvexPolygon{{{0, 0}, {3, 0}, {0, 4}}}) == box(0, 0, 3, 4));
-}
-
 TEST_CASE("lines lie over the terrain, whatever stands on it or is stray below it") {
   PointCloud points;
   for (double x = 0; x < 100; x += 0.5) {

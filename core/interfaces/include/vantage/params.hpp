@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -19,96 +18,11 @@
 #include "vantage/api.hpp"
 #include "vantage/config_value.hpp"
 #include "vantage/result.hpp"
+#include "vantage/schema.hpp"
 
-/// Parameters that describe themselves: one schema tuple drives parsing, checking, defaults,
-/// `vantage plugins describe` and the written effective configuration.
-///
-///     struct Params {
-///       double cell_width{};  // L of Eq. 2
-///       static constexpr auto schema() {
-///         return std::tuple{
-///             required("cell_width", &Params::cell_width, "m", "grid width L", positive,
-///                      Source{"Eq. 2", "Yagi et al. 2026, Sec. 2.1"})};
-///       }
-///     };
-///
-/// An optional member (`std::optional<T>`) may be left out, and its doc says what that means; any
-/// other member that is `optional` keeps the value of a default-constructed Params. An enum needs,
-/// in its own namespace, a function of its names, `constexpr auto enum_names(Kernel)`, that returns
-/// an array of pairs of string_view and Kernel. A struct may add `Result<void> validate() const`
-/// for what one parameter alone cannot tell; it fails with `fail_at`, so that the error points at
-/// the key that is to blame.
+/// What a schema (schema.hpp) drives: `parse` reads a table, `to_table` writes one, `describe`
+/// tells people and programs what may be in it.
 namespace vantage {
-
-/// The values a number may take.
-struct Range {
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
-  bool min_open = false, max_open = false;
-
-  [[nodiscard]] constexpr bool contains(double x) const noexcept {
-    return (min_open ? x > min : x >= min) && (max_open ? x < max : x <= max);
-  }
-  /// "> 0", ">= 1", "in [0, 1)", "1" for [1, 1]; "" where everything is allowed.
-  [[nodiscard]] VANTAGE_API std::string to_string() const;
-};
-
-inline constexpr Range any_number{};
-inline constexpr Range positive{.min = 0.0, .min_open = true};
-inline constexpr Range non_negative{.min = 0.0};
-[[nodiscard]] constexpr Range at_least(double min) { return {.min = min}; }
-[[nodiscard]] constexpr Range between(double min, double max) { return {.min = min, .max = max}; }
-[[nodiscard]] constexpr Range strictly_between(double min, double max) {
-  return {.min = min, .max = max, .min_open = true, .max_open = true};
-}
-
-/// Where a parameter comes from; empty where there is no source.
-struct Source {
-  std::string_view equation = {};  ///< of the paper this project follows: "Eq. 2"
-  std::string_view citation = {};  ///< "Yagi et al. 2026, Sec. 2.1", "Katz et al. 2007"
-};
-
-template <class Params, class Member>
-struct Field {
-  std::string_view key;
-  Member Params::*member;
-  std::string_view unit, doc;
-  Range range;
-  bool required;
-  Source source;
-};
-
-template <class Params, class Member>
-[[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
-                                                       std::string_view unit, std::string_view doc,
-                                                       Range range = any_number,
-                                                       Source source = {}) {
-  return {key, member, unit, doc, range, true, source};
-}
-template <class Params, class Member>
-[[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
-                                                       std::string_view unit, std::string_view doc,
-                                                       Source source) {
-  return {key, member, unit, doc, any_number, true, source};
-}
-template <class Params, class Member>
-[[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
-                                                       std::string_view unit, std::string_view doc,
-                                                       Range range = any_number,
-                                                       Source source = {}) {
-  return {key, member, unit, doc, range, false, source};
-}
-template <class Params, class Member>
-[[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
-                                                       std::string_view unit, std::string_view doc,
-                                                       Source source) {
-  return {key, member, unit, doc, any_number, false, source};
-}
-
-/// For `validate`: what is wrong, and the keys it is about (`a.b` in a nested table). The error
-/// points at the first of them that is written down, or at the table if none is.
-[[nodiscard]] VANTAGE_API tl::unexpected<Error> fail_at(
-    std::initializer_list<std::string_view> keys, std::string message);
 
 enum class ValueKind : std::uint8_t { boolean, integer, number, string, path, choice, table };
 
@@ -124,16 +38,6 @@ struct ParameterDoc {
   std::vector<std::string> choices;   ///< of an enum
   std::optional<Value> default_value;
   std::vector<ParameterDoc> fields;  ///< of a table with a schema of its own
-};
-
-/// No parameters.
-struct NoParams {
-  static constexpr auto schema() { return std::tuple{}; }
-};
-
-template <class T>
-concept HasSchema = requires {
-  T::schema();
 };
 
 template <HasSchema Params>

@@ -59,6 +59,22 @@ struct Region {
   friend bool operator==(const Region&, const Region&) = default;
 };
 
+/// A rectangle in plan [m], both ends included. Default constructed it is empty (min > max).
+struct Bounds2 {
+  Eigen::Vector2d min = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector2d max = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
+
+  [[nodiscard]] bool contains(const Eigen::Vector2d& xy) const noexcept {
+    return min.x() <= xy.x() && xy.x() <= max.x() && min.y() <= xy.y() && xy.y() <= max.y();
+  }
+  void extend(const Eigen::Vector2d& xy) noexcept {
+    min = min.cwiseMin(xy);
+    max = max.cwiseMax(xy);
+  }
+};
+
+/// The tightest rectangle around a footprint; empty for one without corners or boxes.
+[[nodiscard]] VANTAGE_API Bounds2 bounds_of(const Footprint&) noexcept;
 [[nodiscard]] VANTAGE_API bool contains(const Footprint&, const Eigen::Vector2d& xy) noexcept;
 /// Plan-view distance to the footprint [m]; 0 inside.
 [[nodiscard]] VANTAGE_API double distance(const Footprint&, const Eigen::Vector2d& xy) noexcept;

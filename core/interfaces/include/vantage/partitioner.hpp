@@ -1,7 +1,7 @@
 #pragma once
 
 #include "vantage/api.hpp"
-#include "vantage/map_observer.hpp"
+#include "vantage/map_survey.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -11,18 +11,18 @@ namespace vantage {
 /// Cuts the wide-area map into local regions (Sec. 2.1).
 /// Thread safety: `partition` may run on one object from many threads at once.
 /// Errors: `invalid_input` for an empty map, a non-finite coordinate of a map point, or a
-/// trajectory without which this partitioner cannot cut; what the observer reports.
+/// trajectory without which this partitioner cannot cut; what the survey reports.
 class VANTAGE_API Partitioner {
  public:
   virtual ~Partitioner();
 
   /// @param map         N points of the wide-area map P, map frame, z up [m]; finite
   /// @param trajectory  positions of the sensor while mapping, in driving order [m]; may be empty
-  /// @param observer    answers what can be seen in this map; most partitioners need not ask
+  /// @param survey    answers what can be seen in this map; most partitioners need not ask
   /// @return            regions that together own every point of `map`, each at least one; their
   ///                    order and footprints do not depend on the order of the points
   [[nodiscard]] virtual Result<Partition> partition(PointsView map, PointsView trajectory,
-                                                    const MapObserver& observer) const noexcept = 0;
+                                                    const MapSurvey& survey) const noexcept = 0;
 };
 
 }  // namespace vantage

@@ -8,13 +8,9 @@
 #include <variant>
 #include <vector>
 
-#include "vantage/ground_filter.hpp"
-#include "vantage/map_store.hpp"
 #include "vantage/params.hpp"
-#include "vantage/partitioner.hpp"
+#include "vantage/plugin_kinds.hpp"
 #include "vantage/result.hpp"
-#include "vantage/scan_matcher.hpp"
-#include "vantage/visibility.hpp"
 
 /// What a plugin author includes. A plugin is one shared library `vantage_<kind>_<name>.so` that
 /// exports one symbol, made by one line:
@@ -26,7 +22,7 @@
 
 /// Counts up whenever an interface or a type that crosses the boundary changes.
 #ifndef VANTAGE_INTERFACE_VERSION
-#define VANTAGE_INTERFACE_VERSION 5
+#define VANTAGE_INTERFACE_VERSION 6
 #endif
 
 namespace vantage {
@@ -69,9 +65,7 @@ struct Factory {
 };
 
 /// The index of the variant is the kind; see `PluginKind`.
-using AnyFactory =
-    std::variant<Factory<Partitioner>, Factory<GroundFilter>, Factory<VisibilityOperator>,
-                 Factory<MapStore>, Factory<ScanMatcher>>;
+using AnyFactory = OfEachKind<std::variant, Factory>;
 
 inline constexpr std::uint64_t kPluginMagic = 0x56414e5441474531;  // "VANTAGE1"
 

@@ -15,12 +15,6 @@
 
 namespace vantage {
 
-/// The index of AnyFactory.
-enum class PluginKind : std::uint8_t { partitioner, ground, visibility, store, matcher };
-inline constexpr std::size_t kPluginKinds = std::variant_size_v<AnyFactory>;
-/// "partitioner", "ground", "visibility", "store", "matcher".
-[[nodiscard]] VANTAGE_API const char* to_string(PluginKind) noexcept;
-
 /// Which plugin a configuration asks for.
 struct PluginChoice {
   std::string plugin;                            ///< name, as in the file name
@@ -119,21 +113,9 @@ class VANTAGE_API PluginLoader {
   std::vector<std::filesystem::path> folders_;
 };
 
-namespace detail {
-/// The position of a factory's interface in AnyFactory.
-template <class Interface, std::size_t I = 0>
-[[nodiscard]] constexpr PluginKind kind_of() {
-  if constexpr (std::same_as<std::variant_alternative_t<I, AnyFactory>, Factory<Interface>>) {
-    return static_cast<PluginKind>(I);
-  } else {
-    return kind_of<Interface, I + 1>();
-  }
-}
-}  // namespace detail
-
 template <class Interface>
 Result<PluginPtr<Interface>> PluginLoader::load(const PluginChoice& choice) const {
-  VANTAGE_TRY(const Opened opened, open(detail::kind_of<Interface>(), choice));
+  VANTAGE_TRY(const Opened opened, open(kind_of<Interface>(), choice));
   auto object = std::get<Factory<Interface>>(opened.manifest->factory).create(choice.params);
   if (!object) return fail(std::move(object).error());
   return PluginPtr<Interface>(object->release(), InLibrary<Interface>{opened.library});

@@ -1,4 +1,4 @@
-#include "vantage/conformance/range_observer.hpp"
+#include "vantage/conformance/range_survey.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ bool owns(const Region& region, const Point& p) {
 
 }  // namespace
 
-PointCloud RangeObserver::viewpoints_in(const Region* region) const {
+PointCloud RangeSurvey::viewpoints_in(const Region* region) const {
   std::map<std::pair<double, double>, double> lowest;
   for (const Point& p : map_) {
     if (region != nullptr && !owns(*region, p)) continue;
@@ -34,11 +34,11 @@ PointCloud RangeObserver::viewpoints_in(const Region* region) const {
   return viewpoints;
 }
 
-Result<PointCloud> RangeObserver::viewpoints() const noexcept {
+Result<PointCloud> RangeSurvey::viewpoints() const noexcept {
   return guarded([&]() -> Result<PointCloud> { return viewpoints_in(nullptr); });
 }
 
-Result<IndexList> RangeObserver::visible(const Point& viewpoint) const noexcept {
+Result<IndexList> RangeSurvey::visible(const Point& viewpoint) const noexcept {
   return guarded([&]() -> Result<IndexList> {
     if (!viewpoint.allFinite()) {
       return fail(ErrorCode::invalid_input, "the viewpoint is not finite");
@@ -51,8 +51,8 @@ Result<IndexList> RangeObserver::visible(const Point& viewpoint) const noexcept 
   });
 }
 
-Result<std::uint64_t> RangeObserver::observable_points(const Region& region,
-                                                       std::uint64_t) const noexcept {
+Result<std::uint64_t> RangeSurvey::observable_points(const Region& region,
+                                                     std::uint64_t) const noexcept {
   return guarded([&]() -> Result<std::uint64_t> {
     const PointCloud viewpoints = viewpoints_in(&region);
     std::uint64_t seen = 0;

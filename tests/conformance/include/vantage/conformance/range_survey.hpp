@@ -1,16 +1,16 @@
 #pragma once
 
-#include "vantage/map_observer.hpp"
+#include "vantage/map_survey.hpp"
 
 namespace vantage::conformance {
 
-/// An observer so simple that a test can tell by hand what it must answer: a viewpoint stands 1 m
+/// An survey so simple that a test can tell by hand what it must answer: a viewpoint stands 1 m
 /// above the lowest point of every occupied 2 m cell, and sees what is within its range.
-class RangeObserver final : public MapObserver {
+class RangeSurvey final : public MapSurvey {
  public:
   /// @param map    N points [m]; borrowed
   /// @param range  how far a viewpoint sees [m]
-  RangeObserver(PointsView map, double range) : map_(map), range_(range) {}
+  RangeSurvey(PointsView map, double range) : map_(map), range_(range) {}
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
