@@ -34,7 +34,7 @@ tl::unexpected<Error> refuse_rounding(const Bundle& bundle, const Point& p, doub
                           "{:.3f}, {:.3f}) by {:.3g} m; give an origin near the map that is "
                           "subtracted: --origin X,Y,Z or --origin auto",
                           p.x(), p.y(), p.z(), rounding),
-              SourceLocation{bundle.name, 0, 0});
+              SourceLocation{bundle.name(), 0, 0});
 }
 
 using TilePoint = Eigen::Vector3f;
@@ -117,7 +117,7 @@ Result<void> check_reach(const Bundle& bundle, std::span<const TilePoint> points
     if (reach <= kReach) continue;
     return fail(ErrorCode::invalid_input,
                 fmt::format("a coordinate of {} m, expected {} m at most", reach, kReach),
-                SourceLocation{bundle.name, 0, 0});
+                SourceLocation{bundle.name(), 0, 0});
   }
   return {};
 }
@@ -137,23 +137,25 @@ Result<void> write_metadata(const fs::path& folder, const io::AutowareTiles& til
                         {"repeated_points", report.repeated},
                         {"largest_rounding", report.rounding},
                         {"regions_without_points", report.regions_without_points}},
-                       files, bundle.index);
+                       files, bundle.index());
 }
 
 }  // namespace
 
 Result<AutowareReport> export_autoware(const Bundle& bundle, const AutowareOptions& options,
                                        const fs::path& out, io::OutputFolder::Existing existing,
-                                       const Progress& progress) {
+                                       const Bundle::Progress& progress) {
   VANTAGE_TRY(auto folder, io::OutputFolder::create(out, existing));
   UnionOfMaps all;
-  VANTAGE_CHECK(for_each_region(bundle, progress, [&](RegionId, const RegionMap& map) {
-    all.add(map);
-    return Result<void>{};
-  }));
+  VANTAGE_CHECK(bundle.for_each_region(
+      [&](RegionId, const RegionMap& map) {
+        all.add(map);
+        return Result<void>{};
+      },
+      progress));
   AutowareReport report;
   report.repeated = all.repeated();
-  report.regions_without_points = regions_without_points(bundle.index);
+  report.regions_without_points = bundle.regions_without_points();
   report.points = all.points().size();
   report.origin =
       options.origin ? *options.origin : origin_below(bounds_of(all.points()), options.resolution);

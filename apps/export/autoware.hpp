@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "export/bundle.hpp"
+#include "vantage/engine/bundle.hpp"
 #include "vantage/kit/atomic_folder.hpp"
 
 namespace vantage::exporting {
@@ -37,6 +37,6 @@ inline constexpr double kMostRounding = 0.001;
                                                      const AutowareOptions& options,
                                                      const std::filesystem::path& out,
                                                      io::OutputFolder::Existing existing,
-                                                     const Progress& progress);
+                                                     const Bundle::Progress& progress);
 
 }  // namespace vantage::exporting

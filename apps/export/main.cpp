@@ -70,16 +70,24 @@ Result<io::OutputFolder::Existing> existing(const Options& options) {
   return io::OutputFolder::Existing::replace;
 }
 
+/// The bundle in a folder, or the one that a configuration names.
+Result<Bundle> open_bundle(const Options& options) {
+  const PluginLoader plugins = options.common.loader();
+  std::error_code ignored;
+  if (fs::is_directory(options.what, ignored)) return Bundle::open(options.what, plugins);
+  VANTAGE_TRY(const Config config, load_config(options.what, options.common.overrides));
+  return Bundle::open(config, plugins, "exporting");
+}
+
 /// Opens the bundle and exports it. @param write  Result<Report>(bundle, existing, progress)
 template <class Write>
 auto export_with(const Options& options, const Write& write)
-    -> decltype(write(std::declval<exporting::Bundle>(), io::OutputFolder::Existing::refuse,
-                      exporting::Progress())) {
+    -> decltype(write(std::declval<Bundle>(), io::OutputFolder::Existing::refuse,
+                      Bundle::Progress())) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const auto over, existing(options));
-  VANTAGE_TRY(
-      const exporting::Bundle bundle,
-      exporting::open_bundle(options.what, options.common.overrides, options.common.loader()));
+  VANTAGE_TRY(const Bundle bundle, open_bundle(options));
+  VANTAGE_CHECK(bundle.need_points("export"));
   std::optional<cli::Progress> progress;
   return write(bundle, over, [&](std::size_t done, std::size_t total) {
     if (!progress) progress.emplace("reading (region maps)", options.common.quiet);

@@ -35,14 +35,14 @@ Result<void> write(const fs::path& path, CloudFormat format, const RegionMap& ma
 
 Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format, const fs::path& out,
                                      io::OutputFolder::Existing existing,
-                                     const Progress& progress) {
+                                     const Bundle::Progress& progress) {
   VANTAGE_TRY(auto folder, io::OutputFolder::create(out, existing));
   RegionsReport report;
-  report.regions_without_points = regions_without_points(bundle.index);
+  report.regions_without_points = bundle.regions_without_points();
   std::vector<std::string> files;
   nlohmann::ordered_json regions = nlohmann::ordered_json::array();
   const auto take = [&](RegionId region, const RegionMap& map) -> Result<void> {
-    const std::string& label = bundle.index.partition[region].label;
+    const std::string& label = bundle.index().partition[region].label;
     files.push_back(label + "." + name_of(format));
     VANTAGE_CHECK(write(folder.path() / files.back(), format, map));
     VANTAGE_TRY(const std::uint32_t max_views, max_views_of(map));
@@ -57,14 +57,14 @@ Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format, c
                        {"viewpoints", std::move(viewpoints)}});
     return {};
   };
-  VANTAGE_CHECK(for_each_region(bundle, progress, take));
+  VANTAGE_CHECK(bundle.for_each_region(take, progress));
   report.files = files.size();
   VANTAGE_CHECK(write_sidecar(folder.path(),
                               {{"format", name_of(format)},
                                {"points", report.points},
                                {"regions_without_points", report.regions_without_points},
                                {"regions", std::move(regions)}},
-                              files, bundle.index));
+                              files, bundle.index()));
   VANTAGE_CHECK(folder.commit());
   return report;
 }

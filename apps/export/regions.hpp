@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "export/bundle.hpp"
+#include "vantage/engine/bundle.hpp"
 #include "vantage/kit/atomic_folder.hpp"
 
 namespace vantage::exporting {
@@ -26,6 +26,6 @@ struct RegionsReport {
 [[nodiscard]] Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format,
                                                    const std::filesystem::path& out,
                                                    io::OutputFolder::Existing existing,
-                                                   const Progress& progress);
+                                                   const Bundle::Progress& progress);
 
 }  // namespace vantage::exporting

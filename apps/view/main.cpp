@@ -75,7 +75,8 @@ Result<view::Lines> read_lines(const Options& options, const Point& origin) {
 }
 
 std::string label_of(const view::Scene& scene, const view::Controls& controls) {
-  return controls.region ? scene.index()->partition[*controls.region].label : std::string();
+  return controls.region ? scene.bundle()->index().partition[*controls.region].label
+                         : std::string();
 }
 
 std::string legend(const view::Drawing& drawing, const view::Controls& controls,
@@ -90,7 +91,8 @@ std::string legend(const view::Drawing& drawing, const view::Controls& controls,
       const auto most = std::max_element(drawing.views.begin(), drawing.views.end());
       return fmt::format(
           "{} a point, 1 (dark) to {:.0f} (light){}",
-          scene.has_views() ? "viewpoints that see" : "region maps that hold", scales.views.high,
+          scene.bundle()->has_views() ? "viewpoints that see" : "region maps that hold",
+          scales.views.high,
           *most > scales.views.high ? fmt::format(" and more, {} at most", *most) : std::string());
     }
   }
@@ -130,7 +132,7 @@ nlohmann::ordered_json to_json(const view::Scene& scene, const view::Drawing& dr
                               {"origin", {o.x(), o.y(), o.z()}},
                               {"color", view::to_string(controls.coloring)},
                               {"height", {scales.height.low + o.z(), scales.height.high + o.z()}}};
-  if (scene.index()) json["regions"] = scene.index()->partition.size();
+  if (scene.bundle()) json["regions"] = scene.bundle()->index().partition.size();
   if (controls.region) {
     json["region"] = label_of(scene, controls);
     json["viewpoints"] = drawing.viewpoints.size();
@@ -165,7 +167,7 @@ Result<void> run(const Options& options) {
   show.controls.coloring = coloring_of(options.color);
   show.controls.point_size = options.point_size;
   if (!options.region.empty()) {
-    VANTAGE_TRY(show.controls.region, scene.find_region(options.region));
+    VANTAGE_TRY(show.controls.region, scene.bundle()->find_region(options.region));
   }
   VANTAGE_TRY(show.lines, read_lines(options, scene.origin()));
   VANTAGE_CHECK(view::check_display());
@@ -191,7 +193,7 @@ Result<void> run(const Options& options) {
     return {};
   }
   if (!options.quiet) {
-    const auto regions = scene.index() ? scene.index()->partition.size() : 0;
+    const auto regions = scene.bundle() ? scene.bundle()->index().partition.size() : 0;
     std::cerr << view::key_help(
         {static_cast<std::uint32_t>(regions), !show.lines.trajectory.empty()});
   }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "vantage/io/point_cloud_io.hpp"
@@ -16,46 +15,19 @@ Point whole_metres(const Bounds3& bounds) {
                         : Point((0.5 * (bounds.min + bounds.max)).array().round() + 0.0);  // no -0
 }
 
-Result<void> check_points_are_there(const MapIndex& index, const std::filesystem::path& folder) {
-  std::uint64_t points = 0, elements = 0;
-  for (const RegionSummary& region : index.regions) {
-    points += region.points;
-    elements += region.elements;
-  }
-  if (points > 0) return {};
-  const SourceLocation where{folder.string(), 0, 0};
-  if (elements == 0)
-    return fail(ErrorCode::unsupported, "the maps of all regions are empty", where);
-  return fail(ErrorCode::unsupported,
-              fmt::format("the bundle holds prepared maps only ({} elements of a matcher for {} "
-                          "regions) and no points to show; store.content = \"both\" keeps them",
-                          elements, index.regions.size()),
-              where);
-}
-
-std::optional<std::uint32_t> number_in(const std::string& text) {
-  std::uint32_t number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc{} || stop != end) return std::nullopt;
-  return number;
-}
-
 }  // namespace
 
-Result<Scene> Scene::open_bundle(const std::filesystem::path& folder, const PluginLoader& loader,
+Result<Scene> Scene::open_bundle(const std::filesystem::path& folder, const PluginLoader& plugins,
                                  std::size_t max_points) {
-  PluginChoice choice{.plugin = "pcd_tiles", .library = {}, .params = {}, .where = {}};
-  choice.params.entries.push_back({"root", {folder.string(), {}}, {}});
+  VANTAGE_TRY(const Bundle bundle, Bundle::open(folder, plugins));
+  VANTAGE_CHECK(bundle.need_points("show"));
   Scene scene;
-  scene.name_ = folder.string();
+  scene.name_ = bundle.name();
   scene.max_points_ = max_points;
-  VANTAGE_TRY(scene.store_, loader.load<MapStore>(choice));
-  VANTAGE_TRY(scene.index_, scene.store_->index());
-  VANTAGE_CHECK(check_points_are_there(*scene.index_, folder));
-  scene.total_ = scene.index_->map_points;
-  scene.origin_ = whole_metres(scene.index_->map_bounds);
-  scene.hues_ = region_hues(scene.index_->partition.regions());
+  scene.total_ = bundle.index().map_points;
+  scene.origin_ = whole_metres(bundle.index().map_bounds);
+  scene.hues_ = region_hues(bundle.index().partition.regions());
+  scene.bundle_ = bundle;
   return scene;
 }
 
@@ -78,39 +50,15 @@ Result<Scene> Scene::open_cloud(const std::filesystem::path& file, std::size_t m
   return scene;
 }
 
-bool Scene::has_views() const noexcept {
-  return index_ && std::any_of(index_->regions.begin(), index_->regions.end(),
-                               [](const RegionSummary& region) { return region.max_views > 0; });
-}
-
-Result<RegionId> Scene::find_region(const std::string& id) const {
-  const auto& regions = index_->partition.regions();
-  std::vector<std::string> labels;
-  for (std::uint32_t r = 0; r < regions.size(); ++r) {
-    if (regions[r].label == id) return RegionId{r};
-    labels.push_back(regions[r].label);
-  }
-  if (const auto number = number_in(id); number && *number < regions.size()) {
-    return RegionId{*number};
-  }
-  return fail(ErrorCode::not_found,
-              fmt::format("no region '{}'{}; there are {} regions, 0 ('{}') to {} ('{}')", id,
-                          did_you_mean(id, labels), regions.size(), labels.front(),
-                          regions.size() - 1, labels.back()),
-              SourceLocation{name_, 0, 0});
-}
-
-Result<void> Scene::read_all(const ReadProgress& progress) {
+Result<void> Scene::read_all(const Bundle::Progress& progress) {
   if (table_) return {};
-  PointTable table(index_->map_bounds, max_points_);
-  const std::size_t count = index_->regions.size();
-  for (std::uint32_t r = 0; r < count; ++r) {
-    if (index_->regions[r].points > 0) {
-      VANTAGE_TRY(const RegionMap map, store_->get(RegionId{r}));
-      table.add(map.points, map.views);
-    }
-    if (progress) progress(r + 1, count);
-  }
+  PointTable table(bundle_->index().map_bounds, max_points_);
+  VANTAGE_CHECK(bundle_->for_each_region(
+      [&](RegionId, const RegionMap& map) -> Result<void> {
+        table.add(map.points, map.views);
+        return {};
+      },
+      progress));
   table_ = std::move(table);
   return {};
 }
@@ -119,28 +67,30 @@ Drawing Scene::around_origin(PointsView points) const {
   Drawing drawing;
   drawing.points.reserve(points.size());
   for (const Point& p : points) drawing.points.push_back(p - origin_);
-  if (!index_) return drawing;
+  if (!bundle_) return drawing;
+  const Partition& partition = bundle_->index().partition;
   drawing.regions.reserve(points.size());
   for (const Point& p : points) {
-    auto owner = index_->partition.locate(p);
-    if (!owner) owner = index_->partition.nearest(p.head<2>());
+    auto owner = partition.locate(p);
+    if (!owner) owner = partition.nearest(p.head<2>());
     drawing.regions.push_back(owner ? owner->value : 0);
   }
   return drawing;
 }
 
 Result<Drawing> Scene::draw_region(RegionId region, bool count_views,
-                                   const ReadProgress& progress) {
-  const std::string& label = index_->partition[region].label;
-  if (index_->regions[region.value].points == 0) {
-    return fail(ErrorCode::unsupported, "the map of region '" + label + "' holds no points",
+                                   const Bundle::Progress& progress) {
+  const MapIndex& index = bundle_->index();
+  if (index.regions[region.value].points == 0) {
+    return fail(ErrorCode::unsupported,
+                "the map of region '" + index.partition[region].label + "' holds no points",
                 SourceLocation{name_, 0, 0});
   }
-  const bool count_maps = count_views && !has_views();
+  const bool count_maps = count_views && !bundle_->has_views();
   if (count_maps) VANTAGE_CHECK(read_all(progress));
-  VANTAGE_TRY(RegionMap map, store_->get(region));
+  VANTAGE_TRY(RegionMap map, bundle_->get(region));
   if (count_maps) std::erase_if(map.points, [&](const Point& p) { return !table_->views_at(p); });
-  PointTable own(index_->map_bounds, max_points_);
+  PointTable own(index.map_bounds, max_points_);
   own.add(map.points, map.views);
   Drawing drawing = around_origin(own.points());
   drawing.thinned = count_maps ? table_->thinned() : own.thinned();
@@ -154,12 +104,12 @@ Result<Drawing> Scene::draw_region(RegionId region, bool count_views,
 }
 
 Result<Drawing> Scene::draw(const std::optional<RegionId>& region, bool count_views,
-                            const ReadProgress& progress) {
+                            const Bundle::Progress& progress) {
   if (region) return draw_region(*region, count_views, progress);
   VANTAGE_CHECK(read_all(progress));
   Drawing drawing = around_origin(table_->points());
   drawing.thinned = table_->thinned();
-  if (index_) drawing.views = table_->views();
+  if (bundle_) drawing.views = table_->views();
   return drawing;
 }
 

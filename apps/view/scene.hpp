@@ -2,13 +2,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "vantage/engine/bundle.hpp"
 #include "vantage/engine/plugin_loader.hpp"
-#include "vantage/map_store.hpp"
 #include "view/colors.hpp"
 #include "view/controls.hpp"
 #include "view/thinning.hpp"
@@ -26,27 +25,22 @@ struct Drawing {
   bool thinned = false;   ///< not all points are drawn
 };
 
-/// Called with the number of region maps read so far, and of all.
-using ReadProgress = std::function<void(std::size_t, std::size_t)>;
-
 /// A bundle or a point cloud, and what of it is drawn. Coordinates may be large (UTM); what is
 /// drawn lies around `origin()`, where the float32 of graphics is precise.
 class Scene {
  public:
-  /// Errors: those of the store; `unsupported` for a bundle that holds no points (only what a
+  /// Errors: those of Bundle::open; `unsupported` for a bundle that holds no points (only what a
   /// matcher has made of them).
   [[nodiscard]] static Result<Scene> open_bundle(const std::filesystem::path& folder,
-                                                 const PluginLoader& loader,
+                                                 const PluginLoader& plugins,
                                                  std::size_t max_points);
   /// Errors: those of io::read_point_cloud; `invalid_input` for no finite point.
   [[nodiscard]] static Result<Scene> open_cloud(const std::filesystem::path& file,
                                                 std::size_t max_points);
 
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
-  /// Of a bundle; none for a cloud.
-  [[nodiscard]] const MapIndex* index() const noexcept { return index_ ? &*index_ : nullptr; }
-  /// Whether the bundle tells how many viewpoints see a point.
-  [[nodiscard]] bool has_views() const noexcept;
+  /// None for a cloud.
+  [[nodiscard]] const std::optional<Bundle>& bundle() const noexcept { return bundle_; }
   /// Whole metres, map frame.
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
   /// Points of the cloud or of the wide-area map.
@@ -55,27 +49,22 @@ class Scene {
   /// Hues by region id.
   [[nodiscard]] const std::vector<double>& hues() const noexcept { return hues_; }
 
-  /// The region with a label; else, if `id` is a number, the region with that id.
-  /// Errors: `not_found` with what was probably meant.
-  [[nodiscard]] Result<RegionId> find_region(const std::string& id) const;
-
   /// The points of all region maps, each place once (see PointTable), or of one region's map.
   /// Counting views in a bundle that does not tell them reads every region's map once; of a region
   /// only the points are drawn then that are drawn of the whole. Errors: those of the store;
   /// `unsupported` for a region with no points.
   [[nodiscard]] Result<Drawing> draw(const std::optional<RegionId>& region, bool count_views,
-                                     const ReadProgress& progress = {});
+                                     const Bundle::Progress& progress = {});
 
  private:
   Scene() = default;
-  [[nodiscard]] Result<void> read_all(const ReadProgress& progress);
+  [[nodiscard]] Result<void> read_all(const Bundle::Progress& progress);
   [[nodiscard]] Result<Drawing> draw_region(RegionId region, bool count_views,
-                                            const ReadProgress& progress);
+                                            const Bundle::Progress& progress);
   [[nodiscard]] Drawing around_origin(PointsView points) const;
 
   std::string name_;
-  PluginPtr<MapStore> store_;
-  std::optional<MapIndex> index_;
+  std::optional<Bundle> bundle_;
   std::optional<PointTable> table_;  // of everything, once it has been read
   std::size_t max_points_ = 1;
   std::uint64_t total_ = 0, dropped_ = 0;

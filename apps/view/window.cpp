@@ -83,7 +83,7 @@ double line_radius(const Drawing& drawing) {
 }
 
 void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
-  const MapIndex& index = *show.scene.index();
+  const MapIndex& index = show.scene.bundle()->index();
   const Point& origin = show.scene.origin();
   const Terrain terrain(drawing.points);
   const double radius = line_radius(drawing);
@@ -103,7 +103,7 @@ void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
 std::shared_ptr<Mesh> lines_of(const Show& show, const Drawing& drawing) {
   auto mesh = std::make_shared<Mesh>();
   const double radius = line_radius(drawing);
-  if (show.controls.borders && show.scene.index()) add_borders(*mesh, show, drawing);
+  if (show.controls.borders && show.scene.bundle()) add_borders(*mesh, show, drawing);
   if (show.controls.viewpoints) {
     for (const Point& p : drawing.viewpoints) add_dot(*mesh, p, 3.0 * radius, kViewpoint);
   }
@@ -245,8 +245,8 @@ class Window {
 
  private:
   [[nodiscard]] Shown shown() const {
-    const MapIndex* index = show_.scene.index();
-    return {index ? static_cast<std::uint32_t>(index->partition.size()) : 0,
+    const auto& bundle = show_.scene.bundle();
+    return {bundle ? static_cast<std::uint32_t>(bundle->index().partition.size()) : 0,
             !show_.lines.trajectory.empty()};
   }
 

@@ -24,7 +24,7 @@ struct Show {
   Lines lines;
   Controls controls;
   Size size;
-  ReadProgress progress;  ///< for maps that are read later
+  Bundle::Progress progress;  ///< for maps that are read later
   std::function<void(const Drawing&, const Controls&, const Scales&)> tell;  ///< what is drawn now
 };
 

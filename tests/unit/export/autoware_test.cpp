@@ -24,17 +24,17 @@ namespace vantage {
 namespace {
 
 namespace fs = std::filesystem;
-using exporting::Bundle;
 using Existing = io::OutputFolder::Existing;
 
 /// A bundle in memory.
 class MemoryStore final : public MapStore {
  public:
-  explicit MemoryStore(std::vector<RegionMap> maps) : maps_(std::move(maps)) {}
+  MemoryStore(MapIndex index, std::vector<RegionMap> maps)
+      : index_(std::move(index)), maps_(std::move(maps)) {}
   [[nodiscard]] Result<void> begin(const MapIndex&) noexcept override { return refuse(); }
   [[nodiscard]] Result<void> put(RegionId, const RegionMap&) noexcept override { return refuse(); }
   [[nodiscard]] Result<void> commit() noexcept override { return refuse(); }
-  [[nodiscard]] Result<MapIndex> index() const noexcept override { return refuse(); }
+  [[nodiscard]] Result<MapIndex> index() const noexcept override { return index_; }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     if (maps_[region.value].points.size() == 1 && std::isnan(maps_[region.value].points[0].x())) {
       return refuse();
@@ -44,24 +44,25 @@ class MemoryStore final : public MapStore {
 
  private:
   static tl::unexpected<Error> refuse() { return fail(ErrorCode::io_failure, "the store fails"); }
+  MapIndex index_;
   std::vector<RegionMap> maps_;
 };
 
 Bundle bundle_of(std::vector<RegionMap> maps) {
-  Bundle bundle;
-  bundle.name = "memory";
+  MapIndex index;
   std::vector<Region> regions;
   for (std::size_t r = 0; r < maps.size(); ++r) {
     const double x = 10.0 * static_cast<double>(r);
     regions.push_back({.label = "r" + std::to_string(r),
                        .footprint = HalfOpenBox{{x, 0.0}, {x + 10.0, 10.0}},
                        .height = {}});
-    bundle.index.regions.push_back({.points = maps[r].points.size()});
-    bundle.index.map_points += maps[r].points.size();
+    index.regions.push_back({.points = maps[r].points.size()});
+    index.map_points += maps[r].points.size();
   }
-  bundle.index.partition = Partition::from(regions).value();
-  bundle.store = PluginPtr<MapStore>(new MemoryStore(std::move(maps)), {});
-  return bundle;
+  index.partition = Partition::from(regions).value();
+  return Bundle::of(PluginPtr<MapStore>(new MemoryStore(std::move(index), std::move(maps)), {}),
+                    "memory")
+      .value();
 }
 
 RegionMap map_of(PointCloud points) {

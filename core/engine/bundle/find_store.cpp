@@ -1,0 +1,155 @@
+#include "bundle/find_store.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reads no further than to the member "format" of the outermost object.
+class FormatOf final : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  std::optional<std::string> format;
+
+  bool null() override { return other(); }
+  bool boolean(bool) override { return other(); }
+  bool number_integer(number_integer_t) override { return other(); }
+  bool number_unsigned(number_unsigned_t) override { return other(); }
+  bool number_float(number_float_t, const string_t&) override { return other(); }
+  bool binary(binary_t&) override { return other(); }
+  bool string(string_t& text) override {
+    if (!is_format_) return true;
+    format = text;
+    return false;
+  }
+  bool start_object(std::size_t) override { return open(); }
+  bool start_array(std::size_t) override { return depth_ > 0 && open(); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+  bool key(string_t& name) override {
+    is_format_ = depth_ == 1 && name == "format";
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
+    return false;
+  }
+
+ private:
+  bool other() const { return !is_format_; }  // a format that is no text names nothing
+  bool open() {
+    ++depth_;
+    return !is_format_;
+  }
+  bool close() {
+    --depth_;
+    return true;
+  }
+
+  int depth_ = 0;
+  bool is_format_ = false;
+};
+
+/// The store that a folder names in its `index.json`.
+std::optional<std::string> store_named_in(const fs::path& folder) {
+  constexpr std::string_view kPrefix = "vantage ";
+  std::ifstream in(folder / "index.json", std::ios::binary);
+  if (!in) return std::nullopt;
+  FormatOf reader;
+  (void)nlohmann::json::sax_parse(in, &reader);
+  if (!reader.format || !reader.format->starts_with(kPrefix)) return std::nullopt;
+  return reader.format->substr(kPrefix.size());
+}
+
+/// A store's parameters for a bundle at `place`; none for a store that takes more than a path.
+std::optional<Table> params_for(const fs::path& place, const std::vector<ParameterDoc>& docs) {
+  const auto required = [](const ParameterDoc& doc) { return doc.required; };
+  const auto key = std::find_if(docs.begin(), docs.end(), required);
+  if (std::count_if(docs.begin(), docs.end(), required) != 1 || key->array ||
+      key->kind != ValueKind::path) {
+    return std::nullopt;
+  }
+  Table params;
+  params.entries.push_back({key->key, {place.string(), {}}, {}});
+  return params;
+}
+
+/// Opens a store over a place. No store for one that cannot say where its bundle lies.
+Result<PluginPtr<MapStore>> store_over(const fs::path& place, PluginChoice choice,
+                                       const PluginLoader& plugins) {
+  VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, choice));
+  auto params = params_for(place, docs);
+  if (!params) {
+    return fail(ErrorCode::unsupported,
+                "the store '" + choice.plugin +
+                    "' takes more than a path: name the bundle in the [store] of a configuration");
+  }
+  choice.params = *std::move(params);
+  return plugins.load<MapStore>(choice);
+}
+
+Result<FoundStore> open_with(const fs::path& place, const PluginChoice& choice,
+                             const PluginLoader& plugins) {
+  VANTAGE_TRY(auto store, store_over(place, choice, plugins));
+  VANTAGE_TRY(MapIndex index, index_of(*store));
+  return FoundStore{std::move(store), std::move(index)};
+}
+
+/// An installed store that was asked for a bundle, and why it has none.
+struct Refusal {
+  std::string store;
+  Error error;
+};
+
+tl::unexpected<Error> no_store_opens(const fs::path& place, std::vector<Refusal> refusals) {
+  const SourceLocation where{place.string(), 0, 0};
+  if (refusals.empty()) {
+    return fail(ErrorCode::not_found, "no store plugin was found that could open it", where);
+  }
+  if (refusals.size() == 1) return fail(std::move(refusals.front().error));
+  std::string message = "no store finds a bundle of region maps here";
+  bool missing = true;
+  for (const Refusal& refusal : refusals) {
+    message += "; " + refusal.store + ": " + refusal.error.message;
+    missing = missing && refusal.error.code == ErrorCode::not_found;
+  }
+  return fail(missing ? ErrorCode::not_found : ErrorCode::corrupt_data, std::move(message), where);
+}
+
+}  // namespace
+
+Result<MapIndex> index_of(const MapStore& store) {
+  auto index = store.index();
+  if (index || index.error().code != ErrorCode::not_found) return index;
+  Error error = std::move(index).error();
+  error.message += "; `vantage build` makes it";
+  return fail(std::move(error));
+}
+
+Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins) {
+  if (const auto named = store_named_in(place)) {
+    const PluginChoice choice{.plugin = *named, .library = {}, .params = {}, .where = {}};
+    auto found = open_with(place, choice, plugins);
+    if (found || found.error().where) return found;
+    return fail(std::move(found).error().during("opening the bundle " + place.string()));
+  }
+  std::vector<Refusal> refusals;
+  for (const PluginFile& file : plugins.list()) {
+    if (file.kind != PluginKind::store) continue;
+    const PluginChoice choice{.plugin = file.name, .library = file.path, .params = {}, .where = {}};
+    auto store = store_over(place, choice, plugins);
+    if (!store) continue;  // a plugin that cannot be asked does not hide those that can
+    auto index = index_of(**store);
+    if (index) return FoundStore{*std::move(store), *std::move(index)};
+    refusals.push_back({file.name, std::move(index).error()});
+  }
+  return no_store_opens(place, std::move(refusals));
+}
+
+}  // namespace vantage
