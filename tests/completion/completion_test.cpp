@@ -8,6 +8,7 @@
 
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/terminal.hpp"
 
 namespace fs = std::filesystem;
 using namespace vantage;
@@ -129,7 +130,8 @@ TEST_CASE("a value after = is completed too") {
   CHECK(Shell("zsh").offered({"view", "--color=re"}) == Words{"region"});
 }
 
-TEST_CASE("zsh itself, typing") {
+TEST_CASE("zsh itself, typing" * doctest::test_suite("terminal")) {
+  if (!test::terminals_exist()) return;
   const test::TemporaryFolder folder;
   const auto script = test::run("vantage", {"completion", "zsh"});
   test::write_text(folder.path() / "_vantage", script.out);

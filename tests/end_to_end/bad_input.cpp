@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "support/small_config.hpp"
 #include "world.hpp"
 
 using namespace vantage;
@@ -30,30 +31,14 @@ struct SmallMap {
   std::string config = (folder.path() / "c.toml").string();
 
   SmallMap() {
-    PointCloud map;
-    for (int x = 0; x < 40; ++x) {
-      for (int y = 0; y < 40; ++y) map.push_back({0.25 * x, 0.25 * y, 0.0});
-    }
+    const PointCloud map = test::small_square();
     REQUIRE(io::write_pcd(folder.path() / "map.pcd", map, io::Precision::float32));
     write("uniform_grid", "cell_width = 5.0");
   }
   void write(const std::string& partitioner, const std::string& params) const {
-    test::write_text(config, R"(schema = 1
-[map]
-files = ["map.pcd"]
-[partitioner]
-plugin = ")" + partitioner + R"("
-params = { )" + params + R"( }
-[ground]
-plugin = "pmf"
-[visibility]
-plugin = "keep_all"
-[store]
-plugin = "pcd_tiles"
-params = { root = "bundle" }
-[matcher]
-plugin = "ndt"
-)");
+    test::write_text(
+        config, to_text(test::SmallConfig{
+                    .partitioner = partitioner, .partitioner_params = params, .viewpoints = ""}));
   }
   [[nodiscard]] test::Finished build(std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {config, "--quiet"});
@@ -228,10 +213,10 @@ TEST_CASE("localize: a pose outside every region keeps the nearest map, and the 
   const std::string config = street.write_config("c.toml", 20, "bundle");
   REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
   const auto from_there = [&](const std::string& recovery) {
-    auto done = test::run("vantage-localize",
-                          {config, "--scans", street.path("scans"), "--out", street.path("run"),
-                           "--initial-pose", "-500,-500,0,0,0,0", "--json", "--quiet", "--set",
-                           "localizer." + recovery});
+    auto done =
+        test::run("vantage-localize", {config, "--scans", street.path("scans"), "--out",
+                                       street.path("run"), "--initial-pose", "-500,-500,0,0,0,0",
+                                       "--json", "--quiet", "--set", "localizer." + recovery});
     REQUIRE_MESSAGE(done.exit_code == 0, done.err);
     return nlohmann::json::parse(done.out);
   };

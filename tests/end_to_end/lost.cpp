@@ -18,6 +18,7 @@
 #include "io/scan_sequence.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/small_config.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 
@@ -98,29 +99,13 @@ class Drive {
   explicit Drive(std::string world) : name_(std::move(world)) {
     const std::string source = VANTAGE_SOURCE_DIR "/configs/simulate/" + name_ + ".toml";
     simulated_ = test::run("vantage-simulate", {source, "--out", path("world"), "--quiet"});
-    write_text(path("config.toml"), R"(schema = 1
-[map]
-files = ["world/map.pcd"]
-[partitioner]
-plugin = "uniform_grid"
-params = { cell_width = 20.0 }
-[ground]
-plugin = "pmf"
-[viewpoints]
-voxel_size = 2.0
-sensor_height = 1.0
-[visibility]
-plugin = "keep_all"
-max_range = 60.0
-[store]
-plugin = "pcd_tiles"
-content = "prepared"
-params = { root = "maps" }
-[matcher]
-plugin = "ndt"
-[localizer]
-scan_min_range = 1.0
-)");
+    write_text(path("config.toml"),
+               to_text({.files = R"(["world/map.pcd"])",
+                        .partitioner_params = "cell_width = 20.0",
+                        .viewpoints = "voxel_size = 2.0\nsensor_height = 1.0\n",
+                        .visibility = "plugin = \"keep_all\"\nmax_range = 60.0\n",
+                        .store = "content = \"prepared\"\nparams = { root = \"maps\" }\n",
+                        .more = "[localizer]\nscan_min_range = 1.0\n"}));
     built_ = test::run("vantage-build", {path("config.toml"), "--quiet"});
   }
 

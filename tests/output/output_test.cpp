@@ -1,13 +1,7 @@
 // What programs write to a terminal, and what to anything else: colours, width, --quiet, --json.
 #include <doctest/doctest.h>
-#include <pty.h>
-#include <sys/ioctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,6 +9,8 @@
 
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/small_config.hpp"
+#include "support/terminal.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 
 namespace fs = std::filesystem;
@@ -22,40 +18,9 @@ using namespace vantage;
 
 namespace {
 
-using Environment = std::map<std::string, std::string>;
+using test::on_terminal;
 
-/// All that a program writes to a terminal of so many columns.
-std::string on_terminal(const std::string& program, std::vector<std::string> arguments,
-                        unsigned short columns, const Environment& environment) {
-  const winsize size{24, columns, 0, 0};
-  int terminal = -1;
-  const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    ::unsetenv("NO_COLOR");
-    for (const auto& [name, value] : environment) ::setenv(name.c_str(), value.c_str(), 1);
-    const std::string path = (fs::path(VANTAGE_PROGRAM_DIR) / program).string();
-    std::vector<char*> argv{const_cast<char*>(path.c_str())};
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    ::execv(path.c_str(), argv.data());
-    ::_exit(127);
-  }
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (true) {
-    const ssize_t n = ::read(terminal, buffer.data(), buffer.size());
-    if (n <= 0) break;
-    text.append(buffer.data(), static_cast<std::size_t>(n));
-  }
-  ::close(terminal);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  std::erase(text, '\r');
-  return text;
-}
-
-const Environment kXterm{{"TERM", "xterm-256color"}};
+const std::map<std::string, std::string> kXterm{{"TERM", "xterm-256color"}};
 
 bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -69,29 +34,11 @@ struct Ground {
   std::string config = (folder.path() / "c.toml").string();
 
   Ground() {
-    PointCloud map;
-    for (int x = 0; x < 40; ++x) {
-      for (int y = 0; y < 40; ++y) map.push_back({0.25 * x, 0.25 * y, 0.0});
-    }
+    const PointCloud map = test::small_square();
     REQUIRE(io::write_pcd(folder.path() / "map.pcd", map, io::Precision::float32));
-    test::write_text(config, R"(schema = 1
-[map]
-files = ["map.pcd"]
-[partitioner]
-plugin = "uniform_grid"
-params = { cell_width = 5.0 }
-[ground]
-plugin = "pmf"
-[viewpoints]
-voxel_size = 3.0
-[visibility]
-plugin = "keep_all"
-[store]
-plugin = "pcd_tiles"
-params = { root = "bundle", overwrite = true }
-[matcher]
-plugin = "ndt"
-)");
+    test::write_text(
+        config,
+        to_text(test::SmallConfig{.store = "params = { root = \"bundle\", overwrite = true }\n"}));
   }
 };
 
@@ -104,7 +51,11 @@ std::size_t longest_line(const std::string& text) {
 
 }  // namespace
 
+// A run of its own in ctest, which skips it where there is no terminal.
+TEST_SUITE_BEGIN("terminal");
+
 TEST_CASE("errors are red on a terminal, and nowhere else") {
+  if (!test::terminals_exist()) return;
   for (const std::string program :
        {"vantage", "vantage-build", "vantage-compare", "vantage-completion", "vantage-conformance",
         "vantage-evaluate", "vantage-localize", "vantage-plugins", "vantage-simulate",
@@ -124,16 +75,14 @@ TEST_CASE("errors are red on a terminal, and nowhere else") {
   }
 }
 
-TEST_CASE("--color holds for errors too, before and after a job") {
-  const auto always = test::run("vantage-build", {"none.toml", "--color", "always"});
-  CHECK(has(always.err, kRed));
-  CHECK(has(test::run("vantage-plugins", {"describe", "ntd", "--color", "always"}).err, kRed));
+TEST_CASE("--color never holds on a terminal") {
+  if (!test::terminals_exist()) return;
   CHECK_FALSE(
       has(on_terminal("vantage-build", {"none.toml", "--color", "never"}, 80, kXterm), "\033"));
-  CHECK(test::run("vantage-build", {"none.toml", "--color", "blue"}).exit_code == 2);
 }
 
 TEST_CASE("a table is bold above a dim rule on a terminal, as wide as that, and plain elsewhere") {
+  if (!test::terminals_exist()) return;
   const Ground ground;
   const std::string wide = on_terminal("vantage-build", {ground.config, "-q"}, 200, kXterm);
   CHECK_MESSAGE(has(wide, "\033[1m               regions  points (mean)"), wide);
@@ -151,6 +100,7 @@ TEST_CASE("a table is bold above a dim rule on a terminal, as wide as that, and 
 }
 
 TEST_CASE("progress draws over itself on a terminal only, and never wraps") {
+  if (!test::terminals_exist()) return;
   const Ground ground;
   const std::string drawn = on_terminal("vantage-build", {ground.config}, 30, kXterm);
   CHECK(has(drawn, "\033[K"));
@@ -158,6 +108,15 @@ TEST_CASE("progress draws over itself on a terminal only, and never wraps") {
   std::istringstream bars(drawn.substr(first, drawn.rfind("\033[K") - first));
   for (std::string bar; std::getline(bars, bar, '\033');) CHECK(bar.size() <= 31);
   CHECK_FALSE(has(on_terminal("vantage-build", {ground.config}, 30, {{"TERM", "dumb"}}), "\033"));
+}
+
+TEST_SUITE_END();
+
+TEST_CASE("--color holds for errors too, before and after a job") {
+  const auto always = test::run("vantage-build", {"none.toml", "--color", "always"});
+  CHECK(has(always.err, kRed));
+  CHECK(has(test::run("vantage-plugins", {"describe", "ntd", "--color", "always"}).err, kRed));
+  CHECK(test::run("vantage-build", {"none.toml", "--color", "blue"}).exit_code == 2);
 }
 
 TEST_CASE("--json is JSON and nothing else on stdout, --quiet is silence on stderr") {

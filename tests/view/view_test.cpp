@@ -9,6 +9,7 @@
 
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/small_config.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 
@@ -96,25 +97,12 @@ class Yard {
 
  private:
   void build(const std::string& content) {
-    test::write_text(path(content + ".toml"), R"(schema = 1
-[map]
-files = ["map.pcd"]
-[partitioner]
-plugin = "uniform_grid"
-params = { cell_width = 6.0 }
-[ground]
-plugin = "pmf"
-[viewpoints]
-voxel_size = 3.0
-[visibility]
-plugin = "hpr"
-[store]
-plugin = "pcd_tiles"
-content = ")" + content + R"("
-params = { root = ")" + content + R"(" }
-[matcher]
-plugin = "ndt"
-)");
+    const std::string store =
+        "content = \"" + content + "\"\nparams = { root = \"" + content + "\" }\n";
+    test::write_text(path(content + ".toml"),
+                     to_text(test::SmallConfig{.partitioner_params = "cell_width = 6.0",
+                                               .visibility = "plugin = \"hpr\"\n",
+                                               .store = store}));
     const auto built = test::run("vantage-build", {path(content + ".toml"), "--quiet"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
   }

@@ -7,6 +7,7 @@
 
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/small_config.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 
@@ -38,23 +39,14 @@ class World {
   /// Builds a bundle whose region maps overlap: each holds the map as far as 30 m.
   [[nodiscard]] std::string build(const std::string& name, const std::string& files,
                                   const std::string& store) const {
-    test::write_text(path(name + ".toml"), R"(schema = 1
-[map]
-files = )" + files + R"(
-[partitioner]
-plugin = "uniform_grid"
-params = { cell_width = 20.0 }
-[ground]
-plugin = "pmf"
-[viewpoints]
-voxel_size = 5.0
-[visibility]
-plugin = "keep_all"
-max_range = 30.0
-[store]
-plugin = "pcd_tiles"
-params = { root = ")" + name + R"(" }
-)" + store);
+    test::write_text(
+        path(name + ".toml"),
+        to_text(test::SmallConfig{.files = files,
+                                  .partitioner_params = "cell_width = 20.0",
+                                  .viewpoints = "voxel_size = 5.0\n",
+                                  .visibility = "plugin = \"keep_all\"\nmax_range = 30.0\n",
+                                  .store = "params = { root = \"" + name + "\" }\n" + store,
+                                  .matcher = ""}));
     const auto built = run("vantage-build", {path(name + ".toml").string(), "--json", "-q"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
     CHECK(nlohmann::json::parse(built.out)["map_points"] == map.size());
