@@ -1,16 +1,13 @@
+// What smrf promises beyond what every ground filter does.
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
-#include <set>
 #include <vector>
 
 #include "scenes.hpp"
-#include "support/plugins.hpp"
-#include "vantage/ground_filter.hpp"
 
 namespace vantage {
 namespace {
@@ -161,52 +158,6 @@ TEST_CASE("smrf equals its definition on small scenes") {
   }
 }
 
-TEST_CASE("smrf: a plane is all ground, a tilted one too, to its very border") {
-  for (const double slope : {0.0, 0.1, 0.19}) {
-    for (const double direction : {0.0, 0.4, 0.785, 2.0}) {
-      for (const std::size_t n : {5'000U, 50'000U}) {
-        CAPTURE(slope);
-        CAPTURE(direction);
-        CAPTURE(n);
-        const auto z = [&](double x, double y) {
-          return slope * (x * std::cos(direction) + y * std::sin(direction));
-        };
-        CHECK(ground_of(sampled(n, {-40, -40}, {40, 40}, z)).size() == n);
-      }
-    }
-  }
-}
-
-TEST_CASE("smrf: rolling terrain with the noise of a scanner is ground") {
-  std::mt19937 random(6);
-  std::normal_distribution<double> noise(0.0, 0.03);
-  const auto hills = [&](double x, double y) {
-    return 3.0 * std::sin(x / 15.0) + 2.0 * std::cos(y / 12.0) + noise(random);
-  };
-  const IndexList ground = ground_of(sampled(40'000, {-60, -60}, {60, 60}, hills));
-  CHECK(share(ground, 0, 40'000) > 0.99);
-}
-
-TEST_CASE("smrf: a box top is no ground, and the ground around it is") {
-  for (const double half_width : {1.0, 2.0, 5.0, 12.0, 16.0}) {
-    for (const double height : {2.0, 4.5, 15.0}) {
-      if (height < 0.25 * half_width) continue;  // may be terrain: it rises by slope times radius
-      CAPTURE(half_width);
-      CAPTURE(height);
-      const Scene scene = box_on_ground(half_width, height);
-      const IndexList ground = ground_of(scene.cloud);
-      CHECK(share(ground, 0, scene.ground) == 1.0);
-      CHECK(share(ground, scene.ground, scene.cloud.size()) == 0.0);
-    }
-  }
-}
-
-TEST_CASE("smrf: a box wider than the largest window is terrain: max_radius decides") {
-  const Scene scene = box_on_ground(12.0, 5.0);
-  CHECK(share(ground_of(scene.cloud, "max_radius = 18.0"), scene.ground, scene.top) == 0.0);
-  CHECK(share(ground_of(scene.cloud, "max_radius = 8.0"), scene.ground, scene.top) > 0.9);
-}
-
 TEST_CASE("smrf: a kerb is ground on both of its sides") {
   const auto kerb = [](double x, double) { return x < 0.3 ? 0.0 : 0.15; };
   CHECK(ground_of(sampled(40'000, {-30, -30}, {30, 30}, kerb)).size() == 40'000);
@@ -250,26 +201,6 @@ TEST_CASE("an overpass is no ground above its road, and the road is; pmf says th
   }
 }
 
-TEST_CASE("smrf: holes in the data neither make ground nor take it") {
-  std::mt19937 random(12);
-  std::uniform_real_distribution<double> place(-45.0, 45.0), size(2.0, 12.0);
-  std::vector<Eigen::Vector3d> holes;
-  for (int k = 0; k < 40; ++k) holes.emplace_back(place(random), place(random), size(random));
-  const auto slope = [](double x, double y) { return 0.12 * x - 0.1 * y; };
-  PointCloud cloud;
-  for (const Point& p : sampled(40'000, {-60, -60}, {60, 60}, slope)) {
-    if (std::none_of(holes.begin(), holes.end(), [&](const Eigen::Vector3d& hole) {
-          return (p.head<2>() - hole.head<2>()).norm() < hole.z();
-        })) {
-      cloud.push_back(p);
-    }
-  }
-  const std::size_t terrain = cloud.size();
-  REQUIRE(terrain > 5'000);
-  REQUIRE(terrain < 35'000);
-  CHECK(ground_of(cloud).size() == terrain);
-}
-
 TEST_CASE("smrf: ground is found below crowns that hide some of it, on a slope") {
   const auto slope = [](double x, double y) { return 0.15 * x + 0.05 * y; };
   PointCloud cloud;
@@ -286,139 +217,6 @@ TEST_CASE("smrf: ground is found below crowns that hide some of it, on a slope")
   const IndexList ground = ground_of(cloud);
   CHECK(share(ground, 0, terrain) > 0.99);
   CHECK(share(ground, terrain, cloud.size()) == 0.0);
-}
-
-TEST_CASE("smrf: low outliers do not pull the ground down") {
-  for (const double per_cell : {0.02, 0.2}) {
-    CAPTURE(per_cell);
-    PointCloud cloud =
-        sampled(100'000, {-50, -50}, {50, 50}, [](double x, double) { return 0.1 * x; });
-    const std::size_t terrain = cloud.size();
-    std::mt19937 random(4);
-    std::uniform_real_distribution<double> depth(0.8, 4.0);
-    append(cloud, sampled(
-                      static_cast<std::size_t>(1e4 * per_cell), {-50, -50}, {50, 50},
-                      [&](double x, double) { return 0.1 * x - depth(random); }, 5));
-    const IndexList ground = ground_of(cloud);
-    CHECK(share(ground, 0, terrain) > 0.99);
-    CHECK(share(ground, terrain, cloud.size()) < 0.01);
-    CHECK(share(ground_of(cloud, "outlier_ratio = 100.0"), 0, terrain) < share(ground, 0, terrain));
-  }
-}
-
-TEST_CASE("smrf: one point, one cell, one column") {
-  CHECK(ground_of({{5e6, -5e6, 12}}) == IndexList{0});
-  CHECK(ground_of({{0.5, 0.5, 1.0}, {0.6, 0.5, 1.2}, {0.5, 0.6, 3.0}}) == IndexList{0, 1});
-  CHECK(ground_of({{0.5, 0.5, 3.0}, {0.5, 0.5, 1.0}, {0.5, 0.5, 1.0}}) == IndexList{1, 2});
-  CHECK(ground_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 0, 8}}) == IndexList{0, 1, 2});
-  CHECK(ground_of({{0, 0, 1e308}, {0, 0, -1e308}, {3, 3, 1e308}}).size() >= 1);
-}
-
-TEST_CASE("smrf: bad clouds are refused") {
-  const auto filter = test::plugin<GroundFilter>("smrf");
-  for (const PointCloud& bad :
-       {PointCloud{}, PointCloud{{0, 0, 0}, {0, 0, std::nan("")}}, PointCloud{{kNothing, 0, 0}},
-        PointCloud{{0, 0, 0}, {1e300, 0, 0}}}) {
-    const auto ground = filter->ground(bad);
-    REQUIRE(!ground);
-    CHECK(ground.error().code == ErrorCode::invalid_input);
-  }
-}
-
-TEST_CASE("smrf: the order of the points does not matter") {
-  PointCloud cloud = landscape(150.0);
-  // Many cells have several lowest points, and some points are there twice.
-  for (Point& p : cloud) p.z() = std::round(p.z() * 4.0) / 4.0;
-  append(cloud, PointCloud(cloud.begin(), cloud.begin() + 500));
-  const auto places = [](const PointCloud& points) {
-    std::multiset<std::tuple<double, double, double>> set;
-    for (const std::uint32_t k : ground_of(points, "cell_size = 4.0")) {
-      set.emplace(points[k].x(), points[k].y(), points[k].z());
-    }
-    return set;
-  };
-  const auto before = places(cloud);
-  std::shuffle(cloud.begin(), cloud.end(), std::mt19937(9));
-  CHECK(places(cloud) == before);
-}
-
-TEST_CASE("smrf: a shift by whole cells does not matter") {
-  const PointCloud cloud = landscape(150.0);
-  const IndexList expected = ground_of(cloud);
-  CHECK(share(expected, 0, cloud.size()) > 0.5);
-  CHECK(share(expected, 0, cloud.size()) < 0.9);
-  for (const Point& shift : {Point(17, -230, 0), Point(1e6, 5e6, 256), Point(-5e6, 3, -64)}) {
-    PointCloud shifted = cloud;
-    for (Point& p : shifted) p += shift;
-    const IndexList ground = ground_of(shifted);
-    IndexList differ;  // sums of heights far from 0 round otherwise
-    std::set_symmetric_difference(ground.begin(), ground.end(), expected.begin(), expected.end(),
-                                  std::back_inserter(differ));
-    CHECK(differ.size() <= 2);
-  }
-}
-
-TEST_CASE("smrf: a map of many tiles is answered as if it were one, by any number of threads") {
-  PointCloud cloud = landscape(1300.0);
-  for (Point& p : cloud) {  // as wide as the largest window can remove
-    if (std::fmod(p.x(), 97.0) < 35.0 && p.y() > 5.0 && p.y() < 60.0) p.z() += 9.0;
-  }
-  const IndexList expected = ground_of(cloud);
-  // A point far away moves the borders of the tiles, and has no other influence.
-  for (const double far :
-       {-217.0, -400.0, -1000.0, 97.0 * 9 + 1 - 1024.0, 97.0 * 8 + 34 - 1024.0}) {
-    CAPTURE(far);
-    PointCloud more = cloud;
-    more.emplace_back(far, far, 0.0);
-    IndexList ground = ground_of(more);
-    REQUIRE(ground.back() == cloud.size());
-    ground.pop_back();
-    CHECK(ground == expected);
-  }
-  for (const std::size_t threads : {1U, 2U, 5U}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    CHECK(ground_of(cloud) == expected);
-  }
-}
-
-TEST_CASE("smrf: a huge extent with few points takes neither memory nor time") {
-  const PointCloud cloud = landscape(100.0);
-  const IndexList expected = ground_of(cloud);
-  PointCloud more = cloud;
-  for (int k = 1; k <= 20; ++k) more.emplace_back(1e8 * k, -3e9 * k, 5.0 * k);
-  const IndexList ground = ground_of(more);
-  CHECK(ground.size() == expected.size() + 20);
-  CHECK(std::equal(expected.begin(), expected.end(), ground.begin()));
-}
-
-TEST_CASE("smrf: windows that need a raster beyond all memory are refused") {
-  PointCloud cloud;
-  for (int k = 0; k < 2000; ++k) cloud.emplace_back(20.0 * k, 20.0 * k, 0.0);
-  const auto ground = test::plugin<GroundFilter>("smrf", "max_radius = 9500.0")->ground(cloud);
-  REQUIRE(!ground);
-  CHECK(ground.error().code == ErrorCode::invalid_input);
-  CHECK(ground.error().message.find("max_radius") != std::string::npos);
-}
-
-TEST_CASE("smrf: each parameter has an effect, and bad ones are refused") {
-  const PointCloud cloud = landscape(150.0);
-  const IndexList by_default = ground_of(cloud);
-  for (const std::string params :
-       {"cell_size = 0.7", "max_radius = 4.0", "slope = 0.05", "elevation_threshold = 0.1",
-        "elevation_scale = 0.0", "outlier_ratio = 20.0"}) {
-    CAPTURE(params);
-    CHECK(ground_of(cloud, params) != by_default);
-  }
-  CHECK(ground_of(cloud,
-                  "cell_size = 1.0\nmax_radius = 18.0\nslope = 0.2\nelevation_threshold = 0.4\n"
-                  "elevation_scale = 1.25\noutlier_ratio = 3.0") == by_default);
-  for (const std::string params :
-       {"cell_size = 0.0", "max_radius = 0.5", "max_radius = 1e9", "slope = -0.1",
-        "elevation_threshold = -1.0", "elevation_scale = -1.0", "outlier_ratio = 0.5",
-        "window = 3.0"}) {
-    CAPTURE(params);
-    CHECK_THROWS((void)test::plugin<GroundFilter>("smrf", params));
-  }
 }
 
 }  // namespace

@@ -22,6 +22,21 @@ Alignment aligned(const MatchTarget& target, PointsView scan, const Pose& guess)
   return *std::move(alignment);
 }
 
+Error refusal_of_map(const std::string& plugin_name, PointsView map) {
+  const auto matcher = plugin<ScanMatcher>(plugin_name);
+  const auto target = matcher->prepare(map);
+  if (target) throw std::runtime_error(plugin_name + " takes a map that it cannot match against");
+  return target.error();
+}
+
+double metres_off(const Alignment& alignment, const Pose& pose) {
+  return (alignment.T_map_scan.translation - pose.translation).norm();
+}
+
+double degrees_off(const Alignment& alignment, const Pose& pose) {
+  return degrees(rotation_between(alignment.T_map_scan, pose));
+}
+
 std::vector<Surfel> surfels_of(PointsView cloud, std::size_t k) {
   std::vector<Surfel> surfels;
   for (const Point& p : cloud) {

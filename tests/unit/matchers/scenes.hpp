@@ -21,12 +21,24 @@ namespace vantage::test {
 [[nodiscard]] PointCloud seen_from(PointsView cloud, const Pose& T_map_scan, double range,
                                    std::size_t points, std::uint32_t seed);
 
+/// Where the scan of `yard_scene` was taken: T_map_scan.
+inline const Pose kYardPose = pose_from_xyz_rpy({0.4, -0.3, 1.0}, {0.02, -0.01, 0.7});
+
+/// A yard and 4000 points of a scan in it, of the same yard but for the noise and the poles.
+struct YardScene {
+  PointCloud map, scan;
+};
+[[nodiscard]] const YardScene& yard_scene();
+
 /// A map made ready by the loaded ndt plugin; a mistake in `toml` or an error ends the test with an
 /// exception.
 [[nodiscard]] PluginPtr<MatchTarget> prepared(PointsView map, const std::string& toml = {});
 
 /// The centroids of the points in each voxel of the given edge [m].
 [[nodiscard]] PointCloud thinned(PointsView cloud, double edge);
+
+/// A yard's centroids in voxels of 60 cm, to 14 m.
+[[nodiscard]] PointCloud sparse_yard();
 
 [[nodiscard]] PointCloud shifted(PointsView cloud, const Eigen::Vector3d& by);
 

@@ -10,22 +10,27 @@ namespace vantage {
 TEST_CASE("random offsets of a recorded scan pair are recovered to 2 cm and 0.1 degrees") {
   const auto pair = test::recorded_pair();
   if (!pair) return;
-  for (const std::string matcher : {"icp", "gicp"}) {
+  struct Way {
+    std::string matcher, toml;
+    int offsets;
+  };
+  for (const auto& [matcher, toml, offsets] :
+       {Way{"icp", "", 30}, Way{"gicp", "", 30}, Way{"ndt", "neighbours = \"direct7\"", 100},
+        Way{"ndt", "neighbours = \"direct26\"", 100}, Way{"ndt", "neighbours = \"kdtree\"", 100}}) {
     CAPTURE(matcher);
-    const auto target = test::prepared_by(matcher, pair->map);
+    CAPTURE(toml);
+    const auto target = test::prepared_by(matcher, pair->map, toml);
     const Alignment unperturbed = test::aligned(*target, pair->scan, pair->T_map_scan);
-    CHECK((unperturbed.T_map_scan.translation - pair->T_map_scan.translation).norm() < 0.1);
+    CHECK(test::metres_off(unperturbed, pair->T_map_scan) < 0.1);
     std::mt19937 random(2026);
     double worst_metres = 0.0, worst_degrees = 0.0;
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < offsets; ++i) {
       const Alignment found =
           test::aligned(*target, pair->scan, test::disturbed(pair->T_map_scan, 0.5, 3.0, random));
-      worst_metres = std::max(
-          worst_metres, (found.T_map_scan.translation - unperturbed.T_map_scan.translation).norm());
-      worst_degrees = std::max(
-          worst_degrees, test::degrees(rotation_between(found.T_map_scan, unperturbed.T_map_scan)));
+      worst_metres = std::max(worst_metres, test::metres_off(found, unperturbed.T_map_scan));
+      worst_degrees = std::max(worst_degrees, test::degrees_off(found, unperturbed.T_map_scan));
     }
-    MESSAGE(matcher, ": worst ", worst_metres, " m, ", worst_degrees, " degrees");
+    MESSAGE(matcher, " ", toml, ": worst ", worst_metres, " m, ", worst_degrees, " degrees");
     CHECK(worst_metres < 0.02);
     CHECK(worst_degrees < 0.1);
   }

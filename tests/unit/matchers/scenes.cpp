@@ -64,6 +64,11 @@ PointCloud seen_from(PointsView cloud, const Pose& T_map_scan, double range, std
   return scan;
 }
 
+const YardScene& yard_scene() {
+  static const YardScene made{yard(41), seen_from(yard(42), kYardPose, 18.0, 4000, 1)};
+  return made;
+}
+
 PluginPtr<MatchTarget> prepared(PointsView map, const std::string& toml) {
   const auto matcher = plugin<ScanMatcher>("ndt", toml);
   return in_library_of(matcher, required(matcher->prepare(map)));
@@ -79,6 +84,12 @@ PointCloud thinned(PointsView cloud, double edge) {
   PointCloud centroids;
   for (const auto& [index, sum] : voxels) centroids.push_back(sum.first / sum.second);
   return centroids;
+}
+
+PointCloud sparse_yard() {
+  PointCloud sparse = thinned(yard(21), 0.6);
+  std::erase_if(sparse, [](const Point& p) { return p.norm() > 14.0; });
+  return sparse;
 }
 
 PointCloud shifted(PointsView cloud, const Eigen::Vector3d& by) {

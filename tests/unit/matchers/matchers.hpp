@@ -17,6 +17,14 @@ namespace vantage::test {
 /// The alignment; an error ends the test with an exception.
 [[nodiscard]] Alignment aligned(const MatchTarget& target, PointsView scan, const Pose& guess);
 
+/// Why a loaded plugin refuses to make this map ready; a map that it takes ends the test with an
+/// exception.
+[[nodiscard]] Error refusal_of_map(const std::string& plugin, PointsView map);
+
+/// Between the poses [m] and [degrees].
+[[nodiscard]] double metres_off(const Alignment& alignment, const Pose& pose);
+[[nodiscard]] double degrees_off(const Alignment& alignment, const Pose& pose);
+
 /// A map point with its unit normal, found by trying all points; zero normal where the `k` nearest
 /// show no plane.
 struct Surfel {
