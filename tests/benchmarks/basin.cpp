@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "arguments.hpp"
 #include "drive.hpp"
 #include "plot.hpp"
 #include "ready_map.hpp"
@@ -213,67 +214,44 @@ Result<void> run(Options options) {
   return io::write_text_atomically(options.svg, plotted(all, grids, options));
 }
 
-}  // namespace
-}  // namespace vantage::benchmarks
-
-int main(int argc, char** argv) {
-  CLI::App app(
+void declare(Arguments& arguments, Options& options) {
+  arguments.program(
+      "./dev bench basin",
       "From how far off a matcher finds the pose, on the recorded street, against the whole map "
-      "and against its region maps of points and of cells: markdown tables and a plot.",
-      "./dev bench basin");
-  vantage::benchmarks::Options options;
+      "and against its region maps of points and of cells: markdown tables and a plot.");
   const CLI::Validator even(
       [](const std::string& text) {
         return (text.back() - '0') % 2 == 0 ? std::string() : std::string("it must be even");
       },
       "", "EVEN");
-  app.add_option("--matcher", options.matcher,
-                 "which, and with which parameters: 'ndt: resolution = 2.0; neighbours = ...'")
-      ->type_name("PLUGIN[:PARAMS]")
-      ->capture_default_str();
-  app.add_option("--points", options.points,
-                 "configuration of a built bundle of points; if left out, "
-                 "configs/kitti_street/L20.toml is built into a temporary folder")
-      ->check(CLI::ExistingFile)
-      ->type_name("CONFIG");
-  app.add_option("--cells", options.cells, "the same with store.content = \"prepared\"")
-      ->check(CLI::ExistingFile)
-      ->type_name("CONFIG");
-  app.add_option("--every", options.every, "every N-th of the 77 scans")
-      ->check(CLI::PositiveNumber)
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--metres", options.metres, "how far starts are moved")
-      ->check(CLI::PositiveNumber)
-      ->delimiter(',')
-      ->type_name("M,M,...")
-      ->capture_default_str();
-  app.add_option("--degrees", options.degrees, "how far they are turned, to either side")
-      ->check(CLI::Range(0.01, 180.0))
-      ->delimiter(',')
-      ->type_name("DEG,DEG,...")
-      ->capture_default_str();
-  app.add_option("--directions", options.directions,
-                 "in how many directions they are moved, evenly round; even")
-      ->check(CLI::Range(std::size_t{2}, std::size_t{360}) & even)
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--within-cm", options.centimetres_arrived, "how near the reference counts")
-      ->check(CLI::PositiveNumber)
-      ->type_name("CM")
-      ->capture_default_str();
-  app.add_option("--within-deg", options.degrees_arrived, "and how near in rotation")
-      ->check(CLI::PositiveNumber)
-      ->type_name("DEG")
-      ->capture_default_str();
-  app.add_option("--scan-voxel", options.scan_voxel, "scans are thinned to voxels of this edge")
-      ->check(CLI::PositiveNumber)
-      ->type_name("M")
-      ->capture_default_str();
-  app.add_option("--svg", options.svg, "where to write the plot")->type_name("FILE");
-  app.add_option("-j,--jobs", options.jobs, "threads; the results do not depend on it; 0: all")
-      ->type_name("N")
-      ->capture_default_str();
-  return vantage::cli::run_program(app, argc, argv,
-                                   [&] { return vantage::benchmarks::run(options); });
+  arguments.shown("--matcher", options.matcher,
+                  "which, and with which parameters: 'ndt: resolution = 2.0; neighbours = ...'",
+                  "PLUGIN[:PARAMS]");
+  arguments.bundles(options.points, options.cells);
+  arguments.shown("--every", options.every, "every N-th of the 77 scans", "N", CLI::PositiveNumber);
+  arguments
+      .shown("--metres", options.metres, "how far starts are moved", "M,M,...", CLI::PositiveNumber)
+      ->delimiter(',');
+  arguments
+      .shown("--degrees", options.degrees, "how far they are turned, to either side", "DEG,DEG,...",
+             CLI::Range(0.01, 180.0))
+      ->delimiter(',');
+  arguments.shown("--directions", options.directions,
+                  "in how many directions they are moved, evenly round; even", "N",
+                  CLI::Range(std::size_t{2}, std::size_t{360}) & even);
+  arguments.shown("--within-cm", options.centimetres_arrived, "how near the reference counts", "CM",
+                  CLI::PositiveNumber);
+  arguments.shown("--within-deg", options.degrees_arrived, "and how near in rotation", "DEG",
+                  CLI::PositiveNumber);
+  arguments.scan_voxel(options.scan_voxel);
+  arguments.svg(options.svg);
+  arguments.shown("-j,--jobs", options.jobs, "threads; the results do not depend on it; 0: all",
+                  "N");
 }
+
+const auto program = table(declare, run);
+
+}  // namespace
+}  // namespace vantage::benchmarks
+
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

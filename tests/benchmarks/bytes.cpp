@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "arguments.hpp"
 #include "drive.hpp"
 #include "plot.hpp"
 #include "ready_map.hpp"
@@ -314,44 +315,29 @@ Result<void> run(const Options& options) {
   return {};
 }
 
+void declare(Arguments& arguments, Options& options) {
+  arguments.program(
+      "./dev bench bytes",
+      "What a map's bytes buy on the recorded street: points, thinned points and stored cells by "
+      "size, error and time to be ready, as a markdown table and a plot.");
+  arguments.shown("--matcher", options.matcher,
+                  "one that stores what it prepares, and its parameters: 'ndt: resolution = 2.0'",
+                  "PLUGIN[:PARAMS]");
+  arguments.bundles(options.points, options.cells);
+  arguments
+      .shown("--voxels", options.voxels, "the map is thinned to one point for each of these",
+             "M,M,...", CLI::PositiveNumber)
+      ->delimiter(',');
+  arguments.shown("--repeats", options.repeats, "times are the best of so many", "N",
+                  CLI::PositiveNumber);
+  arguments.shown("--seed", options.seed, "of the random points", "N");
+  arguments.scan_voxel(options.scan_voxel);
+  arguments.svg(options.svg);
+}
+
+const auto program = table(declare, run);
+
 }  // namespace
 }  // namespace vantage::benchmarks
 
-int main(int argc, char** argv) {
-  CLI::App app(
-      "What a map's bytes buy on the recorded street: points, thinned points and stored cells by "
-      "size, error and time to be ready, as a markdown table and a plot.",
-      "./dev bench bytes");
-  vantage::benchmarks::Options options;
-  app.add_option("--matcher", options.matcher,
-                 "one that stores what it prepares, and its parameters: 'ndt: resolution = 2.0'")
-      ->type_name("PLUGIN[:PARAMS]")
-      ->capture_default_str();
-  app.add_option("--points", options.points,
-                 "configuration of a built bundle of points; if left out, "
-                 "configs/kitti_street/L20.toml is built into a temporary folder")
-      ->check(CLI::ExistingFile)
-      ->type_name("CONFIG");
-  app.add_option("--cells", options.cells, "the same with store.content = \"prepared\"")
-      ->check(CLI::ExistingFile)
-      ->type_name("CONFIG");
-  app.add_option("--voxels", options.voxels, "the map is thinned to one point for each of these")
-      ->check(CLI::PositiveNumber)
-      ->delimiter(',')
-      ->type_name("M,M,...")
-      ->capture_default_str();
-  app.add_option("--repeats", options.repeats, "times are the best of so many")
-      ->check(CLI::PositiveNumber)
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--seed", options.seed, "of the random points")
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--scan-voxel", options.scan_voxel, "scans are thinned to voxels of this edge")
-      ->check(CLI::PositiveNumber)
-      ->type_name("M")
-      ->capture_default_str();
-  app.add_option("--svg", options.svg, "where to write the plot")->type_name("FILE");
-  return vantage::cli::run_program(app, argc, argv,
-                                   [&] { return vantage::benchmarks::run(options); });
-}
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments.hpp"
 #include "drive.hpp"
 #include "ground_peers.hpp"
 #include "ground_samples.hpp"
@@ -148,28 +149,27 @@ Result<void> run(const Options& options) {
   return {};
 }
 
+void declare(Arguments& arguments, Options& options) {
+  arguments.program(
+      "./dev bench ground",
+      "Ground filters beside PCL's on labelled samples and the recorded street, as a markdown "
+      "table.");
+  arguments
+      .add("--filters", options.filters,
+           "only these, the first being what the others are compared with: pmf, smrf, "
+           "pcl_pmf, pcl_approximate_pmf",
+           "A,B,...", CLI::IsMember(kFilters))
+      ->delimiter(',');
+  arguments.shown("--points", options.points,
+                  "the samples side by side, made so much denser that there are so many points",
+                  "N", CLI::PositiveNumber);
+  arguments.flag("--pcl-street", options.pcl_street,
+                 "also pcl_pmf on the street, where it takes many minutes");
+}
+
+const auto program = table(declare, run);
+
 }  // namespace
 }  // namespace vantage::benchmarks
 
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Ground filters beside PCL's on labelled samples and the recorded street, as a markdown "
-      "table.",
-      "./dev bench ground");
-  vantage::benchmarks::Options options;
-  app.add_option("--filters", options.filters,
-                 "only these, the first being what the others are compared with: pmf, smrf, "
-                 "pcl_pmf, pcl_approximate_pmf")
-      ->delimiter(',')
-      ->check(CLI::IsMember(vantage::benchmarks::kFilters))
-      ->type_name("A,B,...");
-  app.add_option("--points", options.points,
-                 "the samples side by side, made so much denser that there are so many points")
-      ->check(CLI::PositiveNumber)
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_flag("--pcl-street", options.pcl_street,
-               "also pcl_pmf on the street, where it takes many minutes");
-  return vantage::cli::run_program(app, argc, argv,
-                                   [&] { return vantage::benchmarks::run(options); });
-}
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "arguments.hpp"
 #include "drive.hpp"
 #include "matching_peers.hpp"
 #include "support/plugins.hpp"
@@ -164,35 +165,31 @@ Result<void> run(const Options& options) {
   return {};
 }
 
+void declare(Arguments& arguments, Options& options) {
+  arguments.program(
+      "./dev bench matching",
+      "Scan matchers beside PCL's and Open3D's on the recorded street, as a markdown table.");
+  arguments
+      .add("--matchers", options.matchers,
+           "only these, the first being what the others are compared with: ndt, ndt_direct1, "
+           "ndt_direct26, ndt_kdtree, icp, gicp, pcl_ndt, pcl_gicp, open3d_icp",
+           "A,B,...")
+      ->delimiter(',');
+  arguments.add("--with", options.with,
+                "also a plugin with parameters of its own: 'ndt: resolution = 2.0; d1 = ...'",
+                "PLUGIN[:PARAMS]");
+  arguments.shown("--scans", options.scans, "only the first N scans; 0: all", "N");
+  arguments.scan_voxel(options.scan_voxel);
+  arguments.shown(
+      "--map-voxel", options.map_voxel,
+      "the map of pcl_gicp and open3d_icp is thinned to voxels of this edge, as icp and "
+      "gicp thin theirs; 0: it is not",
+      "M", CLI::NonNegativeNumber);
+}
+
+const auto program = table(declare, run);
+
 }  // namespace
 }  // namespace vantage::benchmarks
 
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Scan matchers beside PCL's and Open3D's on the recorded street, as a markdown table.",
-      "./dev bench matching");
-  vantage::benchmarks::Options options;
-  app.add_option("--matchers", options.matchers,
-                 "only these, the first being what the others are compared with: ndt, ndt_direct1, "
-                 "ndt_direct26, ndt_kdtree, icp, gicp, pcl_ndt, pcl_gicp, open3d_icp")
-      ->delimiter(',')
-      ->type_name("A,B,...");
-  app.add_option("--with", options.with,
-                 "also a plugin with parameters of its own: 'ndt: resolution = 2.0; d1 = ...'")
-      ->type_name("PLUGIN[:PARAMS]");
-  app.add_option("--scans", options.scans, "only the first N scans; 0: all")
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--scan-voxel", options.scan_voxel, "scans are thinned to voxels of this edge")
-      ->check(CLI::PositiveNumber)
-      ->type_name("M")
-      ->capture_default_str();
-  app.add_option("--map-voxel", options.map_voxel,
-                 "the map of pcl_gicp and open3d_icp is thinned to voxels of this edge, as icp and "
-                 "gicp thin theirs; 0: it is not")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("M")
-      ->capture_default_str();
-  return vantage::cli::run_program(app, argc, argv,
-                                   [&] { return vantage::benchmarks::run(options); });
-}
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

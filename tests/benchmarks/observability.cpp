@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "arguments.hpp"
 #include "drive.hpp"
 #include "io/scan_sequence.hpp"
 #include "plot.hpp"
@@ -364,44 +365,41 @@ Result<void> run(const Options& options) {
   return io::write_text_atomically(options.svg, to_svg(panels, 1200.0));
 }
 
+void declare(Arguments& arguments, Options& options) {
+  arguments.program(
+      "./dev bench observability",
+      "What visibility operators find of what is truly seen, by the share of the map that they "
+      "select, as markdown tables and a plot.");
+  arguments
+      .shown("--truths", options.truths,
+             "street: recorded scans; campus: rays in a simulated world; vehicles: the same "
+             "after vehicles drove past",
+             "A,B,...", CLI::IsMember({"street", "campus", "vehicles"}))
+      ->delimiter(',');
+  arguments
+      .add("--families", options.families,
+           "only these operators: hpr, surface, range_image, keep_all", "A,B,...",
+           CLI::IsMember({"hpr", "surface", "range_image", "keep_all"}))
+      ->delimiter(',');
+  arguments.add("--with", options.with,
+                "also an operator with parameters of its own: 'hpr: alpha = 1e6'",
+                "PLUGIN[:PARAMS]");
+  arguments
+      .shown("--scans", options.scans,
+             "which of the street's 77 scans, the first being 0: each is a viewpoint", "N,N,...")
+      ->delimiter(',');
+  arguments.shown("--campus-size", options.campus_size, "edge of the simulated campus", "M",
+                  CLI::PositiveNumber);
+  arguments.add("--seed", options.seed,
+                "of the campus, another makes another campus; if left out, that of "
+                "configs/simulate/campus200.toml",
+                "N");
+  arguments.svg(options.svg);
+}
+
+const auto program = table(declare, run);
+
 }  // namespace
 }  // namespace vantage::benchmarks
 
-int main(int argc, char** argv) {
-  CLI::App app(
-      "What visibility operators find of what is truly seen, by the share of the map that they "
-      "select, as markdown tables and a plot.",
-      "./dev bench observability");
-  vantage::benchmarks::Options options;
-  app.add_option("--truths", options.truths,
-                 "street: recorded scans; campus: rays in a simulated world; vehicles: the same "
-                 "after vehicles drove past")
-      ->check(CLI::IsMember({"street", "campus", "vehicles"}))
-      ->delimiter(',')
-      ->type_name("A,B,...")
-      ->capture_default_str();
-  app.add_option("--families", options.families,
-                 "only these operators: hpr, surface, range_image, keep_all")
-      ->check(CLI::IsMember({"hpr", "surface", "range_image", "keep_all"}))
-      ->delimiter(',')
-      ->type_name("A,B,...");
-  app.add_option("--with", options.with,
-                 "also an operator with parameters of its own: 'hpr: alpha = 1e6'")
-      ->type_name("PLUGIN[:PARAMS]");
-  app.add_option("--scans", options.scans,
-                 "which of the street's 77 scans, the first being 0: each is a viewpoint")
-      ->delimiter(',')
-      ->type_name("N,N,...")
-      ->capture_default_str();
-  app.add_option("--campus-size", options.campus_size, "edge of the simulated campus")
-      ->check(CLI::PositiveNumber)
-      ->type_name("M")
-      ->capture_default_str();
-  app.add_option("--seed", options.seed,
-                 "of the campus, another makes another campus; if left out, that of "
-                 "configs/simulate/campus200.toml")
-      ->type_name("N");
-  app.add_option("--svg", options.svg, "where to write the plot")->type_name("FILE");
-  return vantage::cli::run_program(app, argc, argv,
-                                   [&] { return vantage::benchmarks::run(options); });
-}
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

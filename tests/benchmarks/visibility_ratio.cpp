@@ -23,6 +23,7 @@
 #include <utility>
 #include <vector>
 
+#include "arguments.hpp"
 #include "maps.hpp"
 #include "support/plugins.hpp"
 #include "terminal/command_line.hpp"
@@ -460,54 +461,41 @@ Result<void> run(Options options) {
   return {};
 }
 
+void declare(Arguments& arguments, Options& options) {
+  arguments.program("./dev bench visibility",
+                    "Hidden point removal beside Open3D's, as markdown tables.");
+  arguments.flag("--single", options.single, "the table of single viewpoints");
+  arguments.flag("--whole", options.whole, "the table of all viewpoints of a map");
+  arguments.flag(
+      "--growth", options.growth,
+      "how a viewpoint's cost grows with the map; without any of these three: the first two");
+  arguments.add("--map", options.map, "point cloud instead of the simulated campus", "FILE",
+                CLI::ExistingFile);
+  arguments.shown("--campus", options.campus_size, "edge of the simulated campus", "M",
+                  CLI::Range(60.0, 5000.0));
+  arguments.shown("--alpha", options.alpha, "R in diagonals of the map", "FLOAT",
+                  CLI::Range(1.0, 1e6));
+  arguments.add("--max-range", options.max_range,
+                "reach of the sensor; unlimited if left out (single viewpoints: both and 100 m)",
+                "M", CLI::PositiveNumber);
+  arguments.shown("--voxel", options.viewpoints.voxel_size, "s_voxel: one viewpoint each", "M",
+                  CLI::PositiveNumber);
+  arguments.shown("--viewpoints", options.sample,
+                  "ask this many, evenly sampled, with --cell by whole cells; 0: all", "N");
+  arguments.shown("--open3d", options.open3d_sample, "ask Open3D this many of them", "K",
+                  CLI::PositiveNumber);
+  arguments.add("--cell", options.cell,
+                "one call of visible_from_any for each cell of this width, as a build does; one "
+                "for all if left out (growth: 10)",
+                "L", CLI::PositiveNumber);
+  arguments
+      .shown("--sizes", options.sizes, "campuses of --growth", "M,M,...", CLI::Range(60.0, 5000.0))
+      ->delimiter(',');
+}
+
+const auto program = table(declare, run);
+
 }  // namespace
 }  // namespace vantage::benchmarks
 
-int main(int argc, char** argv) {
-  CLI::App app("Hidden point removal beside Open3D's, as markdown tables.",
-               "./dev bench visibility");
-  vantage::benchmarks::Options options;
-  app.add_flag("--single", options.single, "the table of single viewpoints");
-  app.add_flag("--whole", options.whole, "the table of all viewpoints of a map");
-  app.add_flag(
-      "--growth", options.growth,
-      "how a viewpoint's cost grows with the map; without any of these three: the first two");
-  app.add_option("--map", options.map, "point cloud instead of the simulated campus")
-      ->check(CLI::ExistingFile)
-      ->type_name("FILE");
-  app.add_option("--campus", options.campus_size, "edge of the simulated campus")
-      ->check(CLI::Range(60.0, 5000.0))
-      ->type_name("M")
-      ->capture_default_str();
-  app.add_option("--alpha", options.alpha, "R in diagonals of the map")
-      ->check(CLI::Range(1.0, 1e6))
-      ->capture_default_str();
-  app.add_option("--max-range", options.max_range,
-                 "reach of the sensor; unlimited if left out (single viewpoints: both and 100 m)")
-      ->check(CLI::PositiveNumber)
-      ->type_name("M");
-  app.add_option("--voxel", options.viewpoints.voxel_size, "s_voxel: one viewpoint each")
-      ->check(CLI::PositiveNumber)
-      ->type_name("M")
-      ->capture_default_str();
-  app.add_option("--viewpoints", options.sample,
-                 "ask this many, evenly sampled, with --cell by whole cells; 0: all")
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--open3d", options.open3d_sample, "ask Open3D this many of them")
-      ->check(CLI::PositiveNumber)
-      ->type_name("K")
-      ->capture_default_str();
-  app.add_option("--cell", options.cell,
-                 "one call of visible_from_any for each cell of this width, as a build does; one "
-                 "for all if left out (growth: 10)")
-      ->check(CLI::PositiveNumber)
-      ->type_name("L");
-  app.add_option("--sizes", options.sizes, "campuses of --growth")
-      ->check(CLI::Range(60.0, 5000.0))
-      ->delimiter(',')
-      ->type_name("M,M,...")
-      ->capture_default_str();
-  return vantage::cli::run_program(app, argc, argv,
-                                   [&] { return vantage::benchmarks::run(options); });
-}
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

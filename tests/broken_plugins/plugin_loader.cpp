@@ -18,29 +18,28 @@ namespace {
 
 const fs::path kBroken = BROKEN_PLUGIN_DIR;
 
-std::string refusal(const std::string& file) {
+std::string prefix(const std::string& file) { return "error: " + (kBroken / file).string() + ": "; }
+
+/// Refused for this reason, in one line.
+void check_refused(const std::string& file, const std::string& why) {
   const auto info = PluginLoader({}).inspect(kBroken / file);
   REQUIRE_FALSE(info.has_value());
   CHECK(info.error().code == ErrorCode::incompatible_plugin);
   const std::string text = to_string(info.error());
   CHECK(text.find('\n') == std::string::npos);
-  return text;
+  CHECK(text == prefix(file) + why);
 }
-
-std::string prefix(const std::string& file) { return "error: " + (kBroken / file).string() + ": "; }
 
 }  // namespace
 
 TEST_CASE("a plugin built for another ABI is refused with what differs") {
-  CHECK(refusal("vantage_ground_old_interface.so") ==
-        prefix("vantage_ground_old_interface.so") +
-            "built for plugin interface version 0, this program has " +
-            std::to_string(VANTAGE_INTERFACE_VERSION));
-  CHECK(
-      refusal("vantage_ground_wide_eigen.so") ==
-      prefix("vantage_ground_wide_eigen.so") +
-          "built for an Eigen alignment (EIGEN_MAX_ALIGN_BYTES; -mavx and -march change it) of 32, "
-          "this program has 16");
+  check_refused("vantage_ground_old_interface.so",
+                "built for plugin interface version 0, this program has " +
+                    std::to_string(VANTAGE_INTERFACE_VERSION));
+  check_refused(
+      "vantage_ground_wide_eigen.so",
+      "built for an Eigen alignment (EIGEN_MAX_ALIGN_BYTES; -mavx and -march change it) of 32, "
+      "this program has 16");
 }
 
 TEST_CASE("a plugin of another C++ ABI is refused before any of its code runs") {
@@ -94,21 +93,17 @@ TEST_CASE("a plugin that throws from a method ends the program with its message"
 }
 
 TEST_CASE("kind and name must match the file name") {
-  CHECK(refusal("vantage_ground_other_name.so") ==
-        prefix("vantage_ground_other_name.so") +
-            "calls itself 'somebody_else', its file name says 'other_name'");
-  CHECK(refusal("vantage_partitioner_wrong_kind.so") ==
-        prefix("vantage_partitioner_wrong_kind.so") +
-            "is a ground plugin by its content, a partitioner plugin by its name");
+  check_refused("vantage_ground_other_name.so",
+                "calls itself 'somebody_else', its file name says 'other_name'");
+  check_refused("vantage_partitioner_wrong_kind.so",
+                "is a ground plugin by its content, a partitioner plugin by its name");
 }
 
 TEST_CASE("what is no plugin, no library or not complete is refused, never run") {
-  CHECK(refusal("vantage_ground_no_manifest.so") ==
-        prefix("vantage_ground_no_manifest.so") +
-            "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
-  CHECK(refusal("vantage_ground_undefined_symbol.so") ==
-        prefix("vantage_ground_undefined_symbol.so") +
-            "cannot be loaded: no library that it names has the symbol 'defined_nowhere()'");
+  check_refused("vantage_ground_no_manifest.so",
+                "is no Vantage plugin: it lacks the symbol 'vantage_plugin'");
+  check_refused("vantage_ground_undefined_symbol.so",
+                "cannot be loaded: no library that it names has the symbol 'defined_nowhere()'");
 
   const test::TemporaryFolder folder;
   const fs::path text = folder.path() / "vantage_ground_text.so";

@@ -193,10 +193,11 @@ class Links(TemporaryRoot):
 
     def test_dead_links_are_named_with_their_place(self):
         write(self.root, "b.md", "# Here\n```\n# not here\n```\n")
-        self.assertEqual(self.dead("\n[b](c.md)"), ["docs/a.md:2: there is no docs/c.md"])
-        self.assertEqual(self.dead("[b](../b.md#not-here)"), ["docs/a.md:1: b.md has no heading #not-here"])
-        self.assertEqual(self.dead("![b](b.png)"), ["docs/a.md:1: there is no docs/b.png"])
-        self.assertEqual(self.dead('<img src="b.png">'), ["docs/a.md:1: there is no docs/b.png"])
+        for text, fault in (("\n[b](c.md)", "docs/a.md:2: there is no docs/c.md"),
+                            ("[b](../b.md#not-here)", "docs/a.md:1: b.md has no heading #not-here"),
+                            ("![b](b.png)", "docs/a.md:1: there is no docs/b.png"),
+                            ('<img src="b.png">', "docs/a.md:1: there is no docs/b.png")):
+            self.assertEqual(self.dead(text), [fault])
         self.assertEqual(len(self.dead("[folder](../docs)")), 1)
         self.assertEqual(len(self.dead("[outside](../../other.md)")), 1)
 

@@ -105,32 +105,23 @@ std::vector<CapturedFrame> fast_turns(std::uint8_t product, std::uint8_t mode) {
 
 std::vector<std::string> pcd() {
   const std::vector<float> seconds{0.0F, 0.1F, 0.2F};
-  return {written("a.pcd",
-                  [](const auto& path) {
-                    return io::write_pcd(path, cloud(), io::Precision::float32, views());
-                  }),
-          written("a.pcd",
-                  [](const auto& path) {
-                    return io::write_pcd(path, cloud(), io::Precision::float64);
-                  }),
-          written("a.pcd",
-                  [&](const auto& path) {
-                    return io::write_pcd(path, cloud(), std::span<const float>(seconds));
-                  }),
+  const auto as_pcd = [](const auto&... options) {
+    return written("a.pcd",
+                   [&](const auto& path) { return io::write_pcd(path, cloud(), options...); });
+  };
+  return {as_pcd(io::Precision::float32, views()), as_pcd(io::Precision::float64),
+          as_pcd(std::span<const float>(seconds)),
           "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 8\nTYPE F F F F\nCOUNT 1 1 1 1\n"
           "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n"
           "1 2 3 0.0\nnan 5 6 0.05\n"};
 }
 
 std::vector<std::string> ply() {
-  return {written("a.ply",
-                  [](const auto& path) {
-                    return io::write_ply(path, cloud(), io::Precision::float32, views());
-                  }),
-          written("a.ply",
-                  [](const auto& path) {
-                    return io::write_ply(path, cloud(), io::Precision::float64);
-                  }),
+  const auto as_ply = [](const auto&... options) {
+    return written("a.ply",
+                   [&](const auto& path) { return io::write_ply(path, cloud(), options...); });
+  };
+  return {as_ply(io::Precision::float32, views()), as_ply(io::Precision::float64),
           "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 2\nproperty float x\n"
           "property float y\nproperty float z\nelement face 1\n"
           "property list uchar int vertex_indices\nend_header\n1 2 3\n4 5 6\n2 0 1\n"};

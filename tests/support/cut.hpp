@@ -1,5 +1,11 @@
 #pragma once
 
+#include <doctest/doctest.h>
+
+#include <set>
+#include <string>
+
+#include "support/plugins.hpp"
 #include "vantage/conformance/range_survey.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 
@@ -10,6 +16,26 @@ namespace vantage::test {
                                            PointsView map, PointsView trajectory = {},
                                            double range = 15.0) {
   return partitioner->partition(map, trajectory, conformance::RangeSurvey(map, range));
+}
+
+/// What the partitioner of this name and these parameters makes of it; an error ends the test.
+[[nodiscard]] inline Partition cut_by(const std::string& name, const std::string& params,
+                                      PointsView map, PointsView trajectory = {},
+                                      double range = 15.0) {
+  auto partition = cut(plugin<Partitioner>(name, params), map, trajectory, range);
+  REQUIRE_MESSAGE(partition, to_string(partition.error()));
+  return *std::move(partition);
+}
+
+/// Every point of the map is in a region, and every region has one.
+inline void check_every_region_owns(const Partition& partition, PointsView map) {
+  std::set<std::uint32_t> owners;
+  for (const Point& p : map) {
+    const auto id = partition.locate(p);
+    REQUIRE(id);
+    owners.insert(id->value);
+  }
+  CHECK(owners.size() == partition.size());
 }
 
 }  // namespace vantage::test

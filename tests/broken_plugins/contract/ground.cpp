@@ -106,8 +106,5 @@ class Broken final : public GroundFilter {
 }  // namespace
 }  // namespace vantage::broken
 
-extern "C" __attribute__((visibility("default"),
-                          used)) constinit const vantage::PluginManifest vantage_plugin{
-    .name = vantage_broken_name,
-    .summary = "a ground filter that breaks one clause",
-    .factory = vantage::detail::factory_of<vantage::GroundFilter, vantage::broken::Broken>()};
+VANTAGE_PLUGIN(vantage::GroundFilter, vantage::broken::Broken, vantage_broken_name,
+               "a ground filter that breaks one clause");

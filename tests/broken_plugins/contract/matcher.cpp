@@ -199,8 +199,5 @@ class Broken final : public ScanMatcher {
 }  // namespace
 }  // namespace vantage::broken
 
-extern "C" __attribute__((visibility("default"),
-                          used)) constinit const vantage::PluginManifest vantage_plugin{
-    .name = vantage_broken_name,
-    .summary = "a scan matcher that breaks one clause",
-    .factory = vantage::detail::factory_of<vantage::ScanMatcher, vantage::broken::Broken>()};
+VANTAGE_PLUGIN(vantage::ScanMatcher, vantage::broken::Broken, vantage_broken_name,
+               "a scan matcher that breaks one clause");

@@ -133,8 +133,5 @@ class Broken final : public MapStore {
 }  // namespace
 }  // namespace vantage::broken
 
-extern "C" __attribute__((visibility("default"),
-                          used)) constinit const vantage::PluginManifest vantage_plugin{
-    .name = vantage_broken_name,
-    .summary = "a map store that breaks one clause",
-    .factory = vantage::detail::factory_of<vantage::MapStore, vantage::broken::Broken>()};
+VANTAGE_PLUGIN(vantage::MapStore, vantage::broken::Broken, vantage_broken_name,
+               "a map store that breaks one clause");

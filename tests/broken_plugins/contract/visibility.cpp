@@ -200,8 +200,5 @@ class Broken final : public VisibilityOperator {
 }  // namespace
 }  // namespace vantage::broken
 
-extern "C" __attribute__((visibility("default"),
-                          used)) constinit const vantage::PluginManifest vantage_plugin{
-    .name = vantage_broken_name,
-    .summary = "a visibility operator that breaks one clause",
-    .factory = vantage::detail::factory_of<vantage::VisibilityOperator, vantage::broken::Broken>()};
+VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::broken::Broken, vantage_broken_name,
+               "a visibility operator that breaks one clause");

@@ -21,9 +21,7 @@ PluginPtr<Partitioner> budget(const std::string& params) {
 }
 
 Partition made(const std::string& params, const PointCloud& map, double range) {
-  auto partition = test::cut(budget(params), map, {}, range);
-  REQUIRE_MESSAGE(partition, to_string(partition.error()));
-  return *std::move(partition);
+  return test::cut_by("budget", params, map, {}, range);
 }
 
 std::string refused(const std::string& params, const PointCloud& map, double range) {

@@ -16,9 +16,7 @@ using test::plugin;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Partition made(const std::string& params, const PointCloud& map) {
-  auto partition = test::cut(plugin<Partitioner>("kd_split", params), map);
-  REQUIRE_MESSAGE(partition, to_string(partition.error()));
-  return *std::move(partition);
+  return test::cut_by("kd_split", params, map);
 }
 
 const HalfOpenBox& box_of(const Partition& partition, std::uint32_t region) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <set>
 
 #include "support/cut.hpp"
 #include "support/plugins.hpp"
@@ -22,9 +21,7 @@ PluginPtr<Partitioner> along(const std::string& params) {
 }
 
 Partition made(const std::string& params, const PointCloud& map, const PointCloud& path) {
-  auto partition = test::cut(along(params), map, path);
-  REQUIRE_MESSAGE(partition, to_string(partition.error()));
-  return *std::move(partition);
+  return test::cut_by("trajectory", params, map, path);
 }
 
 /// A point in the middle of every square metre of [x0, x1) x [y0, y1).
@@ -198,13 +195,7 @@ TEST_CASE("every map point is located, also on edges and far from the origin; no
           "segment_length = 2.0"}) {
       CAPTURE(params);
       const Partition partition = made(params, map, path);
-      std::set<std::uint32_t> owners;
-      for (const Point& p : map) {
-        const auto id = partition.locate(p);
-        REQUIRE(id);
-        owners.insert(id->value);
-      }
-      CHECK(owners.size() == partition.size());
+      test::check_every_region_owns(partition, map);
     }
   }
 }

@@ -257,13 +257,7 @@ TEST_CASE("every map point is located, also on edges and far from the origin; no
       CAPTURE(cell);
       const Partition partition = made("min_overlap = 0.6\nvoxel_size = 0.5\ncell_size = " + cell,
                                        map, conformance::RangeSurvey(map, 4.0));
-      std::set<std::uint32_t> owners;
-      for (const Point& p : map) {
-        const auto id = partition.locate(p);
-        REQUIRE(id);
-        owners.insert(id->value);
-      }
-      CHECK(owners.size() == partition.size());
+      test::check_every_region_owns(partition, map);
     }
   }
 }

@@ -30,19 +30,6 @@ Ray ray_of(const Point& p) {
           static_cast<int>(std::lround((elevation + 15.0) / 2.0))};
 }
 
-/// To the nearest surface of the ground and the solids [m].
-double distance_to_surface(const World& world, const Point& p) {
-  double nearest = std::abs(p.z() - world.terrain().height(p.x(), p.y()));
-  for (const Solid& solid : world.campus().solids) {
-    if ((p.array() < solid.bounds.min.array() - 1.0).any() ||
-        (p.array() > solid.bounds.max.array() + 1.0).any()) {
-      continue;
-    }
-    nearest = std::min(nearest, std::abs(solid.signed_distance(p)));
-  }
-  return nearest;
-}
-
 WorldParams exact_world() {
   WorldParams params = test::small_world();
   params.campus.leaf_area_density = 0.0;  // distance_to_surface knows no leaves
@@ -94,9 +81,9 @@ TEST_CASE("every point of a scan without noise lies on a surface") {
     for (const Point& p : lidar.scan(world, drive, index)) {
       const double fired = motion_distortion ? ray_of(p).firing / 1800.0 * 0.1 : 0.0;
       worst =
-          std::max(worst, distance_to_surface(world, drive.pose(drive.stamp(index) + fired) * p));
+          std::max(worst, test::distance_to_surface(world, drive.pose(drive.stamp(index) + fired) * p, 1.0));
       worst_from_first_pose = std::max(
-          worst_from_first_pose, distance_to_surface(world, drive.pose(drive.stamp(index)) * p));
+          worst_from_first_pose, test::distance_to_surface(world, drive.pose(drive.stamp(index)) * p, 1.0));
     }
     CHECK(worst < 1e-3);
     CHECK((worst_from_first_pose > 0.1) == motion_distortion);

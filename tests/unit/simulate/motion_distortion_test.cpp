@@ -33,19 +33,6 @@ WorldParams fast_drive() {
   return params;
 }
 
-/// To the nearest surface of the ground and the solids [m].
-double distance_to_surface(const World& world, const Point& p) {
-  double nearest = std::abs(p.z() - world.terrain().height(p.x(), p.y()));
-  for (const Solid& solid : world.campus().solids) {
-    if ((p.array() < solid.bounds.min.array() - 3.0).any() ||
-        (p.array() > solid.bounds.max.array() + 3.0).any()) {
-      continue;
-    }
-    nearest = std::min(nearest, std::abs(solid.signed_distance(p)));
-  }
-  return nearest;
-}
-
 struct Errors {
   double rms, percentile_99;
 };
@@ -54,7 +41,7 @@ Errors errors_of(const World& world, const Pose& T_campus_sensor, const PointClo
   std::vector<double> errors;
   double squares = 0.0;
   for (const Point& p : points) {
-    errors.push_back(distance_to_surface(world, T_campus_sensor * p));
+    errors.push_back(test::distance_to_surface(world, T_campus_sensor * p, 3.0));
     squares += errors.back() * errors.back();
   }
   std::sort(errors.begin(), errors.end());

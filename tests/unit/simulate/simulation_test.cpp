@@ -263,16 +263,7 @@ TEST_CASE("wrong world files are refused with the place of the error") {
        "map.point_spacing"},
       {"schema = 1\n[drive]\nlength = 1e6\nspeed = 0.1\n", "drive.scan_every"},
   };
-  for (const Case& c : cases) {
-    CAPTURE(c.text);
-    const auto table = parse_toml(c.text, "w.toml");
-    const auto world = table ? parse<WorldParams>(*table) : fail(table.error());
-    REQUIRE_FALSE(world);
-    CHECK(world.error().code == ErrorCode::invalid_config);
-    const std::string message = to_string(world.error());
-    CAPTURE(message);
-    CHECK(message.find(c.message) != std::string::npos);
-  }
+  for (const Case& c : cases) test::check_refused(c.text, c.message);
 }
 
 TEST_CASE("the program") {

@@ -2,9 +2,14 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 #include "simulate/drive.hpp"
 #include "simulate/params.hpp"
 #include "simulate/world.hpp"
+#include "vantage/engine/config.hpp"
 
 namespace vantage::simulation::test {
 
@@ -40,6 +45,32 @@ inline Drive make_drive(const World& world, const WorldParams& params) {
   auto drive = Drive::create(world, params);
   REQUIRE_MESSAGE(drive, to_string(drive.error()));
   return *std::move(drive);
+}
+
+/// To the nearest surface of the ground and of the solids within `reach` [m].
+inline double distance_to_surface(const World& world, const Point& p, double reach) {
+  double nearest = std::abs(p.z() - world.terrain().height(p.x(), p.y()));
+  for (const Solid& solid : world.campus().solids) {
+    if ((p.array() < solid.bounds.min.array() - reach).any() ||
+        (p.array() > solid.bounds.max.array() + reach).any()) {
+      continue;
+    }
+    nearest = std::min(nearest, std::abs(solid.signed_distance(p)));
+  }
+  return nearest;
+}
+
+/// The parameters of a world in this text, `w.toml`, must be refused with a message that holds
+/// `part`.
+inline void check_refused(const std::string& text, const std::string& part) {
+  CAPTURE(text);
+  const auto table = parse_toml(text, "w.toml");
+  const auto world = table ? parse<WorldParams>(*table) : fail(table.error());
+  REQUIRE_FALSE(world);
+  CHECK(world.error().code == ErrorCode::invalid_config);
+  const std::string message = to_string(world.error());
+  CAPTURE(message);
+  CHECK(message.find(part) != std::string::npos);
 }
 
 }  // namespace vantage::simulation::test
