@@ -11,8 +11,8 @@
 namespace vantage {
 namespace {
 
-/// Edits that turn a into b: a letter too many, missing or wrong, or two neighbours swapped
-/// (optimal string alignment).
+/// The number of edits that turn a into b. An edit is a letter too many, a missing letter, a wrong
+/// letter, or two neighbours swapped (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before, last, row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -73,7 +73,7 @@ std::string written_number(double x) {
   char buffer[64];
   const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, x);
   std::string text(buffer, error == std::errc{} ? end : buffer);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";  // TOML tells 1 from 1.0
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";  // TOML distinguishes 1 from 1.0
   return text;
 }
 
@@ -143,7 +143,7 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
   std::pair best_rank{std::max<std::size_t>(2, word.size() / 3), true};
   for (const std::string& candidate : candidates) {
     const std::size_t distance = edit_distance(lower_case(word), lower_case(candidate));
-    if (distance >= candidate.size()) continue;  // nothing of it is left
+    if (distance >= candidate.size()) continue;  // no letter of the candidate is left
     const std::pair rank{distance,
                          std::find(written.begin(), written.end(), candidate) != written.end()};
     if (rank > best_rank) continue;

@@ -1,4 +1,4 @@
-// Home of every interface's vtable and type_info: one of each, in core.
+// Home of every interface's vtable and type_info, so that each exists once.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ Result<std::unique_ptr<MatchTarget>> ScanMatcher::restore(
 
 namespace {
 
-/// Calls take(visible points) for every viewpoint, in parallel. Of several errors the one of the
+/// Calls take(visible points) for every viewpoint, in parallel. Of several errors, the one of the
 /// first viewpoint is reported.
 template <class Take>
 Result<void> look_around(const VisibilityScene& scene, std::size_t map_size,
@@ -84,7 +84,8 @@ Result<void> look_around(const VisibilityScene& scene, std::size_t map_size,
   return {};
 }
 
-/// A counter for each index below a limit. Memory is taken up where something is counted.
+/// A counter for each index below a limit. Uses memory only for ranges in which something is
+/// counted.
 class Counters {
  public:
   explicit Counters(std::size_t limit)
@@ -112,7 +113,7 @@ class Counters {
 
 Result<IndexList> VisibilityScene::visible_from_any(
     std::span<const Point> viewpoints, const VisibilityProgress* progress) const noexcept {
-  IndexSet seen(map_size_);  // a union does not depend on who comes first
+  IndexSet seen(map_size_);  // a union does not depend on the order
   VANTAGE_CHECK(look_around(*this, map_size_, viewpoints, progress,
                             [&](const IndexList& indices) { seen.add(indices); }));
   return seen.ascending();

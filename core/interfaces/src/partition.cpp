@@ -40,8 +40,8 @@ double cross(const Vector2d& a, const Vector2d& b) noexcept {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// Whether p is on the line a -> b or left of it. The ends are taken in a fixed order, so that two
-/// polygons that share an edge, each in its own direction, round alike and leave no crack.
+/// Whether p is on the line a -> b or left of it. The ends are taken in a fixed order. Two polygons
+/// that share an edge, each in its own direction, therefore round alike and leave no crack.
 bool left_of(const Vector2d& a, const Vector2d& b, const Vector2d& p) noexcept {
   const bool forward = a.x() < b.x() || (a.x() == b.x() && a.y() <= b.y());
   return forward ? cross(b - a, p - a) >= 0.0 : cross(a - b, p - b) <= 0.0;
@@ -127,7 +127,8 @@ std::string defect(const ConvexPolygon& polygon) {
     if (!corner.allFinite()) return "the polygon is not finite";
     magnitude = std::max(magnitude, corner.cwiseAbs().maxCoeff());
   }
-  // Corners that a program has put on a straight line lie beside it by the rounding of coordinates.
+  // Corners that a program computed on a straight line are off the line by the rounding of
+  // coordinates.
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * magnitude;
   double turned = 0.0, area = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -167,7 +168,7 @@ const Shape& part(const Shape& shape, std::size_t) noexcept {
 }
 const HalfOpenBox& part(const BoxUnion& shape, std::size_t k) noexcept { return shape.boxes[k]; }
 
-/// The least power of two that is not below x; the largest one for what is beyond.
+/// The least power of two that is not below x; the largest power of two for any larger x.
 double power_of_two_above(double x) noexcept {
   int exponent = 0;
   const double mantissa = std::frexp(std::min(x, std::numeric_limits<double>::max()), &exponent);
@@ -187,7 +188,7 @@ bool contains(const Footprint& footprint, const Vector2d& xy) noexcept {
 double distance(const Footprint& footprint, const Vector2d& xy) noexcept {
   if (!xy.allFinite()) return std::numeric_limits<double>::infinity();
   if (contains(footprint, xy)) return 0.0;
-  // On the open border of a box the distance is positive too: it is 0 inside and nowhere else.
+  // On the open border of a box, the distance is positive too: it is 0 only inside.
   return std::visit(
       [&](const auto& shape) {
         return std::max(distance_to_border(shape, xy), std::numeric_limits<double>::min());
@@ -195,10 +196,10 @@ double distance(const Footprint& footprint, const Vector2d& xy) noexcept {
       footprint);
 }
 
-/// One hashed grid a size class of convex parts. Buckets are at least as wide as the boxes of their
-/// class, so a part is in at most four of them, whatever the extent of the map, and at most twice
-/// as wide, so disjoint parts crowd no bucket. The widths are powers of two: dividing by them is
-/// exact, and a place far from the origin falls in the right bucket.
+/// One hashed grid per size class of convex parts. Buckets are at least as wide as the boxes of
+/// their class, so a part is in at most four of them, whatever the extent of the map. Buckets are
+/// at most twice as wide, so disjoint parts do not crowd a bucket. The widths are powers of two:
+/// division by them is exact, and a place far from the origin falls into the right bucket.
 struct Partition::Grid {
   struct Entry {
     Bounds2 box;
@@ -228,7 +229,7 @@ struct Partition::Grid {
     return {static_cast<std::int64_t>(std::floor(p.x() / width.x())),
             static_cast<std::int64_t>(std::floor(p.y() / width.y()))};
   }
-  /// The parts of one level whose box may hold a place, by region.
+  /// The parts of one level whose boxes may contain a place, by region.
   [[nodiscard]] std::span<const Entry> candidates(const Level& level,
                                                   const Vector2d& p) const noexcept {
     if (!level.extent.contains(p)) return {};

@@ -32,7 +32,7 @@ Pose pose_from_xyz_rpy(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy) n
 Eigen::Quaternion<double, Eigen::DontAlign> rotation_from_vector(
     const Eigen::Vector3d& rotation_vector) noexcept {
   const double angle = rotation_vector.norm();
-  // sin(a/2)/a by its series near zero, where the quotient loses its digits.
+  // sin(a/2)/a by its series near zero, where the quotient loses digits.
   const double factor = angle < 1e-6 ? 0.5 - angle * angle / 48.0 : std::sin(angle / 2.0) / angle;
   const Eigen::Vector3d v = factor * rotation_vector;
   return Eigen::Quaternion<double, Eigen::DontAlign>(std::cos(angle / 2.0), v.x(), v.y(), v.z())
@@ -49,7 +49,7 @@ Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept {
   const Pose step = a.inverse() * b;
   const Eigen::AngleAxisd rotation{Eigen::Quaterniond(step.rotation)};
   double angle = rotation.angle();
-  if (angle > M_PI) angle -= 2.0 * M_PI;  // the short way round
+  if (angle > M_PI) angle -= 2.0 * M_PI;  // the shorter way round
   Pose result;
   result.rotation =
       (a.rotation * rotation_from_vector(rotation.axis() * (angle * fraction))).normalized();

@@ -1,4 +1,4 @@
 #pragma once
 
-/// Marks what libvantage_core exports; everything else in it is hidden.
+/// Marks what a shared library of Vantage exports; everything else in it is hidden.
 #define VANTAGE_API __attribute__((visibility("default")))

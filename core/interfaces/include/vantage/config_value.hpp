@@ -38,13 +38,16 @@ struct Entry {
 /// "a boolean", "an integer", "a number", "a string", "an array", "a table".
 [[nodiscard]] VANTAGE_API const char* type_name(const Value& value) noexcept;
 
-/// As TOML; `to_toml(Table)` writes nested tables as [sections] with `prefix` before their names.
+/// Writes TOML. `to_toml(Table)` writes nested tables as [sections], with `prefix` before their
+/// names.
 [[nodiscard]] VANTAGE_API std::string to_toml(const Value& value);
 [[nodiscard]] VANTAGE_API std::string to_toml(const Table& table, const std::string& prefix = {});
 
-/// "; did you mean 'x'?" for the candidate nearest to a misspelt word, "'x' or 'y'" for candidates
-/// equally near, or "" where none is near. Letters in the wrong case count as right ones.
-/// @param written  words that are there already: of equally near ones, those are not meant
+/// Suggests what a misspelt word was meant to be: "; did you mean 'x'?" for the nearest candidate,
+/// "'x' or 'y'" for candidates that are equally near, "" if none is near. Upper and lower case
+/// count as the same letter.
+/// @param written  words that are in the text already; among equally near candidates, these are not
+///                 suggested
 [[nodiscard]] VANTAGE_API std::string did_you_mean(std::string_view word,
                                                    const std::vector<std::string>& candidates,
                                                    const std::vector<std::string>& written = {});

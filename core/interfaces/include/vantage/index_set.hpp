@@ -11,14 +11,14 @@
 
 namespace vantage {
 
-/// A set of indices, one bit each: joining what many viewpoints see costs little even where they
-/// see little of a large map.
+/// A set of indices with one bit each. Joining what many viewpoints see costs little, even if each
+/// of them sees only a small part of a large map.
 class IndexSet {
  public:
-  /// @param limit  above every index
+  /// @param limit  larger than every index
   explicit IndexSet(std::size_t limit) : words_((limit + kBits - 1) / kBits) {}
 
-  /// May run from many threads at once. Quick for indices that ascend.
+  /// May run from many threads at once. Fastest for ascending indices.
   void add(std::span<const std::uint32_t> indices) noexcept {
     for (std::size_t i = 0; i < indices.size();) {
       const std::size_t word = indices[i] / kBits;

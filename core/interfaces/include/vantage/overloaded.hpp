@@ -2,8 +2,8 @@
 
 namespace vantage {
 
-/// Several lambdas as one overload set, for std::visit: an alternative without a lambda does not
-/// compile.
+/// Several lambdas as one overload set, for std::visit. Code that lacks a lambda for one of the
+/// alternatives does not compile.
 template <class... F>
 struct Overloaded : F... {
   using F::operator()...;

@@ -20,8 +20,8 @@
 #include "vantage/result.hpp"
 #include "vantage/schema.hpp"
 
-/// What a schema (schema.hpp) drives: `parse` reads a table, `to_table` writes one, `describe`
-/// tells people and programs what may be in it.
+/// Three functions that work from a schema (schema.hpp): `parse` reads a table, `to_table` writes
+/// one, and `describe` tells people and programs what a table may contain.
 namespace vantage {
 
 enum class ValueKind : std::uint8_t { boolean, integer, number, string, path, choice, table };
@@ -33,11 +33,11 @@ struct ParameterDoc {
   bool required = false;
   ValueKind kind = ValueKind::table;  ///< of the value, or of each element of an array
   bool array = false;
-  std::optional<std::size_t> length;  ///< of an array that must have this one
-  Range range;                        ///< of a number: what is allowed and the type can hold
+  std::optional<std::size_t> length;  ///< of an array whose length is fixed
+  Range range;                        ///< of a number: what is allowed and fits into the type
   std::vector<std::string> choices;   ///< of an enum
   std::optional<Value> default_value;
-  std::vector<ParameterDoc> fields;  ///< of a table with a schema of its own
+  std::vector<ParameterDoc> fields;  ///< of a table that has its own schema
 };
 
 template <HasSchema Params>
@@ -57,19 +57,19 @@ namespace detail {
     const Value&, std::string_view key, const std::vector<std::string>& choices);
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> missing_key(const Table&, std::string_view key,
                                                             std::string_view doc);
-/// Of an array: too short or too long.
+/// For an array that is too short or too long.
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> wrong_length(const Value&, std::string_view key,
                                                              std::string_view expected,
                                                              std::size_t length);
 [[nodiscard]] VANTAGE_API Result<void> only_known_keys(const Table&,
                                                        const std::vector<std::string>& known);
-/// An error of `validate` with the place that its keys have in the table.
+/// Adds the place of the error's keys in the table to an error of `validate`.
 [[nodiscard]] VANTAGE_API Error at_keys(Error, const Table&);
 /// "number", "array of 2 numbers", "array of paths".
 [[nodiscard]] VANTAGE_API std::string type_text(ValueKind, bool array,
                                                 std::optional<std::size_t> length);
-/// A relative path is meant from the file it is written in; on the command line, from the cwd, and
-/// is then absolute.
+/// Resolves a relative path. In a file, the path starts at the folder of that file; on the command
+/// line, it starts at the current directory and becomes absolute.
 [[nodiscard]] VANTAGE_API std::filesystem::path resolve_path(const std::string&,
                                                              const SourceLocation&);
 
@@ -100,7 +100,7 @@ template <class T>
   return names;
 }
 
-/// What a member is without its `std::optional`.
+/// The type of a member without its `std::optional`.
 template <class T>
 struct value_type {
   using type = T;
@@ -110,7 +110,7 @@ struct value_type<std::optional<T>> {
   using type = T;
 };
 
-/// What a value is without its array; an array of arrays has no description.
+/// The type of an array's elements; an array of arrays has no description.
 template <class T>
 struct element_type {
   using type = T;
@@ -137,7 +137,7 @@ template <class T>
   }
 }
 
-/// @tparam T  no array
+/// @tparam T  not an array
 template <class T>
 [[nodiscard]] constexpr ValueKind value_kind() {
   if constexpr (std::same_as<T, bool>) {
@@ -163,7 +163,7 @@ template <class T>
   return type_text(value_kind<typename element_type<T>::type>(), is_array<T>, length_of<T>());
 }
 
-/// What of a range an integer of type T can hold. TOML's own integers have 64 bits.
+/// The part of a range that an integer of type T can hold. TOML's own integers have 64 bits.
 template <class T>
 [[nodiscard]] constexpr Range within_type(Range range) {
   if constexpr (std::integral<T> && !std::same_as<T, bool>) {
@@ -267,7 +267,7 @@ template <class T>
   }
 }
 
-/// Nothing for an empty optional.
+/// An empty optional gives no value.
 template <class T>
 [[nodiscard]] std::optional<Value> write_value(const T& x) {
   if constexpr (is_optional<T>::value) {
@@ -304,7 +304,7 @@ template <class T>
 
 /// Reads a table by the schema of Params.
 /// Errors: `invalid_config` with the place of an unknown key (and what was probably meant), a
-/// missing key, a wrong type, a value out of range, a non-finite number.
+/// missing key, a wrong type, a value out of range or a non-finite number.
 template <HasSchema Params>
 Result<Params> parse(const Table& table) {
   Params params{};

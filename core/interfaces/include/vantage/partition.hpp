@@ -15,7 +15,7 @@
 
 namespace vantage {
 
-/// Dense: 0 .. regions - 1, the position of the region in its Partition.
+/// The position of the region in its Partition: 0 .. regions - 1, without gaps.
 struct RegionId {
   std::uint32_t value = 0;
   friend auto operator<=>(const RegionId&, const RegionId&) = default;
@@ -27,14 +27,14 @@ struct HalfOpenBox {
   friend bool operator==(const HalfOpenBox&, const HalfOpenBox&) = default;
 };
 
-/// Convex, counter-clockwise, at least three corners [m]. A point on the border belongs to it;
-/// where footprints touch, the region with the lower id owns the border.
+/// Convex, counter-clockwise, with at least three corners [m]. A point on the border belongs to the
+/// polygon; where footprints touch, the region with the lower id owns the border.
 struct ConvexPolygon {
   std::vector<Eigen::Vector2d> corners;
   friend bool operator==(const ConvexPolygon&, const ConvexPolygon&) = default;
 };
 
-/// Every place in at least one of the boxes; any shape, as fine as the boxes are.
+/// Every place in at least one of the boxes. The union may have any shape, as fine as the boxes.
 struct BoxUnion {
   std::vector<HalfOpenBox> boxes;
   friend bool operator==(const BoxUnion&, const BoxUnion&) = default;
@@ -42,7 +42,7 @@ struct BoxUnion {
 
 using Footprint = std::variant<HalfOpenBox, ConvexPolygon, BoxUnion>;
 
-/// Half-open height interval [m] for storeys and overpasses; by default everything.
+/// Half-open height interval [m], for storeys and overpasses; the default contains every height.
 struct HeightInterval {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -52,14 +52,16 @@ struct HeightInterval {
 
 /// One local region G_ij: where it is and what it is called.
 struct Region {
-  /// Unique and file-safe: at most 200 letters, digits, '_', '-', '+', '.', the first not '.'.
+  /// Unique and safe in a file name: at most 200 letters, digits, '_', '-', '+' and '.'; the first
+  /// is not '.'.
   std::string label;
   Footprint footprint;
   HeightInterval height;
   friend bool operator==(const Region&, const Region&) = default;
 };
 
-/// A rectangle in plan [m], both ends included. Default constructed it is empty (min > max).
+/// A rectangle in plan view [m], both ends included. A default-constructed one is empty (min >
+/// max).
 struct Bounds2 {
   Eigen::Vector2d min = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d max = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
@@ -73,35 +75,37 @@ struct Bounds2 {
   }
 };
 
-/// The tightest rectangle around a footprint; empty for one without corners or boxes.
+/// The tightest rectangle around a footprint; empty if the footprint has no corners or boxes.
 [[nodiscard]] VANTAGE_API Bounds2 bounds_of(const Footprint&) noexcept;
 [[nodiscard]] VANTAGE_API bool contains(const Footprint&, const Eigen::Vector2d& xy) noexcept;
 /// Plan-view distance to the footprint [m]; 0 inside.
 [[nodiscard]] VANTAGE_API double distance(const Footprint&, const Eigen::Vector2d& xy) noexcept;
 
-/// How a map is cut into regions. Plain, validated data: a bundle opens without the partitioner
-/// that made it, and one `locate` serves building (Eq. 3) and running (Eq. 11), so the two can
+/// How a map is cut into regions. A Partition is plain, validated data: a bundle opens without the
+/// partitioner that made it. Building (Eq. 3) and running (Eq. 11) use one `locate`, so the two can
 /// never disagree about a point on an edge.
 class VANTAGE_API Partition {
  public:
   /// An empty partition has no regions and locates nothing.
   Partition() = default;
 
-  /// Errors: `invalid_input` for no region, an empty or non-finite footprint, a polygon that is not
-  /// convex and counter-clockwise, a union of no boxes, a label that is not file-safe or that two
-  /// regions share.
+  /// Errors: `invalid_input` if there is no region; for an empty or non-finite footprint, a polygon
+  /// that is not convex and counter-clockwise, or a union of no boxes; for a label that is not safe
+  /// in a file name or that two regions share.
   [[nodiscard]] static Result<Partition> from(std::vector<Region> regions);
 
   [[nodiscard]] const std::vector<Region>& regions() const noexcept { return regions_; }
   [[nodiscard]] std::size_t size() const noexcept { return regions_.size(); }
   [[nodiscard]] const Region& operator[](RegionId id) const { return regions_.at(id.value); }
 
-  /// The region that owns a place: the one with the lowest id that contains it, none outside all.
-  /// Takes constant time on average for regions of similar size.
+  /// The region that owns a place: the one with the lowest id that contains the place; no region
+  /// for a place outside all of them. Takes constant time on average if regions are of similar
+  /// size.
   [[nodiscard]] std::optional<RegionId> locate(const Point& p) const noexcept;
-  /// The same in plan view: height intervals are ignored.
+  /// The same in plan view, without regard to height intervals.
   [[nodiscard]] std::optional<RegionId> locate(const Eigen::Vector2d& xy) const noexcept;
-  /// The region whose footprint is nearest to a place (ties: lowest id), none without regions.
+  /// The region whose footprint is nearest to a place (the lowest id if several are equally near);
+  /// none if there are no regions.
   [[nodiscard]] std::optional<RegionId> nearest(const Eigen::Vector2d& xy) const noexcept;
 
  private:

@@ -10,17 +10,17 @@ namespace vantage {
 
 /// Cuts the wide-area map into local regions (Sec. 2.1).
 /// Thread safety: `partition` may run on one object from many threads at once.
-/// Errors: `invalid_input` for an empty map, a non-finite coordinate of a map point, or a
-/// trajectory without which this partitioner cannot cut; what the survey reports.
+/// Errors: `invalid_input` for an empty map, a non-finite coordinate of a map point, or a missing
+/// trajectory if this partitioner needs one; errors of the survey.
 class VANTAGE_API Partitioner {
  public:
   virtual ~Partitioner();
 
   /// @param map         N points of the wide-area map P, map frame, z up [m]; finite
   /// @param trajectory  positions of the sensor while mapping, in driving order [m]; may be empty
-  /// @param survey    answers what can be seen in this map; most partitioners need not ask
-  /// @return            regions that together own every point of `map`, each at least one; their
-  ///                    order and footprints do not depend on the order of the points
+  /// @param survey      says what can be seen in this map; most partitioners do not need it
+  /// @return            regions that together own every point of `map`, each at least one point;
+  ///                    their order and footprints do not depend on the order of the points
   [[nodiscard]] virtual Result<Partition> partition(PointsView map, PointsView trajectory,
                                                     const MapSurvey& survey) const noexcept = 0;
 };

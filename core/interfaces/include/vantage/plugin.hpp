@@ -12,28 +12,29 @@
 #include "vantage/plugin_kinds.hpp"
 #include "vantage/result.hpp"
 
-/// What a plugin author includes. A plugin is one shared library `vantage_<kind>_<name>.so` that
-/// exports one symbol, made by one line:
+/// The header that a plugin includes. A plugin is one shared library, `vantage_<kind>_<name>.so`,
+/// that exports one symbol. One line makes the symbol:
 ///
 ///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells");
 ///
-/// where UniformGrid derives from the interface, names its `Params` (see params.hpp) and has
-/// `static Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.
+/// Here UniformGrid derives from the interface, names its `Params` (see params.hpp) and has `static
+/// Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.
 
-/// Counts up whenever an interface or a type that crosses the boundary changes.
+/// Counts up whenever an interface, or a type that crosses the boundary, changes.
 #ifndef VANTAGE_INTERFACE_VERSION
 #define VANTAGE_INTERFACE_VERSION 6
 #endif
 
 namespace vantage {
 
-/// What must agree before anything of a plugin may be called; read as plain integers.
+/// What must agree before any code of a plugin may be called. The loader reads these plain integers
+/// first.
 struct AbiTag {
   std::uint32_t interface_version;
   std::uint32_t gxx_abi_version;
   std::uint32_t cxx11_abi;
   std::uint32_t eigen_version;          ///< world * 10000 + major * 100 + minor
-  std::uint32_t eigen_max_align_bytes;  ///< changes with -mavx and the like
+  std::uint32_t eigen_max_align_bytes;  ///< changes with -mavx and similar flags
   std::uint32_t libstdcxx_debug;
 
   friend bool operator==(const AbiTag&, const AbiTag&) = default;
@@ -56,7 +57,8 @@ struct AbiTag {
   };
 }
 
-/// How core makes an object of a plugin and learns its parameters. None of these throws.
+/// How the engine makes an object of a plugin and learns its parameters. None of these functions
+/// throws.
 template <class Interface>
 struct Factory {
   Result<std::unique_ptr<Interface>> (*create)(const Table& params) noexcept;
@@ -69,7 +71,8 @@ using AnyFactory = OfEachKind<std::variant, Factory>;
 
 inline constexpr std::uint64_t kPluginMagic = 0x56414e5441474531;  // "VANTAGE1"
 
-/// The one symbol a plugin exports, named `vantage_plugin`. The first three members never move.
+/// The one symbol that a plugin exports, named `vantage_plugin`. The first three members never
+/// move.
 struct PluginManifest {
   std::uint64_t magic = kPluginMagic;
   std::uint64_t size = sizeof(PluginManifest);
@@ -79,8 +82,8 @@ struct PluginManifest {
   AnyFactory factory;
 };
 
-/// Turns an exception into an error: none may cross the plugin boundary, and every interface method
-/// is noexcept. The body of a method goes in here:
+/// Turns an exception into an error. No exception may cross the plugin boundary, and every
+/// interface method is noexcept, so the body of each method goes into a call of `guarded`:
 ///
 ///     return vantage::guarded([&] { return cells_of(map); });
 template <class F>

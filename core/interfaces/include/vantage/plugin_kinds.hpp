@@ -20,18 +20,18 @@ namespace vantage {
 /// What a plugin does. The value is the position in `kKinds` and in `AnyFactory`.
 enum class PluginKind : std::uint8_t { partitioner, ground, visibility, store, matcher };
 
-/// What there is to know of one kind of plugin.
+/// Everything that depends on the kind of a plugin.
 template <class I>
 struct Kind {
   using Interface = I;
   PluginKind kind;
-  const char* name;            ///< in the names of files, and of its table in a configuration
+  const char* name;            ///< in file names, and of its table in a configuration
   const char* interface_name;  ///< of `Interface`, in namespace vantage
   const char* header;          ///< of `Interface`
-  const char* class_suffix;    ///< what the class of a new plugin ends in
+  const char* class_suffix;    ///< how the class name of a new plugin ends
 };
 
-/// All kinds, in the order of `PluginKind`: the one list of them.
+/// All kinds, in the order of `PluginKind`. This is the only list of kinds.
 inline constexpr std::tuple kKinds{
     Kind<Partitioner>{PluginKind::partitioner, "partitioner", "Partitioner",
                       "vantage/partitioner.hpp", "Partitioner"},
@@ -51,7 +51,8 @@ constexpr void for_each_kind(const F& f) {
   std::apply([&](const auto&... kinds) { (f(kinds), ...); }, kKinds);
 }
 
-/// The kind that a value of the enum stands for: returns f(Kind<...>), which has one type for all.
+/// Calls f(Kind<...>) for the kind that a value of the enum stands for, and returns the result,
+/// which has the same type for all kinds.
 template <class F>
 constexpr auto with_kind(PluginKind kind, const F& f) {
   using First = std::tuple_element_t<0, decltype(kKinds)>;
@@ -86,7 +87,8 @@ struct OfEachKind<List<Kind<Interfaces>...>, T> {
 };
 }  // namespace detail
 
-/// List<T<Partitioner>, T<GroundFilter>, ...> over all kinds, as in std::variant of `Factory`.
+/// List<T<Partitioner>, T<GroundFilter>, ...> over all kinds, for example a std::variant of every
+/// `Factory`.
 template <template <class...> class List, template <class> class T>
 using OfEachKind =
     typename detail::OfEachKind<std::remove_const_t<decltype(kKinds)>, T>::template In<List>;

@@ -9,7 +9,7 @@
 namespace vantage {
 
 /// A rigid transform T_target_source: `p_target = T_target_source * p_source`.
-/// The rotation is a unit quaternion; compose() and inverse() keep it so.
+/// The rotation is a unit quaternion; products and inverse() keep it so.
 struct Pose {
   Eigen::Quaternion<double, Eigen::DontAlign> rotation =
       Eigen::Quaternion<double, Eigen::DontAlign>::Identity();
@@ -27,15 +27,15 @@ struct Pose {
 [[nodiscard]] VANTAGE_API Pose pose_from_xyz_rpy(const Eigen::Vector3d& xyz,
                                                  const Eigen::Vector3d& rpy) noexcept;
 
-/// exp of a rotation vector (axis times angle [rad]) as a unit quaternion.
+/// The unit quaternion of a rotation vector (axis times angle [rad]), by the exponential map.
 [[nodiscard]] VANTAGE_API Eigen::Quaternion<double, Eigen::DontAlign> rotation_from_vector(
     const Eigen::Vector3d& rotation_vector) noexcept;
 
 /// The angle of the rotation between two poses [rad], in [0, pi].
 [[nodiscard]] VANTAGE_API double rotation_between(const Pose& a, const Pose& b) noexcept;
 
-/// Linear in translation, spherical-linear in rotation; `fraction` 0 gives `a`, 1 gives `b`,
-/// values outside [0, 1] extrapolate.
+/// Interpolates translation linearly and rotation spherically. A `fraction` of 0 gives `a`, 1 gives
+/// `b`; values outside [0, 1] extrapolate.
 [[nodiscard]] VANTAGE_API Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept;
 
 /// Whether every number of the pose is finite and the rotation has unit length (to 1e-6).

@@ -8,8 +8,8 @@
 
 namespace vantage {
 
-/// A value or the reason why there is none. tl::expected is not [[nodiscard]]: every function
-/// that returns a Result says so itself.
+/// A value, or the reason why there is none. tl::expected is not [[nodiscard]], so every function
+/// that returns a Result is declared [[nodiscard]] itself.
 template <class T>
 using Result = tl::expected<T, Error>;
 
@@ -38,7 +38,7 @@ using Result = tl::expected<T, Error>;
   if (!tmp) return ::vantage::fail(std::move(tmp).error()); \
   declaration = *std::move(tmp)
 
-/// `VANTAGE_CHECK(f());` goes on if f succeeded, or returns f's error to the caller.
+/// `VANTAGE_CHECK(f());` continues if f succeeded, or returns f's error to the caller.
 #define VANTAGE_CHECK(expression) \
   VANTAGE_CHECK_(expression, VANTAGE_CONCAT(vantage_check_, __COUNTER__))
 #define VANTAGE_CHECK_(expression, tmp) \

@@ -13,19 +13,20 @@ namespace vantage {
 struct NdtCoefficients {
   double d1 = 0.0, d2 = 0.0, d3 = 0.0;
 
-  /// Derives them: c1 = 10 (1 - outlier_ratio), c2 = outlier_ratio / resolution^3,
+  /// Derives the coefficients: c1 = 10 (1 - outlier_ratio), c2 = outlier_ratio / resolution^3,
   /// d3 = -ln c2, d1 = -ln(c1 + c2) - d3, d2 = -2 ln((-ln(c1 e^-0.5 + c2) - d3) / d1).
   /// Errors: `invalid_input` unless 0 < outlier_ratio < 1 and 0 < resolution [m].
   [[nodiscard]] VANTAGE_API static Result<NdtCoefficients> derive(double outlier_ratio,
                                                                   double resolution);
 
-  /// What one voxel's distribution says of a point: -d1 exp(-d2/2 m) for its squared Mahalanobis
-  /// distance m; the term in the braces of Eq. 12 is this minus d3.
+  /// The likelihood that one voxel's distribution gives a point: -d1 exp(-d2/2 m), where m is the
+  /// squared Mahalanobis distance. The term in the braces of Eq. 12 is this value minus d3.
   [[nodiscard]] VANTAGE_API double likelihood(double squared_mahalanobis) const noexcept;
 };
 
-/// How well a scan fits a map at one pose. S_fitness alone rewards deleting map (a point without a
-/// voxel scores 0, a badly matched one below 0): read it with coverage and NVTL.
+/// How well a scan fits a map at one pose. S_fitness alone rewards a map with missing points (a
+/// scan point without a voxel scores 0, a badly matched one below 0), so read it together with
+/// coverage and NVTL.
 struct ScanScore {
   double fitness = 0.0;  ///< S_fitness, Eq. 12: mean over all N points of the mean over N_i
   double nvtl = 0.0;  ///< nearest voxel transformation likelihood: mean over the matched points of
@@ -38,12 +39,12 @@ class VANTAGE_API ScanScoreSum {
  public:
   explicit ScanScoreSum(const NdtCoefficients& coefficients) noexcept : d_(coefficients) {}
 
-  /// One scan point with the squared Mahalanobis distances to its neighbouring voxels (none: no
-  /// voxel, contributes 0).
+  /// Adds one scan point, given its squared Mahalanobis distances to the neighbouring voxels. A
+  /// point without a distance has no voxel and contributes 0.
   void add(std::span<const double> squared_mahalanobis) noexcept;
-  /// The sums of two parts of one scan.
+  /// Adds the sums of another part of the same scan.
   void add(const ScanScoreSum& other) noexcept;
-  /// All zero for no points.
+  /// All values are zero if no point was added.
   [[nodiscard]] ScanScore mean() const noexcept;
   [[nodiscard]] std::size_t matched_points() const noexcept { return matched_; }
 

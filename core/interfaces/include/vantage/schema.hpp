@@ -10,8 +10,8 @@
 #include "vantage/api.hpp"
 #include "vantage/result.hpp"
 
-/// Parameters that describe themselves: one schema tuple drives parsing, checking, defaults,
-/// `vantage plugins describe` and the written effective configuration.
+/// Parameters that describe themselves. One schema tuple drives parsing, checks, defaults,
+/// `vantage plugins describe` and the effective configuration that is written out.
 ///
 ///     struct Params {
 ///       double cell_width{};  // L of Eq. 2
@@ -22,12 +22,12 @@
 ///       }
 ///     };
 ///
-/// An optional member (`std::optional<T>`) may be left out, and its doc says what that means; any
-/// other member that is `optional` keeps the value of a default-constructed Params. An enum needs,
-/// in its own namespace, a function of its names, `constexpr auto enum_names(Kernel)`, that returns
-/// an array of pairs of string_view and Kernel. A struct may add `Result<void> validate() const`
-/// for what one parameter alone cannot tell; it fails with `fail_at`, so that the error points at
-/// the key that is to blame.
+/// An optional member (`std::optional<T>`) may be left out; its doc says what that means. Any other
+/// member declared with `optional` keeps the value of a default-constructed Params. An enum needs a
+/// function in its own namespace, `constexpr auto enum_names(Kernel)`, that returns an array of
+/// pairs of string_view and Kernel. A struct may add `Result<void> validate() const` for checks
+/// that involve more than one parameter. It fails with `fail_at`, so that the error points at the
+/// key at fault.
 namespace vantage {
 
 /// The values a number may take.
@@ -39,7 +39,7 @@ struct Range {
   [[nodiscard]] constexpr bool contains(double x) const noexcept {
     return (min_open ? x > min : x >= min) && (max_open ? x < max : x <= max);
   }
-  /// "> 0", ">= 1", "in [0, 1)", "1" for [1, 1]; "" where everything is allowed.
+  /// "> 0", ">= 1", "in [0, 1)", "1" for [1, 1]; "" if every number is allowed.
   [[nodiscard]] VANTAGE_API std::string to_string() const;
 };
 
@@ -52,9 +52,9 @@ inline constexpr Range non_negative{.min = 0.0};
   return {.min = min, .max = max, .min_open = true, .max_open = true};
 }
 
-/// Where a parameter comes from; empty where there is no source.
+/// Where a parameter comes from; empty if there is no source.
 struct Source {
-  std::string_view equation = {};  ///< of the paper this project follows: "Eq. 2"
+  std::string_view equation = {};  ///< of the paper that this project follows: "Eq. 2"
   std::string_view citation = {};  ///< "Yagi et al. 2026, Sec. 2.1", "Katz et al. 2007"
 };
 
@@ -95,8 +95,8 @@ template <class Params, class Member>
   return {key, member, unit, doc, any_number, false, source};
 }
 
-/// For `validate`: what is wrong, and the keys it is about (`a.b` in a nested table). The error
-/// points at the first of them that is written down, or at the table if none is.
+/// For `validate`: says what is wrong, and with which keys (`a.b` for a key of a nested table). The
+/// error points at the first of these keys that is in the table, or at the table itself if none is.
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> fail_at(
     std::initializer_list<std::string_view> keys, std::string message);
 

@@ -15,28 +15,28 @@ namespace vantage {
 
 /// What a visibility operator must know beyond the points it tests.
 struct VisibilityLimits {
-  Bounds3 map_bounds;  ///< box around the whole wide-area map, also where only P_ij is tested (D of
+  Bounds3 map_bounds;  ///< box around the whole wide-area map, even if only P_ij is tested (D of
                        ///< Eq. 6)
   double max_range = std::numeric_limits<double>::infinity();  ///< reach of the sensor [m]
 };
 
-/// Who wants to know how far `visible_from_any` is.
+/// Receives reports of how far `visible_from_any` has come.
 class VANTAGE_API VisibilityProgress {
  public:
   virtual ~VisibilityProgress();
 
-  /// May be called from several threads at once; must return soon and must not use TBB.
-  /// @param viewpoints  how many more are done
+  /// May be called from several threads at once. It must return soon and must not use TBB.
+  /// @param viewpoints  how many more viewpoints are done
   virtual void advanced(std::size_t viewpoints) const noexcept = 0;
 };
 
-/// How often points are seen.
+/// How many viewpoints see each point.
 struct ViewCounts {
-  IndexList points;                  ///< those that are seen at all, strictly ascending
-  std::vector<std::uint32_t> views;  ///< of each of them: from how many viewpoints, 1 or more
+  IndexList points;                  ///< those that any viewpoint sees, strictly ascending
+  std::vector<std::uint32_t> views;  ///< how many viewpoints see each of these: 1 or more
 };
 
-/// The points of one map, ready to be asked what can be seen from where.
+/// The points of one map, prepared for queries of what can be seen from where.
 /// Borrows the map, which must outlive it.
 /// Thread safety: const methods may run on one object from many threads at once.
 class VANTAGE_API VisibilityScene {
@@ -46,23 +46,24 @@ class VANTAGE_API VisibilityScene {
   /// B_q of Eq. 9: what is seen from one viewpoint.
   /// @param viewpoint  map frame [m]; `invalid_input` if not finite
   /// @return           indices of the observable points, strictly ascending; only points at a
-  ///                   distance in (0, max_range] count, the others neither are seen nor occlude
+  ///                   distance in (0, max_range] count: all others are not seen and do not occlude
   [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
 
-  /// V_ij of Eq. 10: what is seen from at least one viewpoint. The default joins `visible` of all,
-  /// in parallel; an operator that can share work between viewpoints overrides it.
-  /// @param progress  told of viewpoints while they are done, of all together at most once each and
-  ///                  of none after the call; an operator may leave that out. No effect on the
-  ///                  result; nullptr for nobody
+  /// V_ij of Eq. 10: what is seen from at least one viewpoint. The default joins the results of
+  /// `visible` for all viewpoints, in parallel. An operator that can share work between viewpoints
+  /// overrides it.
+  /// @param progress  receives the number of viewpoints done, during the call only; each viewpoint
+  ///                  is reported at most once, and an operator may report none. Does not change
+  ///                  the result; nullptr if no reports are wanted
   [[nodiscard]] virtual Result<IndexList> visible_from_any(
       std::span<const Point> viewpoints,
       const VisibilityProgress* progress = nullptr) const noexcept;
 
-  /// From how many of the viewpoints each point is seen; a viewpoint that is listed twice counts
-  /// twice. The default asks `visible` of all, in parallel, with 4 bytes a map point on top; an
-  /// operator that can share work between viewpoints overrides it.
+  /// How many of the viewpoints see each point. A viewpoint that is listed twice counts twice. The
+  /// default calls `visible` for all viewpoints, in parallel, and needs 4 more bytes per map point.
+  /// An operator that can share work between viewpoints overrides it.
   /// @param progress  as for `visible_from_any`
-  /// @return          `points` as `visible_from_any` gives them
+  /// @return          counts for the same points that `visible_from_any` returns
   [[nodiscard]] virtual Result<ViewCounts> view_counts(
       std::span<const Point> viewpoints,
       const VisibilityProgress* progress = nullptr) const noexcept;
@@ -81,7 +82,7 @@ class VANTAGE_API VisibilityOperator {
  public:
   virtual ~VisibilityOperator();
 
-  /// Builds once what every viewpoint needs.
+  /// Does the work that all viewpoints share.
   /// @param map  N points, map frame [m]; borrowed by the scene
   /// Errors: `invalid_input` for an empty map or a non-finite coordinate.
   [[nodiscard]] virtual Result<std::unique_ptr<VisibilityScene>> prepare(
