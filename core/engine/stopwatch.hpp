@@ -18,7 +18,7 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-/// Processor time that all threads of the process have taken since its construction.
+/// Processor time of all threads of the process since its construction.
 class CpuStopwatch {
  public:
   [[nodiscard]] double seconds() const { return now() - start_; }

@@ -14,22 +14,22 @@ namespace {
 
 constexpr int kWidest = 3;  // the widest spacing is 2^3 voxels
 
-/// A square of 2^n voxels in plan.
+/// A square of 2^n voxels in plan view.
 struct Square {
   std::int64_t y, x;
   friend auto operator<=>(const Square&, const Square&) = default;
   [[nodiscard]] Square of_size(int n) const { return {y >> n, x >> n}; }
 };
 
-/// All viewpoints over one voxel of the plan.
+/// All viewpoints over one voxel of the plan view.
 struct Place {
   Square voxel;
   PointCloud viewpoints;
 };
 
 struct Block {
-  std::vector<Place> places;  // those not asked yet
-  std::vector<Square> asked;  // their voxels
+  std::vector<Place> places;  // places not asked yet
+  std::vector<Square> asked;  // voxels of the places that were asked
 };
 
 std::vector<Block> blocks_of(std::span<const Point> viewpoints, double voxel_size) {
@@ -47,10 +47,11 @@ std::vector<Block> blocks_of(std::span<const Point> viewpoints, double voxel_siz
   return blocks;
 }
 
-/// Takes from the block what brings its spacing to 2^n voxels: the place nearest to the middle of
-/// each square of that size (of two as near the first) unless one in it has been asked.
+/// Takes from the block the places that bring its spacing to 2^n voxels. In each square of that
+/// size, this is the place nearest to the middle (the first of equally near places), unless a place
+/// in the square has been asked already.
 PointCloud next_of(Block& block, int n) {
-  std::map<Square, std::size_t> chosen;  // number in `places`
+  std::map<Square, std::size_t> chosen;  // index in `places`
   const auto off_middle = [&](const Square& voxel) {
     const std::int64_t size = std::int64_t{1} << n;
     const auto off = [&](std::int64_t k) { return std::abs(2 * (k & (size - 1)) + 1 - size); };

@@ -37,14 +37,14 @@ struct Work {
 
 /// Where viewpoints come from: some of the points of a cloud.
 struct Places {
-  PointsView points;  // the map, or `own`
-  IndexList which;    // of `points`: the ground, or all
+  PointsView points;  // the map or `own`
+  IndexList which;    // into `points`: the ground, or all
   PointCloud own;     // along the trajectory
   std::uint64_t ground_points = 0;
   std::uint64_t unreachable_viewpoints = 0;
 };
 
-/// A plugin is not trusted to keep its promise about indices: a wrong one would read past the map.
+/// Plugins are not trusted with indices: a wrong index would make the build read past the map.
 Result<void> check_indices(const IndexList& indices, std::size_t size, const char* who) {
   for (std::size_t i = 0; i < indices.size(); ++i) {
     if (indices[i] >= size || (i > 0 && indices[i] <= indices[i - 1])) {
@@ -57,7 +57,7 @@ Result<void> check_indices(const IndexList& indices, std::size_t size, const cha
   return {};
 }
 
-/// Nor about how often points are seen.
+/// Plugins are not trusted with view counts either.
 Result<void> check_views(const ViewCounts& counts, std::size_t viewpoints) {
   if (counts.views.size() == counts.points.size() &&
       std::all_of(counts.views.begin(), counts.views.end(),
@@ -131,7 +131,8 @@ Result<Work> cut(PointsView map, const Places& places, const Partition& partitio
   return work;
 }
 
-/// Keeps the points that enough viewpoints see, or all viewpoints where there are fewer.
+/// Keeps the points that enough viewpoints see. If a region has fewer viewpoints, all must see a
+/// point.
 void keep_often_seen(ViewCounts& counts, std::size_t min_views, std::size_t viewpoints) {
   const std::size_t needed = std::min(min_views, viewpoints);
   std::size_t to = 0;
@@ -144,12 +145,12 @@ void keep_often_seen(ViewCounts& counts, std::size_t min_views, std::size_t view
   counts.views.resize(to);
 }
 
-/// What the build knows before it cuts: the ground or path, and what can be seen. Answers the
-/// partitioner and then serves the build itself, so that what a partitioner was told is what the
-/// bundle will hold.
+/// What the build knows before it cuts: the ground or path, and what can be seen. It answers the
+/// partitioner and then serves the build itself, so the bundle will hold what the partitioner was
+/// told.
 class BuildSurvey final : public MapSurvey {
  public:
-  /// Finds the places of viewpoints. All arguments are borrowed.
+  /// Finds the places for viewpoints. All arguments are borrowed.
   static Result<std::unique_ptr<BuildSurvey>> over(PointsView map, PointsView trajectory,
                                                    const BuildPlugins& plugins,
                                                    const BuildParams& params) {
@@ -208,18 +209,18 @@ class BuildSurvey final : public MapSurvey {
 
   /// V_ij of Eq. 10.
   struct ObservableMap {
-    std::uint64_t seen = 0;   ///< points, from whatever number of viewpoints
-    ViewCounts kept = {};     ///< those seen from enough, of the map; `views` only if asked for
+    std::uint64_t seen = 0;   ///< points that at least one viewpoint sees
+    ViewCounts kept = {};     ///< map points that enough viewpoints see; `views` if asked for
     std::size_t skipped = 0;  ///< viewpoints that were not asked, see ViewpointParams::min_gain
   };
-  /// @param inside  P_ij; only VisibilityScope::region looks at it
+  /// @param inside  P_ij; used only with VisibilityScope::region
   [[nodiscard]] Result<ObservableMap> observable_map(std::span<const std::uint32_t> inside,
                                                      std::span<const Point> viewpoints,
                                                      const VisibilityProgress& progress) const {
     ObservableMap observable;
     if (viewpoints.empty()) return observable;
     VANTAGE_TRY(const Scope scope, scope_of(inside));
-    // All in one call: a scene uses what it has learnt from the viewpoints before.
+    // All viewpoints in one call, because a scene uses what it learned from earlier viewpoints.
     ViewCounts& kept = observable.kept;
     if (params_.min_views > 1 || params_.views) {
       VANTAGE_TRY(kept, scope.views_from(viewpoints, &progress));
@@ -245,13 +246,13 @@ class BuildSurvey final : public MapSurvey {
     return observable;
   }
 
-  /// Frees what only a partitioner and `cut` need. Precondition: nobody asks anything any more.
+  /// Frees what only a partitioner and `cut` need. Precondition: nothing will be asked after this.
   void release_places() {
     places_ = {};
     place_index_.reset();
     map_index_.reset();
   }
-  /// Frees what `observable_map` needs. Precondition: nobody asks anything any more.
+  /// Frees what `observable_map` needs. Precondition: nothing will be asked after this.
   void release_scene() { map_scene_.reset(); }
 
  private:
@@ -266,11 +267,11 @@ class BuildSurvey final : public MapSurvey {
     return {};
   }
 
-  /// The points among which a region's visibility is decided, ready to be asked.
+  /// The points among which a region's visibility is decided, ready for queries.
   struct Scope {
     PointsView points;
     const VisibilityScene* scene = nullptr;
-    PointCloud own_points;  // of the region; what `points` views unless it views the map
+    PointCloud own_points;  // the region's own points; `points` views either them or the map
     PluginPtr<VisibilityScene> own_scene;
 
     [[nodiscard]] Result<IndexList> seen_from(std::span<const Point> viewpoints,
@@ -290,7 +291,7 @@ class BuildSurvey final : public MapSurvey {
 
   [[nodiscard]] Result<Scope> scope_of(std::span<const std::uint32_t> inside) const {
     Scope scope;
-    // A region that owns every point has the map's scene, without a copy of the map.
+    // A region that owns every point uses the map's scene, without a copy of the map.
     if (params_.scope == VisibilityScope::map || inside.size() == map_.size()) {
       scope.points = map_;
       VANTAGE_TRY(scope.scene, map_scene());
@@ -310,12 +311,12 @@ class BuildSurvey final : public MapSurvey {
                 "the visibility plugin broke its contract: prepare gave no scene and no error");
   }
 
-  /// The scene of the whole map, prepared when it is first asked for.
+  /// The scene of the whole map, prepared at the first query.
   [[nodiscard]] Result<const VisibilityScene*> map_scene() const {
     const std::scoped_lock lock(mutex_);
     if (!map_scene_) {
-      // Isolated: while it waits for its own tasks, this thread must not take up another of the
-      // build's, which would come here and wait for the lock that this one holds.
+      // Isolated: while this thread waits for its own tasks, it must not take up another task of
+      // the build. That task would come here and wait for the lock that this thread holds.
       auto prepared = tbb::this_task_arena::isolate(
           [&] { return plugins_.visibility->prepare(map_, limits_); });
       if (!prepared) return fail(std::move(prepared).error());
@@ -342,8 +343,8 @@ class BuildSurvey final : public MapSurvey {
                       [&](std::span<const Point> some) { return scope.seen_from(some); }, enough));
       return sight.seen.size();
     }
-    // Far-apart viewpoints first, and more of them each time: a region that shows too much is found
-    // out early.
+    // Viewpoints far apart come first, and each step asks more of them: a region that shows too
+    // much is detected early.
     IndexSet seen(scope.points.size());
     const std::size_t needed = std::min<std::size_t>(params_.min_views, viewpoints.size());
     std::vector<std::uint32_t> views(needed > 1 ? scope.points.size() : 0);
@@ -376,7 +377,7 @@ class BuildSurvey final : public MapSurvey {
     return seen.size();
   }
 
-  /// What a region owns of the points in an index over `points`.
+  /// The points that a region owns, among those in an index over `points`.
   [[nodiscard]] static IndexList owned(const Region& region, PointsView points,
                                        const PlanIndex& index) {
     const auto [min, max] = bounds_of(region.footprint);
@@ -403,7 +404,8 @@ class BuildSurvey final : public MapSurvey {
     return *map_index_;
   }
 
-  /// 0 .. n - 1, every prefix of it spread over the whole: counting with the bits reversed.
+  /// 0 .. n - 1 in an order whose every prefix is spread over the whole: counts with the bits
+  /// reversed.
   static std::vector<std::size_t> spread_order(std::size_t n) {
     const auto bits = static_cast<int>(std::bit_width(n));
     std::vector<std::size_t> order;
@@ -428,8 +430,8 @@ class BuildSurvey final : public MapSurvey {
   mutable std::optional<PlanIndex> place_index_, map_index_;
 };
 
-/// Says how far a build is, whoever gets on: at every region, and in between at every hundredth of
-/// the viewpoints or after a tenth of a second.
+/// Reports how far a build has come: at every region, and in between after every hundredth of the
+/// viewpoints or a tenth of a second.
 class Meter {
  public:
   Meter(const BuildProgress& start, const std::function<void(const BuildProgress&)>& listener)
@@ -437,14 +439,14 @@ class Meter {
     say();
   }
 
-  /// May run from many threads at once. What the listener throws waits for `region_done`, because
-  /// plugins call this.
+  /// May run from many threads at once. Plugins call this function, so an exception of the listener
+  /// is kept until `region_done`.
   void viewpoints_done(std::size_t more) noexcept {
     if (!listener_) return;
     viewpoints_done_ += more;
     if (!due()) return;
     const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock || !due()) return;  // another thread says it
+    if (!lock || !due()) return;  // another thread reports it
     try {
       say();
     } catch (...) {
@@ -478,13 +480,13 @@ class Meter {
   const std::size_t step_;
   std::atomic<std::size_t> viewpoints_done_{0}, said_{0};
   std::atomic<Clock::duration> said_at_{Clock::duration::zero()};
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   BuildProgress now_;
   std::exception_ptr thrown_;
   const std::function<void(const BuildProgress&)>& listener_;
 };
 
-/// What one region adds: never more viewpoints than it has, whatever a plugin reports.
+/// The viewpoints that one region adds: never more than it has, whatever a plugin reports.
 class RegionProgress final : public VisibilityProgress {
  public:
   RegionProgress(Meter& meter, std::size_t viewpoints) : meter_(meter), left_(viewpoints) {}
@@ -502,7 +504,8 @@ class RegionProgress final : public VisibilityProgress {
   mutable std::atomic<std::size_t> left_;
 };
 
-/// The points that were seen. While many are copied, bits stand for the indices: they are smaller.
+/// The points that were seen. Many indices are kept as bits while points are copied, because bits
+/// are smaller.
 PointCloud points_of(PointsView map, IndexList seen) {
   if (seen.size() < map.size() / 32) return select(map, seen);
   IndexSet set(map.size());
@@ -524,16 +527,16 @@ class Condenser {
     if (content == StoredContent::points) return condenser;
     VANTAGE_TRY(auto whole, plugins.matcher->prepare(map));
     condenser.whole_ = in_library_of(plugins.matcher, std::move(whole));
-    // A matcher that cannot is told before hours of visibility.
+    // A matcher that cannot store its maps must fail here, before hours of visibility.
     auto offered = condenser.whole_->excerpt({});
     if (!offered) return fail(std::move(offered).error());
     return condenser;
   }
 
-  /// Whether the form is more than points.
+  /// Whether region maps hold more than points.
   [[nodiscard]] bool prepares() const noexcept { return content_ != StoredContent::points; }
 
-  /// @param observable  what the prepared map is to stand for: the points of `region` or more
+  /// @param observable  the points that the prepared map stands for: the points of `region` or more
   [[nodiscard]] Result<void> apply(RegionMap& region, PointsView observable) const {
     if (!whole_ || observable.empty()) return {};
     VANTAGE_TRY(region.prepared, whole_->excerpt(observable));
@@ -550,15 +553,15 @@ class Condenser {
   PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
 };
 
-/// What is to be stored of a region.
+/// What will be stored for a region.
 struct BuiltRegion {
-  std::uint64_t seen = 0;     // points, from whatever number of viewpoints
+  std::uint64_t seen = 0;     // points that at least one viewpoint sees
   ViewCounts stored = {};     // of the map
-  IndexList observable = {};  // as they were before they were thinned, if a matcher asks for them
+  IndexList observable = {};  // the points before thinning, if a matcher asks for them
   std::size_t skipped = 0;    // viewpoints
 };
 
-/// Takes an observable map, which is left empty.
+/// Takes an observable map and leaves it empty.
 BuiltRegion thinned_region(PointsView map, BuildSurvey::ObservableMap observable,
                            const BuildParams& params, const Condenser& condenser) {
   ViewCounts& kept = observable.kept;
@@ -579,8 +582,8 @@ BuiltRegion thinned_region(PointsView map, BuildSurvey::ObservableMap observable
   return region;
 }
 
-/// Regions in parallel, stored in order; the first failing region decides the error. What waits to
-/// be stored are indices: points are copied for one region at a time.
+/// Regions run in parallel and are stored in order; the first failing region decides the error.
+/// Regions wait for the store as indices: points are copied for one region at a time.
 Result<void> build_all(PointsView map, BuildSurvey& survey, const Work& work,
                        const BuildParams& params, const Condenser& condenser, MapStore& store,
                        BuildReport& report,
@@ -610,7 +613,7 @@ Result<void> build_all(PointsView map, BuildSurvey& survey, const Work& work,
     auto built = survey.observable_map(inside, viewpoints, of_region).map([&](auto&& seen) {
       return thinned_region(map, std::move(seen), params, condenser);
     });
-    if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report
+    if (built) of_region.advanced(viewpoints.size());  // viewpoints that the plugin did not report
     ++tested;
     return std::make_shared<Item>(Item{RegionId{r}, std::move(built)});
   };

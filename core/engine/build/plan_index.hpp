@@ -12,9 +12,9 @@
 
 namespace vantage {
 
-/// Indices by group, in each in their order: 4 bytes an index and a group.
+/// Indices by group, in their own order within each group: 4 bytes per index and per group.
 struct Groups {
-  std::vector<std::uint32_t> begin;  // of each group in `members`, and the end of the last one
+  std::vector<std::uint32_t> begin;  // of each group in `members`, and the end of the last
   IndexList members;
 
   [[nodiscard]] std::span<const std::uint32_t> operator[](std::size_t group) const {
@@ -22,13 +22,14 @@ struct Groups {
   }
 };
 
-/// @param index_of  gives the k-th of `count` indices
-/// @param group_of  gives the group of an index, below `groups`
+/// @param index_of  returns the k-th of `count` indices
+/// @param group_of  returns the group of an index, below `groups`
 template <class IndexOf, class GroupOf>
 [[nodiscard]] Groups grouped(std::size_t count, std::size_t groups, const IndexOf& index_of,
                              const GroupOf& group_of) {
   Groups result{std::vector<std::uint32_t>(groups + 2), IndexList(count)};
-  // Counted two places ahead, so that placing them moves each beginning to where it belongs.
+  // Counts go two places ahead, so that placing the indices moves each beginning to where it
+  // belongs.
   for (std::size_t k = 0; k < count; ++k) ++result.begin[group_of(index_of(k)) + 2];
   for (std::size_t g = 2; g < groups + 2; ++g) result.begin[g] += result.begin[g - 1];
   for (std::size_t k = 0; k < count; ++k) {
@@ -39,12 +40,12 @@ template <class IndexOf, class GroupOf>
   return result;
 }
 
-/// Finds what lies in a small part of the plan without looking at the rest: square buckets of a
-/// hundred points or so.
+/// Finds what lies in a small part of the plan without looking at the rest. Uses square buckets of
+/// about a hundred points.
 class PlanIndex {
  public:
   /// @param map       finite points
-  /// @param index_of  gives the k-th of `count` indices into `map`, strictly ascending
+  /// @param index_of  returns the k-th of `count` indices into `map`, strictly ascending
   template <class IndexOf>
   PlanIndex(PointsView map, std::size_t count, const IndexOf& index_of) : limit_(map.size()) {
     Bounds3 bounds;
@@ -63,7 +64,7 @@ class PlanIndex {
     });
   }
 
-  /// All of the indices whose points lie in a box, and some others near it; strictly ascending.
+  /// All indices whose points lie in a box, and some others near it; strictly ascending.
   [[nodiscard]] IndexList near(const Eigen::Vector2d& min, const Eigen::Vector2d& max) const {
     const std::size_t x0 = along(min.x() - min_.x(), columns_);
     const std::size_t x1 = along(max.x() - min_.x(), columns_);
@@ -79,7 +80,7 @@ class PlanIndex {
       found.insert(found.end(), groups_.members.begin() + first_of_row(y),
                    groups_.members.begin() + end_of_row(y));
     }
-    if (found.size() > limit_ / 64) {  // then walking over all bits is cheaper than sorting
+    if (found.size() > limit_ / 64) {  // now walking over all bits is cheaper than sorting
       IndexSet set(limit_);
       set.add(found);
       return set.ascending();
@@ -91,14 +92,14 @@ class PlanIndex {
  private:
   static constexpr std::size_t kMostBuckets = 4096;  // along one axis
 
-  /// Grows with the offset, so what lies between two places is in a bucket between theirs.
+  /// Grows with the offset, so anything between two places is in a bucket between theirs.
   [[nodiscard]] std::size_t along(double offset, std::size_t buckets) const noexcept {
     const double bucket = offset / width_;
     if (!(bucket > 0.0)) return 0;
     return static_cast<std::size_t>(std::min(bucket, static_cast<double>(buckets - 1)));
   }
 
-  std::size_t limit_;  // above every index
+  std::size_t limit_;  // larger than every index
   Eigen::Vector2d min_;
   double width_;
   std::size_t columns_, rows_;

@@ -50,9 +50,9 @@ struct Member {
   std::uint32_t index;
 };
 
-/// The one nearest to the mean of all. The mean is taken of offsets, so that no digits are lost far
-/// from the origin.
-/// @param members  of one voxel, by coordinates
+/// The member nearest to the mean of all. The mean is taken over offsets, so that no digits are
+/// lost far from the origin.
+/// @param members  of one voxel, sorted by coordinates
 std::uint32_t middle_of(PointsView map, std::span<const Member> members) {
   const Point& first = map[members.front().index];
   Point sum = Point::Zero();
@@ -114,7 +114,7 @@ VoxelSizes voxel_sizes_around(PointsView map, std::span<const std::uint32_t> can
   const auto leaves_enough = [&](double size) {
     return has_voxels(voxels_of(map, candidates, size), count);
   };
-  double farthest = 0.0;  // beyond, voxels only grow around the origin
+  double farthest = 0.0;  // above this size, only the voxels around the origin grow
   for (const std::uint32_t k : candidates) {
     farthest = std::max(farthest, map[k].cwiseAbs().maxCoeff());
   }

@@ -24,7 +24,8 @@ struct Hash {
   }
 };
 
-/// The points of one voxel. Offsets from its first point: no digits are lost far from the origin.
+/// The points of one voxel. Offsets count from its first point, so that no digits are lost far from
+/// the origin.
 struct Voxel {
   VoxelKey key;
   Point first;
@@ -55,13 +56,13 @@ Result<void> check_voxel_size(double voxel_size) {
               "voxel size must be positive, not " + std::to_string(voxel_size));
 }
 
-/// @param number_of  the number of the i-th point in `points`, in ascending order
+/// @param number_of  returns the index of the i-th point in `points`, ascending
 template <class NumberOf>
 Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberOf& number_of,
                              double voxel_size) {
   VANTAGE_CHECK(check_voxel_size(voxel_size));
   std::vector<Voxel> voxels;
-  std::unordered_map<VoxelKey, std::size_t, Hash> place_of;  // in `voxels`
+  std::unordered_map<VoxelKey, std::size_t, Hash> place_of;  // index in `voxels`
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = number_of(i);
     VANTAGE_TRY(const VoxelKey key, voxel_of(points, k, voxel_size));
@@ -79,7 +80,7 @@ Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberO
   return result;
 }
 
-/// One of the points a voxel, the nearest to its centre, in their order.
+/// One point per voxel, the one nearest to the voxel's centre; the points keep their order.
 template <class NumberOf>
 Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
                                       const NumberOf& number_of, double voxel_size) {
@@ -129,7 +130,8 @@ bool has_twice(std::vector<double> values) {
   return std::adjacent_find(values.begin(), values.end()) != values.end();
 }
 
-/// The direction of travel at each position, in plan, of length 1; all zero if it goes nowhere.
+/// The direction of travel at each position, in plan view, of length 1; all zero if the trajectory
+/// goes nowhere.
 std::vector<Eigen::Vector2d> directions_of(PointsView trajectory, double spacing) {
   const auto between = [&](std::size_t i, std::size_t j) -> Eigen::Vector2d {
     return (trajectory[j] - trajectory[i]).head<2>();
@@ -144,7 +146,7 @@ std::vector<Eigen::Vector2d> directions_of(PointsView trajectory, double spacing
     const std::size_t before = knots[i > 0 ? i - 1 : 0];
     const std::size_t after = knots[std::min(i + 1, knots.size() - 1)];
     Eigen::Vector2d direction = between(before, after);
-    // There and back: what comes after the turn.
+    // There and back: the direction after the turn counts.
     if (!(direction.norm() >= spacing / 2)) direction = between(knots[i], after);
     const std::size_t end = i + 1 < knots.size() ? after : trajectory.size();
     std::fill(directions.begin() + static_cast<std::ptrdiff_t>(knots[i]),

@@ -15,7 +15,7 @@
 namespace vantage {
 namespace {
 
-/// A square metre of the plan.
+/// A square metre in plan view.
 struct Column {
   std::int64_t y, x;
   friend auto operator<=>(const Column&, const Column&) = default;
@@ -56,7 +56,7 @@ struct Range {
   std::size_t begin, end;
 };
 
-/// The levels of all ground, by column and from below, and which of them are connected.
+/// The levels of all ground, sorted by column and then from below, and which of them are connected.
 class Levels {
  public:
   /// @param points  sorted
@@ -83,13 +83,13 @@ class Levels {
 
   [[nodiscard]] const std::vector<Level>& all() const noexcept { return all_; }
 
-  /// One level that stands for all that are connected: the first of them.
+  /// One level that stands for all levels connected to it: the first of them.
   [[nodiscard]] std::size_t component(std::size_t level) {
     while (parent_[level] != level) level = parent_[level] = parent_[parent_[level]];
     return level;
   }
 
-  /// In a column, the highest level that is not above z by more than a step; none if all are.
+  /// The highest level of a column that is at most one step above z; none if all are higher.
   [[nodiscard]] std::optional<std::size_t> below(const Column& column, double z) const {
     const auto [begin, end] = in(column);
     for (std::size_t level = end; level-- > begin;) {
@@ -104,7 +104,7 @@ class Levels {
     return found == columns_.end() ? Range{0, 0} : found->second;
   }
 
-  /// With the levels around that come later; those before connect themselves.
+  /// Connects a level with the levels around it that come later; earlier ones connect themselves.
   void connect(std::size_t level) {
     const Column here = all_[level].column;
     for (std::int64_t dy = 0; dy <= 2; ++dy) {
@@ -119,13 +119,14 @@ class Levels {
     }
   }
 
-  /// Whether no ground is in the columns between two; neighbours have none between them.
+  /// Whether the columns between two columns hold no ground; neighbours have no column between
+  /// them.
   [[nodiscard]] bool is_hole_between(const Column& here, std::int64_t dy, std::int64_t dx) const {
     const auto empty = [&](std::int64_t y, std::int64_t x) {
       return !columns_.contains({here.y + y, here.x + x});
     };
     if (std::abs(dy) < 2 && std::abs(dx) < 2) return true;
-    // Half of an odd way is rounded to both sides: the middle is one column or two.
+    // Half of an odd distance is rounded to both sides: the middle is one column or two.
     const auto half = [](std::int64_t d) {
       return std::array{(d - (d < 0)) / 2, (d + (d > 0)) / 2};
     };

@@ -20,7 +20,7 @@ std::optional<std::uint32_t> number_in(const std::string& text) {
   return number;
 }
 
-/// The configuration in an index. Its paths are as they were: they are not meant from anywhere.
+/// The configuration in an index. Its paths stay as they were written; they start at no folder.
 std::optional<Config> config_of(const MapIndex& index, const std::string& name) {
   auto config = parse_toml(index.config, "").and_then(parse_config);
   if (!config) return std::nullopt;

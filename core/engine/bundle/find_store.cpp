@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads no further than to the member "format" of the outermost object.
+/// Reads only as far as the member "format" of the outermost object.
 class FormatOf final : public nlohmann::json_sax<nlohmann::json> {
  public:
   std::optional<std::string> format;
@@ -42,7 +42,7 @@ class FormatOf final : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  bool other() const { return !is_format_; }  // a format that is no text names nothing
+  bool other() const { return !is_format_; }  // a format that is not text names no store
   bool open() {
     ++depth_;
     return !is_format_;
@@ -67,7 +67,7 @@ std::optional<std::string> store_named_in(const fs::path& folder) {
   return reader.format->substr(kPrefix.size());
 }
 
-/// A store's parameters for a bundle at `place`; none for a store that takes more than a path.
+/// A store's parameters for a bundle at `place`; none if the store needs more than a path.
 std::optional<Table> params_for(const fs::path& place, const std::vector<ParameterDoc>& docs) {
   const auto required = [](const ParameterDoc& doc) { return doc.required; };
   const auto key = std::find_if(docs.begin(), docs.end(), required);
@@ -80,7 +80,7 @@ std::optional<Table> params_for(const fs::path& place, const std::vector<Paramet
   return params;
 }
 
-/// Opens a store over a place. No store for one that cannot say where its bundle lies.
+/// Opens a store over a place. Returns no store if the plugin cannot say where its bundle lies.
 Result<PluginPtr<MapStore>> store_over(const fs::path& place, PluginChoice choice,
                                        const PluginLoader& plugins) {
   VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, choice));
@@ -101,7 +101,7 @@ Result<FoundStore> open_with(const fs::path& place, const PluginChoice& choice,
   return FoundStore{std::move(store), std::move(index)};
 }
 
-/// An installed store that was asked for a bundle, and why it has none.
+/// An installed store that was asked for a bundle, and the reason why it has none.
 struct Refusal {
   std::string store;
   Error error;
@@ -144,7 +144,7 @@ Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins
     if (file.kind != PluginKind::store) continue;
     const PluginChoice choice{.plugin = file.name, .library = file.path, .params = {}, .where = {}};
     auto store = store_over(place, choice, plugins);
-    if (!store) continue;  // a plugin that cannot be asked does not hide those that can
+    if (!store) continue;  // a plugin that cannot be asked does not hide the others
     auto index = index_of(**store);
     if (index) return FoundStore{*std::move(store), *std::move(index)};
     refusals.push_back({file.name, std::move(index).error()});

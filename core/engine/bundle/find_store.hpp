@@ -14,7 +14,7 @@ struct FoundStore {
   MapIndex index;
 };
 
-/// What MapStore::index says, with what to do where there is no bundle.
+/// What MapStore::index returns; its error says what to do if there is no bundle.
 [[nodiscard]] Result<MapIndex> index_of(const MapStore& store);
 
 /// The store that made the bundle at a path; see Bundle::open.

@@ -48,7 +48,7 @@ Result<Table> convert(const toml::table& table, const std::string& name) {
     converted.entries.push_back(
         {std::string(key.str()), std::move(value), location(key.source(), name)});
   }
-  // toml++ sorts by key; people read in the order of the file.
+  // toml++ sorts by key, but people read in the order of the file.
   std::stable_sort(
       converted.entries.begin(), converted.entries.end(), [](const Entry& a, const Entry& b) {
         return std::pair{a.where.line, a.where.column} < std::pair{b.where.line, b.where.column};
@@ -118,7 +118,7 @@ void locate_section(std::optional<Section>& section, const Table& root, std::str
   if (table.find("params") == nullptr) section->params.where = table.where;
 }
 
-/// toml++'s "Error while parsing X: what" in the order of this project's errors.
+/// Turns toml++'s "Error while parsing X: what" into the word order of this project's errors.
 Error syntax_error(const toml::parse_error& e, const std::string& name) {
   Error error{.code = ErrorCode::invalid_config,
               .message = std::string(e.description()),

@@ -15,8 +15,9 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 }  // namespace
 
 PoseConfidence confidence_of(const Alignment& alignment, double scale) {
-  // In units of the limits, metres and radians compare: an eigenvalue below 1 is a direction that
-  // is known worse than them. What is not known at all gets a large variance, not an infinite one.
+  // In units of the limits, metres and radians can be compared: an eigenvalue below 1 belongs to a
+  // direction that is known less well than its limit. A direction about which nothing is known gets
+  // a large variance, not an infinite one.
   Eigen::Matrix<double, 6, 1> limits;
   limits << Eigen::Vector3d::Constant(kVagueMetres), Eigen::Vector3d::Constant(kVagueRadians);
   const Matrix6 information =

@@ -8,8 +8,8 @@
 namespace vantage {
 namespace {
 
-/// A motion at constant velocity, as what Rodrigues' formula needs; Eigen's product of a pose and a
-/// point would make a rotation matrix for each point.
+/// A motion at constant velocity, in the form that Rodrigues' formula needs. Eigen's product of a
+/// pose and a point would make a rotation matrix for each point.
 class Motion {
  public:
   explicit Motion(const Pose& whole) : translation_(whole.translation) {
@@ -19,7 +19,7 @@ class Motion {
     if (angle_ > std::numbers::pi) angle_ -= 2.0 * std::numbers::pi;  // the short way round
   }
 
-  /// The sensor's pose after so much of the motion.
+  /// Sets the sensor's pose after this fraction of the motion.
   void set(double fraction) {
     sine_ = std::sin(fraction * angle_);
     one_minus_cosine_ = 1.0 - std::cos(fraction * angle_);

@@ -24,8 +24,9 @@ const char* to_string(Tracking tracking) noexcept {
 
 namespace {
 
-/// How far a sensor that has been lost for so many scans is looked for: twice as far each time.
-/// Once that is everywhere, only now and then, because it takes long.
+/// The radius in which to search for a sensor that has been lost for this many scans. It doubles
+/// from search to search. Once the radius covers everything, only some scans search, because it
+/// takes long.
 std::optional<double> search_radius(std::uint32_t lost_scans, double everywhere) {
   constexpr double kFirst = 4.0;
   constexpr std::uint32_t kPause = 4;
@@ -65,8 +66,8 @@ struct Localizer::State {
 
   bool lost = false;
   std::uint32_t lost_scans = 0;     // without a place that could be confirmed
-  std::uint32_t fitting_scans = 0;  // one after the other, while lost
-  double usual_nvtl = 0.0;          // of tracked scans, lately; 0 before the first
+  std::uint32_t fitting_scans = 0;  // in a row, while lost
+  double usual_nvtl = 0.0;          // of recent tracked scans; 0 before the first
 
   [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
 
@@ -96,7 +97,7 @@ struct Localizer::State {
     return prepare_scan(points, params);
   }
 
-  /// Makes a region's map the one to match against.
+  /// Makes a region's map the one that scans are matched against.
   Result<void> use(RegionId next, ScanReport& report) {
     if (!map || next != region) {
       const Stopwatch stopwatch;
@@ -123,7 +124,7 @@ struct Localizer::State {
                       params.prefetch_time, params.prefetch_distance));
   }
 
-  /// Why an alignment is not to be believed; empty if it is.
+  /// Why an alignment cannot be trusted; empty if it can.
   [[nodiscard]] std::string doubt(const Alignment& alignment) const {
     if (!is_valid(alignment.T_map_scan)) return "the matcher returned no valid pose";
     if (alignment.score.coverage < params.min_coverage) {
@@ -144,14 +145,14 @@ struct Localizer::State {
     return doubt(alignment);
   }
 
-  /// A search tries so many places that some fit by chance, passably: what it finds must fit nearly
-  /// as well as scans did before.
+  /// A search tries so many places that some fit passably by chance. What it finds must fit nearly
+  /// as well as earlier scans did.
   [[nodiscard]] bool is_find(const Alignment& alignment) const {
     constexpr double kNearly = 0.8;
     return doubt(alignment).empty() && alignment.score.nvtl >= kNearly * usual_nvtl;
   }
 
-  /// Matches at the prediction and says what is to be thought of it.
+  /// Matches at the prediction and judges the result.
   Result<void> match(PointsView scan, ScanReport& report) const {
     const Stopwatch stopwatch;
     Result<Alignment> alignment = map->target->align(scan, report.T_map_scan_predicted);
@@ -175,12 +176,12 @@ struct Localizer::State {
     report.alignment = std::move(alignment);
   }
 
-  /// Where a lost sensor is looked for; nowhere at some scans.
+  /// Where to search for a lost sensor; some scans do not search at all.
   [[nodiscard]] std::optional<SearchArea> search_area(const Pose& predicted) const {
     SearchArea area;
     if (anywhere) return area;
     area.centre = predicted.translation;
-    // As far as any place of the map is.
+    // The distance to the farthest place of the map.
     const Bounds3& bounds = index.map_bounds;
     const double everywhere = (area.centre - bounds.min)
                                   .cwiseAbs()
@@ -198,7 +199,7 @@ struct Localizer::State {
     return area;
   }
 
-  /// Looks for a sensor that is lost; whether it was found. That has still to be confirmed.
+  /// Searches for a lost sensor and says whether it was found. Later scans must confirm the place.
   Result<bool> search(PointsView scan, ScanReport& report) {
     const auto area = search_area(report.T_map_scan_predicted);
     if (!area) return false;
@@ -206,7 +207,7 @@ struct Localizer::State {
     VANTAGE_TRY(const auto found, search_pose(index, maps, scan, *area));
     report.seconds_search = stopwatch.seconds();
     if (found.empty() || !is_find(found.front().alignment)) return false;
-    // A map that nobody could expect to be needed is no stall of tracking.
+    // Waiting for a map that could not be expected is not a stall of tracking.
     const bool blocked = report.blocked;
     const double seconds_stall = report.seconds_stall;
     VANTAGE_CHECK(use(found.front().region, report));
@@ -217,7 +218,7 @@ struct Localizer::State {
     return true;
   }
 
-  /// Takes the scan's outcome into the account of what is tracked and what is lost.
+  /// Updates what is tracked and what is lost with the scan's outcome.
   void judge(ScanReport& report) {
     const bool fits = report.reason.empty();
     if (!lost && fits) {
@@ -278,7 +279,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
     return fail(ErrorCode::invalid_input, "the initial pose is no rigid transform");
   }
   const RegionId region = s.choose_region(T_map_scan.translation).region;
-  auto taken = s.maps.take(region);  // so that the first scan finds it ready
+  auto taken = s.maps.take(region);  // so that the first scan finds the map ready
   if (!taken) {
     return fail(std::move(taken).error().during("making region '" +
                                                 s.index.partition[region].label + "' ready"));
@@ -329,7 +330,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   } else {
     report.T_map_scan_predicted = s.initial ? *s.initial : s.motion.predict(scan);
     report.T_map_scan = report.T_map_scan_predicted;
-    // Eq. 11 asks the last estimate; before the first scan that is the initial pose.
+    // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
     const State::Choice choice =
         s.choose_region(s.initial ? s.initial->translation : s.motion.pose().translation);
     report.outside = choice.outside;
@@ -353,7 +354,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.initial.reset();
   s.anywhere = false;
   if (found && s.motion.started()) {
-    // It was elsewhere all the time: it moves on from there as it did.
+    // The sensor was elsewhere all the time: its motion continues from there.
     s.motion.add(scan, report.T_map_scan_predicted);
     s.motion.correct(report.T_map_scan);
   } else {

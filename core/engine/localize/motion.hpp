@@ -7,7 +7,7 @@
 
 namespace vantage {
 
-/// Where the sensor was at the last two scans, and what that says of the next one.
+/// Where the sensor was at the last two scans, and what that says about the next one.
 class Motion {
  public:
   struct Step {
@@ -20,19 +20,20 @@ class Motion {
   [[nodiscard]] double stamp() const { return last_->stamp; }
   [[nodiscard]] const Pose& pose() const { return last_->T_map_scan; }
 
-  /// Where the sensor is at `scan`: by odometry, else by constant velocity in the sensor's own
-  /// frame, so that a turn goes on as a turn; at the last pose before a second one is known.
+  /// Predicts where the sensor is at `scan`: by odometry, otherwise with constant velocity in the
+  /// sensor's own frame, so that a turn continues as a turn. Before a second pose is known, the
+  /// prediction is the last pose.
   /// Precondition: started.
   [[nodiscard]] Pose predict(const Scan& scan) const;
-  /// The latest movement that is known; none before a second pose.
+  /// The latest known movement; none before a second pose.
   [[nodiscard]] std::optional<Step> step() const;
-  /// The same with a scan that has odometry.
+  /// The movement to a scan that has odometry.
   [[nodiscard]] std::optional<Step> step_to(const Scan& scan) const;
   /// [m/s], map frame; zero before a second pose.
   [[nodiscard]] Eigen::Vector3d velocity() const;
 
   void add(const Scan& scan, const Pose& T_map_scan);
-  /// The last pose was another one: the sensor moves on from there as it did.
+  /// Replaces the last pose; the sensor's motion continues from there.
   void correct(const Pose& T_map_scan);
   void forget();
 

@@ -17,17 +17,17 @@ namespace {
 constexpr int kHeadings = 36;
 constexpr std::size_t kScoredPoints = 120, kAlignedPoints = 500;
 constexpr std::size_t kAligned = 150, kAlignedWhole = 5;
-// Starts nearer to each other than this lead to the same pose.
+// Starts closer to each other than this lead to the same pose.
 constexpr double kSameMetres = 2.0, kSameRadians = std::numbers::pi / 9.0;
 
-/// A pose to be tried, and what speaks for it.
+/// A pose to try, and the evidence for it.
 struct Start {
   RegionId region;
   Pose T_map_scan;
   double evidence = 0.0;
 };
 
-/// By evidence; never by chance.
+/// Compares by evidence; ties are never broken by chance.
 bool better(const Start& a, const Start& b) {
   const auto order = [](const Start& s) {
     return std::tuple(-s.evidence, s.region, s.T_map_scan.translation.x(),
@@ -41,7 +41,7 @@ bool same(const Pose& a, const Pose& b) {
          rotation_between(a, b) < kSameRadians;
 }
 
-/// The best that differ from each other.
+/// The best starts that differ from each other.
 std::vector<Start> best_of(std::vector<Start> starts, std::size_t most) {
   std::sort(starts.begin(), starts.end(), better);
   std::vector<Start> best;
@@ -70,7 +70,7 @@ PointCloud every_nth(PointsView points, std::size_t most) {
   return some;
 }
 
-/// What stands up: the ground matches at any heading and says nothing.
+/// The part of a scan that stands up. The ground matches at any heading and says nothing.
 PointCloud upright_part(PointsView scan) {
   constexpr double kCell = 4.0, kAbove = 0.5;
   std::map<Cell, double> lowest;
@@ -90,7 +90,7 @@ PointCloud upright_part(PointsView scan) {
   return upright;
 }
 
-/// One viewpoint a cell, the first.
+/// One viewpoint per cell, the first.
 PointCloud places_in(const ReadyRegion& region, const SearchArea& area) {
   PointCloud places;
   std::set<Cell> taken;
@@ -102,7 +102,7 @@ PointCloud places_in(const ReadyRegion& region, const SearchArea& area) {
   return places;
 }
 
-/// The best of the headings at each place.
+/// The best headings at each place.
 Result<std::vector<Start>> score_places(RegionId region, const MatchTarget& target, PointsView scan,
                                         const PointCloud& places) {
   std::vector<Start> starts(places.size());
@@ -127,7 +127,7 @@ Result<std::vector<Start>> score_places(RegionId region, const MatchTarget& targ
   return starts;
 }
 
-/// Aligns from every start; those from which nothing matches are left out.
+/// Aligns from every start; starts from which nothing matches are left out.
 Result<std::vector<Hypothesis>> align_from(const RegionMaps& maps, PointsView scan,
                                            const std::vector<Start>& starts) {
   std::map<RegionId, std::vector<Pose>> by_region;

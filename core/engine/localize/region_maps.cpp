@@ -50,21 +50,21 @@ struct RegionMaps::State {
 
   struct Entry {
     Ready ready;
-    std::uint64_t used = 0;  // when, in takes
+    std::uint64_t used = 0;  // the number of the `take` that used it last
   };
 
-  mutable std::mutex mutex;  // of all that follows
+  mutable std::mutex mutex;  // guards the members below
   mutable std::condition_variable_any changed;
   std::unordered_map<std::uint32_t, Entry> entries;
-  std::unordered_set<std::uint32_t> loading;   // by some thread right now
+  std::unordered_set<std::uint32_t> loading;   // which some thread is loading right now
   std::unordered_set<std::uint32_t> given_up;  // expected, but failed or did not fit
   std::vector<RegionId> expected;
   std::optional<std::uint32_t> taken_last;
-  bool busy = false;  // the loader, with loading or with letting go
+  bool busy = false;  // whether the loader is loading or releasing a map
   std::uint64_t takes = 0;
   Statistics counts;
 
-  std::jthread loader;  // last: it ends before what it uses
+  std::jthread loader;  // last, so that it ends before the members that it uses
 
   [[nodiscard]] bool is_expected(std::uint32_t region) const {
     return std::find(expected.begin(), expected.end(), RegionId{region}) != expected.end();
@@ -79,12 +79,12 @@ struct RegionMaps::State {
     return {};
   }
 
-  /// Takes entries out until the rest fits: those used longest ago, then those expected last.
+  /// Takes entries out until the rest fits: first those used longest ago, then those expected last.
   /// The caller destroys them, without the lock.
   [[nodiscard]] std::vector<Ready> shrink() {
     std::vector<Ready> dropped;
     while (counts.bytes > options.memory) {
-      // What is expected counts by how soon: it is worth more than anything that is not.
+      // Expected regions count by how soon they are needed, and more than all others.
       const auto worth = [&](std::uint32_t r,
                              const Entry& entry) -> std::pair<std::size_t, std::uint64_t> {
         const auto place = std::find(expected.begin(), expected.end(), RegionId{r});
@@ -108,7 +108,7 @@ struct RegionMaps::State {
     return dropped;
   }
 
-  /// @return what had to go for it; destroy it without the lock
+  /// @return  the entries that made room for it; destroy them without the lock
   [[nodiscard]] std::vector<Ready> keep(std::uint32_t region, Ready ready) {
     counts.bytes += ready->bytes;
     entries[region] = {std::move(ready), takes};

@@ -7,8 +7,8 @@
 namespace vantage {
 namespace {
 
-constexpr int kMoments = 12;     // that are looked at
-constexpr double kSwerve = 0.3;  // m to the side for each metre of the way
+constexpr int kMoments = 12;     // future times that are looked at
+constexpr double kSwerve = 0.3;  // metres to the side for each metre ahead
 
 double distance_to_box(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
                        const Eigen::Vector2d& xy) {
@@ -43,7 +43,7 @@ std::vector<RegionId> RegionsAhead::operator()(const Eigen::Vector2d& xy,
                                                double margin) const {
   const double way = velocity.norm() * seconds;
   const double reach = margin + (1.0 + kSwerve) * way;
-  std::vector<std::tuple<int, double, RegionId>> ahead;  // when, how far from here, which
+  std::vector<std::tuple<int, double, RegionId>> ahead;  // when, how far from here, which region
   for (const Place& place : places_) {
     const double from_here = distance_to_box(place.min, place.max, xy);
     if (from_here > reach) continue;

@@ -7,17 +7,17 @@
 
 namespace vantage {
 
-/// Which regions a sensor is about to enter.
+/// Finds the regions that a sensor is about to enter.
 class RegionsAhead {
  public:
-  /// @param index  outlives the object
+  /// @param index  must outlive the object
   explicit RegionsAhead(const MapIndex& index);
 
-  /// The region with a map that is nearest to a place; there is one.
+  /// The region with a map that is nearest to a place; there always is one.
   [[nodiscard]] RegionId nearest(const Eigen::Vector2d& xy) const;
 
-  /// Regions with a map that come within `margin` of the way, the first first. The way is a
-  /// straight one, and a turn away from it is allowed for.
+  /// Regions with a map that come within `margin` of the way ahead, in the order in which the
+  /// sensor reaches them. The way is straight, with an allowance for turns.
   /// @param xy        plan position [m]
   /// @param velocity  [m/s]
   /// @param seconds   how far ahead to look

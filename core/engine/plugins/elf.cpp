@@ -20,7 +20,7 @@ static_assert(offsetof(PluginManifest, abi) == offsetof(ManifestHead, abi));
 
 constexpr std::uint64_t kMaxTable = 1U << 26U;  // [bytes]; symbol tables of plugins are kilobytes
 
-/// That of the running program: a library must be for the same processor.
+/// The header of the running program: a library must be for the same processor.
 ElfW(Ehdr) own_header() {
   ElfW(Ehdr) header{};
   std::ifstream("/proc/self/exe", std::ios::binary)
@@ -28,7 +28,7 @@ ElfW(Ehdr) own_header() {
   return header;
 }
 
-/// Reads parts of a file; what lies beyond its end is never read.
+/// Reads parts of a file, and never beyond its end.
 class File {
  public:
   explicit File(const std::filesystem::path& path) : in_(path, std::ios::binary) {}
@@ -57,7 +57,7 @@ class File {
   std::ifstream in_;
 };
 
-/// Where the linker would find address `address` in the file.
+/// Where in the file the linker would find the address `address`.
 std::optional<std::uint64_t> file_offset(const std::vector<ElfW(Phdr)>& segments,
                                          std::uint64_t address) {
   for (const auto& segment : segments) {

@@ -7,12 +7,13 @@
 
 #include "vantage/plugin.hpp"
 
-/// Reads a plugin file as data. Nothing of an ELF file can be called before its manifest has been
-/// read, and the dynamic linker runs its constructors: so what can be told from the bytes is.
+/// Reads a plugin file as data. Nothing in an ELF file may be called before its manifest has been
+/// read, but the dynamic linker runs its constructors. So everything that the bytes can tell is
+/// read from the bytes.
 namespace vantage::elf {
 
-/// What the dynamic linker would die of (SIGBUS where the file is shorter than its headers
-/// promise); "" for a file it can take.
+/// What would crash the dynamic linker (SIGBUS if the file is shorter than its headers promise); ""
+/// for a file that it can open.
 [[nodiscard]] std::string defect(const std::filesystem::path& file);
 
 /// The members of PluginManifest that never move.
@@ -21,9 +22,9 @@ struct ManifestHead {
   AbiTag abi;
 };
 
-/// What a file says of its manifest.
+/// What a file says about its manifest.
 struct Inspection {
-  bool has_symbols = false;  ///< false for a file without section headers: nothing is known
+  bool has_symbols = false;  ///< false for a file without section headers
   bool has_manifest = false;
   std::optional<ManifestHead> head;
 };

@@ -29,7 +29,7 @@ class SharedLibrary {
 
 namespace {
 
-/// Kind and name from `vantage_<kind>_<name>.so`.
+/// Reads kind and name from `vantage_<kind>_<name>.so`.
 std::optional<PluginFile> parse_file_name(const std::filesystem::path& path) {
   const std::string file = path.filename().string();
   std::optional<PluginFile> parsed;
@@ -46,7 +46,7 @@ tl::unexpected<Error> refuse(const std::filesystem::path& file, const std::strin
   return fail(ErrorCode::incompatible_plugin, file.string() + ": " + reason);
 }
 
-/// Names the first member of the tags that differs; "" for none.
+/// Names the first member in which the tags differ; "" if they agree.
 std::string abi_difference(const AbiTag& plugin, const AbiTag& core) {
   const auto differs = [](const char* what, std::uint32_t theirs, std::uint32_t ours) {
     std::ostringstream out;
@@ -77,7 +77,7 @@ std::string abi_difference(const AbiTag& plugin, const AbiTag& core) {
 
 constexpr const char* kNoManifest = "is no Vantage plugin: it lacks the symbol 'vantage_plugin'";
 
-/// What keeps a manifest from being read any further, or "".
+/// Why a manifest cannot be read any further, or "".
 std::string manifest_defect(std::uint64_t magic, std::uint64_t size, const AbiTag& abi) {
   if (magic != kPluginMagic) {
     return "is no Vantage plugin: its 'vantage_plugin' has a wrong magic number";
@@ -92,7 +92,7 @@ std::string manifest_defect(std::uint64_t magic, std::uint64_t size, const AbiTa
   return "";
 }
 
-/// Boost.DLL's message without what it repeats; a missing symbol by its name.
+/// Boost.DLL's message without its repetitions; names a missing symbol.
 std::string loading_defect(std::string_view what, const std::filesystem::path& file) {
   static constexpr std::string_view kUndefined = "undefined symbol: ";
   if (const auto at = what.find(kUndefined); at != std::string_view::npos) {
@@ -123,7 +123,7 @@ Result<Checked> open_checked(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(absolute, error)) return refuse(file, "is no file");
   if (const std::string defect = elf::defect(absolute); !defect.empty())
     return refuse(file, defect);
-  // From the bytes first: opening a library of another ABI runs its constructors.
+  // The bytes come first: opening a library of another ABI would run its constructors.
   if (const elf::Inspection seen = elf::inspect(absolute); seen.has_symbols) {
     if (!seen.has_manifest) return refuse(file, kNoManifest);
     if (seen.head) {

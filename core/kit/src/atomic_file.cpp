@@ -120,7 +120,8 @@ Result<void> OutputFile::commit() {
         fmt::format("the finished file cannot be put in place ({})", system_message(errno)));
   }
   ::close(std::exchange(descriptor_, -1));
-  // Makes the new name itself survive a power cut; a folder that cannot be synced is no failure.
+  // Makes the new name itself survive a power cut. It is not an error if the folder cannot be
+  // synced.
   const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
   if (const int handle = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); handle >= 0) {
     ::fsync(handle);

@@ -68,7 +68,7 @@ OutputFolder::~OutputFolder() {
 Result<void> OutputFolder::commit() {
   int status = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE);
   if (status != 0 && errno == EEXIST && existing_ == Existing::replace) {
-    // The old folder takes the temporary name, and goes with this object.
+    // The old folder takes the temporary name and is removed with this object.
     status = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE);
   } else if (status == 0) {
     temporary_.clear();
@@ -79,7 +79,8 @@ Result<void> OutputFolder::commit() {
         path_, reason == EEXIST ? ErrorCode::already_exists : ErrorCode::io_failure,
         fmt::format("the finished folder cannot be put in place ({})", system_message(reason)));
   }
-  // Makes the new name itself survive a power cut; a folder that cannot be synced is no failure.
+  // Makes the new name itself survive a power cut. It is not an error if the folder cannot be
+  // synced.
   const fs::path above = folder_above(path_);
   if (const int handle = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); handle >= 0) {
     ::fsync(handle);

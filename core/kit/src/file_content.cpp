@@ -34,7 +34,7 @@ InputFile::~InputFile() {
 
 Result<InputFile> InputFile::open(const std::filesystem::path& path, std::string_view expected) {
   const SourceLocation where{path.string(), 0, 0};
-  // Not blocking: opening a pipe that nobody writes to would otherwise never return.
+  // Non-blocking: otherwise opening a pipe without a writer would never return.
   InputFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK), 0, path.string());
   if (file.descriptor_ < 0) {
     const int reason = errno;

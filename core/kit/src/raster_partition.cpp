@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMaxIndex = 0x1p31 - 2.0;  // the edges of the last cell have an index too
+constexpr double kMaxIndex = 0x1p31 - 2.0;  // the edges of the last cell also need an index
 constexpr std::size_t kMaxCells = 100'000'000;
 constexpr std::size_t kRunsBeforeJoining = 4'000'000;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -43,10 +43,10 @@ HalfOpenBox box_of(const PlanRaster& raster, const Block& block) {
           {raster.edge(block.last), raster.edge(block.top)}};
 }
 
-/// Joins the cells of one region into blocks, by their lower left corner.
+/// Joins the cells of one region into blocks, sorted by their lower left corner.
 std::vector<Block> blocks_of(std::span<const OwnedCell> cells) {
   std::vector<Block> blocks;
-  std::vector<std::size_t> below, here;  // blocks that end with the row before, and with this one
+  std::vector<std::size_t> below, here;  // blocks that end with the row before; with this row
   std::size_t k = 0;
   while (k < cells.size()) {
     const std::int64_t j = cells[k].cell.j;
@@ -84,14 +84,14 @@ Footprint footprint_of(const PlanRaster& raster, const std::vector<Block>& block
 double squared_distance(const Seed& seed, const Vector2d& p) noexcept {
   const Vector2d along = seed.to - seed.from, to = p - seed.from;
   const double t = along.dot(to), length = along.squaredNorm();
-  // The ends are taken as they are: seeds that share one are exactly as near to what lies beyond
-  // it.
+  // Ends are used exactly as given: seeds that share an end are exactly equally near to everything
+  // beyond it.
   if (t <= 0.0) return to.squaredNorm();
   if (t >= length) return (p - seed.to).squaredNorm();
   return (to - (t / length) * along).squaredNorm();
 }
 
-/// Finds the region of the nearest seed by the midpoints of the seeds.
+/// Finds the region of the nearest seed by means of the midpoints of the seeds.
 class NearestSeed {
  public:
   explicit NearestSeed(std::vector<Seed> seeds)
@@ -136,7 +136,7 @@ class NearestSeed {
     double reach;
     std::uint32_t region;
     double best = kInfinity;   // squared
-    double worst = kInfinity;  // squared, of midpoints still to look at
+    double worst = kInfinity;  // squared, of midpoints that have not been looked at
 
     [[nodiscard]] bool full() const { return true; }
     [[nodiscard]] double worstDist() const { return worst; }
@@ -168,7 +168,7 @@ std::vector<std::uint32_t> nearest_regions(const std::vector<PlanCell>& cells,
   return regions;
 }
 
-/// Where the horizontal line at y meets the places within `radius` of a seed.
+/// Where the horizontal line at y crosses the area within `radius` of a seed.
 std::pair<double, double> crossing(const Seed& seed, double radius, double y) noexcept {
   std::pair<double, double> x{kInfinity, -kInfinity};
   const auto extend = [&](double at) {
@@ -209,8 +209,8 @@ std::size_t join(std::vector<Run>& runs) {
   return cells;
 }
 
-/// The cells of the map's box whose centre lies within a radius of a seed; nothing if they are more
-/// than kMaxCells.
+/// The cells of the map's box whose centre lies within a radius of a seed; nothing if there are
+/// more than kMaxCells.
 std::optional<std::vector<PlanCell>> cells_near(std::span<const Seed> seeds, double radius,
                                                 const Bounds3& bounds, const PlanRaster& raster) {
   const PlanCell low = raster.cell_of(bounds.min.head<2>());
@@ -294,7 +294,7 @@ double PlanRaster::edge(std::int64_t i) const noexcept {
 }
 
 PlanCell PlanRaster::cell_of(const Vector2d& xy) const noexcept {
-  // The quotient rounds, the edges decide.
+  // The quotient is rounded, so the edges decide.
   const auto index = [&](double x) {
     auto i = static_cast<std::int64_t>(std::floor(x / cell_size_));
     while (x < edge(i)) --i;
@@ -377,7 +377,7 @@ Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> see
   const std::vector<std::uint32_t> owners = nearest_regions(occupied, raster, all);
 
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number_of(labels.size(), kNone);  // among the regions that stay
+  std::vector<std::uint32_t> number_of(labels.size(), kNone);  // index among the regions that stay
   for (const std::uint32_t owner : owners) number_of[owner] = 0;
   std::vector<std::string> names;
   for (std::size_t r = 0; r < labels.size(); ++r) {

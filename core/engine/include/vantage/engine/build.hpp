@@ -22,76 +22,77 @@ namespace vantage {
 /// The plugins that a build runs.
 struct BuildPlugins {
   PluginPtr<Partitioner> partitioner;
-  PluginPtr<GroundFilter> ground;  ///< none for viewpoints along the trajectory
+  PluginPtr<GroundFilter> ground;  ///< none if viewpoints come from the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
   PluginPtr<ScanMatcher> matcher;  ///< none unless its prepared map is to be stored
 };
 
-/// What core itself is told about a build.
+/// The parameters of the build itself, apart from those of the plugins.
 struct BuildParams {
   ViewpointParams viewpoints;
   VisibilityScope scope = VisibilityScope::map;
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
-  std::uint32_t min_views = 1;             ///< a point is kept if so many viewpoints see it
-  std::optional<ThinningParams> thinning;  ///< of what is kept
+  std::uint32_t min_views = 1;             ///< a point is kept if this many viewpoints see it
+  std::optional<ThinningParams> thinning;  ///< applied to the points that are kept
   StoredContent content = StoredContent::points;
-  bool views = false;  ///< whether the number of viewpoints that see a point is stored with it
-  std::string effective_config;  ///< kept in the bundle
+  bool views = false;  ///< whether each point is stored with the number of viewpoints that see it
+  std::string effective_config;  ///< stored in the bundle
 
-  /// What a configuration says, without the effective configuration.
+  /// Takes what a configuration says, except the effective configuration.
   [[nodiscard]] VANTAGE_API static BuildParams from(const Config& config);
 };
 
 struct BuildProgress {
-  std::size_t regions_done = 0, regions = 0;        ///< done: stored
-  std::size_t viewpoints_done = 0, viewpoints = 0;  ///< of regions under way too
+  std::size_t regions_done = 0, regions = 0;        ///< regions that are stored
+  std::size_t viewpoints_done = 0, viewpoints = 0;  ///< includes regions that are under way
 };
 
-/// What a build made and what it cost (Table 1 comes from here).
+/// What a build made and what it cost (the source of Table 1).
 struct BuildReport {
   Partition partition;
-  /// By RegionId, `points` as kept, whether they are stored or not; `bytes` and `max_views` are
-  /// left to the store's index.
+  /// By RegionId. `points` counts the points that were kept, whether they are stored or not;
+  /// `bytes` and `max_views` are found in the store's index only.
   std::vector<RegionSummary> regions;
   std::vector<std::uint64_t> seen;  ///< by RegionId: points that any viewpoint sees, kept or not
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;
-  std::uint64_t unreachable_viewpoints = 0;  ///< left out; voxels of the whole map, not regions'
+  std::uint64_t unreachable_viewpoints = 0;  ///< left out; voxels of the whole map, not of regions
   std::uint64_t places_outside = 0;  ///< along the trajectory, in no region: without a viewpoint
   std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`: not asked, see `min_gain`
-  std::uint64_t regions_without_viewpoints = 0;  ///< nor ground or path: their maps are empty
+  std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: their maps are empty
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
-  double points_times_viewpoints = 0;  ///< each viewpoint counts the points it was decided among
+  double points_times_viewpoints = 0;  ///< each viewpoint counts the points it was tested on
 
-  /// What visibility costs, whatever the size of the map and the number of viewpoints [s].
+  /// The cost of visibility, independent of the size of the map and the number of viewpoints [s].
   [[nodiscard]] double core_seconds_a_viewpoint_and_million_points() const noexcept {
     return points_times_viewpoints > 0 ? 1e6 * core_seconds_visibility / points_times_viewpoints
                                        : 0.0;
   }
 };
 
-/// Loads the plugins a build needs, the matcher only for prepared content, the ground filter only
-/// for viewpoints over the ground.
-/// Errors: a missing table, plugin or wrong parameter; viewpoints along a trajectory that [map]
-/// does not name.
+/// Loads the plugins that a build needs: the matcher only for prepared content, the ground filter
+/// only for viewpoints over the ground.
+/// Errors: a missing table or plugin, or a wrong parameter; viewpoints along a trajectory that
+/// [map] does not name.
 [[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
                                                                   const PluginLoader& loader);
 
 /// Makes the observable map of every region and stores it (Sec. 2.1-2.3). Runs in parallel over
-/// regions and viewpoints, within the limits of the caller's TBB arena; the bundle does not depend
+/// regions and viewpoints, within the limits of the caller's TBB arena. The bundle does not depend
 /// on the number of threads.
 /// @param map         N points of P, map frame, z up [m]; finite
-/// @param trajectory  where the sensor was while mapping, in the order of the drive, map frame [m];
-///                    may be empty unless viewpoints come from it
-/// @param progress    called from one thread at a time, first with nothing done, then with counts
-///                    that never fall, at every region and a few times a second within; must not
-///                    use TBB; what it throws comes out of here; may be empty
-/// Errors: `invalid_input` for an empty or non-finite map, one without the ground that viewpoints
-/// are to stand on, or a trajectory that they cannot come from; what the plugins report,
-/// `unsupported` among them for a matcher that cannot store what it prepares; `internal` for a
+/// @param trajectory  positions of the sensor while mapping, in driving order, map frame [m]; may
+///                    be empty unless viewpoints come from it
+/// @param progress    called from one thread at a time: first with nothing done, then at every
+///                    region and a few times per second in between, with counts that never fall. It
+///                    must not use TBB. An exception that it throws leaves this function. May be
+///                    empty
+/// Errors: `invalid_input` for an empty or non-finite map, for a map without the ground that
+/// viewpoints need, or for a trajectory that viewpoints cannot come from; errors of the plugins,
+/// for example `unsupported` from a matcher that cannot store what it prepares; `internal` for a
 /// plugin that breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(
     PointsView map, PointsView trajectory, BuildPlugins& plugins, const BuildParams& params,

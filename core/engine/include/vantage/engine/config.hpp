@@ -20,12 +20,12 @@
 
 namespace vantage {
 
-/// @param name  what error messages call the text: a file's path
+/// @param name  the text's name in error messages: the path of a file
 /// Errors: `invalid_config` with the place of a syntax error, a duplicate key or a date.
 [[nodiscard]] VANTAGE_API Result<Table> parse_toml(std::string_view text, const std::string& name);
 
-/// Reads a TOML file and applies `key.path=value` overrides (a value that is no TOML counts as a
-/// string; relative paths in it are meant from the current directory).
+/// Reads a TOML file and applies `key.path=value` overrides. A value that is not TOML counts as a
+/// string; relative paths in a value start at the current directory.
 /// Errors: `not_found`, `io_failure`, `invalid_config`.
 [[nodiscard]] VANTAGE_API Result<Table> load_toml(const std::filesystem::path& file,
                                                   const std::vector<std::string>& overrides = {});
@@ -48,7 +48,7 @@ struct MapSource {
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
 };
 
-/// Which points a viewpoint's visibility is decided among.
+/// The points among which a viewpoint's visibility is decided.
 enum class VisibilityScope : std::uint8_t {
   map,     ///< all of P, as the text of Sec. 2.3 says
   region,  ///< P_ij only, as Eq. 9 is printed
@@ -58,7 +58,7 @@ constexpr auto enum_names(VisibilityScope) {
                     std::pair{std::string_view("region"), VisibilityScope::region}};
 }
 
-/// [visibility]: the operator and what core itself does with it.
+/// [visibility]: the operator, and how the build uses it.
 struct VisibilityConfig {
   std::string plugin;
   std::optional<std::filesystem::path> library;
@@ -87,7 +87,7 @@ struct VisibilityConfig {
   [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
 };
 
-/// What a bundle keeps of each region.
+/// What a bundle stores for each region.
 enum class StoredContent : std::uint8_t {
   points,    ///< V_ij
   prepared,  ///< what the matcher makes of the whole map there
@@ -99,7 +99,7 @@ constexpr auto enum_names(StoredContent) {
                     std::pair{std::string_view("both"), StoredContent::both}};
 }
 
-/// [store]: where bundles are kept, and what core puts into them.
+/// [store]: where bundles are stored, and what they contain.
 struct StoreConfig {
   std::string plugin;
   std::optional<std::filesystem::path> library;
@@ -124,7 +124,7 @@ struct StoreConfig {
   [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
 };
 
-/// A whole configuration file. What a program needs of it, it asks for with `need`.
+/// A whole configuration file. A program asks for the tables that it needs with `need`.
 struct Config {
   std::int64_t schema_version = 1;
   std::optional<MapSource> map;
@@ -135,7 +135,7 @@ struct Config {
   std::optional<StoreConfig> store;
   std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
-  std::string file;  ///< where it was read
+  std::string file;  ///< the file it was read from
 
   static constexpr auto schema() {
     return std::tuple{
@@ -163,7 +163,8 @@ struct Config {
 
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
 
-  /// A table that this job cannot do without. Error: `invalid_config` that names table and job.
+  /// Returns a table that `job` cannot do without. Error: `invalid_config`, which names the table
+  /// and the job.
   template <class T>
   [[nodiscard]] Result<T> need(const std::optional<T>& section, std::string_view name,
                                std::string_view job) const {
@@ -179,8 +180,8 @@ struct Config {
     const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 [[nodiscard]] VANTAGE_API Result<Config> parse_config(const Table& table);
 
-/// The configuration with all defaults filled in, the plugins' own included, as TOML.
-/// Errors: a plugin that cannot be loaded or refuses its params.
+/// The configuration as TOML with all defaults filled in, also those of the plugins.
+/// Errors: a plugin that cannot be loaded or that refuses its params.
 [[nodiscard]] VANTAGE_API Result<std::string> effective_config(const Config& config,
                                                                const PluginLoader& plugins);
 

@@ -20,52 +20,51 @@
 namespace vantage {
 
 enum class Tracking : std::uint8_t {
-  tracked,  ///< the pose comes from matching and is to be believed
-  lost,     ///< it is not: the pose is a prediction, or a find that is not confirmed yet
+  tracked,  ///< the pose comes from matching and can be trusted
+  lost,     ///< the pose is a prediction, or a place that later scans have not confirmed yet
 };
 [[nodiscard]] VANTAGE_API const char* to_string(Tracking) noexcept;
 
-/// What became of one scan.
+/// The result for one scan.
 struct ScanReport {
   double stamp = 0.0;
   Tracking tracking = Tracking::lost;
-  std::string reason;  ///< why the scan is lost; empty if tracked
-  bool has_pose =
-      true;         ///< false: the sensor has not been found anywhere yet, the poses say nothing
-  Pose T_map_scan;  ///< estimated if tracked, else the best guess
+  std::string reason;    ///< why the scan is lost; empty if tracked
+  bool has_pose = true;  ///< false: the sensor has not been found yet, and the poses mean nothing
+  Pose T_map_scan;       ///< estimated if tracked, else the best guess
   Pose T_map_scan_predicted;
   bool recovered = false;  ///< the first tracked scan after lost ones
 
-  RegionId region;             ///< whose map was matched against
-  bool switched = false;       ///< not that of the scan before
-  bool outside = false;        ///< the last pose lay in no region with a map: the old one was kept
-  bool blocked = false;        ///< the region's map was not ready: it was loaded or waited for
-  double seconds_stall = 0.0;  ///< that the scan waited for its map
-  double seconds_load = 0.0, seconds_prepare = 0.0;  ///< of the map switched to, by whatever thread
+  RegionId region;             ///< the region whose map the scan was matched against
+  bool switched = false;       ///< the region is not that of the scan before
+  bool outside = false;        ///< the last pose was in no region with a map: the old was kept
+  bool blocked = false;        ///< the region's map was not ready: it was loaded, or waited for
+  double seconds_stall = 0.0;  ///< time that the scan waited for its map
+  double seconds_load = 0.0, seconds_prepare = 0.0;  ///< of the map switched to, on any thread
   std::size_t map_points = 0;                        ///< N_point of Eq. 13
-  std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, those ahead included
+  std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, also those ahead
 
   std::size_t scan_points = 0;               ///< N of Eq. 12, after thinning
   std::size_t dropped_points = 0;            ///< non-finite
   double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
-  double seconds_search = 0.0;               ///< looking for a lost sensor
+  double seconds_search = 0.0;               ///< the search for a lost sensor
   std::optional<Alignment> alignment;        ///< none if nothing matched
   std::optional<PoseConfidence> confidence;  ///< of `alignment`
   double lcp = 0.0;                          ///< Eq. 13
 };
 
-/// Localizes scans one after the other against the region map of the moment (Sec. 2.4).
-/// Results depend on the scans, the bundle and the parameters alone, not on time or threads.
-/// Not thread safe; one object a robot.
+/// Localizes scans, one after the other, against the map of the current region (Sec. 2.4). Results
+/// depend only on the scans, the bundle and the parameters, not on time or threads.
+/// Not thread safe: use one object per robot.
 class VANTAGE_API Localizer {
  public:
-  /// Opens the bundle. Errors: those of MapStore::index; `invalid_input` for a bundle without
-  /// points.
+  /// Opens the bundle.
+  /// Errors: those of MapStore::index; `invalid_input` for a bundle without points.
   [[nodiscard]] static Result<Localizer> open(PluginPtr<MapStore> store,
                                               PluginPtr<ScanMatcher> matcher,
                                               const LocalizerParams& params);
-  /// Opens what a configuration asks for: its [store] and [matcher], with its [localizer].
-  /// Errors: those of above; a missing table or plugin, or a wrong parameter.
+  /// Opens what a configuration names: its [store] and [matcher], with its [localizer].
+  /// Errors: as above; a missing table or plugin, or a wrong parameter.
   [[nodiscard]] static Result<Localizer> open(const Config& config, const PluginLoader& plugins);
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
@@ -73,18 +72,21 @@ class VANTAGE_API Localizer {
 
   [[nodiscard]] const MapIndex& index() const noexcept;
 
-  /// Says where the sensor is at the next scan and makes the map of that place ready; forgets all
-  /// motion. Errors: `invalid_input` for a pose that is no rigid transform; a region map that
-  /// cannot be loaded or prepared.
+  /// Sets the pose of the sensor at the next scan, makes the map of that place ready, and forgets
+  /// all motion.
+  /// Errors: `invalid_input` for a pose that is not a rigid transform; a region map that cannot be
+  /// loaded or prepared.
   [[nodiscard]] Result<void> start(const Pose& T_map_scan);
-  /// The sensor may be anywhere in the bundle: the next scans look for it. Forgets all motion.
+  /// Says that the sensor may be anywhere in the bundle: the next scans search for it. Forgets all
+  /// motion.
   void start_anywhere();
 
-  /// Predicts the pose (odometry, else constant velocity), picks the region of the last estimate
-  /// (Eq. 11), switches maps if it changed, and matches. A scan that cannot be matched is reported
-  /// as lost and the prediction stands in for it; while the sensor is lost, it is looked for in a
-  /// circle that widens from scan to scan. A place where it is found counts when
-  /// LocalizerParams::confirming_scans scans fit it. Localization goes on in any case.
+  /// Predicts the pose (from odometry, otherwise with constant velocity), chooses the region of the
+  /// last estimate (Eq. 11), switches maps if the region changed, and matches the scan. A scan that
+  /// cannot be matched is reported as lost, and the prediction stands in for its pose. While the
+  /// sensor is lost, it is searched for in a circle that widens from scan to scan. A place counts
+  /// as found once LocalizerParams::confirming_scans scans fit it. Localization continues in every
+  /// case.
   /// Errors: `invalid_input` before a start, for a stamp that does not increase, or for times that
   /// do not belong to the points; a region map that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);

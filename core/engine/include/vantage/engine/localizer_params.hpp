@@ -9,7 +9,8 @@
 
 namespace vantage {
 
-/// [localizer]: how scans are prepared, regions switched, lost scans told and found again.
+/// [localizer]: how scans are prepared, when regions are switched, and how a lost scan is
+/// recognized and the sensor found again.
 struct LocalizerParams {
   double scan_voxel_size = 0.5;
   double scan_min_range = 0.0;

@@ -15,12 +15,12 @@
 
 namespace vantage {
 
-/// Which plugin a configuration asks for.
+/// The plugin that a configuration asks for.
 struct PluginChoice {
   std::string plugin;                            ///< name, as in the file name
   std::optional<std::filesystem::path> library;  ///< a file to load instead of searching
   Table params;
-  SourceLocation where;  ///< of the name, or of the library if given
+  SourceLocation where;  ///< of the name, or of the library if there is one
 
   static constexpr auto schema() {
     return std::tuple{
@@ -31,12 +31,12 @@ struct PluginChoice {
   }
 };
 
-/// "vantage_partitioner_uniform_grid.so": the name by which the loader finds a plugin.
+/// "vantage_partitioner_uniform_grid.so": the file name by which the loader finds a plugin.
 [[nodiscard]] VANTAGE_API std::string plugin_file_name(PluginKind kind, const std::string& name);
 
 class SharedLibrary;  // an open plugin file; closed when the last owner goes
 
-/// Deletes an object of a plugin first, then lets its library go.
+/// Deletes an object of a plugin first, and releases its library afterwards.
 template <class T>
 struct InLibrary {
   std::shared_ptr<const SharedLibrary> library;  // none for objects of the program itself
@@ -47,20 +47,20 @@ struct InLibrary {
 template <class T>
 using PluginPtr = std::unique_ptr<T, InLibrary<T>>;
 
-/// Ties what a plugin's object made (a scene, a match target) to the same library.
+/// Ties an object that a plugin's object made (a scene, a match target) to the same library.
 template <class T, class U>
 [[nodiscard]] PluginPtr<U> in_library_of(const PluginPtr<T>& parent, std::unique_ptr<U> object) {
   return PluginPtr<U>(object.release(), InLibrary<U>{parent.get_deleter().library});
 }
 
-/// A file that calls itself a plugin by its name; nothing has been opened.
+/// A file with the name of a plugin; it has not been opened.
 struct PluginFile {
   PluginKind kind;
   std::string name;
   std::filesystem::path path;
 };
 
-/// What an opened plugin says of itself.
+/// What an opened plugin says about itself.
 struct PluginInfo {
   PluginKind kind;
   std::string name, summary;
@@ -68,10 +68,10 @@ struct PluginInfo {
   std::vector<ParameterDoc> parameters;
 };
 
-/// Finds and opens plugins. Holds nothing open itself.
+/// Finds and opens plugins. The loader itself keeps no plugin open.
 class VANTAGE_API PluginLoader {
  public:
-  /// @param folders  searched in this order, never the current directory
+  /// @param folders  searched in this order; the current directory is never searched
   explicit PluginLoader(std::vector<std::filesystem::path> folders);
 
   /// `plugin_dirs`, then $VANTAGE_PLUGIN_PATH (':'-separated), then `vantage/` beside
@@ -83,24 +83,24 @@ class VANTAGE_API PluginLoader {
     return folders_;
   }
 
-  /// Every plugin file in the folders, by kind and name; a name found twice counts where it is
-  /// found first. Opens nothing. A folder that does not exist holds nothing.
+  /// Every plugin file in the folders, sorted by kind and name. If a name occurs twice, the first
+  /// folder wins. Opens no file. A folder that does not exist counts as empty.
   [[nodiscard]] std::vector<PluginFile> list() const;
 
   /// Makes the plugin's object with the choice's params.
-  /// Errors: `not_found` with what is there and what was probably meant; `incompatible_plugin` with
-  /// what differs; `invalid_config` from the params.
+  /// Errors: `not_found`, with the plugins that exist and what was probably meant;
+  /// `incompatible_plugin` with what differs; `invalid_config` from the params.
   template <class Interface>
   [[nodiscard]] Result<PluginPtr<Interface>> load(const PluginChoice& choice) const;
 
   /// The choice's params with the plugin's defaults filled in. Errors: as `load`.
   [[nodiscard]] Result<Table> effective_params(PluginKind kind, const PluginChoice& choice) const;
 
-  /// What the choice's plugin says of its parameters. Errors: as `load`.
+  /// The parameters that the choice's plugin describes. Errors: as `load`.
   [[nodiscard]] Result<std::vector<ParameterDoc>> parameters(PluginKind kind,
                                                              const PluginChoice& choice) const;
 
-  /// Opens a plugin and asks what it is. Errors: as `load`.
+  /// Opens a plugin and reads its description. Errors: as `load`.
   [[nodiscard]] Result<PluginInfo> inspect(const std::filesystem::path& file) const;
 
  private:

@@ -12,12 +12,12 @@
 
 namespace vantage {
 
-/// One LiDAR sweep as the localizer takes it.
+/// One LiDAR sweep, the localizer's input.
 struct Scan {
   double stamp = 0.0;              ///< [s]
   PointsView points;               ///< sensor frame [m]; non-finite points are dropped and counted
-  std::optional<Pose> odometry{};  ///< T_odom_sensor at the stamp; predicts better than velocity
-  std::span<const float> seconds{};  ///< of each point after `stamp`; empty if unknown
+  std::optional<Pose> odometry{};  ///< T_odom_sensor at the stamp; better than constant velocity
+  std::span<const float> seconds{};  ///< time of each point after `stamp` [s]; empty if unknown
 };
 
 /// A scan made ready for matching: non-finite points dropped, range limits applied, thinned to

@@ -17,7 +17,7 @@ namespace vantage {
 
 /// Where viewpoints come from.
 enum class ViewpointSource : std::uint8_t {
-  ground,      ///< wherever a robot could stand, as the paper has it
+  ground,      ///< wherever a robot could stand, as in the paper
   trajectory,  ///< where the sensor was while mapping
 };
 constexpr auto enum_names(ViewpointSource) {
@@ -73,46 +73,49 @@ struct ViewpointParams {
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
 };
 
-/// One point a voxel, the centroid of the voxel's points (Eq. 4).
+/// One point per voxel: the centroid of the voxel's points (Eq. 4).
 /// The grid is anchored at the origin of the frame, so that neighbouring regions and shifted
-/// subsets share voxels. Ordered by voxel (z, then y, then x); a voxel's sum runs in the order of
-/// `points`.
+/// subsets share voxels. The points are ordered by voxel (z, then y, then x); a voxel's sum runs in
+/// the order of `points`.
 /// @param points      N points [m]
 /// @param voxel_size  edge length [m], > 0
-/// Errors: `invalid_input` for a non-finite point or one beyond 2^50 voxels from the origin.
+/// Errors: `invalid_input` for a non-finite point or a point beyond 2^50 voxels from the origin.
 [[nodiscard]] VANTAGE_API Result<PointCloud> voxel_centroids(PointsView points, double voxel_size);
 
-/// Places along a trajectory: its positions moved by each of the lateral offsets, all for the first
-/// offset before those for the second. The direction of travel is taken in plan between positions
-/// at least half a voxel apart, so that noise of one that stands still is no direction.
-/// @param trajectory  N positions of the sensor in the order of the drive, map frame [m]
-/// Errors: `invalid_input` for a position that is not finite, or for offsets from a trajectory
-/// that goes nowhere.
+/// Places along a trajectory: its positions moved by each of the lateral offsets, all positions for
+/// the first offset before those for the second. The direction of travel is measured in plan view
+/// between positions at least half a voxel apart, so that the noise of a standing sensor gives no
+/// direction.
+/// @param trajectory  N positions of the sensor in driving order, map frame [m]
+/// Errors: `invalid_input` for a position that is not finite, or for offsets from a trajectory that
+/// goes nowhere.
 [[nodiscard]] VANTAGE_API Result<PointCloud> places_along(PointsView trajectory,
                                                           const ViewpointParams& params);
 
-/// The ground that a robot can get to. Ground in a square metre of the plan is a level where it has
-/// no gap in height above `max_step`; levels are connected if their mean heights differ by no more
-/// and they are in neighbouring square metres (of eight), or with one between them that holds no
-/// ground. What counts is all that is connected to ground below the trajectory, in a square metre
-/// the highest level that is not above it by more than a step; without a trajectory what is
-/// connected to most levels.
+/// The ground that a robot can reach. Each square metre in plan view is divided into levels: a gap
+/// in height above `max_step` separates two levels. Two levels are connected if their mean heights
+/// differ by at most `max_step` and their square metres are neighbours (of eight), or have one
+/// square metre without ground between them. The result is all ground connected to ground below the
+/// trajectory. In a square metre, the level below the trajectory is the highest one that is at most
+/// one step above it. Without a trajectory, the result is the connected set with the most levels.
 /// @param map         N points, z up [m]
 /// @param ground      indices into `map`, strictly ascending
 /// @param trajectory  positions of the sensor [m]; may be empty
 /// @param max_step    [m], > 0
-/// @return            the part of `ground` that counts, whatever the order of the points
-/// Errors: `invalid_input` for a point that is not finite or beyond 2^50 m from the origin, or for
-/// a trajectory with no ground below it.
+/// @return            the reachable part of `ground`, for any order of the points
+/// Errors: `invalid_input` for a point that is not finite or lies beyond 2^50 m from the origin, or
+/// for a trajectory with no ground below it.
 [[nodiscard]] VANTAGE_API Result<IndexList> reachable_ground(PointsView map,
                                                              std::span<const std::uint32_t> ground,
                                                              PointsView trajectory,
                                                              double max_step);
 
-/// Virtual viewpoints q at each of the heights, all at the first before those at the second.
-/// ViewpointSource::ground: over ground points g_ij, voxel centroids raised by h_s (Eqs. 4-5).
-/// ViewpointSource::trajectory: of `places_along`, in each voxel the one nearest to its centre (of
-/// two as near the first), in the order of `points`: a place where the sensor was, no mean of some.
+/// Virtual viewpoints q at each of the heights, all viewpoints at the first height before those at
+/// the second.
+/// ViewpointSource::ground: voxel centroids of the ground points g_ij, raised by h_s (Eqs. 4-5).
+/// ViewpointSource::trajectory: of `places_along`, the place nearest to the centre of each voxel
+/// (the first of equally near places), in the order of `points`. Each is a place where the sensor
+/// was, not a mean of several places.
 /// Errors: as `voxel_centroids`.
 [[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
                                                              const ViewpointParams& params);

@@ -9,13 +9,13 @@
 
 namespace vantage::io {
 
-/// A file that appears under its name only when it is complete: it is written to a temporary file
-/// in the same folder, which commit() flushes to the disk and renames. Without a commit nothing is
-/// left behind and a file of that name stays as it was.
+/// A file that appears under its name only when it is complete. The content goes to a temporary
+/// file in the same folder; commit() flushes that file to the disk and renames it. Without a
+/// commit, nothing is left behind and an older file of that name is unchanged.
 class OutputFile {
  public:
-  /// Errors: `not_found` if the folder does not exist; `io_failure` if it cannot be written to or
-  /// `path` names something other than a regular file.
+  /// Errors: `not_found` if the folder does not exist; `io_failure` if the folder cannot be written
+  /// to or `path` names something other than a regular file.
   [[nodiscard]] static Result<OutputFile> create(const std::filesystem::path& path);
 
   OutputFile(OutputFile&& other) noexcept;
@@ -28,7 +28,8 @@ class OutputFile {
   [[nodiscard]] Result<void> write(std::string_view content);
 
   /// Puts the file in place; call once, at the end.
-  /// Errors: `io_failure`, also for an earlier failed write; then nothing is left behind.
+  /// Errors: `io_failure`, also for a write that failed earlier; nothing is left behind in that
+  /// case.
   [[nodiscard]] Result<void> commit();
 
  private:
@@ -38,12 +39,12 @@ class OutputFile {
   void discard() noexcept;
 
   std::filesystem::path path_, temporary_;
-  int descriptor_ = -1;  // open exactly as long as the temporary file is ours to remove
+  int descriptor_ = -1;  // open exactly as long as this object must remove the temporary file
   std::string buffer_;
   std::optional<Error> failure_;
 };
 
-/// The whole content in one call. Errors: those of OutputFile.
+/// Writes the whole content in one call. Errors: those of OutputFile.
 [[nodiscard]] Result<void> write_text_atomically(const std::filesystem::path& path,
                                                  std::string_view content);
 

@@ -6,15 +6,17 @@
 
 namespace vantage::io {
 
-/// A folder that appears under its name only when it is complete: its files are written into a
-/// temporary folder beside it, which commit() renames. Without a commit nothing is left behind.
+/// A folder that appears under its name only when it is complete. Its files are written into a
+/// temporary folder beside it, and commit() renames that folder. Without a commit, nothing is left
+/// behind.
 class OutputFolder {
  public:
   enum class Existing : bool { refuse, replace };
 
-  /// @param existing  with `replace`, commit() removes a folder of that name with all that is in it
-  /// Errors: `already_exists` for something of that name that is not to be replaced or is no
-  /// folder; `not_found` if the folder above does not exist; `io_failure`.
+  /// @param existing  with `replace`, commit() removes an existing folder of that name and all its
+  ///                  content
+  /// Errors: `already_exists` if something has that name and is not a folder or must not be
+  /// replaced; `not_found` if the parent folder does not exist; `io_failure`.
   [[nodiscard]] static Result<OutputFolder> create(const std::filesystem::path& path,
                                                    Existing existing);
 
@@ -31,7 +33,7 @@ class OutputFolder {
  private:
   OutputFolder() = default;
 
-  std::filesystem::path path_, temporary_;  // the latter is empty when there is none to remove
+  std::filesystem::path path_, temporary_;  // temporary_ is empty when there is nothing to remove
   Existing existing_ = Existing::refuse;
 };
 

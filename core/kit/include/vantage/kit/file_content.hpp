@@ -19,30 +19,32 @@ struct FileContent {
   [[nodiscard]] std::string_view view() const noexcept { return {bytes.get(), size}; }
 };
 
-/// A regular, non-empty file, open for reading; or bytes in memory that stand for one.
+/// A regular, non-empty file that is open for reading, or bytes in memory in place of a file.
 class InputFile {
  public:
   /// `expected` completes "expected ..." in messages.
   /// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file.
   [[nodiscard]] static Result<InputFile> open(const std::filesystem::path& path,
                                               std::string_view expected);
-  /// The bytes must outlive it. @param name  for errors
+  /// @param bytes  must outlive the object
+  /// @param name   used in errors
   [[nodiscard]] static InputFile of_memory(std::string_view bytes, std::string name);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&&) = delete;
   ~InputFile();
 
-  /// As it was opened.
+  /// The path by which it was opened.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-  /// Whether it is of_memory.
+  /// Whether `of_memory` made it.
   [[nodiscard]] bool in_memory() const noexcept { return memory_ != nullptr; }
-  /// When it was opened [bytes].
+  /// Size when it was opened [bytes].
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
-  /// Reads so many bytes from `offset` on. Errors: `io_failure`, also for a file that has shrunk.
+  /// Reads bytes.size() bytes from `offset` on. Errors: `io_failure`, also for a file that has
+  /// shrunk.
   /// Thread safety: may run on one object from many threads at once.
   [[nodiscard]] Result<void> read(std::size_t offset, std::span<char> bytes) const;
-  /// Reads all of it. Errors: `io_failure`.
+  /// Reads the whole file. Errors: `io_failure`.
   [[nodiscard]] Result<FileContent> content() const;
 
  private:
@@ -59,7 +61,7 @@ class InputFile {
 [[nodiscard]] Result<FileContent> read_file(const std::filesystem::path& path,
                                             std::string_view expected);
 
-/// The system's words for an errno value.
+/// The system's message for an errno value.
 [[nodiscard]] std::string system_message(int error_number);
 
 }  // namespace vantage::io
