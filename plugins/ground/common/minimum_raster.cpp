@@ -12,7 +12,7 @@ namespace {
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 constexpr int kMostSupport =
     (2 * MinimumRaster::kNeighbourhood + 1) * (2 * MinimumRaster::kNeighbourhood + 1);
-constexpr double kMaxCells = 0x1p27;  // of one raster, with the border that windows need
+constexpr double kMaxCells = 0x1p27;  // of one raster, including the border that windows need
 
 }  // namespace
 
@@ -26,7 +26,7 @@ Result<MinimumRaster> MinimumRaster::over(PointsView cloud, IndexList members, d
   }
   const auto width = static_cast<std::size_t>(max.x - min.x + 1);
   const auto height = static_cast<std::size_t>(max.y - min.y + 1);
-  // Beyond the whole raster all windows see the same.
+  // Outside the whole raster, all windows see the same.
   const auto border = 2.0 * static_cast<double>(std::min(window.radius, std::max(width, height)));
   if ((static_cast<double>(width) + border) * (static_cast<double>(height) + border) > kMaxCells) {
     return fail(ErrorCode::invalid_input,
@@ -87,7 +87,7 @@ void MinimumRaster::remove_low_outliers(const OutlierRule& rule) {
   std::iota(candidates.begin(), candidates.end(), std::size_t{0});
   for (int pass = 0; pass < kOutlierPasses; ++pass) {
     std::vector<std::size_t> outliers;
-    std::vector<double> surfaces;  // above them [m]
+    std::vector<double> surfaces;  // points below their surface are outliers [m]
     for (const std::size_t cell : candidates) {
       const double enough = rule.ratio * support[cell];
       if (support[cell] == 0 || enough >= kMostSupport) continue;
@@ -107,7 +107,7 @@ void MinimumRaster::remove_low_outliers(const OutlierRule& rule) {
     }
     if (outliers.empty()) return;
     raise(outliers, surfaces);
-    // Nothing else has changed: neither a support nor a decision farther away.
+    // No other support has changed, and no decision farther away.
     for (const std::size_t cell : around(outliers, kNeighbourhood)) {
       support[cell] = support_of(cell, rule.height);
     }
@@ -115,7 +115,7 @@ void MinimumRaster::remove_low_outliers(const OutlierRule& rule) {
   }
 }
 
-/// Gives each of the cells the lowest of its points that is not below a surface.
+/// Gives each of the cells its lowest point that is not below a surface.
 void MinimumRaster::raise(const std::vector<std::size_t>& cells,
                           const std::vector<double>& surfaces) {
   std::vector<double> floor(lowest_.size(), kNothing);
@@ -129,7 +129,7 @@ void MinimumRaster::raise(const std::vector<std::size_t>& cells,
   }
 }
 
-/// The cells within `reach` of some, ascending.
+/// The cells within `reach` of at least one of the given cells, ascending.
 std::vector<std::size_t> MinimumRaster::around(const std::vector<std::size_t>& cells,
                                                std::size_t reach) const {
   std::vector<bool> is_near(lowest_.size(), false);
@@ -148,7 +148,8 @@ std::vector<std::size_t> MinimumRaster::around(const std::vector<std::size_t>& c
   return near;
 }
 
-/// How many of the cells around a cell, itself included, are at its height; 0 for no point.
+/// How many of the cells around a cell, itself included, have its height; 0 if the cell has no
+/// point.
 std::uint8_t MinimumRaster::support_of(std::size_t cell, double height) const {
   int support = 0;
   for_neighbours(cell, [&](std::size_t other, double) {
@@ -157,7 +158,7 @@ std::uint8_t MinimumRaster::support_of(std::size_t cell, double height) const {
   return static_cast<std::uint8_t>(support);
 }
 
-/// support_of all cells.
+/// The support of every cell.
 std::vector<std::uint8_t> MinimumRaster::supports(double height) const {
   std::vector<std::uint8_t> support(z_.size());
   std::vector<std::int64_t> row(width_);  // as wide as the heights, so that the loop is vectorized

@@ -14,7 +14,7 @@
 
 namespace vantage::terrain {
 
-/// Of the lattice of multiples of the cell size.
+/// A cell of the lattice of multiples of the cell size.
 struct Cell {
   std::int64_t x, y;
   friend bool operator==(const Cell&, const Cell&) = default;
@@ -25,7 +25,7 @@ struct Cell {
           static_cast<std::int64_t>(std::floor(p.y() / size))};
 }
 
-/// Stands for no point in a cell.
+/// Stands for "no point in this cell".
 inline const Point kNoPoint = Point::Constant(std::numeric_limits<double>::infinity());
 [[nodiscard]] inline bool is_point(const Point& p) noexcept {
   return p.z() != std::numeric_limits<double>::infinity();
@@ -34,28 +34,28 @@ inline const Point kNoPoint = Point::Constant(std::numeric_limits<double>::infin
 /// The largest window that opens a raster.
 struct LargestWindow {
   std::size_t radius;  ///< [cells]
-  const char* key;     ///< of the parameter that sets it
+  const char* key;     ///< of the parameter that sets the window
 };
 
-/// What makes a lowest point an outlier: the support of a cell is the number of cells around it
-/// within `height` of its own. A cell is an outlier if it lies below the surface of a cell nearby
-/// (its height, less `height`, less `slope` times the distance) that has more than `ratio` times
-/// its support.
+/// What makes a lowest point an outlier. The support of a cell is the number of cells around it
+/// within `height` of its own height. The surface of a cell is its height, less `height`, less
+/// `slope` times the distance. A cell is an outlier if it lies below the surface of a cell nearby
+/// that has more than `ratio` times its support.
 struct OutlierRule {
   double height;  ///< [m]
   double slope;   ///< rise over run
   double ratio;
 };
 
-/// Cells with the lowest of their points, in rows along x. Borrows the cloud.
+/// Cells with their lowest points, in rows along x. Borrows the cloud.
 class MinimumRaster {
  public:
-  static constexpr int kNeighbourhood = 2;  ///< cells to each side that count as around a cell
-  static constexpr int kOutlierPasses = 4;  ///< what hides below an outlier is seen in the next
-  /// How far from a cell something may be that decides about outliers in it [cells].
+  static constexpr int kNeighbourhood = 2;  ///< cells to each side that count as neighbours
+  static constexpr int kOutlierPasses = 4;  ///< each finds what earlier outliers hid
+  /// Everything that decides about outliers in a cell is at most this far away [cells].
   static constexpr int kOutlierReach = kOutlierPasses * 2 * kNeighbourhood;
 
-  /// @param members  the points that the raster is made of; not empty
+  /// @param members  the points of which the raster is made; not empty
   /// Errors: `invalid_input` for a raster that is too large with the border that windows need.
   [[nodiscard]] static Result<MinimumRaster> over(PointsView cloud, IndexList members,
                                                   double cell_size, const LargestWindow& window);
@@ -66,12 +66,12 @@ class MinimumRaster {
   [[nodiscard]] double cell_size() const noexcept { return cell_size_; }
   [[nodiscard]] const Point& lowest(std::size_t cell) const noexcept { return lowest_[cell]; }
   [[nodiscard]] Eigen::Vector2d centre(std::size_t cell) const noexcept;
-  /// Of the lowest points; +infinity for none.
+  /// Heights of the lowest points; +infinity where there is none.
   [[nodiscard]] Heights heights() const;
 
-  /// Reflections put points below the ground, and a minimum takes them all. The lowest point of an
-  /// outlier is afterwards the lowest one not below the surface that told it from the ground, or
-  /// none.
+  /// Removes low outliers: reflections put points below the ground, and a minimum would take all of
+  /// them. Afterwards, the lowest point of a former outlier is its lowest point that is not below
+  /// the surface that separated the outlier from the ground, or none.
   void remove_low_outliers(const OutlierRule& rule);
 
   /// Calls visit(point, its index, its cell) for all members.
@@ -82,8 +82,8 @@ class MinimumRaster {
     }
   }
 
-  /// Calls visit(neighbour, distance [m]) for the cells around one that have a lowest point, itself
-  /// included.
+  /// Calls visit(neighbour, distance [m]) for the cells around a cell, itself included, that have a
+  /// lowest point.
   template <class Visit>
   void for_neighbours(std::size_t cell, const Visit& visit) const {
     const auto x0 = static_cast<int>(cell % width_), y0 = static_cast<int>(cell / width_);
@@ -122,8 +122,8 @@ class MinimumRaster {
   Cell min_;
   std::size_t width_, height_;
   std::vector<std::uint32_t> cell_of_member_;
-  std::vector<Point> lowest_;  // by cell: its lowest point that is no outlier, or kNoPoint
-  std::vector<double> z_;      // of `lowest_`; +infinity for none [m]
+  std::vector<Point> lowest_;  // by cell: its lowest point that is not an outlier, or kNoPoint
+  std::vector<double> z_;      // of `lowest_`; +infinity where there is none [m]
   std::array<double, kSide * kSide> distances_{};  // to the cells around a cell [m]
 };
 

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-/// Extremes of a line over a running window, from extremes that run forward and backward within
-/// blocks of the window's length: three comparisons a value.
+/// Extremes of a line over a running window. They come from extremes that run forward and backward
+/// within blocks of the window's length: three comparisons per value.
 class RunningWindow {
  public:
   RunningWindow(std::size_t window, std::size_t longest)
@@ -36,7 +36,8 @@ class RunningWindow {
   std::vector<double> forward_, backward_;
 };
 
-/// Along the rows; the grid grows by `radius` on both sides: squares may stand across its border.
+/// Erodes along the rows. The grid grows by `radius` on both sides, because squares may cross its
+/// border.
 Heights eroded_rows(const Heights& in, std::size_t radius) {
   Heights out{in.width + 2 * radius, in.height, {}};
   out.z.resize(out.width * out.height);
@@ -51,7 +52,7 @@ Heights eroded_rows(const Heights& in, std::size_t radius) {
   return out;
 }
 
-/// Along the rows; the grid shrinks back.
+/// Dilates along the rows. The grid shrinks back.
 Heights dilated_rows(const Heights& in, std::size_t radius) {
   Heights out{in.width - 2 * radius, in.height, {}};
   out.z.resize(out.width * out.height);

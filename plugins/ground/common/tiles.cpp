@@ -14,7 +14,7 @@ namespace {
 constexpr double kMaxIndex = 0x1p52;
 constexpr std::int64_t kTileWidth = 1024;  // [cells]
 
-/// The points by square tiles.
+/// The points, sorted into square tiles.
 class Tiles {
  public:
   Tiles(PointsView cloud, const Bounds3& bounds, const Tiling& tiling)
@@ -72,9 +72,9 @@ class Tiles {
     const Cell cell = cell_of(p, cell_size_);
     return {(cell.x - origin_.x) / width_, (cell.y - origin_.y) / width_};
   }
-  /// Of a tile; a new one gets the next number.
+  /// The number of a tile; a new tile gets the next number.
   std::uint32_t number_of(const Cell& tile) {
-    if (!tiles_.empty() && tiles_[last_] == tile) return last_;  // as most points' that follow one
+    if (!tiles_.empty() && tiles_[last_] == tile) return last_;  // as for most consecutive points
     const auto [at, is_new] = number_.try_emplace(tile, static_cast<std::uint32_t>(tiles_.size()));
     if (is_new) tiles_.push_back(tile);
     return last_ = at->second;
@@ -83,12 +83,12 @@ class Tiles {
   PointsView cloud_;
   double cell_size_;
   std::int64_t reach_, width_;  // [cells]
-  Cell origin_;                 // no point is in a lower one
+  Cell origin_;                 // no point lies in a lower cell
   std::vector<Cell> tiles_;
   std::vector<IndexList> points_;  // by tile
   std::vector<std::uint32_t> tile_of_point_;
   std::unordered_map<Cell, std::uint32_t, Hash> number_;
-  std::uint32_t last_ = 0;  // number asked for last
+  std::uint32_t last_ = 0;  // the number returned last
 };
 
 }  // namespace

@@ -95,7 +95,7 @@ struct Params {
     return {};
   }
 
-  /// Eqs. 4-5 of Zhang et al.
+  /// The windows and thresholds of Eqs. 4-5 of Zhang et al.
   [[nodiscard]] std::vector<Window> windows() const {
     std::vector<Window> all;
     const double widest = std::floor((max_window / cell_size - 1.0) / 2.0 + 1e-9);
@@ -109,18 +109,18 @@ struct Params {
       all.push_back({static_cast<std::size_t>(radius),
                      std::min(slope * growth + initial_distance, max_distance)});
     }
-    // The first step is already too wide: the largest window is the only one.
+    // The first step is already too wide, so the largest window is the only one.
     if (all.empty()) all.push_back({static_cast<std::size_t>(widest), initial_distance});
     return all;
   }
 };
 
-/// How far from a cell the ground that it is compared with may be [cells].
+/// How far the ground that a cell is compared with may be from the cell [cells].
 std::int64_t reach_of_ground(const std::vector<Window>& windows) {
   return 2 * static_cast<std::int64_t>(windows.back().radius) + 1;
 }
 
-/// How far from a point something may be that decides about it [cells]: the nearest ground, the
+/// Everything that decides about a point is at most this far away [cells]: the nearest ground, the
 /// neighbours that give its slope, the squares over them, and what decides about outliers there.
 std::int64_t reach_of_filter(const std::vector<Window>& windows) {
   return reach_of_ground(windows) + MinimumRaster::kNeighbourhood +
@@ -168,7 +168,7 @@ class Filter {
     Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
   };
 
-  /// Of what was lowered by more than a threshold.
+  /// Removes cells that were lowered by more than a threshold.
   static void remove_objects(std::span<const double> before, std::span<const double> after,
                              double threshold, std::span<std::uint8_t> is_ground) {
     for (std::size_t cell = 0; cell < is_ground.size(); ++cell) {
@@ -177,7 +177,8 @@ class Filter {
     }
   }
 
-  /// The progressive filter: a cell that a window lowers by more than its threshold is an object.
+  /// The progressive filter: a cell that a window lowers by more than the window's threshold is an
+  /// object.
   [[nodiscard]] std::vector<std::uint8_t> ground_cells() const {
     std::vector<std::uint8_t> is_ground(raster_.size());
     Heights surface = raster_.heights();
@@ -194,7 +195,8 @@ class Filter {
     return is_ground;
   }
 
-  /// The row of the nearest ground cell of the same column (the lower one of two), or kNobody.
+  /// The row of the nearest ground cell in the same column (the lower one of two equally near), or
+  /// kNobody.
   [[nodiscard]] std::vector<std::uint32_t> nearest_in_column(
       const std::vector<std::uint8_t>& is_ground) const {
     std::vector<std::uint32_t> row(raster_.size(), kNobody);
@@ -219,7 +221,7 @@ class Filter {
     return row;
   }
 
-  /// The nearest ground cell in the plan, not farther than the reach of the largest window; else
+  /// The nearest ground cell in plan view, within the reach of the largest window; otherwise
   /// kNowhere.
   [[nodiscard]] std::size_t nearest(const std::vector<std::uint32_t>& nearest_row,
                                     std::size_t cell) const {
@@ -245,11 +247,11 @@ class Filter {
     return best;
   }
 
-  /// Least squares through the lowest points of the ground cells around one, and exactly through
-  /// its own; no steeper than terrain may be.
+  /// A least-squares plane through the lowest points of the ground cells around a cell, and exactly
+  /// through the cell's own point; no steeper than terrain may be.
   [[nodiscard]] Plane plane_of(std::size_t cell, const std::vector<std::uint8_t>& is_ground) const {
     Plane plane{.through = raster_.lowest(cell)};
-    // A weak pull towards level ground where the points lie on a line.
+    // A weak pull towards level ground, for points that lie on a line.
     Eigen::Matrix2d a =
         Eigen::Matrix2d::Identity() * (1e-3 * params_.cell_size * params_.cell_size);
     Eigen::Vector2d b = Eigen::Vector2d::Zero();

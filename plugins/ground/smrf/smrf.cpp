@@ -63,26 +63,26 @@ struct Params {
     return {};
   }
 
-  /// Of the largest window [cells].
+  /// The radius of the largest window [cells].
   [[nodiscard]] std::size_t radius() const {
     return static_cast<std::size_t>(std::ceil(max_radius / cell_size - 1e-9));
   }
 };
 
-/// How far ground may be from the cell that it fills [cells]: the largest window sees beyond any
+/// How far ground may be from the cell that it fills [cells]: the largest window is wider than any
 /// object that it removes.
 std::size_t reach_of_filling(std::size_t radius) { return 2 * radius + 1; }
 
-/// How far from a point something may be that decides about it [cells]: the ground that fills the
-/// cells which give its slope, the squares over it, and what decides about outliers there.
+/// Everything that decides about a point is at most this far away [cells]: the ground that fills
+/// the cells that give its slope, the squares over it, and what decides about outliers there.
 std::int64_t reach_of_filter(std::size_t radius) {
   return 1 + static_cast<std::int64_t>(reach_of_filling(radius) + 2 * radius) +
          std::int64_t{MinimumRaster::kOutlierReach};
 }
 
-/// The progressive filter: a cell that a window lowers by more than terrain can drop over its
-/// radius is an object.
-/// @return  the heights of the cells that are none; +infinity elsewhere
+/// The progressive filter: a cell is an object if a window lowers it by more than terrain can drop
+/// over the window's radius.
+/// @return  the heights of the cells that are not objects; +infinity elsewhere
 Heights without_objects(const MinimumRaster& raster, const Params& params) {
   Heights ground = raster.heights();
   Heights surface = raster.heights();
@@ -104,8 +104,8 @@ struct WeightedSum {
   double of_heights = 0.0, of_weights = 0.0;
 };
 
-/// Adds to the cells without a height the nearest one against the direction (dx, dy), if there is
-/// one within `reach` cells, weighted by inverse distance.
+/// Adds the nearest height against the direction (dx, dy) to each cell without a height, weighted
+/// by inverse distance, if there is one within `reach` cells.
 void add_nearest(const Heights& ground, int dx, int dy, std::size_t reach,
                  std::vector<WeightedSum>& sums) {
   struct Nearest {
@@ -113,7 +113,7 @@ void add_nearest(const Heights& ground, int dx, int dy, std::size_t reach,
     std::size_t steps = 0;
   };
   const double step = std::hypot(dx, dy);
-  // One cell of margin on both sides, so that every cell has one to come from.
+  // One cell of margin on both sides, so that every cell has a cell before it.
   std::array<std::vector<Nearest>, 2> rows;
   for (std::vector<Nearest>& row : rows) row.resize(ground.width + 2);
   for (std::size_t j = 0; j < ground.height; ++j) {
@@ -137,8 +137,9 @@ void add_nearest(const Heights& ground, int dx, int dy, std::size_t reach,
   }
 }
 
-/// A cell without a height gets the mean of the nearest ones along the eight directions of the
-/// raster, weighted by inverse distance; none if there is none within `reach` cells.
+/// Gives a cell without a height the mean of the nearest heights along the eight directions of the
+/// raster, weighted by inverse distance. The cell stays empty if there is none within `reach`
+/// cells.
 void fill(Heights& ground, std::size_t reach) {
   std::vector<WeightedSum> sums(ground.z.size());
   for (const int dy : {-1, 0, 1}) {
@@ -152,7 +153,8 @@ void fill(Heights& ground, std::size_t reach) {
   }
 }
 
-/// Rise over run along an axis, from the cells on both sides, or on the one that has a height.
+/// Rise over run along an axis, from the cells on both sides, or from the only one that has a
+/// height.
 double slope_between(double before, double here, double after, double cell_size) {
   if (before != kNothing && after != kNothing) return (after - before) / (2.0 * cell_size);
   if (after != kNothing) return (after - here) / cell_size;
@@ -171,8 +173,8 @@ Eigen::Vector2d gradient_at(const Heights& surface, std::size_t cell, double cel
                         z(y + 1 < surface.height, cell + surface.width), cell_size)};
 }
 
-/// A point is ground if it is near the plane of its cell: through the cell's lowest point, or its
-/// centre where it was filled.
+/// A point is ground if it is near the plane of its cell. The plane passes through the cell's
+/// lowest point, or through the cell's centre if the cell was filled.
 void find_ground(MinimumRaster& raster, const Params& params, const terrain::Found& found) {
   raster.remove_low_outliers(
       {.height = params.elevation_threshold, .slope = params.slope, .ratio = params.outlier_ratio});

@@ -5,7 +5,7 @@
 namespace vantage::matching {
 namespace {
 
-// Keeps directions in which the matches say nothing (a plane's) from giving endless steps.
+// Prevents endless steps in directions about which the matches say nothing (along a plane).
 constexpr double kRidge = 1e-6;
 
 }  // namespace

@@ -19,12 +19,12 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 struct NormalEquations {
   double value = 0.0;
   Vector6 gradient = Vector6::Zero();
-  /// Sum of w_i J_i^T A_i J_i; of the upper triangle only the blocks above and on the diagonal are
-  /// added up, `symmetrize` fills in the rest.
+  /// Sum of w_i J_i^T A_i J_i. `add` sums only the blocks on and above the diagonal; `symmetrize`
+  /// fills in the rest.
   Matrix6 hessian = Matrix6::Zero();
   std::size_t matched = 0;
 
-  /// One match. @param d  x - q  @param Ad  A d  @param w  rho'
+  /// Adds one match. @param d  x - q  @param Ad  A d  @param w  rho'
   void add(const Eigen::Matrix3d& A, const Eigen::Vector3d& Ad, const Eigen::Vector3d& y, double w,
            double rho) noexcept {
     const Eigen::Vector3d g = w * Ad;
@@ -70,18 +70,18 @@ struct Minimum {
   std::uint32_t iterations = 0;
 };
 
-/// The Gauss-Newton step, shortened to the limits; nothing where the equations say nothing.
-/// Directions that the matches leave open get next to no step.
+/// The Gauss-Newton step, shortened to the limits; no step if the equations say nothing. Directions
+/// that the matches leave open get almost no step.
 [[nodiscard]] std::optional<Vector6> gauss_newton_step(const NormalEquations& at,
                                                        const StepOptions& options);
 
 /// The pose moved by [translation; rotation vector about the sensor], its rotation renormalized.
 [[nodiscard]] Pose moved(const Pose& pose, const Vector6& step);
 
-/// Gauss-Newton steps until one is negligible, matches looked for anew at each pose.
-/// @param at_start  the equations at `start`
-/// @param linearize  gives them for a pose and the number of steps that led there
-/// @param settled  the number of steps from which on `linearize` does not depend on it any more
+/// Takes Gauss-Newton steps until one is negligible, and searches for matches anew at each pose.
+/// @param at_start   the equations at `start`
+/// @param linearize  returns the equations for a pose and the number of steps that led there
+/// @param settled    the number of steps after which `linearize` no longer depends on that number
 template <class Linearize>
 [[nodiscard]] Minimum minimize(const Pose& start, const NormalEquations& at_start,
                                const StepOptions& options, std::uint32_t settled,

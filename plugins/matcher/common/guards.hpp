@@ -12,7 +12,8 @@
 
 namespace vantage::matching {
 
-/// What every matcher asks of a scan and its pose. Errors: those of MatchTarget::align.
+/// The conditions that every matcher sets for a scan and its pose. Errors: those of
+/// MatchTarget::align.
 [[nodiscard]] inline Result<void> check_scan(PointsView scan, const Pose& T_map_scan) {
   if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
   VANTAGE_CHECK(check_points(scan, "the scan"));
@@ -23,7 +24,7 @@ namespace vantage::matching {
   return {};
 }
 
-/// How many scan points must match for an answer.
+/// How many scan points must match for an alignment to count.
 struct LeastOverlap {
   std::uint32_t matches;
   double coverage;  ///< share of the scan's points
@@ -33,7 +34,7 @@ struct LeastOverlap {
         matches, static_cast<std::size_t>(std::ceil(coverage * static_cast<double>(points))));
   }
   /// Error: `too_few_matches`.
-  /// @param have   what the matched points have: "a map voxel"
+  /// @param have   what matched points have: "a map voxel"
   /// @param where  "at the guess"
   [[nodiscard]] Result<void> check(std::size_t matched, std::size_t points, const std::string& have,
                                    const char* where) const {

@@ -8,7 +8,7 @@
 
 namespace vantage::matching {
 
-/// What a match that is far off counts.
+/// How much a match that is far off counts.
 enum class Kernel : std::uint8_t { geman_mcclure, huber, none };
 constexpr auto enum_names(Kernel /*unused*/) {
   using namespace std::string_view_literals;

@@ -8,9 +8,9 @@
 
 namespace vantage::matching {
 
-/// Calls `work(chunk, begin, end)` for the ranges [0, size) falls into, on as many threads as TBB
-/// may use here. Where the ranges begin depends on `size` alone: results kept by chunk and added up
-/// in chunk order are the same for any number of threads.
+/// Divides [0, size) into ranges and calls `work(chunk, begin, end)` for each, on as many threads
+/// as TBB may use here. Where the ranges begin depends on `size` alone. Results that are kept by
+/// chunk and added up in chunk order are therefore the same for any number of threads.
 template <class Work>
 void for_each_chunk(std::size_t size, std::size_t chunk_size, const Work& work) {
   const std::size_t chunks = (size + chunk_size - 1) / chunk_size;

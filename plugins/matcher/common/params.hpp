@@ -14,8 +14,8 @@
 
 namespace vantage::matching {
 
-/// What icp and gicp have in common. A plugin's Params derive from it and begin their schema with
-/// their own fields.
+/// The parameters that icp and gicp have in common. A plugin's Params derive from this struct and
+/// begin their schema with their own fields.
 struct MatchingParams {
   double map_voxel = 0.25;
   std::uint32_t neighbours = 10;
@@ -90,7 +90,7 @@ struct MatchingParams {
     return {.kernel = kernel, .scale = kernel_scale};
   }
 
-  /// How far matches are looked for after so many steps [m].
+  /// The distance within which matches are searched for after so many steps [m].
   [[nodiscard]] double distance_after(std::uint32_t steps) const noexcept {
     return std::max(final_distance.value_or(max_distance),
                     std::ldexp(max_distance, -static_cast<int>(std::min(steps, 1000U))));

@@ -9,7 +9,7 @@
 namespace vantage::matching {
 namespace {
 
-/// The names are nanoflann's.
+/// nanoflann prescribes the names.
 struct Cloud {
   PointsView points;
 
@@ -23,8 +23,8 @@ struct Cloud {
   }
 };
 
-/// The nearest point and the distance of the second. Of points equally near that of the lower index
-/// counts.
+/// The nearest point and the distance of the second nearest. Of equally near points, the one with
+/// the lowest index counts.
 // NOLINTBEGIN(readability-identifier-naming): nanoflann calls these.
 struct NearestTwo {
   using DistanceType = double;
@@ -47,8 +47,8 @@ struct NearestTwo {
   }
 };
 
-/// The k nearest. Where they coincide with the query others as near are not looked at: among many
-/// equal points each search would visit all of them.
+/// The k nearest. If all k coincide with the query, other equally near points are not looked at:
+/// among many equal points, each search would otherwise visit all of them.
 struct NearestK : nanoflann::KNNResultSet<double, std::uint32_t> {
   using KNNResultSet::KNNResultSet;
   [[nodiscard]] double worstDist() const {
@@ -59,9 +59,9 @@ struct NearestK : nanoflann::KNNResultSet<double, std::uint32_t> {
 // NOLINTEND(readability-identifier-naming)
 
 constexpr std::size_t kLeafSize = 16;
-// Below a micrometre the spread of neighbours is rounding of the coordinates, not shape.
+// Below a micrometre, the spread of neighbours is rounding of the coordinates, not shape.
 constexpr double kLeastVariance = 1e-12;
-// A second eigenvalue below this share of the largest is that of a line.
+// A second eigenvalue below this share of the largest means that the points lie on a line.
 constexpr double kLineShare = 1e-6;
 
 }  // namespace

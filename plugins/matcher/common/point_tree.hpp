@@ -12,7 +12,7 @@ namespace vantage::matching {
 
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// A kd-tree over points that it borrows: they stay where they are while it lives.
+/// A kd-tree over points that it borrows. The points must not move while the tree exists.
 /// Thread safety: immutable once built.
 class PointTree {
  public:
@@ -30,12 +30,12 @@ class PointTree {
   /// @param radius  only points nearer than this count [m]
   [[nodiscard]] Nearest nearest(const Point& x, double radius) const;
 
-  /// The unit normal of the plane through the `k` points nearest to `x` (at most kMostNeighbours),
-  /// of either sign: the direction of their least spread. Zero where they show no plane: fewer than
-  /// three, on one line, or in one place.
+  /// The unit normal of the plane through the `k` points nearest to `x` (at most kMostNeighbours):
+  /// the direction of their least spread, with either sign. Zero if the points show no plane: fewer
+  /// than three points, all on one line, or all in one place.
   [[nodiscard]] Eigen::Vector3d normal_at(const Point& x, std::uint32_t k) const;
 
-  /// Without the points [bytes].
+  /// Memory without the points [bytes].
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:

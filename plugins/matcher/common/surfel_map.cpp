@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kNormalChunk = 256;
 constexpr double kHalfRange = 1 << 20;
-// Where no voxels are asked for, points are sorted by such ones.
+// If no voxels are wanted, points are sorted by voxels of this size.
 constexpr double kSortingVoxel = 0.25;  // [m]
 
 /// Every third bit of the result is one of the lower 21 bits of `index`.
@@ -26,15 +26,15 @@ std::uint64_t spread(std::uint64_t index) noexcept {
 }
 
 struct Keyed {
-  std::uint64_t voxel;  // in Morton's order: what is near in space is near in memory
+  std::uint64_t voxel;  // in Morton order: points near in space are near in memory
   Point local;
 
   [[nodiscard]] auto order() const { return std::tuple(voxel, local.x(), local.y(), local.z()); }
   friend bool operator<(const Keyed& a, const Keyed& b) { return a.order() < b.order(); }
 };
 
-/// Voxels are anchored at the world's zero: a point belongs to voxel floor(p / edge) in every map
-/// that holds it.
+/// Sorts by voxel. Voxels are anchored at the world's zero: a point belongs to voxel floor(p /
+/// edge) in every map that contains it.
 Result<std::vector<Keyed>> sorted(PointsView map, const Point& origin, double edge) {
   const Eigen::Vector3d origin_index = (origin / edge).array().round();
   std::vector<Keyed> keyed;
@@ -59,7 +59,7 @@ Result<std::vector<Keyed>> sorted(PointsView map, const Point& origin, double ed
 PointCloud centroids(const std::vector<Keyed>& sorted) {
   PointCloud result;
   for (auto first = sorted.begin(); first != sorted.end();) {
-    // Relative to one of them: the mean of equal points is that point.
+    // Relative to one of the points, so that the mean of equal points is that point.
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     auto last = first;
     for (; last != sorted.end() && last->voxel == first->voxel; ++last) {

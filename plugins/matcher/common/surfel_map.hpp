@@ -14,17 +14,17 @@
 
 namespace vantage::matching {
 
-/// A map as points with the normals of the surface about them.
+/// A map as points with the normals of the surface around them.
 ///
 /// Points are kept relative to an origin near the map's centre, so that doubles lose nothing at UTM
-/// coordinates, and in an order that depends on where they are alone: nothing that is made of the
-/// map depends on the order of its points.
+/// coordinates. Their order depends only on where they are, so nothing that is made from the map
+/// depends on the order of its points.
 /// Thread safety: immutable once built.
 class SurfelMap {
  public:
   struct Options {
-    double voxel = 0.25;            ///< one point, the centroid, a voxel [m]; 0: every point
-    std::uint32_t neighbours = 10;  ///< from which a normal is computed, the point among them
+    double voxel = 0.25;            ///< one point per voxel, the centroid [m]; 0: every point
+    std::uint32_t neighbours = 10;  ///< from which a normal is computed, the point itself included
     bool planes_only = false;       ///< leaves out the points whose neighbours show no plane
   };
 
@@ -32,14 +32,14 @@ class SurfelMap {
   /// about two million voxels along an axis; `too_few_matches` if no point is left.
   [[nodiscard]] static Result<SurfelMap> build(PointsView map, const Options& options);
 
-  /// Relative to the origin.
+  /// Relative to the origin [m].
   [[nodiscard]] PointsView points() const noexcept { return points_; }
-  /// Of unit length, or zero where the neighbours show no plane.
+  /// Of unit length, or zero if the neighbours show no plane.
   [[nodiscard]] std::span<const Eigen::Vector3d> normals() const noexcept { return normals_; }
   [[nodiscard]] const PointTree& tree() const noexcept { return *tree_; }
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
 
-  /// Whether any point may be within `distance` [m] of a position; false for one that is not
+  /// Whether any point may be within `distance` [m] of a position; false for a position that is not
   /// finite.
   [[nodiscard]] bool reaches(const Eigen::Vector3d& local, double distance) const noexcept {
     return ((local - bounds_.min).array() >= -distance).all() &&
@@ -60,8 +60,8 @@ class SurfelMap {
   std::optional<PointTree> tree_;
 };
 
-/// The normal at each of a tree's points, see PointTree::normal_at; the same for any number of
-/// threads.
+/// Computes the normal at each of a tree's points, see PointTree::normal_at. The result is the same
+/// for any number of threads.
 /// @param normals  as many as `points`
 void compute_normals(const PointTree& tree, PointsView points, std::uint32_t neighbours,
                      std::span<Eigen::Vector3d> normals);

@@ -25,18 +25,18 @@
 
 namespace vantage::matching {
 
-/// The nearest map point of each scan point. A search also tells how near the others are, and is
-/// not repeated while the scan point has moved too little for another to be nearer.
+/// The nearest map point of each scan point. A search also says how near the other map points are.
+/// It is not repeated while the scan point has moved too little for another map point to be nearer.
 class Correspondences {
  public:
-  /// Forgets the scan before.
+  /// Forgets the previous scan.
   void begin(std::size_t scan_points, double max_distance) {
     found_.assign(scan_points, {});
     radius_ = kReserve * max_distance;
   }
 
-  /// The map point nearest to `x`, where scan point i is now; kNone if it is farther than `limit`,
-  /// which is at most max_distance.
+  /// The map point nearest to `x`, the current position of scan point i. kNone if it is farther
+  /// than `limit`, which is at most max_distance.
   [[nodiscard]] std::uint32_t nearest(const SurfelMap& map, std::size_t i, const Eigen::Vector3d& x,
                                       double limit) {
     if (!map.reaches(x, limit)) return kNone;
@@ -49,7 +49,8 @@ class Correspondences {
       const double distance = (x - map.points()[f.index]).norm();
       if (distance < others) return distance <= limit ? f.index : kNone;
     }
-    // What was second is within this still, or nothing is within the radius at all.
+    // The second nearest point is still within this radius, or no point is within the radius at
+    // all.
     const double radius =
         f.index == kNone ? radius_ : std::min(radius_, kRounding * (f.others + moved));
     const PointTree::Nearest found = map.tree().nearest(x, radius);
@@ -59,7 +60,7 @@ class Correspondences {
   }
 
  private:
-  // Searched a bit farther than asked, so that a point without a match may move before it is
+  // Searches a little farther than asked, so that a point without a match may move before it is
   // searched for again.
   static constexpr double kReserve = 1.1;
   static constexpr double kRounding = 1.0 + 1e-9;
@@ -77,13 +78,13 @@ struct Workspace {
   Correspondences correspondences;
   std::vector<NormalEquations> equations;     // of each chunk
   std::vector<ScanScoreSum> scores;           // of each chunk
-  std::vector<Eigen::Vector3d> scan_normals;  // where a Residual needs them
+  std::vector<Eigen::Vector3d> scan_normals;  // only for a Residual that needs them
 };
 
 /// A map that scans are matched to by Gauss-Newton steps on
 ///     E(T) = 1/2 sum_i rho(d_i^T A_i d_i),  d_i = T p_i - q_i,
-/// q_i the map point nearest to T p_i, and scored by d_i^T S_i d_i. A_i, the inverse covariance of
-/// d_i, and S_i are up to the Residual:
+/// where q_i is the map point nearest to T p_i. Scans are scored by d_i^T S_i d_i. The Residual
+/// defines A_i, the inverse covariance of d_i, and S_i:
 ///     void begin(PointsView scan, Workspace&) const;
 ///     Eigen::Matrix3d information(std::size_t scan_point, const Eigen::Matrix3d& R,
 ///                                 const Eigen::Vector3d& map_normal, const Workspace&) const;
@@ -132,7 +133,7 @@ class SurfelTarget final : public MatchTarget {
     });
   }
 
-  /// Scratch memory of alignments comes on top.
+  /// The scratch memory of alignments is not included.
   [[nodiscard]] std::size_t bytes() const noexcept override { return sizeof(*this) + map_.bytes(); }
   [[nodiscard]] std::size_t elements() const noexcept override { return map_.points().size(); }
 
@@ -154,8 +155,8 @@ class SurfelTarget final : public MatchTarget {
     residual_.begin(scan, workspace);
   }
 
-  /// Calls `use(i, y, d, map_normal, chunk)` for every scan point i that has a match, y = R p and d
-  /// = T p - q; `miss(chunk)` for those that have none.
+  /// Calls `use(i, y, d, map_normal, chunk)` for every scan point i that has a match, with y = R p
+  /// and d = T p - q, and `miss(chunk)` for every point without a match.
   template <class Use, class Miss>
   void for_each_match(PointsView scan, const Pose& T_local_scan, const Eigen::Matrix3d& R,
                       double limit, Workspace& workspace, const Use& use, const Miss& miss) const {
@@ -219,7 +220,7 @@ class SurfelTarget final : public MatchTarget {
   mutable WorkspacePool<Workspace> workspaces_;
 };
 
-/// The matcher of a Residual, which says as `kPlanesOnly` which surfels it needs (see SurfelMap).
+/// The matcher of a Residual. Its `kPlanesOnly` says which surfels it needs (see SurfelMap).
 /// @tparam MatcherParams  derives from MatchingParams
 template <class MatcherParams, class Residual>
 class SurfelMatcher final : public ScanMatcher {
@@ -227,7 +228,7 @@ class SurfelMatcher final : public ScanMatcher {
   using Params = MatcherParams;
 
   [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
-    // The scores are those of ndt at its defaults, so that they are comparable.
+    // The scores are computed with ndt's defaults, so that they can be compared with those of ndt.
     VANTAGE_TRY(const NdtCoefficients coefficients, NdtCoefficients::derive(0.55, 1.0));
     return std::make_unique<SurfelMatcher>(params, coefficients);
   }

@@ -8,7 +8,7 @@
 
 namespace vantage::matching {
 
-/// Lends each alignment in flight a workspace of its own and keeps it for the next.
+/// Lends each running alignment a workspace of its own and keeps the workspace for the next one.
 template <class Workspace>
 class WorkspacePool {
  public:
@@ -29,7 +29,7 @@ class WorkspacePool {
   [[nodiscard]] std::unique_ptr<Workspace> take() {
     const std::lock_guard lock(mutex_);
     if (free_.empty()) {
-      free_.reserve(++made_);  // giving back needs no memory
+      free_.reserve(++made_);  // so that giving a workspace back needs no memory
       return std::make_unique<Workspace>();
     }
     auto workspace = std::move(free_.back());

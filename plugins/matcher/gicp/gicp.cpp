@@ -22,8 +22,9 @@ struct Params : MatchingParams {
   }
 };
 
-/// The distance of two points of which each lies on a plane, known across it better than along it:
-/// C = sigma^2 / epsilon (I - (1 - epsilon) n n^T) for each, n = 0 where no plane shows.
+/// The distance between two points, each on a plane. The position across the plane is known better
+/// than along it: C = sigma^2 / epsilon (I - (1 - epsilon) n n^T) for each point, with n = 0 if
+/// there is no plane.
 class PlaneToPlane {
  public:
   static constexpr bool kPlanesOnly = false;
@@ -49,8 +50,8 @@ class PlaneToPlane {
     return precision_ * sum.inverse();
   }
 
-  /// (C_q^-1 + R C_p^-1 R^T) / 4, which is the above where the two normals agree. Where they do
-  /// not, the above has no direction left in which it is strict, and calls the worst matches good.
+  /// (C_q^-1 + R C_p^-1 R^T) / 4, which equals the above if the two normals agree. If they do not,
+  /// the above is strict in no direction and gives the worst matches good scores.
   [[nodiscard]] Eigen::Matrix3d scored_information(std::size_t scan_point, const Eigen::Matrix3d& R,
                                                    const Eigen::Vector3d& map_normal,
                                                    const Workspace& workspace) const noexcept {

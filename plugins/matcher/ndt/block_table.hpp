@@ -5,43 +5,45 @@
 
 namespace vantage::ndt {
 
-/// The voxels with a Gaussian among 4 x 4 x 4, one bit each. Gaussians lie in the order of blocks
-/// and bits, so that a voxel's is number `first` plus the bits below its own.
+/// A block of 4 x 4 x 4 voxels, with one bit for each voxel that has a Gaussian. Gaussians lie in
+/// the order of blocks and bits, so the number of a voxel's Gaussian is `first` plus the number of
+/// set bits below its own.
 struct Block {
   std::uint64_t key = 0;
   std::uint64_t voxels = 0;  ///< 0: a free slot of the table
   std::uint32_t first = 0;
 };
 
-/// Blocks by open addressing; at least one slot is free.
+/// A hash table of blocks with open addressing; at least one slot is free.
 struct BlockTable {
   const Block* slots = nullptr;
   std::uint64_t mask = 0;
   std::uint32_t shift = 0;
 };
 
-/// Voxel indices count from the map's origin; coordinates inside [1, kIndexEnd) once shifted.
+/// Voxel indices count from the map's origin; after the shift, coordinates inside the map are in
+/// [1, kIndexEnd).
 inline constexpr std::int32_t kHalfRange = 1 << 20;
 inline constexpr std::uint32_t kIndexEnd = (1U << 21U) - 1U;
 inline constexpr std::uint32_t kNoGaussian = ~std::uint32_t{0};
 
-// This header is compiled for several instruction sets. Its functions are `static`: no copy of one
-// may stand in for that of another.
+// This header is compiled for several instruction sets. Its functions are `static`, so that the
+// copy for one instruction set cannot replace the copy for another.
 
-/// Names a voxel by its shifted indices: the block in the high bits, the place in it in the low
-/// six.
+/// The key of a voxel from its shifted indices: the block in the high bits, the place in the block
+/// in the low six bits.
 static inline std::uint64_t key_of_shifted(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   const std::uint64_t block =
       (std::uint64_t{x >> 2U} << 38U) | (std::uint64_t{y >> 2U} << 19U) | (z >> 2U);
   return (block << 6U) | ((x & 3U) << 4U) | ((y & 3U) << 2U) | (z & 3U);
 }
 
-/// Fibonacci hashing: the high bits are the good ones.
+/// Fibonacci hashing: the high bits are the well-mixed ones.
 static inline std::uint64_t slot_of(std::uint64_t block, std::uint32_t shift) {
   return (block * 0x9E3779B97F4A7C15U) >> shift;
 }
 
-/// The block of that key, or a free slot, which has no voxels.
+/// The block with that key, or a free slot, which has no voxels.
 static inline const Block& block_at(const BlockTable& table, std::uint64_t key) {
   std::uint64_t slot = slot_of(key, table.shift);
   while (table.slots[slot].voxels != 0 && table.slots[slot].key != key) {
@@ -50,7 +52,7 @@ static inline const Block& block_at(const BlockTable& table, std::uint64_t key) 
   return table.slots[slot];
 }
 
-/// The Gaussian of a voxel of that block, or kNoGaussian.
+/// The Gaussian of a voxel of a block, or kNoGaussian.
 static inline std::uint32_t gaussian_in(const Block& block, std::uint64_t place) {
   const std::uint64_t bit = std::uint64_t{1} << place;
   if ((block.voxels & bit) == 0) return kNoGaussian;

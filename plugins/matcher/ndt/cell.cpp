@@ -7,10 +7,10 @@
 namespace vantage::ndt {
 namespace {
 
-// Below a millionth of the edge the spread is rounding of the coordinates, not shape.
+// Below a millionth of the edge, the spread is rounding of the coordinates, not shape.
 constexpr double kLeastVariance = 1e-12;
 
-/// The covariance with its eigenvalues raised; nothing if all points coincide.
+/// The covariance with its eigenvalues raised; no value if all points coincide.
 std::optional<Eigen::Matrix3d> raised_covariance(const Moments& m, const Eigen::Vector3d& mean,
                                                  double eigenvalue_floor) {
   const double n = m.points();
@@ -26,8 +26,8 @@ std::optional<Eigen::Matrix3d> raised_covariance(const Moments& m, const Eigen::
   return v * solver.eigenvalues().cwiseMax(least).asDiagonal() * v.transpose();
 }
 
-/// The lower triangular L of a positive definite A = L L^T, `least` standing in where rounding has
-/// left no positive pivot.
+/// The lower triangular L of a positive definite A = L L^T. `least` replaces a pivot that rounding
+/// has made non-positive.
 Eigen::Matrix3d root_of(const Eigen::Matrix3d& A, double least) {
   const auto pivot = [&](double squared) { return std::sqrt(std::max(squared, least)); };
   Eigen::Matrix3d L = Eigen::Matrix3d::Zero();
@@ -72,7 +72,7 @@ std::optional<Cell> cell_of(const Moments& m, double eigenvalue_floor) {
 }
 
 Gaussian gaussian_of(const Cell& cell) noexcept {
-  // L^-1 by substitution, then C = L^-T L^-1, in whose entries nothing cancels.
+  // L^-1 by substitution, then C = L^-T L^-1: no cancellation in its entries.
   const double scale = std::ldexp(1.0, cell.exponent);
   const double a = scale * 65536.0 / cell.diagonal[0];
   const double b = scale * 65536.0 / cell.diagonal[1];

@@ -7,11 +7,11 @@
 
 namespace vantage::ndt {
 
-/// Sums over the points of one voxel, each seen from the voxel's centre in units of its edge: there
-/// they are small, and the covariance loses no digits to cancellation.
+/// Sums over the points of one voxel, relative to the voxel's centre and in units of its edge. The
+/// numbers are small there, and the covariance loses no digits to cancellation.
 ///
-/// Written as pairs: a compiler's own pairing may load two sums at once that were stored one by
-/// one, which stalls.
+/// Written as pairs: a compiler's own pairing may load two sums at once that were stored one at a
+/// time, and stall.
 class Moments {
  public:
   void add(double dx, double dy, double dz) noexcept {
@@ -39,10 +39,10 @@ class Moments {
 };
 
 /// The normal distribution of the map points in one voxel (Magnusson 2009, Eqs. 6.2-6.3) in 24
-/// bytes, in units of the voxel's edge. This is what a Gaussian *is* here, prepared or restored:
-/// both give the same bits.
+/// bytes, in units of the voxel's edge. Prepared and restored maps both use this form, so both give
+/// the same bits.
 struct Cell {
-  std::array<std::uint16_t, 3> mean{};  ///< in the voxel, in 2^-16 and half a step up
+  std::array<std::uint16_t, 3> mean{};  ///< in the voxel, in units of 2^-16, plus half a unit
   std::array<std::int16_t, 3> lower{};  ///< L21, L31, L32 of the covariance L L^T, in 2^-15 scale
   std::array<std::uint16_t, 3> diagonal{};  ///< L11, L22, L33 in 2^-16 scale, > 0
   std::uint8_t exponent = 0;                ///< scale = 2^-exponent; at most kMaxExponent
@@ -58,9 +58,10 @@ struct Gaussian {
   double xx, xy, xz, yy, yz, zz;
 };
 
-/// Eigenvalues of the covariance are raised to `eigenvalue_floor` times the largest. Off by at most
-/// 2^-17 voxel edges in the mean and 2^-16 of the largest standard deviation in L.
-/// @return nothing for points that all coincide
+/// Eigenvalues of the covariance are raised to at least `eigenvalue_floor` times the largest. The
+/// cell is off by at most 2^-17 voxel edges in the mean and 2^-16 of the largest standard deviation
+/// in L.
+/// @return  no value if all points coincide
 [[nodiscard]] std::optional<Cell> cell_of(const Moments& moments, double eigenvalue_floor);
 
 [[nodiscard]] Gaussian gaussian_of(const Cell& cell) noexcept;

@@ -17,7 +17,7 @@ constexpr std::uint16_t kVersion = 1;
 constexpr std::size_t kHeader = 56, kChecksum = 8;
 constexpr std::size_t kLeastCell = 21;
 
-/// Every step is a bijection of the sum: a change within eight bytes never goes unseen.
+/// Every step is a bijection of the sum, so a change within eight bytes is always detected.
 std::uint64_t checksum(std::span<const std::byte> bytes) {
   std::uint64_t sum = 0xCBF29CE484222325U;
   const auto mix = [&](std::uint64_t word) {
@@ -50,7 +50,7 @@ class Writer {
     for (std::size_t i = 0; i < sizeof(T); ++i, bits >>= 8U) byte(bits & 0xFFU);
   }
   void real(double value) { integer(std::bit_cast<std::uint64_t>(value)); }
-  /// Seven bits a byte, lowest first; the eighth says that more follow.
+  /// Seven bits per byte, lowest first; the eighth bit says that more follow.
   void counted(std::uint64_t value) {
     for (; value >= 0x80U; value >>= 7U) byte((value & 0x7FU) | 0x80U);
     byte(value);
@@ -65,7 +65,7 @@ class Writer {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads what Writer wrote. Past the end it reads zeros and remembers that.
+/// Reads what Writer wrote. Past the end, it reads zeros and remembers that it did.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}

@@ -5,41 +5,42 @@
 
 #include "block_table.hpp"
 
-// The inner loop, compiled once for every instruction set. Only plain data crosses: a template or
-// an inline function shared with other files could end up, compiled for AVX2, where there is none.
-// Lengths are in voxels here: a voxel's edge is 1.
+// The inner loop, compiled once for every instruction set. Only plain data crosses this interface:
+// if a template or an inline function were shared with other files, the copy compiled for AVX2
+// could end up running on a processor without AVX2. Lengths are in voxels here: a voxel's edge is
+// 1.
 namespace vantage::ndt::kernel {
 
 inline constexpr std::size_t kBatch = 8;
 
-/// A Gaussian without its last number, which lies apart: eight floats are one load.
+/// A Gaussian without its last number, which is stored separately: eight floats are one load.
 struct alignas(32) Row {
   float mean[3];             ///< in its voxel, [0, 1)
   float xx, xy, xz, yy, yz;  ///< inverse covariance
 };
 
-/// One past the last Gaussian there is one more, so far from everything that it weighs nothing.
+/// After the last Gaussian comes one more, so far from everything that it has no weight.
 struct Map {
   BlockTable blocks;
   const Row* rows = nullptr;
   const float* zz = nullptr;
-  std::uint32_t nothing = 0;  ///< the number of that one more
+  std::uint32_t nothing = 0;  ///< the number of that extra Gaussian
 };
 
-/// The voxels a point is compared with, as steps from its own.
+/// The voxels that a point is compared with, as steps from its own voxel.
 struct Search {
   std::uint32_t size = 0;
   std::int32_t steps[27][3] = {};
-  float offsets[27][3] = {};  ///< the same numbers
+  float offsets[27][3] = {};  ///< the same steps as floating point
   bool within_edge = false;   ///< only Gaussians whose mean is nearer than a voxel's edge
 };
 
-/// Scan points, and what is kept of their voxels while they stay in them.
+/// Scan points, and what is kept about their voxels while the points stay in them.
 struct alignas(32) Batch {
   float x[kBatch], y[kBatch], z[kBatch];  ///< sensor frame
   std::int32_t voxel[3][kBatch];          ///< kUnknown: not looked up yet
   float found[kBatch];                    ///< how many Gaussians the neighbourhood has
-  std::uint32_t used;                     ///< bit s: some point has a Gaussian at step s
+  std::uint32_t used;                     ///< bit s: at least one point has a Gaussian at step s
 };
 inline constexpr std::int32_t kUnknown = INT32_MIN;
 /// A point here is in no map, whatever the pose.
@@ -62,14 +63,14 @@ struct Pose {
 
 struct Coefficients {
   float half_d2 = 0.0F;
-  bool best_is_least = false;  ///< d1 > 0: the nearest voxel's likelihood is the least
+  bool best_is_least = false;  ///< d1 > 0: the nearest voxel's likelihood is the smallest
 };
 
 /// Sum over points of J^T A J for a symmetric 3x3 A and J = [I, -[y]x], upper triangle by blocks.
 struct Quadratic {
   double tt[6], tr[9], rr[6];
 };
-/// What some batches add, without the factors d1 and d2.
+/// The sums over some batches, without the factors d1 and d2.
 struct Sums {
   double value;                   ///< sum of exp(...)
   double mean;                    ///< of each point's mean over its Gaussians
@@ -101,7 +102,7 @@ using Evaluate = void (*)(const Task& task, std::size_t first, std::size_t last,
 void evaluate_baseline(const Task& task, std::size_t first, std::size_t last, Sums& sums);
 void evaluate_avx2(const Task& task, std::size_t first, std::size_t last, Sums& sums);
 
-/// For the processor at hand.
+/// The fastest one for this processor.
 [[nodiscard]] Evaluate fastest() noexcept;
 [[nodiscard]] bool has_avx2() noexcept;
 

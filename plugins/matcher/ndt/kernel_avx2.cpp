@@ -1,4 +1,5 @@
-// Compiled with -mavx2 -mfma; for other processors it is the baseline once more, never called.
+// Compiled with -mavx2 -mfma. For other processors, it is a second copy of the baseline that is
+// never called.
 #if defined(__AVX2__)
 #include "lanes_8.hpp"
 #else

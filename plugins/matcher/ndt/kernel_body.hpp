@@ -1,5 +1,5 @@
-// The body of the kernel, included by one file for each instruction set after its lanes_*.hpp, and
-// with the function's name. All else is local to that file.
+// The body of the kernel. One file for each instruction set includes it after its lanes_*.hpp, and
+// defines the function's name. Everything else is local to that file.
 #include "kernel.hpp"
 
 namespace vantage::ndt::kernel {
@@ -50,7 +50,7 @@ struct Distributions {
   Symmetric c;
 };
 
-/// One Gaussian a lane: rows are loaded whole and transposed.
+/// One Gaussian per lane: rows are loaded whole and transposed.
 inline Distributions gather(const Map& map, const std::uint32_t* of) {
   const float* rows[kLanes];
   for (std::size_t lane = 0; lane < kLanes; ++lane) rows[lane] = map.rows[of[lane]].mean;
@@ -94,7 +94,7 @@ class Lookup {
   }
 
  private:
-  /// Points next to each other in a scan often share a voxel: the last answer is kept.
+  /// Consecutive points of a scan often share a voxel, so the last answer is kept.
   void find(std::int32_t x, std::int32_t y, std::int32_t z) {
     if (x == x_ && y == y_ && z == z_) return;
     x_ = x;
@@ -187,7 +187,7 @@ void write(const SumLanes& from, Sums& to) {
   write(from.negative, to.negative);
 }
 
-/// One point a lane, in the map's axes.
+/// One point per lane, in the map's axes.
 struct Placed {
   Floats y[3];         // seen from the sensor
   Floats in_voxel[3];  // [0, 1)

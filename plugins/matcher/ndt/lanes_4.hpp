@@ -20,7 +20,7 @@ inline bool any(Ints mask) {
 struct Columns {
   Floats of[4];
 };
-/// Columns [from, from + 4) of one row a lane.
+/// Columns [from, from + 4) of one row per lane.
 inline Columns columns(const float* const (&rows)[kLanes], std::size_t from) {
   const auto row = [&](std::size_t lane) {
     return *reinterpret_cast<const Floats*>(rows[lane] + from);

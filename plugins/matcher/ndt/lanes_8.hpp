@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-// Vectors of eight, as AVX2 has them.
+// Vectors of eight, for AVX2.
 namespace vantage::ndt::kernel {
 namespace {
 
@@ -20,10 +20,10 @@ inline bool any(Ints mask) {
 struct Columns {
   Floats of[4];
 };
-/// Columns [from, from + 4) of one row a lane.
+/// Columns [from, from + 4) of one row per lane.
 inline Columns columns(const float* const (&rows)[kLanes], std::size_t from) {
   using Half = float __attribute__((vector_size(16), may_alias));
-  // Rows i and i + 4 in one vector: what follows works on both halves alike.
+  // Rows i and i + 4 in one vector: the following steps treat both halves alike.
   const auto pair = [&](std::size_t lane) {
     const Half low = *reinterpret_cast<const Half*>(rows[lane] + from);
     const Half high = *reinterpret_cast<const Half*>(rows[lane + 4] + from);

@@ -16,8 +16,8 @@
 namespace vantage::ndt {
 namespace {
 
-// A scan of twice as many points or more is first aligned by about so many of them, until steps are
-// below so many times the epsilons.
+// A scan of at least twice as many points is first aligned with about this many of them, until the
+// steps are smaller than a multiple of the epsilons.
 constexpr std::size_t kCoarsePoints = 1024;
 constexpr double kCoarseEpsilon = 10.0;
 
@@ -177,7 +177,7 @@ class NdtTarget final : public MatchTarget {
 
   struct Start {
     Pose T_local_scan;
-    std::uint32_t iterations = 0;  // spent on it
+    std::uint32_t iterations = 0;  // spent on this start
   };
   /// Goes most of the way with a part of a large scan's points.
   [[nodiscard]] Start nearer(const Pose& guess, std::size_t points, Workspace& workspace) const {
@@ -187,7 +187,7 @@ class NdtTarget final : public MatchTarget {
     options.translation_epsilon *= kCoarseEpsilon;
     options.rotation_epsilon *= kCoarseEpsilon;
     const Derivatives at = objective_.derivatives(guess, workspace, extent_of(options));
-    if (at.matched * options.stride < least().of(points)) return {guess};  // all are asked next
+    if (at.matched * options.stride < least().of(points)) return {guess};  // too few: next, use all
     const Minimum coarse = minimize(objective_, guess, at, options, workspace);
     return {coarse.T_local_scan, coarse.iterations};
   }

@@ -9,9 +9,9 @@
 namespace vantage::ndt {
 namespace {
 
-// Keeps directions in which the matches say nothing (a plane's) from giving endless steps.
+// Prevents endless steps in directions about which the matches say nothing (along a plane).
 constexpr double kRidge = 1e-6;
-// The majorizer's own step lengthened by 1 / 0.5 is the longest that cannot ascend.
+// A step of 1 / 0.5 times the majorizer's own step is the longest that cannot ascend.
 constexpr double kCurvatureFloor = 0.5;
 constexpr double kSufficientDecrease = 1e-4;  // Armijo's c1
 
@@ -30,11 +30,12 @@ std::optional<Vector6> shortened(Vector6 step, const NewtonOptions& options) {
   return step;
 }
 
-/// The Newton step, shortened where the model of the objective cannot be trusted; nothing where the
+/// The Newton step, shortened where the model of the objective cannot be trusted; no step if the
 /// objective is flat.
 std::optional<Vector6> newton_step(const Derivatives& at, const NewtonOptions& options) {
-  // The majorizer M = L L^T measures the Hessian: the eigenvalues of L^-1 H L^-T are at most 1 (but
-  // for the rotation's curvature), 0.5-0.9 at a good fit, and negative in the outliers' directions.
+  // The majorizer M = L L^T is the metric for the Hessian. The eigenvalues of L^-1 H L^-T are at
+  // most 1 (apart from the rotation's curvature), 0.5-0.9 at a good fit, and negative in the
+  // outliers' directions.
   Matrix6 metric = at.majorizer;
   metric.diagonal().head<3>().array() += kRidge * at.majorizer.diagonal().head<3>().maxCoeff();
   metric.diagonal().tail<3>().array() += kRidge * at.majorizer.diagonal().tail<3>().maxCoeff();

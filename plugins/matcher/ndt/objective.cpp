@@ -10,10 +10,10 @@ namespace vantage::ndt {
 namespace {
 
 constexpr std::size_t kChunk = 32;  // batches
-// In voxels; further away single precision would lose the place in the voxel.
+// In voxels; farther away, single precision would lose the place in the voxel.
 constexpr double kFarthest = 65536.0;
 
-/// Steps to the voxels around whose indices differ by at most one along at most `axes` axes.
+/// Steps to the surrounding voxels whose indices differ by at most one along at most `axes` axes.
 kernel::Search steps_along(int axes) {
   kernel::Search search;
   for (int x = -1; x <= 1; ++x) {
@@ -39,7 +39,7 @@ kernel::Search search_of(Neighbours neighbours) {
     case Neighbours::direct26:
     case Neighbours::kdtree: break;
   }
-  // A mean lies in its voxel, so that only the 27 voxels around a point have one within an edge.
+  // A mean lies in its voxel, so only the 27 voxels around a point can have a mean within an edge.
   kernel::Search search = steps_along(3);
   search.within_edge = neighbours == Neighbours::kdtree;
   return search;
@@ -52,7 +52,7 @@ kernel::Pose pose_in_voxels(const Pose& T_local_scan, double resolution) {
   const RowMajor3 rotation = T_local_scan.rotation.toRotationMatrix();
   std::transform(rotation.data(), rotation.data() + 9, pose.rotation,
                  [](double x) { return static_cast<float>(x); });
-  constexpr double kBeyond = 4.0 * kHalfRange;  // where no map reaches
+  constexpr double kBeyond = 4.0 * kHalfRange;  // beyond every map
   for (int axis = 0; axis < 3; ++axis) {
     const double t = std::clamp(T_local_scan.translation[axis] / resolution, -kBeyond, kBeyond);
     const double voxel = std::floor(t);
@@ -62,7 +62,7 @@ kernel::Pose pose_in_voxels(const Pose& T_local_scan, double resolution) {
   return pose;
 }
 
-/// Kernel sums hold only doubles, one after the other.
+/// Kernel sums consist only of doubles, one after the other.
 void add(kernel::Sums& total, const kernel::Sums& part) {
   static_assert(sizeof(kernel::Sums) % sizeof(double) == 0);
   auto* to = reinterpret_cast<double*>(&total);
@@ -70,7 +70,7 @@ void add(kernel::Sums& total, const kernel::Sums& part) {
   for (std::size_t i = 0; i < sizeof(kernel::Sums) / sizeof(double); ++i) to[i] += from[i];
 }
 
-/// From voxels to metres.
+/// Converts from voxels to metres.
 Matrix6 matrix_of(const kernel::Quadratic& sum, double per_edge) {
   Matrix6 matrix = Matrix6::Zero();
   std::size_t k = 0;
@@ -163,7 +163,7 @@ Derivatives Objective::derivatives(const Pose& T_local_scan, Workspace& workspac
                                    const Extent& extent) const {
   const kernel::Sums sums = sum_up(T_local_scan, workspace, extent);
   const double per_edge = 1.0 / map_.options().resolution;
-  // The objective attracts whatever the sign of a given d1.
+  // The objective attracts, whatever the sign of the given d1.
   const double d1 = -std::abs(coefficients_.d1);
   const double scale = -d1 * coefficients_.d2;
 
@@ -173,8 +173,8 @@ Derivatives Objective::derivatives(const Pose& T_local_scan, Workspace& workspac
   total.score = score_of(sums, coefficients_, workspace.points_);
   if (extent.terms == kernel::Terms::score) return total;
 
-  // The sum of y x g is torque's antisymmetric part, and what the second derivatives of x add,
-  // (y_a g_b + y_b g_a) / 2 - delta_ab y.g, its symmetric one.
+  // The sum of y x g is the antisymmetric part of torque. The symmetric part is what the second
+  // derivatives of x add, (y_a g_b + y_b g_a) / 2 - delta_ab y.g.
   const Eigen::Matrix3d torque = Eigen::Map<const RowMajor3>(sums.torque);
   total.gradient << per_edge * sums.gradient[0], per_edge * sums.gradient[1],
       per_edge * sums.gradient[2], torque(2, 1) - torque(1, 2), torque(0, 2) - torque(2, 0),

@@ -15,9 +15,9 @@
 
 namespace vantage::ndt {
 
-/// Which Gaussians a scan point is compared with.
+/// The Gaussians that a scan point is compared with.
 enum class Neighbours : std::uint8_t {
-  kdtree,    ///< those with their mean within one resolution of the point
+  kdtree,    ///< those whose mean is within one resolution of the point
   direct26,  ///< those of the point's voxel and the 26 around it
   direct7,   ///< those of the point's voxel and the 6 that share a face with it
   direct1,   ///< that of the point's voxel
@@ -37,21 +37,22 @@ struct Derivatives {
   double value = 0.0;
   Vector6 gradient = Vector6::Zero();
   Matrix6 hessian = Matrix6::Zero();
-  /// The part of the Hessian that is positive semidefinite by construction: that of the quadratic
-  /// which touches the objective here and lies nowhere below it (but for the rotation's curvature).
+  /// The part of the Hessian that is positive semidefinite by construction. It belongs to the
+  /// quadratic that touches the objective here and is nowhere below it (apart from the rotation's
+  /// curvature).
   Matrix6 majorizer = Matrix6::Zero();
   std::size_t matched = 0;  ///< scan points with at least one Gaussian
   ScanScore score;          ///< Eq. 12 and its companions, at the same pose
 };
 
-/// How much of the objective is asked for.
+/// How much of the objective is computed.
 struct Extent {
-  /// With `majorizer` the Hessian is zero, with `score` all derivatives are.
+  /// With `majorizer`, the Hessian is zero; with `score`, all derivatives are.
   kernel::Terms terms = kernel::Terms::everything;
-  std::size_t stride = 1;  ///< one in so many batches of points, for all
+  std::size_t stride = 1;  ///< only one in so many batches of points is used, for all of them
 };
 
-/// Scratch memory of one alignment. It grows to the largest scan it has seen, after which an
+/// Scratch memory of one alignment. It grows to fit the largest scan so far; after that, an
 /// alignment allocates nothing.
 class Workspace {
  public:
@@ -65,16 +66,16 @@ class Workspace {
   std::vector<kernel::Sums> sums_;  // of each chunk
 };
 
-/// E(T) = sum_i sum_j d1 exp(-d2/2 q_ij^T C_j q_ij), q_ij = T p_i - mu_j, for d1 < 0: what
-/// Magnusson (2009), Eq. 6.10, minimizes. Poses are relative to the map's origin (`to_local`),
-/// where their digits are not spent on a large translation.
+/// E(T) = sum_i sum_j d1 exp(-d2/2 q_ij^T C_j q_ij), q_ij = T p_i - mu_j, for d1 < 0: the function
+/// that Magnusson (2009), Eq. 6.10, minimizes. Poses are relative to the map's origin (`to_local`),
+/// so that no digits are lost to a large translation.
 ///
-/// Points are summed up in single precision by the kernel, in chunks, and the chunks in double
-/// precision in their order: the sums are the same for any number of threads. What a single point
-/// adds depends on the pose alone, not on the poses asked for before.
+/// The kernel sums points in single precision, in chunks; the chunks are summed in double
+/// precision, in their order. The sums are therefore the same for any number of threads. What a
+/// single point adds depends on the pose alone, not on earlier poses.
 class Objective {
  public:
-  /// @param evaluate  the kernel; all are equal to a relative 1e-5
+  /// @param evaluate  the kernel; all kernels agree to a relative 1e-5
   Objective(VoxelMap map, Neighbours neighbours, const NdtCoefficients& coefficients,
             kernel::Evaluate evaluate = kernel::fastest());
 
@@ -82,7 +83,7 @@ class Objective {
   [[nodiscard]] Pose to_local(Pose T_map_scan) const noexcept;
   [[nodiscard]] Pose to_map(Pose T_local_scan) const noexcept;
 
-  /// Readies a workspace for a scan; to be called before the two below.
+  /// Prepares a workspace for a scan. Call it before the two functions below.
   void begin(PointsView scan, Workspace& workspace) const;
 
   /// E and its analytic derivatives with respect to x = t + dt + exp([w]x) R p at dt = w = 0

@@ -34,7 +34,7 @@ class Lattice {
   bool exact_ = false;
 };
 
-/// For |x| < 2^63; std::floor is a call where there is no SSE 4.1.
+/// For |x| < 2^63; std::floor is a function call on processors without SSE 4.1.
 std::int64_t floor_of(double x) noexcept {
   const auto whole = static_cast<std::int64_t>(x);
   return whole - (static_cast<double>(whole) > x ? 1 : 0);
@@ -44,8 +44,8 @@ bool in_range(const Eigen::Vector3d& index) noexcept {
   return (index.array() >= 1.0).all() && (index.array() < double{kIndexEnd}).all();
 }
 
-/// Sums up points voxel by voxel. Looks up blocks of voxels: the table stays small, and points of a
-/// map mostly stay in a block.
+/// Sums up points voxel by voxel. It looks up blocks of voxels, because the table then stays small
+/// and consecutive points of a map mostly stay in one block.
 class Voxels {
  public:
   Voxels() { resize(kFirstCapacity); }
@@ -79,7 +79,7 @@ class Voxels {
     }
     return slots_[slot];
   }
-  /// A block's number; there is one more at its first point.
+  /// The number of a block; its first point creates it.
   [[nodiscard]] std::uint32_t block_of(std::uint64_t key) {
     Slot& slot = slot_for(key);
     if (slot.key == key) return slot.block;
@@ -121,7 +121,8 @@ Voxels sum_up(PointsView points, const Lattice& lattice, const Eigen::Vector3d& 
     const VoxelKey key = key_of_shifted(static_cast<std::uint32_t>(x + shift[0]),
                                         static_cast<std::uint32_t>(y + shift[1]),
                                         static_cast<std::uint32_t>(z + shift[2]));
-    // Also where the voxel is the last point's: whether it is cannot be predicted, and costs more.
+    // Also if the voxel is that of the last point: a branch for this case would be unpredictable
+    // and cost more.
     voxels[key].add(at.x() - (static_cast<double>(x) + 0.5),
                     at.y() - (static_cast<double>(y) + 0.5),
                     at.z() - (static_cast<double>(z) + 0.5));
@@ -201,7 +202,7 @@ VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_vo
                 .yz = f(g.yz)};
     zz_[i] = f(g.zz);
   }
-  // No exponential of this distance is more than 0, whatever d2.
+  // The exponential of this distance is 0, whatever d2.
   rows_.back() = {
       .mean = {1e15F, 0.0F, 0.0F}, .xx = 1.0F, .xy = 0.0F, .xz = 0.0F, .yy = 1.0F, .yz = 0.0F};
 

@@ -14,11 +14,11 @@
 
 namespace vantage::ndt {
 
-/// Names one voxel; neighbours lie close together (see key_of_shifted).
+/// The key of a voxel; keys of neighbours are close together (see key_of_shifted).
 using VoxelKey = std::uint64_t;
 inline constexpr VoxelKey kNoVoxel = ~VoxelKey{0};
 
-/// What decides which Gaussians a map has.
+/// The options that decide which Gaussians a map has.
 struct VoxelOptions {
   double resolution = 1.0;         ///< edge of a voxel [m], > 0
   std::uint32_t min_points = 6;    ///< a voxel with fewer has no Gaussian; >= 2
@@ -27,41 +27,41 @@ struct VoxelOptions {
   friend bool operator==(const VoxelOptions&, const VoxelOptions&) = default;
 };
 
-/// The map as one Gaussian a voxel.
+/// The map as one Gaussian per voxel.
 ///
 /// Voxels are anchored at the world's zero: a point belongs to voxel floor(p / resolution) in every
-/// map that holds it. They are counted from an origin near the map's centre, and a Gaussian's mean
-/// lies in its voxel: nothing is lost at UTM coordinates.
+/// map that contains it. Voxels are counted from an origin near the map's centre, and a Gaussian's
+/// mean lies in its voxel, so nothing is lost at UTM coordinates.
 /// Thread safety: immutable once built.
 class VoxelMap {
  public:
-  /// Gaussians come in the order of their voxels' keys, whatever the order of the points.
+  /// Gaussians are in the order of their voxels' keys, whatever the order of the points.
   /// Errors: `invalid_input` for no points, a non-finite coordinate, or an extent of more than
   /// about two million voxels along an axis; `too_few_matches` if no voxel holds enough points.
   [[nodiscard]] static Result<VoxelMap> build(PointsView map, const VoxelOptions& options);
 
-  /// From parts, checked before.
+  /// Makes a map from parts that were checked before.
   /// @param keys   ascending, one for each cell
   VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
            std::vector<VoxelKey> keys, std::vector<Cell> cells);
 
   [[nodiscard]] const VoxelOptions& options() const noexcept { return options_; }
-  /// The voxel that keys count from, whole numbers.
+  /// The voxel from which keys count, in whole numbers.
   [[nodiscard]] const Eigen::Vector3d& origin_voxel() const noexcept { return origin_voxel_; }
-  /// Its lower corner [m].
+  /// The lower corner of that voxel [m].
   [[nodiscard]] Point origin() const noexcept { return origin_voxel_ * options_.resolution; }
   [[nodiscard]] std::span<const VoxelKey> keys() const noexcept { return keys_; }
   [[nodiscard]] std::span<const Cell> cells() const noexcept { return cells_; }
-  /// Memory that it holds.
+  /// Memory that the map holds.
   [[nodiscard]] std::size_t bytes() const noexcept;
 
-  /// The voxel of a point in the map frame [m]; kNoVoxel where the map cannot reach.
+  /// The voxel of a point in the map frame [m]; kNoVoxel if the map cannot reach there.
   [[nodiscard]] VoxelKey key_of(const Point& p) const noexcept;
   /// Index of a voxel's Gaussian; kNoGaussian for a voxel without one.
   [[nodiscard]] std::uint32_t find(VoxelKey key) const noexcept {
     return gaussian_in(block_at(table(), key >> 6U), key & 63U);
   }
-  /// The lower corner of a voxel seen from origin(), in voxels.
+  /// The lower corner of a voxel relative to origin(), in voxels.
   [[nodiscard]] static Eigen::Vector3d corner_of(VoxelKey key) noexcept;
 
   [[nodiscard]] kernel::Map view() const noexcept;
@@ -75,7 +75,7 @@ class VoxelMap {
   Eigen::Vector3d origin_voxel_;
   std::vector<VoxelKey> keys_;
   std::vector<Cell> cells_;
-  // The same, as the kernel reads it.
+  // The same Gaussians in the form that the kernel reads.
   std::vector<Block> blocks_;
   std::uint32_t shift_ = 0;
   std::vector<kernel::Row> rows_;

@@ -18,10 +18,10 @@ using Eigen::Vector2d;
 using vantage::ErrorCode, vantage::fail, vantage::HalfOpenBox, vantage::PointsView, vantage::Result;
 
 constexpr std::size_t kMaxRegions = 1'000'000;
-constexpr std::size_t kMaxLabel = 200;  // of a Region; a path of cuts so long has run into a corner
+constexpr std::size_t kMaxLabel = 200;  // of a Region; a longer path of cuts ends in a corner
 constexpr auto kExact = std::numeric_limits<std::uint64_t>::max();
 
-/// A part of the plan and its points, whose order means nothing.
+/// A part of the plan and its points. The order of the points has no meaning.
 struct Cell {
   HalfOpenBox box;
   std::span<std::uint32_t> points;
@@ -39,7 +39,7 @@ struct TightBox {
   Vector2d min, max;
 };
 
-/// The map in plan. -0 becomes 0: they are one place, so a cut there must be one number.
+/// The map in plan view. -0 becomes 0: both are the same place, so a cut there must be one number.
 class Plan {
  public:
   explicit Plan(PointsView map) noexcept : map_(map) {}
@@ -64,14 +64,15 @@ class Plan {
   PointsView map_;
 };
 
-/// The whole map: half-open, so it ends one step beyond the greatest point.
+/// The box of the whole map. It is half-open, so it ends one step beyond the greatest point.
 HalfOpenBox box_of(const TightBox& tight) {
   return {tight.min, tight.max.unaryExpr([](double x) {
             return std::nextafter(x, std::numeric_limits<double>::infinity());
           })};
 }
 
-/// Where to cut between `min` and `max` > `min`; above `min`, so that neither side is empty.
+/// The coordinate of a cut between `min` and `max` > `min`. It is above `min`, so that neither side
+/// is empty.
 double middle_of(double min, double max) {
   const double middle = 0.5 * min + 0.5 * max;
   return min < middle && middle <= max ? middle : max;
@@ -84,7 +85,7 @@ std::string metres(double x) {
 }
 std::string place(const Vector2d& p) { return "(" + metres(p.x()) + ", " + metres(p.y()) + ")"; }
 
-/// Cuts regions in half until what can be observed in each fits the budget.
+/// Cuts regions in half until the observable points of each are within the budget.
 class Budget final : public vantage::Partitioner {
  public:
   struct Params {
@@ -143,7 +144,7 @@ class Budget final : public vantage::Partitioner {
     return vantage::Partition::from(std::move(regions));
   }
 
-  /// In the middle of the points' longer side, of the other one where that cannot be.
+  /// Cuts in the middle of the points' longer side, or of the other side if that is impossible.
   [[nodiscard]] std::optional<Pieces> cut(const Plan& plan, const Cell& cell) const {
     const TightBox tight = plan.tight_box_of(cell.points);
     const Vector2d size = tight.max - tight.min;

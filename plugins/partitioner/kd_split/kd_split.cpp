@@ -19,7 +19,7 @@ using vantage::ErrorCode, vantage::fail, vantage::HalfOpenBox, vantage::PointsVi
 constexpr std::size_t kMaxRegions = 1'000'000;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A part of the plan and its points, whose order means nothing.
+/// A part of the plan and its points. The order of the points has no meaning.
 struct Cell {
   HalfOpenBox box;
   std::span<Vector2d> points;
@@ -30,7 +30,8 @@ struct Pieces {
   Cell below, above;
 };
 
-/// The points in plan. -0 becomes 0: they are one place, so a cut there must be one number.
+/// The points in plan view. -0 becomes 0: both are the same place, so a cut there must be one
+/// number.
 std::vector<Vector2d> plan_of(PointsView map) {
   std::vector<Vector2d> plan;
   plan.reserve(map.size());
@@ -38,7 +39,7 @@ std::vector<Vector2d> plan_of(PointsView map) {
   return plan;
 }
 
-/// The tightest box that owns all points: half-open, so it ends one step beyond the greatest.
+/// The tightest box that owns all points. It is half-open, so it ends one step beyond the greatest.
 HalfOpenBox box_of(std::span<const Vector2d> points) {
   HalfOpenBox box{points.front(), points.front()};
   for (const Vector2d& p : points) {
@@ -49,14 +50,14 @@ HalfOpenBox box_of(std::span<const Vector2d> points) {
   return box;
 }
 
-/// The coordinate of a point that has points below it and halves the points best; none if all are
-/// equal. Reorders the points.
+/// The coordinate of a point that has points below it and divides the points most evenly; none if
+/// all coordinates are equal. Reorders the points.
 std::optional<double> median_cut(std::span<Vector2d> points, Eigen::Index axis) {
   const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
   std::nth_element(points.begin(), middle, points.end(),
                    [&](const Vector2d& a, const Vector2d& b) { return a[axis] < b[axis]; });
   const double median = (*middle)[axis];
-  // Equal coordinates stay together: the cut is at the median or at the next greater coordinate.
+  // Equal coordinates stay together, so the cut is at the median or at the next greater coordinate.
   const auto below = static_cast<std::size_t>(
       std::count_if(points.begin(), middle, [&](const Vector2d& p) { return p[axis] < median; }));
   double next = kInfinity;
@@ -75,7 +76,7 @@ std::optional<double> median_cut(std::span<Vector2d> points, Eigen::Index axis) 
   return points.size() - 2 * below <= 2 * below_next - points.size() ? median : next;
 }
 
-/// Median cuts until a cell holds few enough points.
+/// Median cuts until no cell holds more points than allowed.
 class KdSplit final : public vantage::Partitioner {
  public:
   struct Params {
@@ -106,7 +107,7 @@ class KdSplit final : public vantage::Partitioner {
   [[nodiscard]] Result<vantage::Partition> cells_of(PointsView map) const {
     VANTAGE_CHECK(vantage::check_points(map, "the map"));
     std::vector<Vector2d> plan = plan_of(map);
-    std::vector<Cell> open{{box_of(plan), plan, "cell"}};  // the next one last
+    std::vector<Cell> open{{box_of(plan), plan, "cell"}};  // the next one is last
     std::vector<vantage::Region> regions;
     while (!open.empty()) {
       Cell cell = std::move(open.back());
@@ -127,7 +128,7 @@ class KdSplit final : public vantage::Partitioner {
     return vantage::Partition::from(std::move(regions));
   }
 
-  /// None if the cell is small enough or cannot be cut.
+  /// No cut if the cell is small enough or cannot be cut.
   [[nodiscard]] std::optional<Pieces> cut(const Cell& cell) const {
     if (cell.points.size() <= params_.max_points) return std::nullopt;
     const Vector2d size = cell.box.max - cell.box.min;

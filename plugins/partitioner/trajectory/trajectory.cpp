@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using vantage::ErrorCode, vantage::fail, vantage::PointsView, vantage::Result;
 
-/// The path is walked in steps of this share of a segment.
+/// The path is divided into steps of this share of a segment.
 constexpr std::uint32_t kStepsPerSegment = 16;
 constexpr double kMaxSegments = 1'000'000;
 
@@ -30,8 +30,9 @@ double distance(const Vector2d& a, const Vector2d& b) noexcept {
   return std::hypot(b.x() - a.x(), b.y() - a.y());
 }
 
-/// The positions in plan view that are at least `spacing` from the one kept before, and the last:
-/// a vehicle that stands still, whatever its receiver says, drives nowhere.
+/// The positions in plan view that are at least `spacing` from the position kept before, and the
+/// last position. A vehicle that stands still goes nowhere, even if its receiver's noise says
+/// otherwise.
 std::vector<Vector2d> thinned(PointsView trajectory, double spacing) {
   std::vector<Vector2d> path{trajectory.front().head<2>()};
   for (const vantage::Point& p : trajectory) {
@@ -50,7 +51,7 @@ double length_of(const std::vector<Vector2d>& path) noexcept {
 
 /// A piece of the path.
 struct Step {
-  std::vector<Vector2d> corners;  // at least two, or one of a path that goes nowhere
+  std::vector<Vector2d> corners;  // at least two, or one for a path that goes nowhere
   Vector2d middle;
 };
 
@@ -78,14 +79,14 @@ std::vector<Step> steps_of(const std::vector<Vector2d>& path, double length) {
   return steps;
 }
 
-/// Finds the nearest of the steps that were put in within a radius.
+/// Finds the nearest of the inserted steps within a radius.
 class Driven {
  public:
   Driven(const std::vector<Step>& steps, double radius) : steps_(steps), radius_(radius) {}
 
   void insert(std::uint32_t step) { buckets_[bucket(steps_[step].middle)].push_back(step); }
 
-  /// @return  nearest within the radius, of two as near the earlier
+  /// @return  the nearest step within the radius; of two equally near, the earlier
   [[nodiscard]] std::optional<std::uint32_t> nearest(const Vector2d& p) const {
     std::optional<std::uint32_t> best;
     double least = radius_;
@@ -124,8 +125,8 @@ class Driven {
   std::unordered_map<Bucket, std::vector<std::uint32_t>, Hash> buckets_;
 };
 
-/// For each step, the step driven before whose place it is, if any. Path that lies less than a
-/// segment and two radii behind is no other place: it is where the vehicle comes from.
+/// For each step, the earlier step at the same place, if there is one. Path that lies less than a
+/// segment and two radii behind is not an earlier visit: the vehicle is just coming from there.
 std::vector<std::optional<std::uint32_t>> revisited(const std::vector<Step>& steps,
                                                     double step_length, double radius) {
   std::vector<std::optional<std::uint32_t>> twin(steps.size());
@@ -141,7 +142,7 @@ std::vector<std::optional<std::uint32_t>> revisited(const std::vector<Step>& ste
   return twin;
 }
 
-/// Which segment each step belongs to, and how many there are.
+/// The segment of each step, and the number of segments.
 struct Segments {
   std::vector<std::uint32_t> of_step;
   std::uint32_t count = 0;
@@ -162,7 +163,7 @@ Segments segments_of(const std::vector<std::optional<std::uint32_t>>& twin) {
     std::uint32_t pieces = (steps + kStepsPerSegment / 2) / kStepsPerSegment;
     std::uint32_t first = segments.count;
     if (pieces == 0) {
-      // Too short for a segment of its own: it belongs to what was driven on before.
+      // Too short for a segment of its own, so it belongs to the stretch driven before.
       pieces = 1;
       if (begin > 0) first = segments.of_step[begin - 1];
     }
@@ -175,7 +176,7 @@ Segments segments_of(const std::vector<std::optional<std::uint32_t>>& twin) {
   return segments;
 }
 
-/// The path where it was driven first. Later passes would blur the borders between segments.
+/// The path as it was first driven. Later passes would blur the borders between segments.
 std::vector<vantage::Seed> seeds_of(const std::vector<Step>& steps,
                                     const std::vector<std::optional<std::uint32_t>>& twin,
                                     const Segments& segments) {
@@ -201,7 +202,7 @@ std::vector<std::string> labels_of(std::uint32_t count) {
   return labels;
 }
 
-/// Segments of the driven path; the nearest one owns a place.
+/// Segments of the driven path; the nearest segment owns a place.
 class Trajectory final : public vantage::Partitioner {
  public:
   struct Params {

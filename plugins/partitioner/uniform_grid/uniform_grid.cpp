@@ -18,7 +18,7 @@ using vantage::ErrorCode, vantage::fail, vantage::PointsView, vantage::Result;
 constexpr double kMaxIndex = 0x1p31;
 constexpr std::size_t kMaxRegions = 1'000'000;
 
-/// Which cell: the i and j of G_ij. Sorted by rows: first j (y), then i (x).
+/// The i and j of G_ij. Sorted by rows: first j (y), then i (x).
 struct Cell {
   std::int64_t j, i;
   friend auto operator<=>(const Cell&, const Cell&) = default;
@@ -33,12 +33,12 @@ struct CellHash {
   }
 };
 
-/// One axis of the grid. A cell's upper edge and its neighbour's lower edge are one number.
+/// One axis of the grid. A cell's upper edge and its neighbour's lower edge are the same number.
 class Axis {
  public:
   Axis(double origin, double width) noexcept : origin_(origin), width_(width) {}
 
-  /// Where cell i begins; rounded once, so no compiler flag changes it.
+  /// Where cell i begins. Rounded only once, so no compiler flag changes it.
   [[nodiscard]] double edge(std::int64_t i) const noexcept {
     return std::fma(static_cast<double>(i), width_, origin_);
   }
@@ -46,7 +46,7 @@ class Axis {
   [[nodiscard]] double quotient(double x) const noexcept {
     return std::floor((x - origin_) / width_);
   }
-  /// The i with edge(i) <= x < edge(i + 1): the quotient rounds, the edges decide.
+  /// The i with edge(i) <= x < edge(i + 1). The quotient is rounded, so the edges decide.
   [[nodiscard]] std::int64_t cell_of(double x) const noexcept {
     auto i = static_cast<std::int64_t>(quotient(x));
     while (x < edge(i)) --i;

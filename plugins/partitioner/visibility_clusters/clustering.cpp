@@ -26,7 +26,7 @@ std::size_t common(const Voxels& a, const Voxels& b) {
   return count;
 }
 
-/// The names are nanoflann's.
+/// nanoflann prescribes the names.
 struct Places {
   std::span<const Vector2d> places;
 
@@ -86,7 +86,7 @@ class Grouping {
     Groups out;
     out.of_viewpoint.resize(groups_.size());
     for (std::uint32_t k = 0; k < groups_.size(); ++k) {
-      // A group is joined to one with a lower number, which is settled by now.
+      // A group joins one with a lower number, and that group's number is final by now.
       out.of_viewpoint[k] =
           groups_[k].joined_to == k ? out.count++ : out.of_viewpoint[groups_[k].joined_to];
     }
@@ -94,8 +94,8 @@ class Grouping {
   }
 
  private:
-  /// To a neighbouring group: the sum of the overlaps of all pairs of a viewpoint here and one
-  /// there.
+  /// A link to a neighbouring group: the sum of the overlaps of all pairs of a viewpoint in this
+  /// group and one in the other.
   struct Link {
     std::uint32_t group;
     double sum;
@@ -104,8 +104,8 @@ class Grouping {
     std::vector<std::uint32_t> members;
     std::vector<Link> links;  // by group
     Vector2d min, max;
-    std::uint32_t version;    // counts changes
-    std::uint32_t joined_to;  // itself while it stands
+    std::uint32_t version;    // counts changes of the group
+    std::uint32_t joined_to;  // the group itself as long as it exists
   };
   struct Candidate {
     double overlap;
@@ -124,7 +124,7 @@ class Grouping {
 
   [[nodiscard]] double sum_of_overlaps(std::uint32_t a, std::uint32_t b) const {
     const auto &here = groups_[a].members, &there = groups_[b].members;
-    std::vector<double> sums(here.size());  // summed in order afterwards, whoever computed them
+    std::vector<double> sums(here.size());  // computed in parallel and then summed in order
     tbb::parallel_for(std::size_t{0}, here.size(), [&](std::size_t k) {
       for (const std::uint32_t other : there) sums[k] += overlap(seen_[here[k]], seen_[other]);
     });
@@ -158,14 +158,14 @@ class Grouping {
     ++from.version;
     ++into.version;
     for (const Link& link : links) {
-      if (width(a, link.group) > limits_.max_width) continue;  // groups only grow: never again
+      if (width(a, link.group) > limits_.max_width) continue;  // groups only grow
       set_link(a, link);
       set_link(link.group, {a, link.sum});
       propose(a, link);
     }
   }
 
-  /// From a and b together to whoever is a neighbour of either.
+  /// The links from a and b together to every neighbour of either.
   [[nodiscard]] std::vector<Link> joined_links(std::uint32_t a, std::uint32_t b) const {
     std::vector<Link> links;
     auto x = groups_[a].links.begin(), y = groups_[b].links.begin();
@@ -210,14 +210,14 @@ std::vector<Neighbours> neighbours_of(std::span<const Vector2d> places, std::siz
   if (places.size() < 2) return {};
   const Places adaptor{places};
   const Tree tree(2, adaptor);
-  const std::size_t k = std::min(count + 1, places.size());  // a place finds itself too
+  const std::size_t k = std::min(count + 1, places.size());  // a place also finds itself
   std::vector<Neighbours> pairs;
   std::vector<std::uint32_t> indices(k);
   std::vector<double> squared(k);
   for (std::uint32_t here = 0; here < places.size(); ++here) {
     tree.knnSearch(places[here].data(), k, indices.data(), squared.data());
-    // A search by radius finds what is nearer than it, and which of several as near the search by
-    // number finds depends on the tree.
+    // A search by radius finds everything nearer than the radius. A search by number depends on the
+    // tree: of several equally near places, it finds any.
     const double radius = std::nextafter(squared.back(), std::numeric_limits<double>::infinity());
     std::vector<std::pair<std::uint32_t, double>> found;
     nanoflann::RadiusResultSet<double, std::uint32_t> within(radius, found);

@@ -22,21 +22,21 @@ using Eigen::Vector2d;
 using vantage::ErrorCode, vantage::fail, vantage::PointsView, vantage::Result;
 namespace clusters = vantage::visibility_clusters;
 
-constexpr std::size_t kNeighbours = 8;  // as many as a cell of a square grid has
+constexpr std::size_t kNeighbours = 8;  // the number of neighbours of a cell in a square grid
 
 std::string number(double x) {
   char text[32];
   return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
 }
 
-/// A viewpoint is a mean of points, and the last bits of a sum depend on its order: here they are
-/// dropped, so that the order of the map's points does not matter.
+/// Drops the last bits of a viewpoint. A viewpoint is a mean of points, and the last bits of a sum
+/// depend on the order of the points, which must not matter.
 vantage::Point rounded(const vantage::Point& viewpoint) {
   constexpr double kPerMetre = 0x1p20;
   return viewpoint.unaryExpr([](double x) { return std::nearbyint(x * kPerMetre) / kPerMetre; });
 }
 
-/// The viewpoints by y, then x, then z.
+/// The viewpoints sorted by y, then x, then z.
 Result<vantage::PointCloud> sorted_viewpoints(const vantage::MapSurvey& survey) {
   VANTAGE_TRY(vantage::PointCloud viewpoints, survey.viewpoints());
   if (viewpoints.empty()) {
@@ -52,7 +52,7 @@ Result<vantage::PointCloud> sorted_viewpoints(const vantage::MapSurvey& survey) 
   return viewpoints;
 }
 
-/// The voxel of every point of the map, as a number.
+/// The number of the voxel of every map point.
 Result<std::vector<std::uint32_t>> voxels_of(PointsView map, double size) {
   using Voxel = std::array<double, 3>;
   struct Hash {
@@ -102,7 +102,8 @@ Result<std::vector<clusters::Voxels>> seen_from(const vantage::PointCloud& viewp
     }
     std::sort(voxels.begin(), voxels.end());
     voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
-    seen[v] = clusters::Voxels(voxels.begin(), voxels.end());  // no larger than it must be
+    seen[v] = clusters::Voxels(voxels.begin(), voxels.end());  // copied, so that it uses no more
+                                                               // memory than needed
   });
   for (std::optional<vantage::Error>& error : errors) {
     if (error) return fail(std::move(*error));
@@ -120,7 +121,8 @@ std::vector<std::string> labels_of(std::uint32_t count) {
   return labels;
 }
 
-/// Groups of viewpoints that see alike; the nearest viewpoint's group owns a place.
+/// Groups of viewpoints that see similar parts of the map; the nearest viewpoint's group owns a
+/// place.
 class VisibilityClusters final : public vantage::Partitioner {
  public:
   struct Params {
@@ -165,7 +167,7 @@ class VisibilityClusters final : public vantage::Partitioner {
   [[nodiscard]] Result<vantage::Partition> groups(PointsView map,
                                                   const vantage::MapSurvey& survey) const {
     VANTAGE_CHECK(vantage::check_points(map, "the map"));
-    // What the last step will refuse is refused before anything is computed.
+    // What the last step would refuse is refused before the costly work.
     VANTAGE_CHECK(vantage::PlanRaster::over(vantage::bounds_of(map), params_.cell_size));
     VANTAGE_TRY(const vantage::PointCloud viewpoints, sorted_viewpoints(survey));
     VANTAGE_TRY(const auto voxels, voxels_of(map, params_.voxel_size));

@@ -31,7 +31,7 @@ class WholeMap final : public vantage::Partitioner {
       VANTAGE_CHECK(vantage::check_points(map, "the map"));
       const vantage::Bounds3 bounds = vantage::bounds_of(map);
       const Eigen::Vector2d margin = Eigen::Vector2d::Constant(params_.margin);
-      // The box is half-open: one step further, so that it owns the greatest point too.
+      // The box is half-open: it extends one step further, so that it also owns the greatest point.
       const Eigen::Vector2d max = (bounds.max.head<2>() + margin).unaryExpr([](double x) {
         return std::nextafter(x, std::numeric_limits<double>::infinity());
       });

@@ -18,7 +18,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- writing
 
-/// JSON has no infinity; numbers come out shortest and read back bit for bit.
+/// JSON has no infinity. Numbers are written in their shortest form and read back bit for bit.
 Json number(double x) {
   if (std::isinf(x)) return x < 0 ? "-inf" : "inf";
   return x;
@@ -59,7 +59,7 @@ std::string hexadecimal(std::uint64_t x) {
   return std::string(16 - length, '0') + std::string(text, length);
 }
 
-/// FNV-1a, 64 bit, of all that an index says but its checksum, whatever its layout.
+/// FNV-1a, 64 bit, of everything in an index except its checksum, whatever the layout.
 /// Precondition: valid UTF-8 throughout.
 std::uint64_t checksum_of(Json index) {
   index.erase(kChecksum);
@@ -350,7 +350,7 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
   if (!partition) return list.refuse(" are no partition: " + partition.error().message);
   index.map.partition = *std::move(partition);
 
-  // Last: what is wrong by itself has a message that says more.
+  // The checksum comes last, because a member that is wrong in itself has a message that says more.
   VANTAGE_TRY(const Node said, root[kChecksum]);
   VANTAGE_TRY(const std::uint64_t sum, checksum(said));
   if (sum != checksum_of(json)) {

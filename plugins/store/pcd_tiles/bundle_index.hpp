@@ -13,7 +13,7 @@ namespace vantage::pcd_tiles {
 
 inline constexpr std::string_view kFormat = "vantage pcd_tiles";
 inline constexpr std::uint64_t kVersion = 3;
-inline constexpr std::uint64_t kVersionWithViews = 4;  ///< where a region has views
+inline constexpr std::uint64_t kVersionWithViews = 4;  ///< if a region has view counts
 
 /// FNV-1a, 64 bit.
 class Checksum {
@@ -34,17 +34,16 @@ struct BundleIndex {
 /// `<label>.pcd`.
 [[nodiscard]] std::string tile_name(const Region& region);
 
-/// Whether `to_json` can write such an index. Errors: `invalid_input` for a config that is not
-/// UTF-8 and for NaN.
+/// Whether `to_json` can write this index. Errors: `invalid_input` for a config that is not UTF-8
+/// and for NaN.
 [[nodiscard]] Result<void> check_writable(const MapIndex& index);
 
 /// Errors: those of `check_writable`.
 [[nodiscard]] Result<std::string> to_json(const BundleIndex& index);
 
-/// Errors: `corrupt_data` at the line of a syntax error, for another version, or with the name of
-/// the member that is missing, of another type, or contradicts the rest, or because the checksum
-/// does.
-/// @param file  what error messages call it
+/// Errors: `corrupt_data` at the line of a syntax error; for another version; with the name of a
+/// member that is missing, has another type, or contradicts the rest; for a wrong checksum.
+/// @param file  the file's name in error messages
 [[nodiscard]] Result<BundleIndex> from_json(std::string_view text, const std::string& file);
 
 }  // namespace vantage::pcd_tiles

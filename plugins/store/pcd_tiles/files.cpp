@@ -96,7 +96,7 @@ Result<void> flush_folder(const std::filesystem::path& folder) {
 
 Result<void> rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
   int result = ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE);
-  // A plain rename would replace an empty folder, never one with something in it.
+  // A plain rename would replace an empty folder, but never a folder with content.
   if (result != 0 && not_supported(errno)) result = ::rename(from.c_str(), to.c_str());
   if (result == 0) return {};
   const int reason = errno;

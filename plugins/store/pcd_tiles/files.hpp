@@ -28,14 +28,14 @@ class Descriptor {
   int fd_;
 };
 
-/// `io_failure` at `path`, with the system's reason.
+/// An `io_failure` at `path`, with the system's reason.
 [[nodiscard]] tl::unexpected<Error> system_error(const std::filesystem::path& path,
                                                  const std::string& what, int error_number);
 
-/// Errors: `not_found`; `io_failure`, also for what is no regular file.
+/// Errors: `not_found`; `io_failure`, also for something that is not a regular file.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path);
 
-/// A file that is created or replaced, and removed again unless it was written whole.
+/// A file that is created or replaced. It is removed again unless it was written completely.
 class OutputFile {
  public:
   /// Errors: `io_failure`.
@@ -47,7 +47,7 @@ class OutputFile {
 
   /// Errors: `io_failure`.
   [[nodiscard]] Result<void> write(std::string_view content) const;
-  /// That was all: the file stays.
+  /// Keeps the file, which is now complete.
   void keep() noexcept { path_.clear(); }
 
  private:
@@ -61,12 +61,12 @@ class OutputFile {
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);
 
-/// Errors: `already_exists` if `to` is there; `io_failure`.
+/// Errors: `already_exists` if `to` exists; `io_failure`.
 [[nodiscard]] Result<void> rename_to_new(const std::filesystem::path& from,
                                          const std::filesystem::path& to);
 
-/// Two folders change names, in one step where the file system can. Errors: `io_failure`; then both
-/// are as they were.
+/// Exchanges the names of two folders, in one step if the file system can do so. Errors:
+/// `io_failure`; both folders are then unchanged.
 [[nodiscard]] Result<void> exchange(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace vantage::pcd_tiles

@@ -56,8 +56,8 @@ Result<std::vector<std::string>> names_in(const fs::path& folder) {
   return names;
 }
 
-/// Removes files and their folder, never what is below it; `last` says what this folder is, so it
-/// goes last: a removal that is cut off can be taken up again.
+/// Removes files and their folder, but nothing below it. `last` is the file that identifies the
+/// folder. It is removed last, so that an interrupted removal can be continued.
 Result<void> remove_files(const fs::path& folder, std::vector<std::string> names) {
   std::stable_partition(names.begin(), names.end(),
                         [](const std::string& name) { return name != kIndex && name != kMarker; });
@@ -71,8 +71,8 @@ Result<void> remove_files(const fs::path& folder, std::vector<std::string> names
   return {};
 }
 
-/// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is anything
-/// but a whole bundle, or holds a file that is not the bundle's.
+/// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is not a
+/// complete bundle, or holds a file that does not belong to the bundle.
 Result<std::vector<std::string>> files_of_bundle(const fs::path& folder) {
   const auto keep = [&](const std::string& reason) {
     return fail(ErrorCode::already_exists,
@@ -94,11 +94,12 @@ Result<std::vector<std::string>> files_of_bundle(const fs::path& folder) {
   return names;
 }
 
-/// The folder that a bundle is written into: created, locked, and removed again unless it is kept.
+/// The folder that a bundle is written into. It is created, locked, and removed again unless it is
+/// kept.
 class PartialFolder {
  public:
-  /// Errors: `already_exists` if another process writes there, or if the folder is not the remains
-  /// of one that did; `io_failure`.
+  /// Errors: `already_exists` if another process writes there, or if the folder is not what such a
+  /// process left behind; `io_failure`.
   [[nodiscard]] static Result<PartialFolder> create(const fs::path& path) {
     if (there(path)) VANTAGE_CHECK(remove_stale(path));
     PartialFolder folder;
@@ -133,7 +134,7 @@ class PartialFolder {
       for (auto parent = parents_.rbegin(); parent != parents_.rend(); ++parent) {
         ::rmdir(parent->c_str());
       }
-    } catch (...) {  // nothing more can be done in a destructor
+    } catch (...) {  // a destructor can do nothing more
     }
   }
 
@@ -146,7 +147,8 @@ class PartialFolder {
     return {};
   }
   [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, const RegionMap& map) {
-    std::optional<OutputFile> file;  // from the first byte on: nothing for a map that is refused
+    std::optional<OutputFile> file;  // opened at the first byte, so that a refused map leaves no
+                                     // file
     VANTAGE_TRY(const TileInfo info, encode(map, [&](std::string_view bytes) -> Result<void> {
                   if (!file) {
                     VANTAGE_TRY(OutputFile created, create_file(name));
@@ -157,7 +159,7 @@ class PartialFolder {
     file->keep();
     return info;
   }
-  /// The index gets its name only when all is on the disk.
+  /// Gives the index its name only when everything is on the disk.
   [[nodiscard]] Result<void> finish(std::string_view index) {
     VANTAGE_CHECK(write(kNewIndex, index));
     VANTAGE_CHECK(flush_folder(path_));
@@ -170,7 +172,7 @@ class PartialFolder {
     }
     return {};
   }
-  /// The folder has got its final name: it is no longer ours to remove.
+  /// The folder has its final name, so this object no longer removes it.
   void release() noexcept {
     path_.clear();
     parents_.clear();
@@ -195,7 +197,8 @@ class PartialFolder {
     return file;
   }
 
-  /// What a killed run has left: marked as such, or a bundle that was about to get its name.
+  /// Removes what a killed run left behind: a folder marked as such, or a bundle that was about to
+  /// get its name.
   [[nodiscard]] static Result<void> remove_stale(const fs::path& path) {
     const auto keep = [&](const std::string& reason) {
       return fail(
@@ -249,7 +252,7 @@ struct Writing {
   std::vector<bool> done;  // by RegionId
 };
 
-/// An index that has been read, and of which file it was.
+/// An index that was read, and the identity of its file.
 struct CachedIndex {
   dev_t device{};
   ino_t inode{};
@@ -264,7 +267,7 @@ struct CachedIndex {
   }
 };
 
-/// One PCD file a region, and an index.
+/// One PCD file per region, and an index.
 class PcdTiles final : public MapStore {
  public:
   struct Params {
@@ -305,7 +308,7 @@ class PcdTiles final : public MapStore {
       }
       VANTAGE_CHECK(check_writable(index));
 
-      // Behind a symbolic link the folder itself is replaced, not the link.
+      // Behind a symbolic link, the folder itself is replaced, not the link.
       std::error_code error;
       fs::path root = fs::weakly_canonical(root_, error);
       if (error) return system_error(root_, "the path cannot be resolved", error.value());
@@ -362,7 +365,7 @@ class PcdTiles final : public MapStore {
         VANTAGE_CHECK(exchange(partial, root));
         writing_->folder.release();
         writing_.reset();
-        // The new bundle stands; what cannot be removed of the old one is not its failure.
+        // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
         (void)remove_files(partial, replaced);
         return {};
       }
@@ -404,7 +407,7 @@ class PcdTiles final : public MapStore {
                 at(root_));
   }
 
-  /// Whether a bundle may be put at a place. Errors: `already_exists`.
+  /// Whether a bundle may be written to a place. Errors: `already_exists`.
   [[nodiscard]] Result<void> may_write(const fs::path& root) const {
     if (!there(root)) return {};
     VANTAGE_CHECK(files_of_bundle(root));

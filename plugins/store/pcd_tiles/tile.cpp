@@ -37,8 +37,9 @@ std::string header(const TileInfo& info) {
 
 constexpr std::uint64_t kEmptyChecksum = 0xcbf29ce484222325U;
 
-/// Every step is a bijection of the state and of the word: no single wrong word goes unseen.
-/// @param data  goes on where the data that `hash` is of ended
+/// Every step is a bijection of the state and of the word, so a single wrong word is always
+/// detected.
+/// @param data  continues where the data of `hash` ended
 std::uint64_t checksum_of(std::string_view data, std::uint64_t hash = kEmptyChecksum) noexcept {
   for (std::size_t i = 0; i + 4 <= data.size(); i += 4) {
     std::uint32_t word = 0;
@@ -48,7 +49,7 @@ std::uint64_t checksum_of(std::string_view data, std::uint64_t hash = kEmptyChec
   return hash;
 }
 
-/// How far points reach from an origin along an axis, at most [m].
+/// The largest distance of a point from an origin along an axis [m].
 double reach_of(PointsView points, const Point& origin) {
   if (points.empty()) return 0.0;
   const Bounds3 bounds = bounds_of(points);
@@ -66,7 +67,7 @@ Result<Point> origin_of(const RegionMap& map) {
   const PointsView centred = map.points.empty() ? map.viewpoints : map.points;
   if (centred.empty()) return Point(Point::Zero());
   const Bounds3 bounds = bounds_of(centred);
-  // Whole metres: the same origin comes out of every compiler, and it is short to read.
+  // Whole metres: every compiler computes the same origin, and its text is short.
   const Point origin = (0.5 * bounds.min + 0.5 * bounds.max).array().round() + 0.0;
   const double reach = std::max(reach_of(map.points, origin), reach_of(map.viewpoints, origin));
   if (!(reach <= static_cast<double>(std::numeric_limits<float>::max()))) {
@@ -78,10 +79,10 @@ Result<Point> origin_of(const RegionMap& map) {
 
 constexpr std::size_t kWord = 4;  // [bytes]
 
-/// Up to the next whole word.
+/// Rounds up to the next whole word.
 std::uint64_t padded(std::uint64_t bytes) { return (bytes + kWord - 1) / kWord * kWord; }
 
-/// Of the points, with their views.
+/// The size of the points, with their view counts.
 std::uint64_t points_size(const TileInfo& info) {
   return info.points * (sizeof(Coordinates) + (info.max_views > 0 ? sizeof(std::uint32_t) : 0));
 }
@@ -90,7 +91,7 @@ std::uint64_t data_size(const TileInfo& info) {
   return points_size(info) + info.viewpoints * sizeof(Coordinates) + padded(info.prepared_bytes);
 }
 
-/// Passes data on, in whole words, and sums them up.
+/// Passes data on in whole words, and computes their checksum.
 class SummedSink {
  public:
   explicit SummedSink(const Sink& sink) : sink_(sink) {}
@@ -99,7 +100,7 @@ class SummedSink {
     checksum_ = checksum_of(words, checksum_);
     return sink_(words);
   }
-  /// @param views  of each point, or none
+  /// @param views  one count per point, or none
   [[nodiscard]] Result<void> write(PointsView points, const Point& origin,
                                    std::span<const std::uint32_t> views = {}) {
     constexpr std::size_t kBlock = 16'384;  // [points]
@@ -134,8 +135,8 @@ class SummedSink {
   std::uint64_t checksum_ = kEmptyChecksum;
 };
 
-/// @param data   of at least so many points
-/// @param views  gets one for each point that it has room for, from between the points
+/// @param data   of at least `count` points
+/// @param views  receives as many view counts as it has room for, from between the points
 PointCloud points_in(std::string_view data, std::uint64_t count, const Point& origin,
                      std::span<std::uint32_t> views = {}) {
   PointCloud points(count);

@@ -11,7 +11,7 @@
 
 namespace vantage::pcd_tiles {
 
-/// What the index keeps of one file.
+/// What the index says about one file.
 struct TileInfo {
   std::uint64_t points = 0;
   std::uint64_t viewpoints = 0;
@@ -20,7 +20,7 @@ struct TileInfo {
   Point origin = Point::Zero();      ///< map frame [m]; the file holds coordinates relative to it
   std::uint64_t bytes = 0;           ///< of the whole file
   std::uint64_t checksum = 0;        ///< FNV-1a, 64 bit, over the 32-bit words after the header
-  std::uint32_t max_views = 0;       ///< 0: the points have no views
+  std::uint32_t max_views = 0;       ///< 0: the points have no view counts
 
   [[nodiscard]] RegionSummary summary() const noexcept {
     return {.points = points,
@@ -31,26 +31,27 @@ struct TileInfo {
   }
 };
 
-inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;         ///< and viewpoints
+inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;         ///< the limit for
+                                                                             ///< viewpoints, too
 inline constexpr std::uint64_t kMaxPreparedBytes = std::uint64_t{1} << 50U;  ///< of a region
 
 /// Takes the next bytes of a file.
 using Sink = std::function<Result<void>(std::string_view)>;
 
-/// Writes a binary PCD v0.7 of the points, x y z float32, then views uint32 if the map has any,
-/// little endian, and behind its data the viewpoints, x y z, and the prepared bytes, filled up with
-/// zeros to whole words. In blocks: the file is never in memory as a whole.
+/// Writes a binary PCD v0.7 of the points, x y z float32, then views uint32 if the map has view
+/// counts, little endian. Behind the PCD data come the viewpoints, x y z, and the prepared bytes,
+/// filled up with zeros to whole words. Works in blocks: the whole file is never in memory.
 /// Errors: `invalid_input`, before anything is written, for a coordinate that is not finite or too
-/// far from the others for float32, for views that are not one for each point or 0, and for
+/// far from the others for float32, for view counts that are 0 or not one per point, and for
 /// elements without bytes; those of the sink.
 [[nodiscard]] Result<TileInfo> encode(const RegionMap& map, const Sink& sink);
 
-/// Every byte is checked. Errors: `corrupt_data` for a content that is not what `info` says of it.
-/// @param file  what error messages call it
+/// Checks every byte. Errors: `corrupt_data` for content that does not agree with `info`.
+/// @param file  the file's name in error messages
 [[nodiscard]] Result<RegionMap> decode(std::string_view content, const TileInfo& info,
                                        const std::string& file);
 
-/// What `encode` would make of a map of such counts and origin.
+/// The size of the file that `encode` would make for a map with these counts and this origin.
 /// Precondition: the counts are not above the limits.
 [[nodiscard]] std::uint64_t file_size(const TileInfo& info);
 

@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 bool is_white(char c) noexcept { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
-/// Takes what is expected, in order. After the first surprise all of it fails.
+/// Takes expected tokens in order. After the first unexpected token, every call fails.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) noexcept : text_(text) {}
@@ -23,7 +23,7 @@ class Scanner {
   [[nodiscard]] std::size_t offset() const noexcept { return at_; }
   void refuse() noexcept { ok_ = false; }
 
-  /// Whether the next token is this one; takes it if so.
+  /// Whether the next token is this one; takes it if it is.
   bool take_if(std::string_view token) noexcept {
     skip_white();
     if (!ok_ || !text_.substr(at_).starts_with(token)) return false;
@@ -43,7 +43,7 @@ class Scanner {
     take(",");
     key(quoted);
   }
-  /// Whether a list goes on; takes the comma if so and the end of the list if not.
+  /// Whether a list continues: takes the comma if it does, and the end of the list if it does not.
   bool more() noexcept {
     if (take_if(",")) return true;
     take("]");
@@ -87,7 +87,7 @@ class Scanner {
     if (inside.find('\\') != std::string_view::npos) refuse();
     return ok_ ? inside : std::string_view{};
   }
-  /// What is between the quotes of a string, escapes as they are.
+  /// The text between the quotes of a string, with its escapes unchanged.
   std::string_view quoted() noexcept {
     take("\"");
     const std::size_t begin = at_;
@@ -107,7 +107,7 @@ class Scanner {
   void skip_white() noexcept {
     while (at_ < text_.size() && is_white(text_[at_])) ++at_;
   }
-  /// As JSON spells numbers, as far as a build writes them.
+  /// A number as JSON writes it, limited to the forms that a build writes.
   template <class Number>
   Number plain_number() noexcept {
     skip_white();
@@ -212,7 +212,8 @@ Region region(Scanner& scan, TileInfo& tile) {
   return result;
 }
 
-/// Of the text without the white space between its tokens, and an object's end behind it.
+/// The checksum of the text without the white space between its tokens, followed by the end of an
+/// object.
 std::uint64_t checksum_of(std::string_view text) noexcept {
   Checksum sum;
   bool in_string = false;

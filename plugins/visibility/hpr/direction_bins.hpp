@@ -7,9 +7,9 @@
 
 namespace vantage::hpr {
 
-/// Directions sorted into the cells of a cube about the viewpoint: six faces of n x n cells, n a
-/// power of two. Bins are numbered row by row in alternating sense, so that consecutive numbers are
-/// mostly neighbours.
+/// Directions sorted into the cells of a cube around the viewpoint: six faces of n x n cells, where
+/// n is a power of two. Bins are numbered row by row in alternating directions, so that consecutive
+/// numbers are mostly neighbours.
 class DirectionBins {
  public:
   /// @param edge  n, a power of two
@@ -18,7 +18,7 @@ class DirectionBins {
   [[nodiscard]] constexpr std::uint32_t edge() const { return edge_; }
   [[nodiscard]] constexpr std::uint32_t size() const { return 6 * edge_ * edge_; }
 
-  /// Bins of 2^shift x 2^shift cells, and the one that holds a bin.
+  /// The same with bins of 2^shift x 2^shift cells.
   [[nodiscard]] constexpr DirectionBins coarser(int shift) const {
     return DirectionBins(edge_ >> shift);
   }
@@ -40,7 +40,7 @@ class DirectionBins {
             .column = half + p[first_across(axis)] * scale,
             .row = half + p[second_across(axis)] * scale};
   }
-  /// The direction of a place, also of one beyond the face's edges; not of unit length.
+  /// The direction of a place, which may lie beyond the face's edges; not of unit length.
   [[nodiscard]] Eigen::Vector3d direction_of(const Place& place) const {
     const int axis = static_cast<int>(place.face / 2);
     const double width = 2.0 / edge_;
@@ -59,7 +59,8 @@ class DirectionBins {
     return number_of({place.face, column, row});
   }
 
-  /// Where a bin is among the 4^shift that `coarser_bin` joins, row by row in alternating sense.
+  /// The place of a bin among the 4^shift bins that `coarser_bin` joins, row by row in alternating
+  /// directions.
   [[nodiscard]] constexpr std::uint32_t place_in_coarser(std::uint32_t bin, int shift) const {
     const Cell cell = cell_of(bin);
     const std::uint32_t width = 1U << shift, row = cell.row % width, column = cell.column % width;

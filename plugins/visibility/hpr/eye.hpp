@@ -10,8 +10,8 @@
 
 namespace vantage::hpr {
 
-/// A viewpoint and what it makes of points (Eqs. 7-8). Everything that turns a point goes through
-/// here, so that a point's p* is the same number wherever it is needed.
+/// A viewpoint and how it transforms points (Eqs. 7-8). Every transformation of a point goes
+/// through this class, so that a point's p* is the same number everywhere.
 class Eye {
  public:
   Eye() = default;
@@ -26,22 +26,23 @@ class Eye {
   /// p~ of Eq. 7.
   [[nodiscard]] Point relative(const Point& p) const { return p - viewpoint_; }
 
-  /// Whether a point at that squared distance is neither at the viewpoint nor out of range.
+  /// Whether a point at that squared distance is in range and not at the viewpoint.
   [[nodiscard]] bool takes_part(double squared_distance) const {
     return squared_distance > kAtViewpoint * kAtViewpoint && squared_distance <= max_squared_;
   }
 
-  /// |p*| of a point at that distance; the inversion for R = 1 m, for all R only scale it.
+  /// |p*| of a point at that distance. For the inversion, R = 1 m, because R only scales all
+  /// points.
   [[nodiscard]] double turned_length(double distance) const {
     return settings_.kernel == Kernel::spherical_flip ? 2.0 * settings_.radius - distance
                                                       : 1.0 / distance;
   }
-  /// The distance of a point whose |p*| is that; the inverse of `turned_length`.
+  /// The distance of a point with that |p*|; the inverse of `turned_length`.
   [[nodiscard]] double distance_turned_to(double length) const {
     return settings_.kernel == Kernel::spherical_flip ? 2.0 * settings_.radius - length
                                                       : 1.0 / length;
   }
-  /// p* of p~ at that distance.
+  /// p* of a point p~ at that distance.
   [[nodiscard]] Point turned(const Point& relative, double distance) const {
     return (turned_length(distance) / distance) * relative;
   }
@@ -50,7 +51,7 @@ class Eye {
     return turned(r, r.norm());
   }
 
-  /// What is closer is at the viewpoint [m].
+  /// A closer point is at the viewpoint [m].
   static constexpr double kAtViewpoint = 1e-30;
 
  private:

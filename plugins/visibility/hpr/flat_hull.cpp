@@ -35,7 +35,8 @@ std::vector<std::size_t> ends_of_line(std::span<const Point> points) {
 
 std::vector<std::size_t> flat_hull_vertices(std::span<const Point> points) {
   if (points.empty()) return {};
-  // Leaving out an axis keeps the other coordinates as they are; it must not be one in the plane.
+  // Leaving out an axis keeps the other coordinates as they are; the plane must not be parallel to
+  // that axis.
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Eigen::Vector2d zero = Eigen::Vector2d::Zero(), a = without(axis, points.front());
     const bool edge_on = std::all_of(points.begin(), points.end(), [&](const Point& p) {
@@ -56,7 +57,8 @@ std::vector<std::size_t> flat_hull_vertices(std::span<const Point> points) {
                             [&](std::size_t i, std::size_t j) { return plane[i] == plane[j]; }),
                 order.end());
     std::vector<Eigen::Vector2d> corners;
-    const auto half = [&](auto begin, auto end) {  // of the hull: the chain that turns left
+    const auto half = [&](auto begin, auto end) {  // one half of the hull: the chain that turns
+                                                   // left
       std::vector<std::size_t> chain;
       for (auto k = begin; k != end; ++k) {
         while (chain.size() >= 2 &&

@@ -18,22 +18,23 @@
 namespace vantage::hpr {
 namespace {
 
-// Viewpoints that one thread visits in a row: what occludes from one helps at the next.
+// The number of viewpoints that one thread visits in a row: what occludes from one helps at the
+// next.
 constexpr std::size_t kTour = 128;
 
-// One viewpoint in so many is visited first, to see most of what its neighbours see.
+// One viewpoint of this many is visited first, to see most of what its neighbours see.
 constexpr std::size_t kScouts = 12;
 constexpr std::size_t kScoutsTour = 16;
 
-// The whole hull is the faster way to what one viewpoint adds while that is more than such a part
-// of what all see.
+// Computing the whole hull is faster as long as one viewpoint adds more than one part in this many
+// of what all viewpoints see.
 constexpr std::size_t kMuch = 32;
 
-// Sights are kept for the next call unless this one had so many viewpoints: then beginning anew is
-// nothing, but their memory is something.
+// Sights are kept for the next call, unless this call had this many viewpoints. In such a call,
+// starting again costs almost nothing, while the memory of the sights matters.
 constexpr std::size_t kLongCall = 512;
 
-// The place of a cell of a 2^16 x 2^16 grid along a Hilbert curve: cells with close numbers are
+// The number of a cell of a 2^16 x 2^16 grid along a Hilbert curve: cells with close numbers are
 // close to each other.
 std::uint32_t hilbert_number(std::uint32_t x, std::uint32_t y) {
   std::uint32_t number = 0;
@@ -51,7 +52,7 @@ std::uint32_t hilbert_number(std::uint32_t x, std::uint32_t y) {
   return number;
 }
 
-// The viewpoints in an order in which each is near the one before.
+// The viewpoints in an order in which each is near the one before it.
 PointCloud along_a_curve(std::span<const Point> viewpoints) {
   const Bounds3 bounds = bounds_of(viewpoints);
   const double extent = (bounds.max - bounds.min).head<2>().maxCoeff();
@@ -134,7 +135,7 @@ class HiddenPointRemoval::LentSight {
     if (sight_ != nullptr) return;
     sight_ = std::make_unique<Sight>(owner.octree_, owner.settings_);
     const std::scoped_lock lock(owner.mutex_);
-    owner.idle_.reserve(++owner.sights_);  // giving back needs no memory
+    owner.idle_.reserve(++owner.sights_);  // so that giving a sight back needs no memory
   }
   ~LentSight() {
     const std::scoped_lock lock(owner_.mutex_);

@@ -18,7 +18,8 @@ using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, v
 using vantage::hpr::Kernel;
 
 constexpr double kDefaultAlpha = 100.0;  // Sec. 3.2.2
-constexpr double kMaxRadius = 1e12;      // [m]; 2R - |p| is then rounded to 0.1 mm
+constexpr double kMaxRadius = 1e12;      // [m]; with a larger R, 2R - |p| is rounded to more than
+                                         // 0.1 mm
 
 class Scene final : public VisibilityScene {
  public:
@@ -107,7 +108,7 @@ class HiddenPointRemoval final : public VisibilityOperator {
       VANTAGE_CHECK(check_map(map, limits));
       const double diagonal = limits.map_bounds.diagonal();
       const double radius = radius_for(diagonal);
-      // No point of the map is farther from a viewpoint within its bounds than the diagonal.
+      // No point of the map is farther than the diagonal from a viewpoint within the map's bounds.
       const double reach = std::min(diagonal, limits.max_range);
       if (params_.kernel == Kernel::spherical_flip && !(radius >= reach && radius <= kMaxRadius)) {
         return fail(

@@ -14,8 +14,8 @@ Eigen::Vector3d OcclusionMap::direction_beside(std::uint32_t tile, int columns, 
                               .row = static_cast<int>(cell.row) + rows + 0.5});
 }
 
-// A cell's points up to a length, less what the chord between the corners leaves out, are inside if
-// its corners at that length are.
+// A cell's points are inside up to a length if the cell's corners at that length are inside; the
+// length is shortened by what the chord between the corners cuts off.
 void OcclusionMap::fill(std::uint32_t number, const Eye& eye, StarHull& hull) {
   constexpr int kEdge = 1 << (kFinest - kCoarsest);  // cells
   constexpr double kWidth = 2.0 / (1 << kFinest);
@@ -48,7 +48,7 @@ void OcclusionMap::fill(std::uint32_t number, const Eye& eye, StarHull& hull) {
                                                reach[row + 1][column], reach[row + 1][column + 1]});
       const double beyond = length > 0.0 ? eye.distance_turned_to((1.0 - 1e-12) * length)
                                          : std::numeric_limits<double>::infinity();
-      *out++ = std::max(std::numeric_limits<float>::min(),  // what is smaller loses digits
+      *out++ = std::max(std::numeric_limits<float>::min(),  // smaller numbers lose digits
                         static_cast<float>((1.0 + 1e-6) * beyond * beyond));
     }
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kBits = 21;  // of a cell's number along an axis
 
-// The lower 21 bits of x, two zero bits between each.
+// The lower 21 bits of x, with two zero bits between each.
 std::uint64_t spread(std::uint64_t x) {
   x &= 0x1f'ffffU;
   x = (x | x << 32U) & 0x1f'0000'0000'ffffU;
@@ -60,7 +60,8 @@ PointOctree::PointOctree(PointsView map) {
   tbb::parallel_for(std::size_t{0}, map.size(),
                     [&](std::size_t k) { points_[k] = map[map_index_[k]]; });
 
-  // Children come after their parents, so backwards every child's box is there before it is needed.
+  // Children come after their parents. In backward order, every child's box exists before its
+  // parent needs it.
   for (std::size_t k = nodes_.size(); k-- > 0;) {
     Node& node = nodes_[k];
     if (node.is_leaf()) {
@@ -92,9 +93,9 @@ void PointOctree::split(Index parent, std::span<const Entry> entries, int shift)
   const Index first = nodes_[parent].first, last = nodes_[parent].last;
   if (last - first <= kLeafSize) return;
   const auto octant = [&](Index k) { return (entries[k].key >> shift) & 7U; };
-  // Octants that hold everything are passed over.
+  // Skips octants that hold everything.
   while (shift >= 0 && octant(first) == octant(last - 1)) shift -= 3;
-  if (shift < 0) return;  // all in one cell: a leaf, however many they are
+  if (shift < 0) return;  // all in one cell: a leaf, however many points there are
   const auto children_first = static_cast<Index>(nodes_.size());
   for (Index begin = first; begin < last;) {
     const auto beyond = std::partition_point(

@@ -9,17 +9,18 @@
 
 namespace vantage::hpr {
 
-/// The points of a map in the order of an octree's leaves, and the boxes around them. A point is
-/// spoken of by its place in that order, its `position`.
+/// The points of a map in the order of an octree's leaves, and the boxes around them. The place of
+/// a point in that order is called its `position`.
 class PointOctree {
  public:
   using Index = std::uint32_t;
   static constexpr Index kNone = 0xffff'ffffU;
   static constexpr Index kLeafSize =
-      96;  ///< more only where so many are in one cell of 2^-21 of the map
+      96;  ///< more only if so many points are in one cell of 2^-21 of the map
 
   struct Node {
-    Eigen::Vector3f min = Eigen::Vector3f::Zero();  ///< of the box around the points, from `origin`
+    Eigen::Vector3f min = Eigen::Vector3f::Zero();  ///< of the box around the points, relative to
+                                                    ///< `origin`
     Eigen::Vector3f max = Eigen::Vector3f::Zero();  ///< [m]; both rounded outward
     Index first = 0, last = 0;                      ///< positions [first, last)
     Index children_first = 0, children_last = 0;    ///< nodes; none for a leaf
@@ -35,7 +36,7 @@ class PointOctree {
   [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }  ///< [0] is the root
   [[nodiscard]] std::span<const Point> points() const { return points_; }
   [[nodiscard]] const Point& origin() const { return origin_; }
-  /// Where the point at that position is in the map.
+  /// The index in the map of the point at that position.
   [[nodiscard]] Index map_index(Index position) const { return map_index_[position]; }
 
  private:

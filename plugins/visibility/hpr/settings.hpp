@@ -8,7 +8,7 @@
 
 namespace vantage::hpr {
 
-/// How a point p, seen from the viewpoint, is turned inside out.
+/// How a point p, relative to the viewpoint, is turned inside out.
 enum class Kernel : std::uint8_t {
   spherical_flip,  ///< p + 2 (R - |p|) p / |p| (Katz, Tal, Basri 2007)
   inversion,       ///< R^2 / |p|^2 p (Eq. 8 as printed)
@@ -22,7 +22,8 @@ constexpr auto enum_names(Kernel) {
 
 struct Settings {
   Kernel kernel = Kernel::spherical_flip;
-  double radius = 0.0;  ///< R [m]; only the flip depends on it: under inversion it scales the hull
+  double radius = 0.0;  ///< R [m]; only the flip depends on it, since R only scales the hull of the
+                        ///< inversion
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
 };
 

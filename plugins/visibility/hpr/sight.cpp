@@ -11,26 +11,27 @@
 namespace vantage::hpr {
 namespace {
 
-// Covers the rounding of distances, lengths and scalar products, relative to the largest of them.
+// Larger than the rounding of distances, lengths and scalar products, relative to the largest of
+// them.
 constexpr double kRounding = 1e-13;
 
-// A node that appears larger than this [rad] is looked into at once.
+// The children of a node that appears larger than this [rad] are looked at at once.
 constexpr double kWide = 0.06;
 
-// Occluders of earlier viewpoints are put into the hull by buckets of directions, as far as they
-// are needed.
+// Occluders of earlier viewpoints are put into the hull by buckets of directions, as far as needed.
 constexpr DirectionBins kBuckets(16);
 constexpr int kFinerShift = 2;
 constexpr DirectionBins kFineBins(16U << kFinerShift);
 
-// The farthest occluders are all taken along; of the others, the nearest of each fine bin: what is
-// close hides much.
+// The farthest occluders are all kept. Of the others, the nearest of each fine bin is kept, because
+// a close point hides much.
 constexpr std::size_t kFarOccluders = 32'768;
 
-// Turned leaves and nodes are kept until they take this much room: 1.6 MB each.
+// Turned leaves and nodes are kept until they use this much memory: 1.6 MB each.
 constexpr std::size_t kMostTurned = 200'000, kMostChildren = 4'000;
 
-// Before the first viewpoint, one point of each node that appears this small [rad] must do.
+// Before the first viewpoint, one point of each node that appears this small [rad] stands for the
+// node.
 constexpr double kSmall = 0.02;
 
 }  // namespace
@@ -76,7 +77,7 @@ Sight::Sighting Sight::sighting(const PointOctree::Node& node) const {
           .nearest = std::max(0.0, gap.norm() - slack_)};
 }
 
-// Depth first, the nearest child first, within range; `enter` is asked before a node is gone into.
+// Depth first, the nearest child first, within range; `enter` is asked before a node is entered.
 template <class Enter, class Visit>
 void Sight::traverse(const Enter& enter, const Visit& visit_leaf) const {
   std::vector<std::pair<Index, Sighting>> stack{{0, sighting(octree_.nodes()[0])}};
@@ -117,7 +118,7 @@ bool Sight::surely_hidden(const Sighting& s) {
   return answer == OcclusionMap::Answer::hidden;
 }
 
-// What the earlier viewpoints give for a tile and about it is in the hull then.
+// After this, what the earlier viewpoints give for a tile and around it is in the hull.
 void Sight::fill_tile(std::uint32_t tile) {
   for (int row = -1; row <= 1; ++row) {
     for (int column = -1; column <= 1; ++column) {
@@ -160,11 +161,11 @@ std::vector<Sight::PointRef> Sight::participants() const {
   return refs;
 }
 
-// Thins the occluders out and sorts them, bucket by bucket and nearly from neighbour to neighbour.
+// Thins the occluders and sorts them, bucket by bucket and mostly from neighbour to neighbour.
 void Sight::sort_occluders() {
   struct Entry {
     PointRef ref;
-    std::uint32_t bin;  // a bucket's fine bins follow one another
+    std::uint32_t bin;  // the fine bins of a bucket have consecutive numbers
     double squared;
   };
   std::vector<Entry> entries;
@@ -201,7 +202,7 @@ void Sight::sort_occluders() {
   for (const Entry& e : entries) occluders_[first[e.bin]++] = e.ref;
 }
 
-// For the next viewpoint: what is on the hull, and what has not been needed here.
+// Kept for the next viewpoint: what is on the hull, and what was not needed here.
 void Sight::keep_occluders() {
   std::vector<PointRef> kept;
   for (const StarHull::Index v : hull_.vertices()) kept.push_back(vertices_[v]);
@@ -233,8 +234,8 @@ bool Sight::start_hull(const std::vector<PointRef>& among) {
   return true;
 }
 
-// From a few of the occluders, wherever they are; else from any three points that span space with
-// the viewpoint. False if there are none.
+// Starts from a few of the occluders, wherever they are; otherwise from any three points that span
+// space with the viewpoint. False if there are no such points.
 bool Sight::start_hull() {
   std::vector<PointRef> few;
   const std::size_t step = 1 + occluders_.size() / 256;
@@ -352,7 +353,7 @@ std::size_t Sight::mark_visible(const Point& viewpoint, UnknownPoints& unknown) 
 }
 
 // The points of a leaf that the occlusion map does not show to be inside.
-// @param wanted  is asked for each position
+// @param wanted  says for each position whether it is wanted
 template <class Wanted>
 std::span<const Sight::PointRef> Sight::doubtful(Index leaf, const Wanted& wanted) {
   doubtful_.clear();
@@ -369,9 +370,10 @@ std::span<const Sight::PointRef> Sight::doubtful(Index leaf, const Wanted& wante
   return doubtful_;
 }
 
-// Whether a point is a vertex of the hull of all points. The hull at hand is of few; it is grown
-// where the answer needs it: a point of the map that is above all others in the direction in which
-// this one sticks out is a vertex of the hull of all, and so is this one if none is above it.
+// Whether a point is a vertex of the hull of all points. The current hull has only few of them, and
+// grows as the answer needs it. A point of the map that is above all others in the direction in
+// which this point sticks out is a vertex of the hull of all points. If no point is above this one,
+// this one is such a vertex.
 bool Sight::is_visible(const PointRef& ref) {
   const Point relative = eye_.relative(octree_.points()[ref.position]);
   const Point p = eye_.turned(relative, relative.norm());
@@ -400,7 +402,7 @@ bool Sight::is_visible(const PointRef& ref) {
   }
 }
 
-// The same where rounding leaves it in doubt: no point may be above any facet about this vertex.
+// The same if rounding leaves doubt: no point may be above any facet around this vertex.
 bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
   const StarHull::Location location = put_in(ref, p);
   if (location.place == StarHull::Place::inside) return false;
@@ -428,9 +430,9 @@ bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
   return true;
 }
 
-// A point other than p that may reach as far as p in a direction, found by going outward from p's
-// leaf: what occludes a point usually is close to it. The first such leaf is enough; of its points
-// the one that reaches farthest.
+// A point other than p that may reach as far as p in a direction. The search goes outward from p's
+// leaf, because what occludes a point is usually close to it. It stops at the first leaf with such
+// a point and returns the point that reaches farthest.
 Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p, Index own_leaf) {
   if (turned_.size() > kMostTurned || children_.size() > kMostChildren) forget_turned();
   double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
@@ -453,8 +455,8 @@ Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p,
 }
 
 // Visits points that may reach farther than `floor` in a direction, a unit vector, in the nodes on
-// the stack, until it is enough after a leaf. `visit` may raise the floor, and gets a bound on how
-// far the point reaches.
+// the stack, until `enough` says so after a leaf. `visit` may raise the floor, and receives a bound
+// on how far the point reaches.
 template <class Visit, class Enough>
 void Sight::visit_beyond(const Eigen::Vector3d& direction, double& floor, const Visit& visit,
                          const Enough& enough) {
@@ -482,7 +484,8 @@ void Sight::visit_beyond(const Eigen::Vector3d& direction, double& floor, const 
   }
 }
 
-// Puts the children but one that may reach farther than `floor` on the stack, the farthest on top.
+// Puts those children, except `but`, that may reach farther than `floor` on the stack, the farthest
+// on top.
 void Sight::push_children(Index parent, Index but, const Eigen::Vector3d& direction, double floor) {
   const Children& c = children(parent);
   std::array<double, 8> reach;

@@ -15,9 +15,10 @@
 
 namespace vantage::hpr {
 
-/// Looks at the map from one viewpoint after another, and takes along what occluded last: from a
-/// viewpoint nearby nearly the same points do. What it sees never depends on where it was before.
-/// Not for several threads at once.
+/// Looks at the map from one viewpoint after another, and remembers what occluded last: from a
+/// nearby viewpoint, nearly the same points occlude. What it sees never depends on earlier
+/// viewpoints.
+/// Not thread safe.
 class Sight {
  public:
   using Index = PointOctree::Index;
@@ -25,41 +26,42 @@ class Sight {
   /// Both are borrowed.
   Sight(const PointOctree& octree, const Settings& settings);
 
-  /// Positions of all points seen from the viewpoint, in no order.
+  /// Positions of all points seen from the viewpoint, in no particular order.
   [[nodiscard]] std::vector<Index> visible_from(const Point& viewpoint);
 
   /// The last viewpoint.
   [[nodiscard]] const Point& viewpoint() const { return eye_.viewpoint(); }
 
-  /// Marks those of the unknown points that are seen from the viewpoint, and returns their number.
+  /// Marks the unknown points that are seen from the viewpoint, and returns their number.
   std::size_t mark_visible(const Point& viewpoint, UnknownPoints& unknown);
 
-  /// As `mark_visible`, by way of `visible_from`: faster where much of what is seen is unknown.
+  /// As `mark_visible`, but by means of `visible_from`: faster if much of what is seen is unknown.
   std::size_t mark_all_visible(const Point& viewpoint, UnknownPoints& unknown);
 
  private:
   struct PointRef {
     Index position, leaf;
   };
-  // A node's box as it looks from the viewpoint [m].
+  // A node's box as seen from the viewpoint [m].
   struct Sighting {
     Eigen::Vector3d low, high, centre;
     double distance, radius, nearest;  // of the centre; of a ball about it; of the box
   };
-  // A node's children, ready to be asked how far they reach in a direction.
+  // A node's children, in a form that quickly gives how far they reach in a direction.
   struct Children {
     double x[8], y[8], z[8];    // unit vectors to their centres
-    double sine[8], cosine[8];  // of the angle that they fill; cosine -1: all directions
+    double sine[8], cosine[8];  // of the angle that they cover; cosine -1: all directions
     double length[8];           // of their longest turned point
   };
-  // The turned points of a leaf, NaN for those that take no part, and a bound on how much rounding
-  // may take from their scalar products with a unit vector.
+  // The turned points of a leaf, NaN for points that take no part, and a bound on the rounding
+  // error of their scalar products with a unit vector.
   struct TurnedLeaf {
     double rounding;
     const double *x, *y, *z;
   };
 
-  // Where a node's part of `turned_` or of `children_` begins, if the stamp is this viewpoint's.
+  // Where a node's part of `turned_` or of `children_` begins, if the stamp is that of this
+  // viewpoint.
   struct LookedAt {
     std::uint32_t stamp = 0, place = 0;
   };
@@ -102,7 +104,7 @@ class Sight {
   const PointOctree& octree_;
   Settings settings_;
   Eye eye_;
-  double slack_ = 0.0;  // [m], covers the rounding of any distance to a box
+  double slack_ = 0.0;  // [m], larger than the rounding of any distance to a box
 
   StarHull hull_;
   OcclusionMap occlusion_;                                        // by the hull
@@ -110,11 +112,12 @@ class Sight {
   std::vector<std::pair<PointRef, StarHull::Index>> coincident_;  // with that vertex
 
   std::vector<PointRef> occluders_;          // of earlier viewpoints, bucket by bucket
-  std::vector<std::uint32_t> bucket_first_;  // into occluders_, one more than there are buckets
-  std::vector<std::uint8_t> bucket_is_in_;   // the hull
+  std::vector<std::uint32_t> bucket_first_;  // into occluders_, one more than the number of buckets
+  std::vector<std::uint8_t> bucket_is_in_;   // whether a bucket is in the hull
 
-  std::vector<double> turned_;       // the leaves looked at from here, one after the other
-  std::vector<Children> children_;   // of the inner nodes looked at from here
+  std::vector<double> turned_;       // the leaves looked at from this viewpoint, one after the
+                                     // other
+  std::vector<Children> children_;   // of the inner nodes looked at from this viewpoint
   std::vector<LookedAt> looked_at_;  // of each node
   std::uint32_t stamp_ = 0;
   std::vector<std::pair<double, Index>> stack_;

@@ -9,11 +9,11 @@
 namespace vantage::hpr {
 namespace {
 
-// A determinant of differences goes through at most 8 roundings of half an epsilon (difference,
-// two products, a difference, a product, two sums); twice that bounds also the products of errors.
+// A determinant of differences takes at most 8 roundings of half an epsilon (a difference, two
+// products, a difference, a product, two sums). Twice that also bounds the products of errors.
 constexpr double kDeterminantError = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Covers the rounding of what is computed of cones, relatively.
+// Larger than the relative rounding error of computations with cones.
 constexpr double kMargin = 1e-12;
 
 // The sum of the magnitudes in each component of the cross product a x b.
@@ -23,7 +23,7 @@ Eigen::Vector3d cross_magnitude(const Eigen::Vector3d& a, const Eigen::Vector3d&
           p.x() * q.y() + p.y() * q.x()};
 }
 
-// The edge after each edge of a triangle.
+// The next edge after each edge of a triangle.
 constexpr std::array<std::uint32_t, 3> kNext{1, 2, 0};
 
 Eigen::Vector2d without(Eigen::Index axis, const Eigen::Vector3d& p) {
@@ -71,7 +71,7 @@ StarHull::Facet StarHull::facet(Index a, Index b, Index c) const {
           .spare = false};
 }
 
-// The sign of the height, zero where rounding could hide it.
+// The sign of the height; zero if rounding could hide the sign.
 Sign StarHull::plain_height(const Facet& f, const Point& p) const {
   const Eigen::Vector3d d = p - points_[f.vertices[0]];
   const double h = f.normal.dot(d);
@@ -96,7 +96,8 @@ Sign StarHull::side(const Facet& f, std::size_t i, const Point& p, double coarse
   if (coarse > coarse_error) return Sign::positive;
   if (coarse < -coarse_error) return Sign::negative;
   if (p == a || p == b) return Sign::zero;
-  // det(a, b, p) = det(a, b - a, p - a), whose error is smaller by the distances' ratio squared.
+  // det(a, b, p) = det(a, b - a, p - a), whose error is smaller by the square of the ratio of the
+  // distances.
   const Eigen::Vector3d ab = b - a, ap = p - a;
   const double fine = a.cross(ab).dot(ap);
   const double error = kDeterminantError * cross_magnitude(a, ab).dot(ap.cwiseAbs());
@@ -105,8 +106,8 @@ Sign StarHull::side(const Facet& f, std::size_t i, const Point& p, double coarse
   return sign_of_triple(a, b, p);
 }
 
-// Whether p, in the plane of a lateral facet, is on its edge's line or on the far side of it from
-// the origin: the facet of the origin moved outward then is below p.
+// Whether p, in the plane of a lateral facet, is on the line of its edge or on the side of it away
+// from the origin. Moving the origin outward puts that facet below p.
 bool StarHull::beyond_edge(const Facet& lateral, const Point& p) const {
   const Point &a = points_[lateral.vertices[0]], &b = points_[lateral.vertices[1]];
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -127,9 +128,9 @@ bool StarHull::seen_from(const Facet& f, const Point& p) const {
   return false;
 }
 
-// Ends at a facet whose cone holds p, or at a lateral one that p is strictly above. Every step
-// leaves through an edge that separates strictly. The cones over the facets of a convex hull are a
-// regular triangulation, in which such steps make no cycle (Edelsbrunner 1990).
+// Ends at a facet whose cone contains p, or at a lateral facet that p is strictly above. Every step
+// leaves through an edge that strictly separates. The cones over the facets of a convex hull are a
+// regular triangulation, in which such steps never form a cycle (Edelsbrunner 1990).
 StarHull::Index StarHull::walk(const Point& p) {
   const double error = coarse_error(p);
   Index at = last_;
@@ -141,8 +142,8 @@ StarHull::Index StarHull::walk(const Point& p) {
   return last_ = walk_through(beyond ? facets_[at].neighbours[0] : edge(at, 0), p, error);
 }
 
-// The walk's way on from an edge that p is not beyond, of the facet entered through it. Both other
-// edges meet in the vertex opposite to it.
+// Continues the walk in the facet entered through an edge that p is not beyond. The other two edges
+// meet in the vertex opposite to it.
 StarHull::Index StarHull::walk_through(Edge entry, const Point& p, double error) const {
   while (true) {
     const Index at = entry.facet();
@@ -153,7 +154,7 @@ StarHull::Index StarHull::walk_through(Edge entry, const Point& p, double error)
     const Eigen::Vector3d turned = p.cross(points_[f.vertices[last]]);
     const double of_next = -turned.dot(points_[f.vertices[next]]);
     const double of_last = turned.dot(points_[f.vertices[first]]);
-    // The edge that p is farther beyond is crossed, if it is beyond any.
+    // If p is beyond an edge, the walk crosses the edge that p is farther beyond.
     Index exit = of_last < of_next ? last : next;
     if (const double farther = std::min(of_next, of_last); !(farther < -error)) {
       if (farther > error) return at;
@@ -189,7 +190,7 @@ double StarHull::reach(const Eigen::Vector3d& u) {
   return offset > 0.0 && slope > 0.0 ? offset / slope : 0.0;
 }
 
-// Whether the plane of a facet is above all of the cone for certain.
+// Whether the plane of a facet is certainly above the whole cone.
 bool StarHull::is_above(const Facet& f, const Cone& cone) const {
   const Point& a = points_[f.vertices[0]];
   const double along = f.normal.dot(cone.axis), squared_length = f.normal.squaredNorm();
@@ -201,8 +202,8 @@ bool StarHull::is_above(const Facet& f, const Cone& cone) const {
   return cone.length * reach * (1.0 + kMargin) + rounding < f.normal.dot(a);
 }
 
-// It is inside if it is below the plane of every facet that it is behind, in whole or in part;
-// false if they are too many, or if the cone is not all behind the hull.
+// The cone is inside if it is below the plane of every facet that it is behind, in whole or in
+// part. False if there are too many such facets, or if part of the cone is not behind the hull.
 bool StarHull::surely_holds(const Cone& cone) {
   constexpr std::size_t kMostFacets = 48;
   const double squared_sine = cone.sine * cone.sine * (1.0 + kMargin);
@@ -231,7 +232,7 @@ bool StarHull::above(Index facet, const Point& p) const {
   return height(facets_[facet], p) == Sign::positive;
 }
 
-// The facets that p sees are connected; their rim, edge by edge, goes to horizon_.
+// The facets that p sees are connected. Their rim goes to horizon_, edge by edge.
 void StarHull::find_horizon(const Point& p, Index facet) {
   ++epoch_;
   stack_.assign(1, facet);
@@ -279,7 +280,7 @@ StarHull::Index StarHull::add(const Point& p, Location outside) {
     const Index slot = spare_.back();
     spare_.pop_back();
     facets_[slot] = facet(rim.from, rim.to, vertex);
-    // Where `facet` has put the edge.
+    // Where `facet` has the edge.
     const Index place = rim.from == 0 ? 2 : (rim.to == 0 ? 1 : 0);
     facets_[slot].neighbours[place] = rim.outer;
     facets_[rim.outer.facet()].neighbours[rim.outer.place()] = edge(slot, place);

@@ -10,8 +10,8 @@
 
 namespace vantage::hpr {
 
-/// Which points no viewpoint is known to see so far. Threads may ask and mark at the same time: who
-/// still takes a seen point for unknown only tests it once more.
+/// The points that no viewpoint is known to see so far. Threads may query and mark at the same
+/// time: a thread that takes a seen point as unknown only tests it once more.
 class UnknownPoints {
  public:
   using Index = PointOctree::Index;
@@ -30,7 +30,7 @@ class UnknownPoints {
   [[nodiscard]] bool holds(Index position) const {
     return (seen_[position / 64].load(std::memory_order_relaxed) >> (position % 64) & 1U) == 0;
   }
-  /// Returns whether it was unknown.
+  /// Returns whether the point was unknown.
   bool mark_seen(Index position, Index leaf) {
     const std::uint64_t bit = std::uint64_t{1} << (position % 64);
     if ((seen_[position / 64].fetch_or(bit, std::memory_order_relaxed) & bit) != 0) return false;

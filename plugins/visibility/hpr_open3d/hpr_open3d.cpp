@@ -21,27 +21,29 @@ using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, v
     vantage::VisibilityScene;
 
 constexpr double kDefaultAlpha = 100.0;  // Sec. 3.2.2
-constexpr double kMaxRadius = 1e12;      // [m]; 2R - |p| is then rounded to 0.1 mm
+constexpr double kMaxRadius = 1e12;      // [m]; with a larger R, 2R - |p| is rounded to more than
+                                         // 0.1 mm
 
-// Squared [m^2]: 1.5e-154 m, the least distance whose square is a normal number.
+// Squared [m^2]: 1.5e-154 m is the least distance whose square is a normal number.
 constexpr double kAtViewpoint = std::numeric_limits<double>::min();
 
-// How flat points may be that are handed to Qhull. It stops where its own first tetrahedron has no
-// height (about 1e-15), and warns, on std::cerr, where two of its faces are 1e-4 rad apart.
+// How flat the points given to Qhull may be. Qhull stops if its own first tetrahedron has no height
+// (about 1e-15), and warns on std::cerr if two of its faces are 1e-4 rad apart.
 constexpr double kFlatness = 1e-3;
 constexpr double kOnOneLine = 1e-9;
-constexpr std::size_t kSample = 4096;  // places among which a tetrahedron is looked for first
+constexpr std::size_t kSample = 4096;  // number of places among which a tetrahedron is searched for
+                                       // first
 
-/// HiddenPointRemoval reads one element behind the last point (for the viewpoint, and drops it
-/// again), so there is room for it.
+/// HiddenPointRemoval reads one element beyond the last point (it puts the viewpoint there and
+/// removes it again), so there must be room for one.
 open3d::geometry::PointCloud empty_cloud(std::size_t room) {
   open3d::geometry::PointCloud cloud;
   cloud.points_.reserve(room + 1);
   return cloud;
 }
 
-/// The different places of a map, in an order that they alone decide: Qhull's answer depends on the
-/// order where its tolerance decides, and of points at one place it takes one.
+/// The different places of a map, in an order that depends on them alone. Qhull's answer depends on
+/// the order if its tolerance decides, and Qhull takes only one of the points at one place.
 class Places {
  public:
   explicit Places(PointsView map) : cloud_(empty_cloud(map.size())), members_(map.size()) {
@@ -76,14 +78,13 @@ class Places {
 
  private:
   open3d::geometry::PointCloud cloud_;
-  std::vector<std::size_t> first_;  // into `members_`, one more than places
+  std::vector<std::size_t> first_;  // into `members_`, one more than the number of places
   std::vector<std::uint32_t> members_;
 };
 
-/// Whether a greedy choice among every `step`-th place finds a tetrahedron with the viewpoint,
-/// after turning, that is not flat. Qhull ends with an error where there is none, and reports it
-/// through a function that is the wrong one, and crashes, if another plugin has loaded libqhull_r
-/// before.
+/// Whether a greedy choice among every `step`-th place finds a tetrahedron with the viewpoint that
+/// is not flat after turning. Without one, Qhull ends with an error. If another plugin has loaded
+/// libqhull_r before, Qhull reports that error through the wrong function and crashes.
 bool spans_space(const Places& places, const std::vector<std::size_t>& of, const Point& viewpoint,
                  double radius, std::size_t step) {
   const auto turned = [&](std::size_t place) -> Point {
@@ -112,7 +113,7 @@ bool spans_space(const Places& places, const std::vector<std::size_t>& of, const
   return std::abs(normal.dot(c)) > kFlatness * width;
 }
 
-/// @return  indices into the cloud; their order is Open3D's
+/// @return  indices into the cloud, in Open3D's order
 Result<std::vector<std::size_t>> hidden_point_removal(const open3d::geometry::PointCloud& cloud,
                                                       const Point& viewpoint, double radius) {
   try {
@@ -200,7 +201,7 @@ class Scene final : public VisibilityScene {
   double max_squared_;
 };
 
-/// Hidden point removal as Open3D computes it.
+/// Hidden point removal as computed by Open3D.
 class HiddenPointRemoval final : public VisibilityOperator {
  public:
   struct Params {
@@ -225,7 +226,7 @@ class HiddenPointRemoval final : public VisibilityOperator {
       VANTAGE_CHECK(check_map(map, limits));
       const double diagonal = limits.map_bounds.diagonal();
       const double radius = params_.alpha * diagonal;  // Eq. 6
-      // No point of the map is farther from a viewpoint within its bounds than the diagonal.
+      // No point of the map is farther than the diagonal from a viewpoint within the map's bounds.
       const double reach = std::min(diagonal, limits.max_range);
       if (!(radius >= reach && radius <= kMaxRadius)) {
         return fail(

@@ -17,12 +17,12 @@ using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, v
     vantage::PointBuckets, vantage::PointsView, vantage::Result, vantage::VisibilityLimits,
     vantage::VisibilityOperator, vantage::VisibilityProgress, vantage::VisibilityScene;
 
-/// A set of points of one map, a bit each.
+/// A set of points of one map, with one bit each.
 class PointSet {
  public:
   explicit PointSet(std::size_t map_size) : words_((map_size + 63) / 64) {}
 
-  /// Precondition: not in it yet.
+  /// Precondition: i is not in the set.
   void insert(std::uint32_t i) {
     words_[i / 64] |= std::uint64_t{1} << (i % 64);
     ++size_;
@@ -45,15 +45,16 @@ class PointSet {
   std::size_t size_ = 0;
 };
 
-/// |p - q| of any p in `a` and q in `b` is, axis by axis, at least `gap` and at most `span`.
-/// Rounded differences, squares, sums and roots never change their order, so this holds bit for
-/// bit.
+/// Bounds on |p - q| for any p in `a` and q in `b`: axis by axis, at least `gap` and at most
+/// `span`. Rounding never changes the order of differences, squares, sums and roots, so the bounds
+/// hold bit for bit.
 Point gap(const Bounds3& a, const Bounds3& b) {
   return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(Point::Zero());
 }
 Point span(const Bounds3& a, const Bounds3& b) { return (a.max - b.min).cwiseMax(b.max - a.min); }
 
-/// All but the points at the place of the only viewpoint; from two places, everything.
+/// All points except those at the place of the only viewpoint; with viewpoints at two places, all
+/// points.
 IndexList seen_without_limit(PointsView map, std::span<const Point> viewpoints) {
   const Point& first = viewpoints.front();
   const bool one_place = std::all_of(viewpoints.begin(), viewpoints.end(),
@@ -89,7 +90,7 @@ class Scene final : public VisibilityScene {
       if (viewpoints.empty()) return IndexList{};
       IndexList kept = buckets_ ? seen_within_range({viewpoints.begin(), viewpoints.end()})
                                 : seen_without_limit(map_, viewpoints);
-      // Points were gone through, not viewpoints: all of them are done only now.
+      // The loop runs over points, not viewpoints, so all viewpoints are done only now.
       if (progress != nullptr) progress->advanced(viewpoints.size());
       return kept;
     });
@@ -99,7 +100,8 @@ class Scene final : public VisibilityScene {
   static constexpr double kWidth = 2.0;    // of a bucket [m], at least
   static constexpr double kAcross = 16.0;  // buckets in a range, at most
 
-  /// Who sees points of a bucket: one all of them, or each of `undecided` perhaps some.
+  /// Which viewpoints see points of a bucket: one sees all of them, or each of `undecided` may see
+  /// some.
   struct Sight {
     bool of_all = false;
     std::vector<Point> undecided = {};
@@ -119,14 +121,14 @@ class Scene final : public VisibilityScene {
     return kept.ascending();
   }
 
-  /// Moves the viewpoint that sees all to the front, because it mostly sees all of the next box.
+  /// Moves the viewpoint that sees all to the front, because it usually sees all of the next box.
   [[nodiscard]] Sight sight_of(const Bounds3& box, std::span<Point> viewpoints) const {
     std::vector<Point> undecided;
     for (Point& viewpoint : viewpoints) {
       const Bounds3 here{viewpoint, viewpoint};
       const Point least = gap(box, here);
       if (!in_range(least)) continue;
-      // Within the box a point may be at the viewpoint's own place, and is not seen then.
+      // A point within the box may be at the viewpoint's own place, where it is not seen.
       if (!least.isZero(0.0) && in_range(span(box, here))) {
         std::swap(viewpoints.front(), viewpoint);
         return {.of_all = true};
@@ -136,7 +138,7 @@ class Scene final : public VisibilityScene {
     return {.undecided = std::move(undecided)};
   }
 
-  /// Moves the viewpoint that sees `p` to the front, because it mostly sees the next point too.
+  /// Moves the viewpoint that sees `p` to the front, because it usually sees the next point, too.
   [[nodiscard]] bool seen_from_any(const Point& p, std::span<Point> viewpoints) const {
     const auto sees = std::find_if(
         viewpoints.begin(), viewpoints.end(),

@@ -13,8 +13,9 @@
 
 namespace vantage {
 
-/// Which points of a map lie together: those of one cell of a cubic grid, with the tightest box
-/// around them. Four bytes a point, and as many again while they are made; the box once a cell.
+/// Groups the points of a map by the cells of a cubic grid, with the tightest box around the points
+/// of each cell. Needs four bytes per point, twice that while the groups are made, and one box per
+/// cell.
 class PointBuckets {
  public:
   struct Bucket {
@@ -23,14 +24,14 @@ class PointBuckets {
   };
 
   /// @param map    finite points [m]
-  /// @param width  edge of a cell [m], at least 1 so that no quotient overflows
+  /// @param width  edge of a cell [m], at least 1, so that no quotient overflows
   PointBuckets(PointsView map, double width) : indices_(map.size()) {
     std::unordered_map<Cell, std::uint32_t, CellHash> number_of;
     std::vector<std::uint32_t> bucket_of(map.size());
     Cell last{};
     for (std::size_t i = 0; i < map.size(); ++i) {
       const Cell cell = cell_of(map[i], width);
-      if (i > 0 && cell == last) {  // neighbours in the map mostly share a cell
+      if (i > 0 && cell == last) {  // neighbours in the map usually share a cell
         bucket_of[i] = bucket_of[i - 1];
       } else {
         const auto next = static_cast<std::uint32_t>(buckets_.size());
@@ -40,7 +41,7 @@ class PointBuckets {
       }
       Bucket& bucket = buckets_[bucket_of[i]];
       bucket.bounds.extend(map[i]);
-      ++bucket.end;  // a count until all are counted
+      ++bucket.end;  // a count until all points are counted
     }
     std::uint32_t begin = 0;
     for (Bucket& bucket : buckets_) {
@@ -53,13 +54,13 @@ class PointBuckets {
 
   [[nodiscard]] std::span<const Bucket> all() const noexcept { return buckets_; }
 
-  /// Which points of the map `bucket` holds, ascending.
+  /// The points of the map in `bucket`, ascending.
   [[nodiscard]] std::span<const std::uint32_t> indices(const Bucket& bucket) const noexcept {
     return std::span(indices_).subspan(bucket.begin, bucket.end - bucket.begin);
   }
 
  private:
-  using Cell = std::array<double, 3>;  // whole numbers that no integer type need hold
+  using Cell = std::array<double, 3>;  // whole numbers, perhaps too large for any integer type
 
   struct CellHash {
     std::size_t operator()(const Cell& cell) const noexcept {

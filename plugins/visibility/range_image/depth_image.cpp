@@ -11,30 +11,30 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kNothing = std::numeric_limits<float>::infinity();
-// A point covers a part of the pixel where it ends, and the surface's next pixel begins after that.
+// A point covers a part of the pixel where it ends; the surface's next pixel begins after that.
 constexpr std::uint32_t kAround = 2;
 constexpr double kAtViewpoint = 1e-30, kFarthest = 1e15;  // [m]; float holds what is between
 
-/// The angle of (x, y), in [-pi, pi], to 1e-6: Abramowitz & Stegun 4.4.49. Unlike the library's it
-/// is the same on every machine.
+/// The angle of (x, y), in [-pi, pi], to 1e-6: Abramowitz & Stegun 4.4.49. Unlike the library's
+/// function, it gives the same result on every machine.
 float angle_of(float y, float x) {
   const float ax = std::abs(x), ay = std::abs(y);
   const float larger = std::max(ax, ay);
   if (!(larger > 0.0F)) return 0.0F;
   const float t = std::min(ax, ay) / larger, s = t * t, q = s * s;
-  // Two sums, for even and odd powers of s, can be taken at once.
+  // The sums over even and odd powers of s can be computed at the same time.
   const float even =
       (((0.0028662257F * q + 0.0429096138F) * q + 0.1065626393F) * q + 0.1999355085F) * q + 1.0F;
   const float odd = ((-0.0161657367F * q - 0.0752896400F) * q - 0.1420889944F) * q - 0.3333314528F;
   const float angle = t * (even + s * odd);
-  // By octant, from a table: a processor cannot foresee these branches.
+  // By octant, from a table, because a processor cannot predict these branches.
   constexpr std::array<float, 4> kFrom{0.0F, 0.5F * kPi, kPi, 0.5F * kPi};
   constexpr std::array<float, 4> kSign{1.0F, -1.0F, -1.0F, 1.0F};
   const std::size_t octant = (ay > ax ? 1U : 0U) + (x < 0.0F ? 2U : 0U);
   return std::copysign(kFrom[octant] + kSign[octant] * angle, y);
 }
 
-/// The farther of two ranges; one of nothing does not count.
+/// The farther of two ranges; an infinite range does not count.
 float farther(float range, float other) {
   return other < kNothing ? std::max(range, other) : range;
 }
@@ -68,7 +68,7 @@ void DepthImage::clear() { std::fill(nearest_.begin(), nearest_.end(), kNothing)
 std::optional<Spot> DepthImage::locate(const Point& offset) const {
   const double range = offset.norm();
   if (!(range > kAtViewpoint && range >= min_range_ && range <= max_range_)) return std::nullopt;
-  // Sines, because straight up and down they are exactly 1 and -1.
+  // Compares sines, because straight up and straight down they are exactly 1 and -1.
   if (offset.z() < sin_lowest_ * range || offset.z() > sin_highest_ * range) return std::nullopt;
   const Eigen::Vector3f direction = (offset * (1.0 / range)).cast<float>();
   const float level = direction.head<2>().norm();
@@ -92,11 +92,11 @@ float DepthImage::rows_covered(float range) const {
   return std::min(half_spacing_ / range, kPi) * rows_per_radian_;
 }
 
-// What it covers to each side, in columns; all columns together if it covers the pole.
+// What the square covers to each side, in columns; all columns together if it covers the pole.
 float DepthImage::columns_covered(float level) const {
   if (!(half_spacing_ < level)) return static_cast<float>(columns_);
   const float sine = half_spacing_ / level;
-  // Not below the arc sine, and equal to it at 0 and 1.
+  // Never less than the arc sine, and equal to it at 0 and 1.
   return (sine + (0.5F * kPi - 1.0F) * sine * sine * sine) * columns_per_radian_;
 }
 
@@ -119,8 +119,9 @@ void DepthImage::draw(const Spot& spot) {
   }
 }
 
-// Minima over what points cover, then maxima over as much: a closing of the surface. Gaps between
-// points stay filled, and surfaces get back the slope and the borders that large points took.
+// Minima over what points cover, then maxima over the same extent: a closing of the surface. Gaps
+// between points stay filled, and surfaces regain the slope and the borders that large points
+// removed.
 void DepthImage::finish() {
   for (std::uint32_t row = 0; row < rings_; ++row) {
     for (std::uint32_t at = 0; at < columns_; ++at) {

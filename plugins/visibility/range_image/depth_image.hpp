@@ -9,15 +9,15 @@
 
 namespace vantage::range_image {
 
-/// Where a point is in the image, in pixels and parts of them.
+/// The place of a point in the image, in fractional pixels.
 struct Spot {
   float row = 0.0F;     ///< in [0, rings]
-  float column = 0.0F;  ///< in [columns, 2 columns], so that what is left of it is positive too
+  float column = 0.0F;  ///< in [columns, 2 columns], so that everything left of it is positive, too
   float range = 0.0F;   ///< distance from the viewpoint [m]
-  float level = 0.0F;   ///< the part of it that is level [m]
+  float level = 0.0F;   ///< horizontal part of the range [m]
 };
 
-/// Distance of the nearest point for each pixel of a sensor.
+/// The distance of the nearest point for each pixel of a sensor.
 class DepthImage {
  public:
   DepthImage(const Sensor& sensor, const Occlusion& occlusion);
@@ -26,25 +26,27 @@ class DepthImage {
   void clear();
 
   /// @param offset  of a point from the viewpoint [m]
-  /// @return        nothing if it is out of range or out of the field of view
+  /// @return        nothing if the point is out of range or outside the field of view
   [[nodiscard]] std::optional<Spot> locate(const Point& offset) const;
 
-  /// Enters a point in all pixels that a square of the map's spacing covers at its distance.
+  /// Draws a point into all pixels that a square of the map's spacing covers at its distance.
   void draw(const Spot& spot);
 
-  /// When all points are drawn: finds out from where on each pixel is hidden.
+  /// Computes, after all points are drawn, from which distance on each pixel is hidden.
   void finish();
 
   /// The pixel of a spot, for `sees`.
   [[nodiscard]] std::uint32_t pixel(const Spot& spot) const;
 
-  /// Whether a point at this distance is hidden by none of those drawn. Precondition: `finish`.
+  /// Whether none of the drawn points hides a point at this distance. Precondition: `finish` was
+  /// called.
   [[nodiscard]] bool sees(std::uint32_t pixel, float range) const {
     return range <= surface_[pixel] * stretch_ + tolerance_;
   }
 
  private:
-  /// Where a column of whole turns, at most three, is in the image; cheaper than a division.
+  /// The column in the image for a column that includes whole turns, at most three; cheaper than a
+  /// division.
   [[nodiscard]] std::uint32_t column(std::uint32_t turned) const {
     while (turned >= columns_) turned -= columns_;
     return turned;
@@ -57,8 +59,8 @@ class DepthImage {
   double sin_lowest_, sin_highest_;
   float lowest_, rows_per_radian_, columns_per_radian_;
   float half_spacing_, tolerance_, stretch_;
-  std::vector<float> cosines_;  // of the elevation amid each row
-  std::vector<float> nearest_;  // row by row [m]; infinity where nothing is
+  std::vector<float> cosines_;  // of the elevation at the middle of each row
+  std::vector<float> nearest_;  // row by row [m]; infinity where there is nothing
   std::vector<float> upright_;  // the farthest of these above and below, as far as points cover [m]
   std::vector<float> surface_;  // the farthest of those to both sides [m]
 };

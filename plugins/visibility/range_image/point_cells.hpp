@@ -14,17 +14,17 @@
 
 namespace vantage::range_image {
 
-/// The points of a map by cells of a cubic grid, to leave out those that are out of range. Four
-/// bytes a point, and as many again while they are made.
+/// Groups the points of a map by the cells of a cubic grid, to skip points that are out of range.
+/// Needs four bytes per point, and twice that while the groups are made.
 class PointCells {
  public:
   struct Cell {
-    Bounds3 bounds;                    ///< the tightest around its points
+    Bounds3 bounds;                    ///< the tightest box around its points
     std::uint32_t begin = 0, end = 0;  ///< of `indices`
   };
 
   /// @param map    finite points [m]
-  /// @param width  edge of a cell [m], at least 1 so that no quotient overflows; infinite for one
+  /// @param width  edge of a cell [m], at least 1, so that no quotient overflows; infinite for one
   PointCells(PointsView map, double width) : indices_(map.size()) {
     std::unordered_map<Key, std::uint32_t, KeyHash> number_of;
     std::vector<std::uint32_t> cell_of(map.size());
@@ -35,7 +35,7 @@ class PointCells {
       if (cell_of[i] == next) cells_.emplace_back();
       Cell& cell = cells_[cell_of[i]];
       cell.bounds.extend(map[i]);
-      ++cell.end;  // a count until all are counted
+      ++cell.end;  // a count until all points are counted
     }
     std::uint32_t begin = 0;
     for (Cell& cell : cells_) {
@@ -59,7 +59,7 @@ class PointCells {
   }
 
  private:
-  using Key = std::array<double, 3>;  // whole numbers that no integer type need hold
+  using Key = std::array<double, 3>;  // whole numbers, perhaps too large for any integer type
 
   struct KeyHash {
     std::size_t operator()(const Key& key) const noexcept {

@@ -29,7 +29,7 @@ using vantage::range_image::DepthImage, vantage::range_image::Occlusion,
 constexpr double kCellWidth = 2.0;     // [m], at least
 constexpr double kCellsAcross = 16.0;  // in a range, at most
 
-/// A set of points of one map, a bit each. Several threads may insert at once.
+/// A set of points of one map, with one bit each. Several threads may insert at once.
 class SeenPoints {
  public:
   explicit SeenPoints(std::size_t map_size) : words_((map_size + 63) / 64) {}
@@ -56,14 +56,14 @@ class SeenPoints {
   std::vector<std::atomic<std::uint64_t>> words_;
 };
 
-/// What one viewpoint after another needs, so that a thread asks for memory once.
+/// Memory that a thread allocates once and uses for one viewpoint after another.
 struct Workspace {
   struct Candidate {
     std::uint32_t index, pixel;
     float range;
   };
   DepthImage image;
-  std::vector<Candidate> candidates = {};  // what nothing but other points can hide
+  std::vector<Candidate> candidates = {};  // what only other points can hide
 };
 
 class Scene final : public VisibilityScene {
@@ -136,7 +136,7 @@ class Scene final : public VisibilityScene {
 
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
-/// A spinning LiDAR's range image of the map, with points as large as their spacing.
+/// A spinning LiDAR's range image of the map, in which points are as large as their spacing.
 class RangeImage final : public VisibilityOperator {
  public:
   struct Params {

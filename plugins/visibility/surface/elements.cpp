@@ -18,15 +18,18 @@ namespace {
 
 constexpr int kBits = 20;  // of a cell's number along an axis
 constexpr double kMaxCells = 1 << kBits;
-constexpr int kBlocks = 4;  // of a cell along each axis, whose occupation is counted
+constexpr int kBlocks = 4;  // along each axis of a cell; their occupation is counted
 
 constexpr double kFlat = 0.85;            // |z| of a normal of ground, at least
 constexpr double kGroundThickness = 0.1;  // of ground, at most [m]
-constexpr double kLow = 2.4;              // what moves is no higher over the ground [m]
-constexpr double kHigh = 3.6;      // where something is above it up to here, it is part of it [m]
-constexpr int kAround = 3;         // cells to each side in which ground is looked for
-constexpr int kGroundAround = 6;   // of their 49 columns have ground, at least
-constexpr int kGroundBeneath = 4;  // of the eight next to ground are ground, too, at least
+constexpr double kLow = 2.4;              // moving objects are at most this high above the ground
+                                          // [m]
+constexpr double kHigh = 3.6;      // if something is above an object up to this height, the object
+                                   // is part of it [m]
+constexpr int kAround = 3;         // cells to each side in which ground is searched for
+constexpr int kGroundAround = 6;   // this many of their 49 columns must have ground
+constexpr int kGroundBeneath = 4;  // this many of the eight columns next to ground must be ground,
+                                   // too
 
 using Cell = std::uint64_t;  // x, y and z from high to low bits
 
@@ -62,7 +65,7 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
   tbb::parallel_for(std::size_t{0}, map.size(), [&](std::size_t i) {
     placed[i] = {cell_of(map[i], origin, result.width_), static_cast<std::uint32_t>(i)};
   });
-  // By place within a cell, so that sums do not depend on the order of the points.
+  // Sorted by place within a cell, so that sums do not depend on the order of the points.
   const auto key = [&](const Placed& p) {
     const Point& at = map[p.index];
     return std::tuple(p.cell, at.x(), at.y(), at.z(), p.index);
@@ -101,7 +104,7 @@ std::span<const Element> Elements::between(double low, double high) const noexce
     return static_cast<std::size_t>(
         std::clamp(std::floor((x - origin_.x()) / width_), -1.0, columns) + 1.0);
   };
-  // One column more on both sides: coordinates are rounded.
+  // One more column on both sides, because coordinates are rounded.
   const std::size_t begin = std::max<std::size_t>(column(low), 2) - 2;
   const std::size_t end = std::min(column(high) + 1, first_.size() - 1);
   if (begin >= end) return {};
@@ -141,7 +144,7 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   }
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(scatter / n);
-  // As far as points this far apart extend that have this deviation, evenly spread.
+  // The extent of evenly spread points that have this spacing and this deviation.
   const Point variances = solver.eigenvalues().cwiseMax(0.0);
   const Point extents = (12.0 * variances.array() + Eigen::Array3d(0.0, spacing2, spacing2)).sqrt();
   shape.axes = solver.eigenvectors().cast<float>();
@@ -150,14 +153,14 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   shape.density = static_cast<float>(blocks * spacing2 / (extents[1] * extents[2]));
   shape.is_isolated = points.size() < 3;
   shape.is_flat = !shape.is_isolated && extents[1] > 1.1 * point_spacing_;
-  // Around a line no direction is its normal.
+  // Points on a line have no normal direction.
   if (!shape.is_flat) shape.extents[0] = shape.extents[1];
   return shape;
 }
 
 void Elements::find_parts(std::span<const Cell> cells) {
   std::vector<std::uint8_t> is_level(cells.size());
-  // Cells are in ascending order, so those of a column are one run.
+  // Cells are in ascending order, so the cells of a column are consecutive.
   struct Column {
     std::size_t begin = 0, end = 0;
   };
@@ -180,7 +183,7 @@ void Elements::find_parts(std::span<const Cell> cells) {
   tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t c) {
     const std::int64_t x = coordinate(cells[columns[c].begin], 0);
     const std::int64_t y = coordinate(cells[columns[c].begin], 1);
-    // Those that are not there have nothing in them.
+    // Missing columns count as empty.
     constexpr int kSide = 2 * kAround + 1;
     std::array<Column, kSide * kSide> around;
     const auto column = [&](int dx, int dy) -> Column& {

@@ -9,26 +9,28 @@
 
 namespace vantage::surface {
 
-/// How some points of one cell lie: as a piece of a surface, or as clutter.
+/// How points of one cell lie: as a piece of a surface, or as clutter.
 struct Shape {
   Point centre = Point::Zero();  ///< mean of the points [m]
-  /// Principal axes, the normal of the plane first, and how far what is covered extends along
-  /// them [m].
+  /// Principal axes, the normal of the plane first, and how far the covered area extends along them
+  /// [m].
   Eigen::Matrix3f axes = Eigen::Matrix3f::Identity();
   Eigen::Vector3f extents = Eigen::Vector3f::Zero();
   float thickness = 0.0F;    ///< standard deviation along the normal [m]
-  float fill = 0.0F;         ///< occupied parts, over those that a surface across the cell occupies
-  float density = 0.0F;      ///< the same over those that one of these extents occupies
+  float fill = 0.0F;         ///< occupied blocks, divided by those that a surface across the cell
+                             ///< would occupy
+  float density = 0.0F;      ///< the same, divided by those that a surface of these extents would
+                             ///< occupy
   bool is_isolated = false;  ///< too few points to say how they lie
-  bool is_flat = false;      ///< there are enough points for a normal
+  bool is_flat = false;      ///< enough points for a normal
 };
 
-/// What an element belongs to, by what is around it.
+/// What an element belongs to, judged by its surroundings.
 enum class Part : std::uint8_t {
-  structure,  ///< or it cannot be said
-  ground,     ///< level, and no other ground beneath it
-  /// Stands on the ground and is no higher than a vehicle, or the ground goes on beneath it: it may
-  /// be the trail of something that moved, or move away.
+  structure,  ///< or unknown
+  ground,     ///< level, with no other ground beneath it
+  /// Stands on the ground and is not higher than a vehicle, or the ground continues beneath it. It
+  /// may be the trail of something that moved, or something that can move away.
   low,
 };
 
@@ -39,30 +41,31 @@ struct Element {
   Part part = Part::structure;
 };
 
-/// A map, cut into elements. Neither they nor their order depend on the order of the points.
+/// A map, cut into elements. Neither the elements nor their order depend on the order of the
+/// points.
 class Elements {
  public:
   /// Errors: `invalid_input` for a map of more than 2^20 cells along an axis.
-  /// @param origin         corner of the grid, no coordinate of a point is below it [m]
+  /// @param origin         corner of the grid; no coordinate of a point is below it [m]
   /// @param point_spacing  of the map's surfaces; a cell is 2.5 times as wide [m]
   [[nodiscard]] static Result<Elements> of(PointsView map, const Point& origin,
                                            double point_spacing);
 
-  /// In ascending order of x, as cells.
+  /// In ascending order of their cells' x.
   [[nodiscard]] std::span<const Element> all() const noexcept { return elements_; }
   [[nodiscard]] double width() const noexcept { return width_; }  ///< of a cell [m]
-  /// No element's `fill` is larger.
+  /// The largest possible `fill` of an element.
   [[nodiscard]] static double fullest() noexcept;
-  /// How far from an element the points are that decide what it is part of, at most [m].
+  /// The largest distance from an element of points that decide which part it belongs to [m].
   [[nodiscard]] double reach_of_part() const noexcept;
   /// Indices into the map.
   [[nodiscard]] std::span<const std::uint32_t> points(const Element& element) const noexcept {
     return std::span(indices_).subspan(element.begin, element.end - element.begin);
   }
-  /// Those that can hold a point with an x coordinate in [low, high] [m].
+  /// The elements that can hold a point with an x coordinate in [low, high] [m].
   [[nodiscard]] std::span<const Element> between(double low, double high) const noexcept;
 
-  /// The shape of some points of one element. Precondition: at least one.
+  /// The shape of the given points of one element. Precondition: at least one point.
   [[nodiscard]] Shape measure(PointsView map, std::span<const std::uint32_t> points) const;
 
  private:
@@ -70,13 +73,14 @@ class Elements {
       : origin_(origin), point_spacing_(point_spacing), width_(kSpacings * point_spacing) {}
   void find_parts(std::span<const std::uint64_t> cells);
 
-  static constexpr double kSpacings = 2.5;  // point spacings that a cell is wide
+  static constexpr double kSpacings = 2.5;  // width of a cell in point spacings
 
   Point origin_;
   double point_spacing_, width_;
   std::vector<std::uint32_t> indices_;  // by element, then by place
   std::vector<Element> elements_;       // by cell
-  std::vector<std::uint32_t> first_;    // element of a column of cells along x, and the end
+  std::vector<std::uint32_t> first_;    // first element of each column of cells along x, and the
+                                        // end
 };
 
 }  // namespace vantage::surface

@@ -12,36 +12,41 @@ namespace {
 constexpr std::uint32_t kWhole = ~std::uint32_t{0};
 constexpr float kPi = std::numbers::pi_v<float>;
 
-// How much a surface that is seen edge-on still shows: it is rough.
+// How much a surface still shows if it is seen edge-on, because it is rough.
 constexpr float kRoughness = 0.4F;
-// Area whose visible size counts, so that it does not depend on how large elements are [m^2].
+// The area whose visible size counts, so that it does not depend on the size of elements [m^2].
 constexpr float kArea = 0.09F;
-constexpr float kEven = 0.29F;  // deviation of what fills a cell, over its width
-// How much of its size counts of what may have moved away, and of what is no level or upright
-// piece of a surface.
+constexpr float kEven = 0.29F;  // deviation of points that fill a cell evenly, divided by the
+                                // cell's width
+// The share of the size that counts for objects that may have moved away, and for anything that is
+// not a level or upright piece of a surface.
 constexpr float kLowShown = 0.2F, kIrregularShown = 0.5F;
 constexpr float kLevel = 0.85F, kUpright = 0.3F;  // |z| of a normal, at least and at most
 
-// Optical depth of an element: for its density, and for the third power of it if it is thin,
-// because a surface without gaps lets nothing through.
+// Optical depth of an element: proportional to its density, and to the third power of the density
+// if the element is thin, because a surface without gaps lets nothing through.
 constexpr float kSparseDepth = 0.5F, kFullDepth = 16.0F, kDensest = 1.0F;
-// Share of it for what may have moved away, and for ground, behind which ground goes on.
+// The share of the depth for objects that may have moved away, and for ground, behind which there
+// is more ground.
 constexpr float kLowDepth = 0.1F, kGroundDepth = 0.3F;
-constexpr float kFaintest = 0.01F;  // less depth than this does not count
-// What an optical depth takes from a size: a share at once, because a gap seldom lies right, and
-// little more for each that follows, because none is certain [dB].
+constexpr float kFaintest = 0.01F;  // a smaller depth does not count
+// What an optical depth takes from a size: one share at once, because there is seldom a gap in the
+// right place, and little more for each further element, because none of them is certain [dB].
 constexpr float kAtOnce = 15.0F, kFollowing = 2.5F, kHowSoon = 0.9F;
 
-constexpr float kMargin = 0.1F;       // what is less far behind belongs to the same surface [m]
-constexpr float kDeepest = 20.0F;     // and so does what is in its plane and pixel, to here [m]
+constexpr float kMargin = 0.1F;       // anything closer behind an element belongs to the same
+                                      // surface [m]
+constexpr float kDeepest = 20.0F;     // and so does what is in its plane and pixel, up to this
+                                      // distance [m]
 constexpr float kOpaque = 60.0F;      // optical depth
-constexpr float kMostPixels = 20.0F;  // half a footprint
-constexpr float kNearest = 0.3F;      // elements nearer appear as if they were here [m]
+constexpr float kMostPixels = 20.0F;  // half a footprint, at most
+constexpr float kNearest = 0.3F;      // nearer elements appear as if they were at this distance [m]
 constexpr int kColumns = 720, kRows = kColumns / 2;           // of the image, half a degree each
 constexpr double kPixel = 2.0 * std::numbers::pi / kColumns;  // [rad]
-constexpr float kBin = 0.05F;                                 // of distances that are sorted [m]
+constexpr float kBin = 0.05F;                                 // of the distances that are sorted
+                                                              // [m]
 
-/// The angle of (x, y) in [-pi, pi], off by less than 1e-4: a tenth of what matters here.
+/// The angle of (x, y) in [-pi, pi], with an error below 1e-4, a tenth of what matters here.
 float angle_of(float y, float x) noexcept {
   const float ax = std::abs(x), ay = std::abs(y);
   const float high = std::max(ax, ay);
@@ -53,7 +58,7 @@ float angle_of(float y, float x) noexcept {
   return y < 0.0F ? -angle : angle;
 }
 
-/// Share of a size that an optical depth before it leaves.
+/// The share of a size that an optical depth in front of it leaves.
 float left_behind(float depth) noexcept {
   const float lost = kAtOnce * (1.0F - std::exp(-kHowSoon * depth)) + kFollowing * depth;  // [dB]
   return std::pow(10.0F, -0.1F * lost);
@@ -63,7 +68,7 @@ float left_behind(float depth) noexcept {
 
 Optics Optics::of(const Shape& shape, double width, double thickness) noexcept {
   const auto cell = static_cast<float>(width);
-  // Isolated points hide what is behind them, but are not believed to be a surface.
+  // Isolated points hide what is behind them, but do not count as a surface.
   const float deviation = shape.is_isolated ? kEven * cell : shape.thickness;
   const float relative = deviation / static_cast<float>(thickness);
   const float rise = std::abs(shape.axes(2, 0));
@@ -71,7 +76,7 @@ Optics Optics::of(const Shape& shape, double width, double thickness) noexcept {
   const float solid = shape.is_isolated ? 1.0F : 1.0F / (1.0F + relative * relative);
   const float dense = std::min(shape.density, kDensest);
   return {
-      // The more it is clutter, the less it matters from where it is seen.
+      // The more cluttered a shape, the less the direction of view matters.
       .roughness =
           shape.is_flat ? std::clamp(shape.thickness / (kEven * cell), kRoughness, 1.0F) : 1.0F,
       .brightness =
@@ -101,7 +106,7 @@ Sight::Seen Sight::look(const Point& viewpoint,
   const double radius = elements_.width() * std::numbers::sqrt3;  // of a cell, around its centre
   const double reach = reach_ + radius;
   const auto near = elements_.between(viewpoint.x() - reach, viewpoint.x() + reach);
-  // What an element is part of must not be decided by points that are not looked at.
+  // Points that are not looked at must not decide which part an element belongs to.
   const auto here = elements_.between(viewpoint.x() - radius, viewpoint.x() + radius);
   const bool is_at_point = std::any_of(here.begin(), here.end(), [&](const Element& element) {
     if ((element.shape.centre - viewpoint).norm() > radius) return false;
@@ -125,7 +130,7 @@ Sight::Seen Sight::look(const Point& viewpoint,
   }
 
   sort_into_bins();
-  // They lie scattered in memory, and waiting for them takes a fifth of the time.
+  // The points lie scattered in memory, and waiting for them takes a fifth of the time.
   constexpr std::size_t kAhead = 12;
   const auto fetch = [&](const std::vector<std::uint32_t>& order, std::size_t k) {
     if (k < order.size()) __builtin_prefetch(&appearances_[order[k]]);
@@ -151,7 +156,8 @@ Sight::Seen Sight::look(const Point& viewpoint,
   return {seen_elements_, seen_points_};
 }
 
-/// Only the points at a distance in (0, max_range] take part, also in saying how they lie.
+/// Only the points at a distance in (0, max_range] take part; the shape, too, is computed from them
+/// alone.
 void Sight::cut(std::uint32_t element, const Point& viewpoint) {
   const auto begin = static_cast<std::uint32_t>(cut_points_.size());
   for (const std::uint32_t k : elements_.points(elements_.all()[element])) {
@@ -162,7 +168,7 @@ void Sight::cut(std::uint32_t element, const Point& viewpoint) {
   if (begin == end) return;
   const Shape shape = elements_.measure(map_, std::span(cut_points_).subspan(begin, end - begin));
   cut_.push_back({begin, end});
-  // What it is part of may be decided by points that take no part.
+  // Points that take no part may have decided the element's part.
   appear(element, shape, Optics::of(shape, elements_.width(), settings_.thickness), Part::structure,
          static_cast<std::uint32_t>(cut_.size() - 1), viewpoint, true);
 }
@@ -189,7 +195,7 @@ void Sight::appear(std::uint32_t element, const Shape& shape, const Optics& opti
 
   const auto pixel = static_cast<float>(kPixel);
   const float plan = direction.head<2>().norm();
-  // Both of length 1, as the direction.
+  // Both have length 1, as the direction has.
   const Eigen::Vector3f right =
       plan > 1e-3F ? Eigen::Vector3f(-direction.y() / plan, direction.x() / plan, 0.0F)
                    : Eigen::Vector3f::UnitX();
@@ -213,8 +219,8 @@ void Sight::appear(std::uint32_t element, const Shape& shape, const Optics& opti
                           .cast_at = distance + kMargin + std::min(in_plane, kDeepest)});
 }
 
-/// Counting sort: within a bin the order is that of the elements. Bins begin at the viewpoint, so
-/// that they do not depend on what is asked for.
+/// Counting sort: within a bin, the order is that of the elements. Bins begin at the viewpoint, so
+/// that they do not depend on the query.
 void Sight::sort_into_bins() {
   float farthest = 0.0F;
   for (const Appearance& a : appearances_) {
@@ -245,7 +251,8 @@ void Sight::sort_into_bins() {
   casts_begin_.pop_back();
 }
 
-/// Calls visit(pixel, share of the pixel) for what an appearance covers; azimuths go around.
+/// Calls visit(pixel, share of the pixel) for every pixel that an appearance covers; azimuths wrap
+/// around.
 template <class Visit>
 void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
   const float bottom = of.elevation - of.half_height, top = of.elevation + of.half_height;
@@ -267,7 +274,7 @@ void Sight::for_pixels(const Appearance& of, const Visit& visit) const {
   }
 }
 
-/// Share of an appearance's size that what is before it leaves.
+/// The share of an appearance's size that the elements in front of it leave.
 float Sight::passed(const Appearance& of) const {
   float sum = 0.0F, covered = 0.0F;
   for_pixels(of, [&](std::size_t pixel, float share) {

@@ -11,23 +11,24 @@
 namespace vantage::surface {
 
 struct Settings {
-  double min_size = 0.0;   ///< smallest visible size of 0.09 m^2 of what is seen [sr]
-  double thickness = 0.0;  ///< of a surface's points; thicker ones are clutter [m]
+  double min_size = 0.0;   ///< smallest visible size that counts as seen, for 0.09 m^2 [sr]
+  double thickness = 0.0;  ///< of a surface's points; thicker shapes are clutter [m]
   double max_range = 0.0;  ///< [m]
 };
 
-/// How a shape shows and hides, from wherever it is seen.
+/// How a shape shows and hides, whatever the viewpoint.
 struct Optics {
-  float roughness = 1.0F;   ///< share of its face that it shows and hides edge-on
-  float brightness = 0.0F;  ///< visible size of 0.09 m^2 of it at 1 m, face on [sr]
-  float depth = 0.0F;       ///< optical depth of what is behind it
+  float roughness = 1.0F;   ///< share of its face that it shows and hides when seen edge-on
+  float brightness = 0.0F;  ///< visible size of 0.09 m^2 of it at 1 m, seen face on [sr]
+  float depth = 0.0F;       ///< optical depth for everything behind it
 
   /// @param width      of the element's cell [m]
   /// @param thickness  of a surface's points [m]
   [[nodiscard]] static Optics of(const Shape& shape, double width, double thickness) noexcept;
 };
 
-/// Looks at elements from one viewpoint after the other. Reuses its memory: one for each thread.
+/// Looks at elements from one viewpoint after another. It reuses its memory: use one object per
+/// thread.
 class Sight {
  public:
   /// @param optics  of the elements
@@ -36,24 +37,28 @@ class Sight {
 
   /// What is seen of the map from one viewpoint.
   struct Seen {
-    std::span<const std::uint32_t> elements;  ///< of which all points are seen, not in order
-    std::span<const std::uint32_t> points;    ///< of those that the range cuts, not in order
+    std::span<const std::uint32_t> elements;  ///< elements whose points are all seen, in no
+                                              ///< particular order
+    std::span<const std::uint32_t> points;    ///< points of elements that the range cuts, in no
+                                              ///< particular order
   };
-  /// @param is_known  elements whose answer nobody needs are not decided; may be empty
+  /// @param is_known  elements that need no answer and are skipped; may be empty
   /// @return          valid until the next call
   [[nodiscard]] Seen look(const Point& viewpoint,
                           const std::function<bool(std::uint32_t)>& is_known = {});
 
  private:
-  /// An element as it appears from the viewpoint.
+  /// An element as seen from the viewpoint.
   struct Appearance {
     std::uint32_t element;
-    std::uint32_t cut;              ///< its place in `cut_`, or kWhole
+    std::uint32_t cut;              ///< its index in `cut_`, or kWhole
     float azimuth, elevation;       ///< [pixels]
     float half_width, half_height;  ///< [pixels]
-    float size;                     ///< if nothing is before it [sr]; 0 if that does not matter
-    float depth;                    ///< optical depth of what is behind it
-    float read_at, cast_at;         ///< from which distance on it is decided, and hides [m]
+    float size;                     ///< if nothing is in front of it [sr]; 0 if the size does not
+                                    ///< matter
+    float depth;                    ///< optical depth for everything behind it
+    float read_at, cast_at;         ///< the distances from which on it is decided, and hides others
+                                    ///< [m]
   };
   struct Cut {
     std::uint32_t begin, end;  ///< of `cut_points_`
@@ -72,7 +77,7 @@ class Sight {
   const Elements& elements_;
   std::span<const Optics> optics_;
   Settings settings_;
-  double reach_;  ///< nothing farther is large enough [m]
+  double reach_;  ///< nothing farther away is large enough [m]
 
   std::vector<float> image_;  ///< optical depth so far, row by row
   std::vector<Appearance> appearances_;

@@ -83,7 +83,7 @@ class Scene final : public VisibilityScene {
   mutable tbb::enumerable_thread_specific<Sight> sights_;
 };
 
-/// Surface elements that appear bright enough through what stands before them.
+/// Surface elements that appear bright enough through what is in front of them.
 class Surface final : public VisibilityOperator {
  public:
   struct Params {
@@ -126,7 +126,7 @@ class Surface final : public VisibilityOperator {
       if (!(limits.map_bounds.min.array() <= needed.min.array()).all()) {
         return fail(ErrorCode::invalid_input, "map_bounds does not enclose every point of the map");
       }
-      // Anchored at the map: where its frame has its origin does not matter.
+      // Anchored at the map, so that the origin of the map's frame does not matter.
       VANTAGE_TRY(auto elements, Elements::of(map, limits.map_bounds.min, params_.point_spacing));
       return std::make_unique<Scene>(
           map, std::move(elements),
