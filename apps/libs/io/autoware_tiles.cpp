@@ -14,7 +14,7 @@
 namespace vantage::io {
 namespace {
 
-/// What libyaml reports of one construct, its text copied.
+/// One event that libyaml reports, with a copy of its text.
 struct Event {
   yaml_event_type_t type = YAML_NO_EVENT;
   std::string text;  // of a scalar
@@ -49,7 +49,7 @@ class EventReader {
     return read;
   }
 
-  /// The next event, which must be of that type.
+  /// Returns the next event, which must be of that type.
   [[nodiscard]] Result<Event> next(yaml_event_type_t type, std::string_view expected) {
     VANTAGE_TRY(Event event, next());
     if (event.type == type) return event;
@@ -159,7 +159,7 @@ class MetadataReader {
   std::set<std::string> names_;
 };
 
-/// "20.0": a number that no reader of YAML takes for a whole one.
+/// "20.0": a number that no YAML reader takes for an integer.
 std::string resolution_text(double resolution) {
   std::string text = fmt::format("{}", resolution);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;

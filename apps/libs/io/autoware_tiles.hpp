@@ -9,7 +9,7 @@
 
 namespace vantage::io {
 
-/// What Autoware calls the folder of a map's tiles, and the file beside it that lists them.
+/// Autoware's names for the folder of a map's tiles and for the file beside it that lists them.
 inline constexpr const char* kAutowareFolder = "pointcloud_map.pcd";
 inline constexpr const char* kAutowareMetadata = "pointcloud_map_metadata.yaml";
 
@@ -30,9 +30,9 @@ struct AutowareTiles {
   friend bool operator==(const AutowareTiles&, const AutowareTiles&) = default;
 };
 
-/// Autoware takes every key but the two resolutions for a tile, and so does this.
+/// Treats every key except the two resolutions as a tile, as Autoware does.
 /// @param file  for errors
-/// Errors (`where` is the line): `corrupt_data` for what is no YAML, or not a mapping of two
+/// Errors (`where` is the line): `corrupt_data` for text that is not YAML, or not a mapping of two
 /// resolutions and of file names to two whole numbers; for a name that occurs twice or leaves the
 /// folder.
 [[nodiscard]] Result<AutowareTiles> parse_autoware_tiles(std::string_view yaml,

@@ -37,7 +37,7 @@ std::string pcd_header(std::size_t points, Precision precision, const ExtraField
                      fmt::arg("counts", more ? "1 1 1 1" : "1 1 1"), fmt::arg("points", points));
 }
 
-/// Points in a row, each followed by its views where there are some.
+/// Writes points in a row, each followed by its view count if there are counts.
 Result<void> write_points(OutputFile& file, PointsView points, Precision precision,
                           std::span<const std::uint32_t> views) {
   return write_records(file, points.size(), [&](std::string& bytes, std::size_t i) {
@@ -49,7 +49,8 @@ Result<void> write_points(OutputFile& file, PointsView points, Precision precisi
 }  // namespace
 
 Precision lossless_precision(PointsView points) noexcept {
-  // By its bits: GCC 12 vectorizes float(x) that is a double again at once to x itself.
+  // Compares bits, because GCC 12 turns a vectorized float(x) that is at once converted back to
+  // double into x itself.
   const auto is_float = [](double x) {
     constexpr std::uint64_t kBeyondFloat = (std::uint64_t{1} << 29U) - 1U;  // of the mantissa
     if ((std::bit_cast<std::uint64_t>(x) & kBeyondFloat) != 0) return false;
@@ -73,7 +74,7 @@ Result<void> check_writable(const std::filesystem::path& path, PointsView points
                            ? static_cast<double>(std::numeric_limits<float>::max())
                            : std::numeric_limits<double>::max();
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // Written so that NaN fails it as well.
+    // Written so that NaN fails, too.
     if ((points[i].array().abs() <= largest).all()) continue;
     return fail(
         ErrorCode::invalid_input,

@@ -23,7 +23,7 @@ class FolderScans final : public ScanSource {
       kinds += (kinds.empty() ? "" : ", ") + (suffix.empty() ? "no suffix" : suffix);
     }
     description_.format = fmt::format("files ({})", kinds);
-    // What is wrong with the first file is told when it is read.
+    // Errors in the first file are reported when it is read.
     if (auto layout = read_cloud_layout(sequence_.file(0))) {
       description_.fields = std::move(layout->fields);
     }

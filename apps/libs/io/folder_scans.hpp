@@ -7,8 +7,8 @@
 
 namespace vantage::io {
 
-/// The files of a sequence as a source. Its stamps increase, or the sequence is none: no scan is
-/// ever left out.
+/// The files of a sequence as a source. The stamps of a sequence increase, so no scan is ever left
+/// out.
 [[nodiscard]] std::unique_ptr<ScanSource> folder_scans(ScanSequence sequence);
 
 }  // namespace vantage::io

@@ -13,7 +13,7 @@ namespace vantage::io {
 [[nodiscard]] bool looks_like_pcd(std::string_view content) noexcept;
 [[nodiscard]] bool looks_like_ply(std::string_view content) noexcept;
 
-/// The readers behind read_point_cloud: the content of a file, and its name for errors.
+/// The readers behind read_point_cloud. They take the content of a file, and its name for errors.
 [[nodiscard]] Result<LoadedCloud> parse_pcd(std::string_view content, const std::string& file,
                                             ReadTimes read_times);
 [[nodiscard]] Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file,
@@ -25,8 +25,8 @@ namespace vantage::io {
 [[nodiscard]] Result<CloudLayout> pcd_layout(std::string_view content, const std::string& file);
 [[nodiscard]] Result<CloudLayout> ply_layout(std::string_view content, const std::string& file);
 
-/// Where the points of a sound binary file are that need not be read whole; nothing for any other
-/// file.
+/// Where the points of a sound binary file are, if the file can be read in parts; nothing for any
+/// other file.
 /// @param head  the beginning of the file
 /// @param size  of the file [bytes]
 [[nodiscard]] std::optional<Records> pcd_records(std::string_view head, std::size_t size,

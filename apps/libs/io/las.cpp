@@ -16,7 +16,7 @@
 namespace vantage::io {
 namespace {
 
-/// What the rest of the file is judged by.
+/// The header fields by which the rest of the file is judged.
 struct Header {
   unsigned minor_version = 0;
   std::uint64_t size = 0;           // [bytes]
@@ -62,7 +62,7 @@ class HeaderReader {
     return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file_.name(), 0, 0});
   }
 
-  /// Reads as much as the version's header has.
+  /// Reads as many bytes as the header of this version has.
   [[nodiscard]] Result<void> read_bytes() {
     if (file_.size() < las::kSmallestHeader) return cut(las::kSmallestHeader);
     VANTAGE_CHECK(file_.read(0, std::span(bytes_).first(las::kSmallestHeader)));
@@ -107,7 +107,7 @@ class HeaderReader {
     return {};
   }
 
-  /// LAS 1.4 has a count of 64 bits beside the old one, which is 0 where it cannot say the same.
+  /// LAS 1.4 has a 64-bit count besides the old one, which is 0 if it cannot hold the number.
   [[nodiscard]] Result<std::uint64_t> points() const {
     const std::uint64_t legacy = value<std::uint32_t>(las::kLegacyPoints);
     if (minor_ < 4) return legacy;
@@ -139,7 +139,7 @@ class HeaderReader {
 
 enum class Compression : std::uint8_t { none, laz, copc };
 
-/// Walks the variable length records, which tell whether points are compressed.
+/// Walks the variable length records, which say whether points are compressed.
 Result<Compression> compression_of(const InputFile& file, const Header& header) {
   const auto error = [&](std::uint64_t at, std::uint64_t record, std::string_view found) {
     return fail(

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-/// Where what is in a LAS file [bytes], little endian: ASPRS LAS Specification 1.4 R15, Sec. 2.
+/// Byte offsets in a LAS file, little endian: ASPRS LAS Specification 1.4 R15, Sec. 2.
 namespace vantage::io::las {
 
 // The public header block; offsets are the same in all versions (Table 3).
@@ -33,18 +33,18 @@ inline constexpr std::size_t kLargestHeader = 375;
   return minor_version < 3 ? kSmallestHeader : minor_version == 3 ? 235 : kLargestHeader;
 }
 
-/// Of point format 0, 1, ... without extra bytes (Sec. 2.6).
+/// Sizes of point formats 0, 1, ... without extra bytes (Sec. 2.6).
 inline constexpr std::array<std::size_t, 11> kPointSizes{20, 28, 26, 34, 57, 63,
                                                          30, 36, 38, 59, 67};
-/// In the byte of the point format, set by LASzip.
+/// LASzip sets these bits in the byte of the point format.
 inline constexpr unsigned kCompressionBits = 0xc0;
 
-// The head of a variable length record (Table 6).
+// The header of a variable length record (Table 6).
 inline constexpr std::size_t kVlrHeaderSize = 54;
 inline constexpr std::size_t kVlrUser = 2;  // char[16]
 inline constexpr std::size_t kVlrUserSize = 16;
 inline constexpr std::size_t kVlrRecordId = 18;     // uint16
-inline constexpr std::size_t kVlrLength = 20;       // uint16, of what follows the head
+inline constexpr std::size_t kVlrLength = 20;       // uint16, of the content after the header
 inline constexpr std::size_t kVlrDescription = 22;  // char[32]
 
 template <class Stored>

@@ -17,7 +17,7 @@ constexpr double kScale = 0.001;  // [m]
 constexpr std::uint8_t kFormat = 6;
 constexpr std::uint16_t kCoordinateSystemIsWkt = 1U << 4U;  // required from point format 6 on
 
-// Extra Bytes record (Sec. 2.7, Table 24): describes what follows the fields of each point.
+// Extra Bytes record (Sec. 2.7, Table 24): describes the bytes after the fields of each point.
 constexpr std::string_view kExtraBytesUser = "LASF_Spec";
 constexpr std::uint16_t kExtraBytesId = 4;
 constexpr std::size_t kExtraBytesSize = 192;
@@ -30,7 +30,7 @@ void put_text(std::string& bytes, std::size_t at, std::string_view text) {
   bytes.replace(at, text.size(), text);
 }
 
-/// The stored numbers of a point count from here [m].
+/// The stored numbers of a point count from this offset [m].
 struct Grid {
   Point offset = Point::Zero();
 
@@ -50,7 +50,7 @@ struct Grid {
 Result<Grid> grid_around(const std::filesystem::path& path, const Bounds3& bounds) {
   Grid grid;
   if (bounds.empty()) return grid;
-  // Whole kilometres, for people.
+  // Whole kilometres, so that the numbers are easy to read.
   grid.offset = ((0.5 * bounds.min + 0.5 * bounds.max) / 1000.0).array().round() * 1000.0 + 0.0;
   const double reach = (bounds.max - grid.offset).cwiseMax(grid.offset - bounds.min).maxCoeff();
   if (reach < kScale * std::numeric_limits<std::int32_t>::max()) return grid;
@@ -97,7 +97,7 @@ std::string header(const Grid& grid, const Bounds3& bounds, std::uint64_t points
     put(las::kScale + place, kScale);
     put(las::kOffset + place, grid.offset[a]);
     if (bounds.empty()) continue;
-    // Of the points as they are read back, so that none lies outside.
+    // Bounds of the points as they are read back, so that no point lies outside.
     put(las::kBounds + 2 * place, grid.read_back(grid.stored(bounds.max)[axis], a));
     put(las::kBounds + 2 * place + sizeof(double),
         grid.read_back(grid.stored(bounds.min)[axis], a));

@@ -32,7 +32,7 @@ void sort_naturally(std::vector<fs::path>& paths) {
   });
 }
 
-/// The files of a folder whose names end like those of point clouds.
+/// The files of a folder whose suffixes are those of point clouds.
 Result<std::vector<fs::path>> clouds_in(const fs::path& folder) {
   constexpr std::array<std::string_view, 5> kSuffixes{".pcd", ".ply", ".las", ".laz", ".e57"};
   std::vector<fs::path> files;
@@ -52,12 +52,12 @@ Result<std::vector<fs::path>> clouds_in(const fs::path& folder) {
   return files;
 }
 
-/// Where a map of Autoware has its parts.
+/// Where the parts of an Autoware map are.
 struct AutowareMap {
   fs::path metadata, tiles;
 };
 
-/// The folder may be that of the map, which has the metadata, or that of its tiles.
+/// The folder may be that of the map, which contains the metadata, or that of its tiles.
 std::optional<AutowareMap> autoware_map(const fs::path& folder) {
   std::error_code ignored;
   const fs::path inside = folder / kAutowareMetadata;

@@ -34,7 +34,7 @@ constexpr std::array<std::string_view, 10> kKeywords{
     "VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"};
 
 std::optional<Keyword> keyword(std::string_view word) noexcept {
-  if (word == "COLUMNS") return kFields;  // its name before PCD 0.6
+  if (word == "COLUMNS") return kFields;  // the keyword's name before PCD 0.6
   const auto found = std::find(kKeywords.begin(), kKeywords.end(), word);
   if (found == kKeywords.end()) return std::nullopt;
   return static_cast<Keyword>(found - kKeywords.begin());
@@ -63,7 +63,7 @@ struct Header {
   std::optional<Field> time;
   TimeFormat time_format;
   std::uint64_t point_size = 0;  // [bytes]
-  std::uint64_t columns = 0;     // values a point
+  std::uint64_t columns = 0;     // values per point
   std::uint64_t points = 0;
   Encoding encoding = Encoding::ascii;
   std::uint32_t data_line = 0;  // lines before the data
@@ -108,7 +108,7 @@ class HeaderReader {
       if (!bytes || __builtin_add_overflow(header.point_size, *bytes, &header.point_size)) {
         return error(kCount, "the size of a point does not fit 64 bits");
       }
-      header.columns += field.count;  // cannot overflow where the bytes did not
+      header.columns += field.count;  // cannot overflow if the number of bytes did not
     }
     VANTAGE_TRY(header.axes, axes(header.fields));
     if (read_times_ == ReadTimes::yes) VANTAGE_CHECK(find_time(header));
@@ -132,7 +132,8 @@ class HeaderReader {
   // Finds the line of every keyword up to DATA.
   [[nodiscard]] Result<void> collect() {
     while (const auto line = lines_.next()) {
-      // A header line ends with a line feed; one that the end of the file cuts short is not whole.
+      // A header line ends with a line feed; a line that the end of the file cuts off is not
+      // complete.
       if (content_[lines_.offset() - 1] != '\n') break;
       if (is_blank_or_comment(*line)) continue;
       WordReader words(*line);
@@ -155,7 +156,7 @@ class HeaderReader {
                                             lines_.offset()));
   }
 
-  // The values of a line that has one for each field.
+  // The values of a line that has one value per field.
   [[nodiscard]] Result<std::vector<std::string_view>> list(Keyword key) const {
     if (entries_[key].line == 0) {
       return error(0, fmt::format("the PCD header has no {} line", kKeywords[key]));
@@ -266,7 +267,7 @@ class HeaderReader {
     return {};
   }
 
-  /// Whether a point has one number there.
+  /// Checks that a point has exactly one number there.
   [[nodiscard]] Result<void> check_number(const Field& field) const {
     if (field.count != 1) {
       return error(kCount,
@@ -304,7 +305,7 @@ class HeaderReader {
   std::array<Entry, kKeywords.size()> entries_{};
 };
 
-/// No points yet, and what their times will mean.
+/// A cloud without points, and what the times will mean.
 LoadedCloud empty_cloud(const Header& header) {
   LoadedCloud cloud;
   if (header.time) {
@@ -396,8 +397,8 @@ Result<LoadedCloud> parse_binary(std::string_view content, const std::string& fi
   });
 }
 
-// After the header: compressed and uncompressed size as uint32, then the compressed bytes, which
-// hold all values of the first field, then all of the second, ...
+// After the header come the compressed and the uncompressed size as uint32, then the compressed
+// bytes, which contain all values of the first field, then all values of the second, ...
 Result<LoadedCloud> parse_compressed(std::string_view content, const std::string& file,
                                      const Header& header) {
   // The longest back reference of LZF: 3 bytes stand for 264.

@@ -66,7 +66,7 @@ struct Element {
   bool has_list = false;
   std::size_t size = 0;               // of the single values [bytes]
   std::array<std::size_t, 3> axes{};  // of `vertex`: which properties are x, y, z
-  std::optional<std::size_t> time;  // of `vertex`: which property, if there is one and it is wanted
+  std::optional<std::size_t> time;    // of `vertex`: which property, if it exists and is wanted
   TimeFormat time_format;
 };
 
@@ -93,7 +93,8 @@ class HeaderReader {
     std::optional<Encoding> encoding;
     while (true) {
       const auto line = lines_.next();
-      // A header line ends with a line feed; one that the end of the file cuts short is not whole.
+      // A header line ends with a line feed; a line that the end of the file cuts off is not
+      // complete.
       if (!line || content_[lines_.offset() - 1] != '\n') {
         return error(fmt::format(
             "the file ends at byte {} inside the PLY header, expected the line 'end_header'",
@@ -257,11 +258,11 @@ class HeaderReader {
   ReadTimes read_times_;
 };
 
-/// x, y, z and the time of a vertex, read one by one.
+/// x, y, z and the time of a vertex, read one after the other.
 struct Vertex {
   std::array<double, 4> values{};
 
-  /// Where the value of a property belongs; null for one that is not wanted.
+  /// Where the value of a property goes; null if the property is not wanted.
   [[nodiscard]] double* place(const Element& element, std::size_t property) noexcept {
     if (element.name != kVertex) return nullptr;
     if (element.time == property) return &values[3];
@@ -271,7 +272,7 @@ struct Vertex {
   }
 };
 
-/// No points yet, and what their times will mean.
+/// A cloud without points, and what the times will mean.
 LoadedCloud empty_cloud(const Header& header) {
   LoadedCloud cloud;
   for (const Element& element : header.elements) {
@@ -340,7 +341,7 @@ class AsciiReader {
     return std::nullopt;
   }
 
-  // Of an element other than a vertex the result has no meaning.
+  // For an element that is not a vertex, the result has no meaning.
   [[nodiscard]] Result<Vertex> read_line(std::string_view line, const Element& element) const {
     WordReader words(line);
     Vertex vertex;
@@ -429,7 +430,7 @@ class BinaryReader {
                 SourceLocation{file_, 0, 0});
   }
 
-  // Through elements of different lengths, one by one.
+  // Walks through elements of different lengths, one by one.
   [[nodiscard]] Result<void> walk(const Element& element, LoadedCloud& cloud) {
     for (std::uint64_t i = 0; i < element.count; ++i) {
       Vertex vertex;
@@ -446,7 +447,7 @@ class BinaryReader {
                             quoted(property.name), quoted(element.name), i, offset_, length),
                 SourceLocation{file_, 0, 0});
           }
-          // Longer than the file is long is as good as any length that does not fit.
+          // Any length that does not fit may be replaced by a length beyond the end of the file.
           const auto longest = static_cast<double>(content_.size());
           values = static_cast<std::uint64_t>(std::min(length, longest));
         }

@@ -17,7 +17,7 @@ namespace vantage::io {
 
 namespace {
 
-/// What can be told from the beginning of a file, whose header may end where it likes.
+/// Enough of a file to recognize its format; a header may end anywhere.
 constexpr std::size_t kHead = 64 * 1024;  // [bytes]
 constexpr std::string_view kExpected = "a point cloud (PCD, PLY, LAS or KITTI .bin)";
 
@@ -96,8 +96,8 @@ Result<LoadedCloud> read_point_cloud(const InputFile& input, ReadTimes read_time
     const std::string_view bytes = content.view();
     if (looks_like_pcd(bytes)) return parse_pcd(bytes, file, read_times);
     if (looks_like_ply(bytes)) return parse_ply(bytes, file, read_times);
-    // The suffix decides only for content that says nothing, or names the reader that can say best
-    // what is wrong with it.
+    // The suffix decides only if the content says nothing, or to choose the reader that can best
+    // say what is wrong.
     if (suffix == ".bin") return parse_kitti_bin(bytes, file);
     if (suffix == ".pcd") return parse_pcd(bytes, file, read_times);
     if (suffix == ".ply") return parse_ply(bytes, file, read_times);
@@ -140,7 +140,7 @@ Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> pat
     all.points = std::move(parts.front());
     return all;
   }
-  all.points.reserve(count);  // what is reserved and not yet written takes no memory
+  all.points.reserve(count);  // reserved memory takes no space until it is written
   for (PointCloud& part : parts) {
     all.points.insert(all.points.end(), part.begin(), part.end());
     part = PointCloud();  // `= {}` would keep the memory

@@ -31,11 +31,11 @@ template <class Stored, ByteOrder order>
   return static_cast<double>(std::bit_cast<Stored>(raw));
 }
 
-/// What is added to a coordinate that is stored as it is: unlike 0, it leaves -0 alone.
+/// The shift of a coordinate that is stored unshifted: unlike 0, it preserves -0.
 inline constexpr double kNoShift = -0.0;
 
-/// One coordinate of all points: `scale` times the number at `first + i * stride`, plus `shift`,
-/// is that of point i.
+/// One coordinate of all points: that of point i is `scale` times the number at
+/// `first + i * stride`, plus `shift`.
 struct CoordinateColumn {
   const char* first = nullptr;
   std::size_t stride = 0;
@@ -71,7 +71,7 @@ void add_points(LoadedCloud& cloud, const std::array<CoordinateColumn, 3>& axes,
   if constexpr (has_time) cloud.times.values.resize(kept);
 }
 
-/// Adds the finite ones of `count` points. Precondition: the columns hold them.
+/// Adds the finite points among `count` points. Precondition: the columns hold `count` points.
 inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
   if (columns.time) {
     add_points<true>(cloud, columns.axes, *columns.time, count);
@@ -87,7 +87,7 @@ inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::si
   return cloud;
 }
 
-/// Points of equal size in a row in a file.
+/// Points of equal size, one after the other in a file.
 struct Records {
   struct Field {
     std::size_t offset = 0;  // in a point [bytes]
@@ -104,8 +104,8 @@ struct Records {
   TimeFormat time_format;
 };
 
-/// Reads points in blocks: the file is never in memory as a whole.
-/// Errors: `io_failure`. Precondition: the file has them all.
+/// Reads points in blocks: the whole file is never in memory.
+/// Errors: `io_failure`. Precondition: the file contains all the points.
 [[nodiscard]] Result<LoadedCloud> load_records(const InputFile& file, const Records& records);
 
 inline constexpr std::array<std::string_view, 3> kAxisNames{"x", "y", "z"};

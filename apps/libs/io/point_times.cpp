@@ -13,10 +13,10 @@ namespace vantage::io {
 namespace {
 
 constexpr double kLongestSweep = 10.0;      // [s]
-constexpr double kMostPointsASecond = 2e7;  // several times those of the fastest sensors
-constexpr double kOneMoment = 1e-6;         // what is left of it by rounding, at most [s]
+constexpr double kMostPointsASecond = 2e7;  // several times as many as the fastest sensors measure
+constexpr double kOneMoment = 1e-6;         // rounding leaves at most this much of equal times [s]
 
-/// What counts from the stamp comes first: it needs no second clock.
+/// Times that count from the stamp come first, because they need no second clock.
 constexpr std::array<std::string_view, 8> kNames{"offset_time", "time_offset", "relative_time",
                                                  "rel_time",    "t",           "time",
                                                  "time_stamp",  "timestamp"};
@@ -43,7 +43,7 @@ double per_second(const TimeFormat& format, double largest) {
   return are_nanoseconds ? 1e9 : format.per_second;
 }
 
-/// What the times count from, in their own clock [s].
+/// The moment from which the times count, in their own clock [s].
 double origin(double first, double last, double stamp, bool may_be_absolute) {
   const auto farthest_from = [&](double zero) {
     return std::max(std::abs(first - zero), std::abs(last - zero));

@@ -40,7 +40,7 @@ class ReadAhead final : public ScanSource {
  private:
   struct Item {
     Result<std::optional<StampedScan>> scan;
-    SkippedScans skipped;  // up to this scan, as the caller must not see further than it has got
+    SkippedScans skipped;  // up to this scan, so that the caller sees nothing of later scans
   };
 
   void start() {
@@ -90,7 +90,7 @@ class ReadAhead final : public ScanSource {
   }
 
   std::unique_ptr<ScanSource> source_;
-  std::thread reader_;  // the only one that reads from source_ while it runs
+  std::thread reader_;  // the only thread that reads from source_ while it runs
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Item> items_;  // guarded by mutex_

@@ -60,7 +60,7 @@ Result<std::vector<fs::path>> scans_in(const fs::path& directory) {
 }
 
 std::optional<fs::path> times_file(const fs::path& directory) {
-  // Lexically, so that for a link the parent is the folder that holds the link.
+  // Lexically, so that the parent of a link is the folder that contains the link.
   std::error_code ignored;
   fs::path folder = fs::absolute(directory, ignored).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
@@ -100,7 +100,7 @@ Result<Stamps> read_times(const fs::path& path, std::size_t scans) {
   return stamps;
 }
 
-// Whole seconds and the rest apart, which rounds once instead of twice.
+// Whole seconds and the rest separately, so that the result is rounded once instead of twice.
 double seconds_from(std::uint64_t nanoseconds) noexcept {
   constexpr std::uint64_t kPerSecond = 1'000'000'000;
   return static_cast<double>(nanoseconds / kPerSecond) +
@@ -184,7 +184,7 @@ bool less_by_natural_order(std::string_view a, std::string_view b) noexcept {
     ++k;
   }
   if (a.size() - i != b.size() - k) return a.size() - i < b.size() - k;
-  // Equal but for leading zeros: fewer of them first.
+  // Equal except for leading zeros: the one with fewer zeros comes first.
   return a.size() != b.size() ? a.size() < b.size() : a < b;
 }
 

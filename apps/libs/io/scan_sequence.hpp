@@ -17,14 +17,14 @@ class ScanSequence {
  public:
   /// @param path     a directory, whose .pcd, .ply and .bin files are taken in natural name order
   ///                 (`less_by_natural_order`) and whose other files are ignored; or one such file
-  /// @param rate_hz  scans a second, for the rules that need it; > 0
+  /// @param rate_hz  scans per second, for the rules that need it; > 0
   ///
   /// Stamps come from the first rule that applies:
-  /// 1. `times.txt` in the directory, else in its parent: one stamp [s] a line, one line a scan
-  /// 2. every file stem is a decimal integer: nanoseconds since the epoch if all have 16 digits or
-  ///    more, frame number / rate_hz if none has
+  /// 1. `times.txt` in the directory, else in its parent: one stamp [s] per line, one line per scan
+  /// 2. every file stem is a decimal integer: nanoseconds since the epoch if all have 16 or more
+  /// digits, frame number / rate_hz if none has
   /// 3. index / rate_hz
-  /// A single file has no use for `times.txt`; the other rules hold.
+  /// A single file does not use `times.txt`; the other rules apply.
   /// Errors: `invalid_input` for a bad rate; `not_found` for a missing path or a directory without
   /// scans; `corrupt_data` for stamps that are malformed, too few, too many or not strictly
   /// increasing; `io_failure`.

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kHead = 64;  // [bytes]; enough to tell formats by
 
-/// The beginning of a file; nothing for what is none, or is empty.
+/// The beginning of a file; nothing for a path that is not a file, or for an empty file.
 Result<std::string> head_of(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return std::string();

@@ -59,8 +59,8 @@ class WordReader {
   std::string_view rest_;
 };
 
-/// The number that the whole word spells in decimal notation, whatever the locale; nothing if it
-/// spells none or one that `Number` cannot hold. For floating point "nan" and "inf" are numbers.
+/// The number that the whole word spells in decimal notation, in any locale. Nothing if it spells
+/// no number, or one that `Number` cannot hold. For floating point, "nan" and "inf" are numbers.
 template <class Number>
 [[nodiscard]] std::optional<Number> parse_number(std::string_view word) noexcept {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
@@ -70,10 +70,10 @@ template <class Number>
   return number;
 }
 
-/// 'text' for a message: cut after 40 characters, unprintable bytes as '?'.
+/// 'text' for a message: cut after 40 characters, with '?' for unprintable bytes.
 [[nodiscard]] std::string quoted(std::string_view text);
 
-/// Whether a line holds nothing but blanks, or starts a comment with '#'.
+/// Whether a line contains nothing but blanks, or starts a comment with '#'.
 [[nodiscard]] bool is_blank_or_comment(std::string_view line) noexcept;
 
 }  // namespace vantage::io

@@ -28,7 +28,7 @@ constexpr std::size_t kFrameKittiColumns = 13;
 constexpr double kRotationTolerance = 1e-3;
 constexpr double kStampTolerance = 1e-3;  // [s]
 
-// Either a value or what was wrong with it; the caller knows the file and the line.
+// Either a value, or what was wrong with it; the caller knows the file and the line.
 template <class T>
 using Checked = tl::expected<T, std::string>;
 
@@ -209,7 +209,7 @@ std::optional<Pose> pose_at(const Trajectory& trajectory, double stamp, double m
   if (after != trajectory.end() && after->stamp == stamp) return after->pose;
   if (after == trajectory.begin() || after == trajectory.end() ||
       after->stamp - std::prev(after)->stamp > max_gap_s) {
-    // Nothing to interpolate: an end of the trajectory, or a gap in it.
+    // Nothing to interpolate here: an end of the trajectory, or a gap in it.
     const auto nearest =
         after == trajectory.begin() ? after
         : after == trajectory.end() || stamp - std::prev(after)->stamp <= after->stamp - stamp

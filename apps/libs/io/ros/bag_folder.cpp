@@ -9,7 +9,7 @@
 namespace vantage::io::ros {
 namespace {
 
-/// What a recording was split into, one after the other; only one part is open at a time.
+/// The parts of a recording, one after the other; only one part is open at a time.
 class BagFolder final : public MessageReader {
  public:
   [[nodiscard]] const std::string& format() const override { return format_; }

@@ -35,7 +35,7 @@ class BagPackets final : public velodyne::PacketSource {
     return reader_->seek(std::numeric_limits<std::int64_t>::min());
   }
 
-  /// Of the message that was read last.
+  /// The frame of the last message read.
   [[nodiscard]] const std::string& frame() const { return scan_.header.frame; }
 
  private:

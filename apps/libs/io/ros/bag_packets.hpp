@@ -10,8 +10,8 @@
 
 namespace vantage::io::ros {
 
-/// The revolutions of the sensor whose packets velodyne_msgs/VelodyneScan messages hold, cut anew
-/// (see velodyne::SpinAssembler), wherever the messages begin and end.
+/// The revolutions of the sensor whose packets velodyne_msgs/VelodyneScan messages contain. They
+/// are cut anew (see velodyne::SpinAssembler), wherever the messages begin and end.
 /// @param topics  indices into topics() of one name and that type
 /// Errors: those of MessageReader, parse_velodyne_scan and velodyne::describe_packets;
 /// `corrupt_data` for a bag without a packet.

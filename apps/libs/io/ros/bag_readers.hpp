@@ -12,24 +12,24 @@
 
 namespace vantage::io::ros {
 
-/// Errors: `corrupt_data` for a bag without a topic; those of `reader`.
+/// Refuses a bag without topics. Errors: `corrupt_data`; those of `reader`.
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> with_topics(
     Result<std::unique_ptr<MessageReader>> reader);
 
 /// "sensor_msgs/PointCloud2" for "sensor_msgs/msg/PointCloud2".
 [[nodiscard]] std::string ros1_spelling(std::string_view type);
 
-/// The readers of message_reader.hpp, which here may find no topic.
+/// The readers of message_reader.hpp, without the requirement that there is a topic.
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> read_rosbag1(InputFile file);
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> read_rosbag2_sqlite(InputFile file);
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> read_mcap(InputFile file);
-/// Precondition: `folder` is one. Errors: those of open_bag.
+/// Precondition: `folder` is a folder. Errors: those of open_bag.
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> read_parts(
     const std::filesystem::path& folder);
-/// A file of any of the formats.
+/// Opens a file of any of the formats.
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> read_bag_file(
     const std::filesystem::path& path);
-/// The parts of a rosbag2 in a folder in natural order, compressed ones too.
+/// The parts of a rosbag2 in a folder in natural order, including compressed ones.
 /// Errors: `not_found`, `io_failure`.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> bag_parts(
     const std::filesystem::path& folder);

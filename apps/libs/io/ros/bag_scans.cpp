@@ -69,7 +69,7 @@ class BagScans final : public ScanSource {
  private:
   explicit BagScans(std::unique_ptr<MessageReader> reader) : reader_(std::move(reader)) {}
 
-  /// From the first message, which stays the next one.
+  /// Taken from the first message, which stays the next one.
   [[nodiscard]] Result<void> read_description(const std::vector<std::size_t>& topics) {
     description_.format = reader_->format();
     description_.topic = reader_->topics()[topics.front()].name;
@@ -87,7 +87,7 @@ class BagScans final : public ScanSource {
     return {};
   }
 
-  /// The file that was read last: a bag may have several.
+  /// The last file read; a bag may have several.
   [[nodiscard]] SourceLocation where() const { return {reader_->file(), 0, 0}; }
 
   [[nodiscard]] Result<CloudMessage> parse(const BagMessage& message) const {
@@ -100,7 +100,7 @@ class BagScans final : public ScanSource {
     return has_log_times_ ? seconds_from(message.log_time) : header.stamp;
   }
 
-  /// Without reading the points.
+  /// The stamp of a message, found without reading the points.
   [[nodiscard]] Result<double> stamp_of(const BagMessage& message) const {
     const Topic& topic = reader_->topics()[message.topic];
     const auto header = parse_header(message.bytes, *topic.encoding, where());
@@ -142,10 +142,10 @@ class BagScans final : public ScanSource {
     return scan;
   }
 
-  /// Makes the first message stamped at or after `stamp` the one that waits.
+  /// Makes the first message stamped at or after `stamp` the waiting one.
   [[nodiscard]] Result<void> find(double stamp) {
-    // What is found late enough may follow others that are: after a gap in the recording, or if
-    // stamps and log times do not go at the same rate. Then it looks farther back.
+    // Earlier messages may also be late enough: after a gap in the recording, or if stamps and log
+    // times run at different rates. In that case the search goes farther back.
     for (const double slack : {1.0, 30.0, 1000.0, kForever}) {
       VANTAGE_CHECK(reader_->seek(log_time_of(stamp - slack)));
       VANTAGE_TRY(waiting_, reader_->next());
@@ -161,7 +161,7 @@ class BagScans final : public ScanSource {
     return {};
   }
 
-  /// If stamps and log times differ by as much as for the first message [ns].
+  /// The log time that belongs to a stamp if they differ by as much as for the first message [ns].
   [[nodiscard]] std::int64_t log_time_of(double stamp) const {
     constexpr double kLargest = 9.2e18;  // below 2^63
     const double log_time = (stamp + log_time_after_stamp_) * 1e9;
@@ -174,7 +174,7 @@ class BagScans final : public ScanSource {
   bool has_log_times_ = false;
   double first_stamp_ = 0.0;           // [s]
   double log_time_after_stamp_ = 0.0;  // of the first message [s]
-  std::optional<BagMessage> waiting_;  // was read and is the next one
+  std::optional<BagMessage> waiting_;  // was read, and is the next one
   double last_stamp_ = -kForever;      // [s]
   SkippedScans skipped_;
   bool has_failed_ = false;

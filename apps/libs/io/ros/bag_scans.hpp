@@ -9,14 +9,14 @@
 
 namespace vantage::io::ros {
 
-/// The scans of one topic of a bag. Of sensor_msgs/PointCloud2 one message is one scan; stamps are
-/// those of the headers, or the log times if the first header has none (0). For
-/// velodyne_msgs/VelodyneScan see packet_scans.
-/// @param topic  empty for the only one of type PointCloud2, or the only VelodyneScan if there is
-///               no PointCloud2
-/// Errors (`where` is the file): `invalid_input` with a list of the topics, for one that is not
-/// there or does not hold scans, or that must be chosen; those of MessageReader and, of the first
-/// message, parse_point_cloud2 and parse_velodyne_scan.
+/// The scans of one topic of a bag. Each message of type sensor_msgs/PointCloud2 is one scan;
+/// stamps are those of the headers, or the log times if the first header has none (0). For
+/// velodyne_msgs/VelodyneScan, see packet_scans.
+/// @param topic  empty for the only topic of type PointCloud2, or for the only VelodyneScan if
+///               there is no PointCloud2
+/// Errors (`where` is the file): `invalid_input` with a list of the topics, for a topic that does
+/// not exist, does not hold scans, or must be chosen; those of MessageReader; those of
+/// parse_point_cloud2 and parse_velodyne_scan for the first message.
 [[nodiscard]] Result<std::unique_ptr<ScanSource>> bag_scans(std::unique_ptr<MessageReader> reader,
                                                             const std::string& topic);
 

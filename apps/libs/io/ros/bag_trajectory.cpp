@@ -31,7 +31,7 @@ TopicNeed poses_needed() {
 }
 
 struct TopicSpec {
-  std::string_view topic, parent, child;  // no frames unless transforms are asked for
+  std::string_view topic, parent, child;  // no frames unless transforms are wanted
 };
 
 Result<TopicSpec> parse_spec(const std::string& file, std::string_view text) {
@@ -72,7 +72,7 @@ Result<void> for_each_pose(MessageReader& reader, const Topics& topics, const Vi
   }
 }
 
-/// @return  whether it is later than the last one; otherwise it is left out
+/// @return  whether the pose is later than the last one; otherwise it is left out
 bool append(Trajectory& trajectory, double stamp, const Pose& pose) {
   if (!trajectory.empty() && stamp <= trajectory.back().stamp) return false;
   trajectory.push_back({stamp, pose});
@@ -106,7 +106,7 @@ Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
   return found;
 }
 
-/// What is known of one transform.
+/// What is known about one transform.
 struct Samples {
   Trajectory poses;              // T_parent_child
   std::optional<Pose> constant;  // from /tf_static
@@ -130,7 +130,7 @@ Result<TransformTree> read_tree(MessageReader& reader, const Topics& topics) {
   return tree;
 }
 
-/// @param moving  topics whose transforms change; those of the other topics do not
+/// @param moving  topics whose transforms change over time; those of other topics do not
 Result<SampledPath> read_samples(MessageReader& reader, const Topics& topics, const Topics& moving,
                                  Path path) {
   SampledPath sampled;

@@ -8,8 +8,8 @@
 
 namespace vantage::io::ros {
 
-/// Takes little-endian values out of bytes, at any alignment. Once one is not there, it and all
-/// after it are 0 or empty and ok() is false.
+/// Takes little-endian values out of bytes, at any alignment. After the first missing value, that
+/// value and all later ones are 0 or empty, and ok() is false.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) noexcept : bytes_(bytes) {}
@@ -30,7 +30,7 @@ class ByteReader {
     at_ += taken.size();
     return taken;
   }
-  /// Bytes after their number in 32 bits.
+  /// Bytes that follow their number in 32 bits.
   [[nodiscard]] std::string_view text() noexcept { return bytes(integer<std::uint32_t>()); }
 
   [[nodiscard]] bool ok() const noexcept { return ok_; }

@@ -11,8 +11,9 @@
 
 namespace vantage::io::ros {
 
-/// Lays out one message as ROS 2 does: plain CDR, little endian (OMG CORBA 3.0 15.3; the header of
-/// 4 bytes is that of DDSI-RTPS 10.2). Numbers are aligned to their size, from the header's end on.
+/// Writes one message in the layout of ROS 2: plain CDR, little endian (OMG CORBA 3.0 15.3; the
+/// 4-byte header is that of DDSI-RTPS 10.2). Numbers are aligned to their size, counted from the
+/// end of the header.
 class CdrWriter {
  public:
   template <class T>
@@ -21,7 +22,7 @@ class CdrWriter {
     bytes_.resize(kHeaderSize + (body + sizeof(T) - 1) / sizeof(T) * sizeof(T));
     append_little_endian(bytes_, value);
   }
-  /// The number of elements that follow in a sequence.
+  /// Writes the number of elements that follow in a sequence.
   void count(std::size_t elements) {
     too_large_ = too_large_ || elements > std::numeric_limits<std::uint32_t>::max();
     number(static_cast<std::uint32_t>(elements));
@@ -31,7 +32,7 @@ class CdrWriter {
     bytes_ += text;
     bytes_ += '\0';
   }
-  /// As they are; for the elements of an array of bytes.
+  /// Writes bytes unchanged, for the elements of a byte array.
   void raw(std::string_view bytes) { bytes_ += bytes; }
 
   /// The message. Errors: `invalid_input` if a count did not fit into 32 bits.

@@ -20,7 +20,7 @@ namespace vantage::io::ros {
 class FileWindow {
  public:
   explicit FileWindow(const InputFile& file) noexcept : file_(file) {}
-  /// As many of `size` bytes as the file has there; valid until the next call.
+  /// As many of `size` bytes as the file contains there; valid until the next call.
   /// Errors: `io_failure`.
   [[nodiscard]] Result<std::string_view> view(std::uint64_t offset, std::uint64_t size);
 
@@ -31,18 +31,18 @@ class FileWindow {
   std::size_t size_ = 0;
 };
 
-/// Messages that are read at once: a chunk, or some that follow each other outside of chunks.
+/// Messages that are read together: a chunk, or consecutive messages outside of chunks.
 struct Chunk {
   std::uint64_t offset = 0;                          ///< of its record in the file [bytes]
-  std::uint64_t size = 0;                            ///< with the record around it [bytes]
+  std::uint64_t size = 0;                            ///< including the record around it [bytes]
   bool is_record = true;                             ///< false for messages outside of chunks
   bool is_cut = false;                               ///< the file ends within it
   std::int64_t first = 0, last = 0;                  ///< log times [ns]
-  std::optional<std::uint64_t> messages;             ///< how many, where that is known
-  std::optional<std::vector<std::uint32_t>> topics;  ///< in ascending order, where they are known
+  std::optional<std::uint64_t> messages;             ///< their number, if it is known
+  std::optional<std::vector<std::uint32_t>> topics;  ///< in ascending order, if they are known
 };
 
-/// What readers of bags with chunks have in common; they find the chunks and take them apart.
+/// The common part of the readers of bags with chunks; they find the chunks and parse them.
 class ChunkedReader : public MessageReader {
  public:
   [[nodiscard]] const std::string& format() const final { return format_; }
@@ -75,10 +75,10 @@ class ChunkedReader : public MessageReader {
 
   explicit ChunkedReader(InputFile file) noexcept : file_(std::move(file)), window_(file_) {}
 
-  /// Makes the content of a chunk and registers what topics it brings.
+  /// Makes the content of a chunk and registers the topics in it.
   [[nodiscard]] virtual Result<void> load(const Chunk& chunk, Content& content) = 0;
 
-  /// Reads and decompresses; of a chunk that is cut off what there is.
+  /// Reads and decompresses a chunk; for a chunk that is cut off, as much as there is.
   [[nodiscard]] Result<void> unpack(const Chunk& chunk, const Packed& packed, Content& content);
   [[nodiscard]] Result<Compression> compression(std::string_view name, std::uint64_t offset) const;
   /// " (lz4)"; nothing for a bag without chunks.
@@ -87,17 +87,16 @@ class ChunkedReader : public MessageReader {
   [[nodiscard]] static std::string place(const Content& content, std::size_t at);
   [[nodiscard]] tl::unexpected<Error> damaged(std::string message) const;
 
-  /// The index of a topic, which is new or known. Errors: `corrupt_data` for a new one after
-  /// finish.
+  /// The index of a topic, which may be new. Errors: `corrupt_data` for a new topic after finish.
   [[nodiscard]] Result<std::uint32_t> topic(const Topic& topic);
-  /// Loads a chunk to learn what is in it, and keeps it.
+  /// Loads a chunk to learn its content, and keeps it.
   [[nodiscard]] Result<void> learn(Chunk chunk);
   void keep(Chunk chunk) { chunks_.push_back(std::move(chunk)); }
-  /// Forgets all that was found.
+  /// Forgets everything that was found.
   void start_over();
-  /// Begins to read. @param counted  the chunks say how many messages there are of each topic
+  /// Starts reading. @param counted  the chunks say how many messages each topic has
   void finish(std::string format, bool counted);
-  /// What next() gives after the last message.
+  /// Sets the error that next() returns after the last message.
   void end_with(Error error) { ending_ = std::move(error); }
 
   [[nodiscard]] const InputFile& input() const noexcept { return file_; }
@@ -128,7 +127,7 @@ class ChunkedReader : public MessageReader {
   std::size_t next_chunk_ = 0, next_message_ = 0;
 };
 
-/// How many bytes of messages outside of chunks are read at once, if a message is not larger.
+/// How many bytes of messages outside of chunks are read together, unless one message is larger.
 inline constexpr std::uint64_t kLargestRun = std::uint64_t{1} << 20;
 
 }  // namespace vantage::io::ros

@@ -93,7 +93,7 @@ class ZstdStream {
 
 template <class Stream>
 Decompressed run(std::string_view input, std::uint64_t largest, Buffer& output) {
-  // What is stated is believed at once only if common data could be that small.
+  // A stated size is trusted at once only if ordinary data could compress that well.
   constexpr std::uint64_t kCommonExpansion = 8, kFirst = 65536;
   const auto room = static_cast<std::size_t>(std::min(largest, largest_content(input.size())) + 1);
   Decompressed done;
@@ -126,7 +126,7 @@ Decompressed run(std::string_view input, std::uint64_t largest, Buffer& output) 
       return problem(fmt::format("the {} stream of {} bytes gives more than {} bytes",
                                  Stream::kName, input.size(), room - 1));
     }
-    // A frame that has begun after the last one has taken something and not ended.
+    // A frame that began after the last one has taken some input and has not ended.
     ended = step.ended || (ended && step.taken == 0 && step.given == 0);
     if (ended && at == input.size()) return done;
     if (ended && !Stream::kMayFollow) {

@@ -12,17 +12,17 @@ namespace vantage::io::ros {
 
 enum class Compression : std::uint8_t { none, bz2, lz4, zstd };
 
-/// What a chunk or a message may have at most [bytes], before and after decompression.
+/// The largest size of a chunk or a message [bytes], before and after decompression.
 inline constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
 
-/// What so many bytes may give when they are decompressed [bytes]: recordings shrink to a tenth or
-/// a hundredth, and some hundred bytes of bz2 can give a gigabyte.
+/// The most that this many bytes may give when they are decompressed [bytes]. Recordings shrink to
+/// a tenth or a hundredth, but a few hundred bytes of bz2 can give a gigabyte.
 [[nodiscard]] constexpr std::uint64_t largest_content(std::uint64_t packed) noexcept {
   constexpr std::uint64_t kAlways = std::uint64_t{64} << 20, kExpansion = 1024;
   return std::clamp(kExpansion * std::min(packed, kLargestChunk), kAlways, kLargestChunk);
 }
 
-/// What all chunks or messages of a file may give in one pass over it [bytes].
+/// The most that all chunks or messages of a file may give in one pass over the file [bytes].
 [[nodiscard]] constexpr std::uint64_t largest_total(std::uint64_t file) noexcept {
   constexpr std::uint64_t kAlways = std::uint64_t{256} << 20, kLargestFile = std::uint64_t{1} << 52;
   return kAlways + 1024 * std::min(file, kLargestFile);
@@ -30,10 +30,10 @@ inline constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
 
 inline constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
 
-/// Memory that is used again and again; what is added to it has no value yet.
+/// Memory that is used repeatedly; bytes that are added have no value yet.
 class Buffer {
  public:
-  /// Makes room for `size` bytes, of which the first `kept` keep their values; false if memory is
+  /// Makes room for `size` bytes and keeps the values of the first `kept`; false if memory is
   /// short.
   [[nodiscard]] bool make_room(std::size_t size, std::size_t kept);
   [[nodiscard]] std::span<char> span(std::size_t size) noexcept { return {bytes_.get(), size}; }
@@ -48,13 +48,14 @@ class Buffer {
 };
 
 struct Decompressed {
-  std::size_t size = 0;  ///< bytes at the beginning of the buffer, also if there was a problem
-  std::string problem;   ///< "the bz2 stream is damaged at byte 17"; empty if all went well
+  std::size_t size = 0;  ///< bytes at the beginning of the buffer, even if there was a problem
+  std::string problem;   ///< "the bz2 stream is damaged at byte 17"; empty if there was no problem
 };
 
-/// Decompresses bz2, frames of LZ4 or frames of zstd; memory grows with what really comes.
+/// Decompresses bz2, frames of LZ4 or frames of zstd. Memory grows only with the data that really
+/// comes.
 /// Precondition: compression is not `none`; input.size() <= kLargestChunk.
-/// @param largest  more is a problem [bytes], as is more than largest_content(input.size())
+/// @param largest  more output is a problem [bytes], as is more than largest_content(input.size())
 [[nodiscard]] Decompressed decompress(Compression compression, std::string_view input,
                                       std::uint64_t largest, Buffer& output);
 

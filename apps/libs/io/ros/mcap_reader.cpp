@@ -47,7 +47,7 @@ class McapReader final : public ChunkedReader {
   }
 
  private:
-  // ----- chunks and what is in them
+  // ----- chunks and their content
 
   [[nodiscard]] Result<void> load(const Chunk& chunk, Content& content) override {
     if (chunk.is_record) {
@@ -70,7 +70,7 @@ class McapReader final : public ChunkedReader {
     ByteReader reader(bytes);
     const auto operation = reader.integer<std::uint8_t>();
     const auto body = reader.integer<std::uint64_t>();
-    static_cast<void>(reader.bytes(16));  // the times, which the messages have as well
+    static_cast<void>(reader.bytes(16));  // the times, which the messages also contain
     Packed packed;
     packed.unpacked = reader.integer<std::uint64_t>();
     const auto checksum = reader.integer<std::uint32_t>();
@@ -213,7 +213,7 @@ class McapReader final : public ChunkedReader {
                                offset));
   }
 
-  /// Goes through the records up to `end`; `known` chunks need not be read.
+  /// Goes through the records up to `end`; `known` chunks are not read.
   /// @param known  in the order of their offsets
   [[nodiscard]] Result<void> walk(std::uint64_t end, const std::vector<Chunk>& known) {
     Chunk run;  // of schemas, channels and messages outside of chunks
@@ -310,7 +310,7 @@ class McapReader final : public ChunkedReader {
     return true;
   }
 
-  /// Makes topics of channels.
+  /// Turns channels into topics.
   [[nodiscard]] Result<void> name_topics(Summary& summary) const {
     for (Chunk& chunk : summary.chunks) {
       if (!chunk.topics) continue;

@@ -59,7 +59,7 @@ class SummaryReader {
 
   [[nodiscard]] Result<void> add_statistics(std::string_view body, std::uint64_t at) {
     ByteReader reader(body);
-    static_cast<void>(reader.bytes(8 + 2 + 4 + 4 + 4));  // counts of other things
+    static_cast<void>(reader.bytes(8 + 2 + 4 + 4 + 4));  // counts of other records
     summary_.chunk_count = reader.integer<std::uint32_t>();
     static_cast<void>(reader.bytes(16));  // times
     ByteReader counts(reader.text());
@@ -99,13 +99,13 @@ class SummaryReader {
     chunk.size += index_size;
     chunk.first = static_cast<std::int64_t>(first);
     chunk.last = static_cast<std::int64_t>(last);
-    if (!channels.empty()) chunk.topics = std::move(channels);  // else no message index was written
+    if (!channels.empty()) chunk.topics = std::move(channels);  // else no index was written
     if (summary_.chunks.empty()) summary_.compression = compression.empty() ? "none" : compression;
     summary_.chunks.push_back(std::move(chunk));
     return {};
   }
 
-  /// The checksum is of all from the summary's beginning to itself.
+  /// The checksum covers everything from the beginning of the summary up to the checksum itself.
   [[nodiscard]] Result<void> check() const {
     constexpr std::uint64_t kAtOnce = 1 << 16;
     if (footer_.checksum == 0) return {};

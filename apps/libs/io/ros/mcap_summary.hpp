@@ -13,7 +13,7 @@
 #include "vantage/kit/file_content.hpp"
 #include "vantage/result.hpp"
 
-/// Records of MCAP and what is at the end of a file: https://mcap.dev/spec
+/// Records of MCAP and the end of a file: https://mcap.dev/spec
 namespace vantage::io::ros::mcap {
 
 enum Operation : std::uint8_t {
@@ -43,7 +43,7 @@ struct RecordHead {
 [[nodiscard]] Result<std::optional<RecordHead>> head_at(FileWindow& window, std::uint64_t offset);
 
 struct Footer {
-  bool is_there = false;       // and the magic after it
+  bool is_there = false;       // with the magic bytes after it
   std::uint64_t offset = 0;    // its own [bytes]
   std::uint64_t summary = 0;   // offset; 0 for none
   std::uint32_t checksum = 0;  // of the summary; 0 for none
@@ -51,8 +51,8 @@ struct Footer {
 /// Errors: `io_failure`.
 [[nodiscard]] Result<Footer> read_footer(const InputFile& file, FileWindow& window);
 
-/// What the summary says. The topics of its chunks are the numbers of channels still; their sizes
-/// are with the message indexes after them.
+/// What the summary says. The topics of its chunks are still the numbers of channels; their sizes
+/// include the message indexes after them.
 struct Summary {
   std::vector<std::pair<std::string, std::uint64_t>> schemas, channels;  // bodies and offsets
   std::vector<Chunk> chunks;  // in the order of their offsets

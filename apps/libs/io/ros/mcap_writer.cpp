@@ -56,7 +56,7 @@ class Content {
   std::string bytes_;
 };
 
-/// What stands before a record's content.
+/// The bytes before a record's content.
 std::string head(Opcode opcode, std::uint64_t size) {
   std::string bytes(1, static_cast<char>(opcode));
   append_little_endian(bytes, size);
@@ -158,7 +158,7 @@ Result<McapWriter::ChannelId> McapWriter::add_channel(const std::string& topic,
   }
   channels_.push_back({.topic = topic, .messages = 0, .index = {}});
   const auto id = static_cast<ChannelId>(channels_.size());
-  // The profile "ros2" requires the entry; empty, it says nothing of the quality of service.
+  // The profile "ros2" requires the entry; an empty one says nothing about the quality of service.
   const std::string quality = Content().sized("offered_qos_profiles").sized("").view();
   const std::string described =
       record(Opcode::channel,
@@ -256,7 +256,7 @@ Result<void> McapWriter::put_summary() {
       {Opcode::statistics, statistics},
       {Opcode::chunk_index, chunk_indexes_},
       {Opcode::metadata_index, metadata_indexes_}};
-  crc_ = 0;  // that of the summary, now
+  crc_ = 0;  // from here on, the checksum of the summary
   std::string offsets;
   for (const auto& [opcode, records] : groups) {
     if (records.empty()) continue;

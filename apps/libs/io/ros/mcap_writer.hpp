@@ -18,8 +18,8 @@ enum class McapCompression : std::uint8_t { none, lz4, zstd };
 
 /// Writes messages of ROS 2 to an MCAP file (MCAP specification, profile "ros2"): compressed and
 /// indexed in chunks of about 4 MiB, with a summary and all checksums. The file appears at
-/// commit(); its bytes depend on what was written alone. Memory is that of one chunk, and of the
-/// index, some 100 bytes a chunk.
+/// commit(); its bytes depend only on what was written. Memory use is that of one chunk, and of the
+/// index, about 100 bytes per chunk.
 class McapWriter {
  public:
   using ChannelId = std::uint16_t;
@@ -28,17 +28,17 @@ class McapWriter {
   [[nodiscard]] static Result<McapWriter> create(
       const std::filesystem::path& path, McapCompression compression = McapCompression::zstd);
 
-  /// A record of names and values beside the messages. Errors: those of OutputFile.
+  /// Adds a record of names and values beside the messages. Errors: those of OutputFile.
   [[nodiscard]] Result<void> add_metadata(std::string_view name,
                                           const std::map<std::string, std::string>& values);
-  /// Errors: `invalid_input` for a topic that is there already, and for more than 65535 of them;
-  /// those of OutputFile.
+  /// Errors: `invalid_input` for a topic that exists already, and for more than 65535 topics; those
+  /// of OutputFile.
   [[nodiscard]] Result<ChannelId> add_channel(const std::string& topic,
                                               const MessageSchema& schema);
-  /// @param stamp    [s]; both when the message was recorded and when it was published
+  /// @param stamp    [s]; the time at which the message was recorded and published
   /// @param message  CDR, with its header
-  /// Errors: `invalid_input` for a channel that was not added or a stamp that is no time (see
-  /// time_of); those of OutputFile.
+  /// Errors: `invalid_input` for a channel that was not added, or a stamp that is not a valid time
+  /// (see time_of); those of OutputFile.
   [[nodiscard]] Result<void> write(ChannelId channel, double stamp, std::string_view message);
   /// Puts the file in place; call once, at the end. Errors: those of OutputFile.
   [[nodiscard]] Result<void> commit();
@@ -47,7 +47,7 @@ class McapWriter {
   struct Channel {
     std::string topic;
     std::uint32_t messages = 0;
-    std::string index;  // of its messages in the present chunk
+    std::string index;  // of its messages in the current chunk
   };
   /// Earliest and latest log time [ns].
   struct Span {
@@ -65,8 +65,8 @@ class McapWriter {
   OutputFile file_;
   std::string name_;
   McapCompression compression_;
-  std::uint64_t offset_ = 0;  // bytes put so far
-  std::uint32_t crc_ = 0;     // of them
+  std::uint64_t offset_ = 0;  // bytes written so far
+  std::uint32_t crc_ = 0;     // of these bytes
   std::vector<MessageSchema> schemas_;
   std::vector<Channel> channels_;  // their id less 1 is the position
   std::string chunk_;              // records, not compressed yet

@@ -50,7 +50,7 @@ bool looks_like_mcap(std::string_view head) noexcept { return head.starts_with("
 
 Reader with_topics(Reader reader) {
   if (!reader || !(*reader)->topics().empty()) return reader;
-  VANTAGE_TRY(const auto none, (*reader)->next());  // a better reason, if it is damaged
+  VANTAGE_TRY(const auto none, (*reader)->next());  // gives a better reason if the bag is damaged
   static_cast<void>(none);
   return fail(ErrorCode::corrupt_data, "the bag has no topic, expected at least one",
               SourceLocation{(*reader)->file(), 0, 0});
@@ -101,7 +101,7 @@ Result<std::vector<std::filesystem::path>> bag_parts(const std::filesystem::path
   std::sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) {
     return less_by_natural_order(a.filename().string(), b.filename().string());
   });
-  // What has been decompressed beside its compressed file is there twice.
+  // A part that was decompressed beside its compressed file is there twice.
   const auto decompressed = [all = parts](const std::filesystem::path& part) {
     return is_compressed_part(part) &&
            std::find(all.begin(), all.end(), part.parent_path() / part.stem()) != all.end();

@@ -14,34 +14,36 @@
 
 namespace vantage::io::ros {
 
-/// How messages are laid out.
+/// How messages are encoded.
 enum class Encoding : std::uint8_t {
-  ros1,  ///< little endian, nothing between the members
-  cdr    ///< ROS 2: a header of 4 bytes that says the byte order, aligned members
+  ros1,  ///< little endian, without padding
+  cdr    ///< ROS 2: a 4-byte header that gives the byte order, aligned members
 };
 
 struct Topic {
   std::string name;  ///< "/points_raw"
   std::string type;  ///< ROS 1's spelling in any bag: "sensor_msgs/PointCloud2", not ".../msg/..."
-  std::optional<Encoding> encoding;       ///< none for one that is only listed ("json")
+  std::optional<Encoding> encoding;       ///< none for a topic that is only listed ("json")
   std::string encoding_name;              ///< "cdr", "ros1" or the bag's own word
-  std::optional<std::uint64_t> messages;  ///< how many, where the bag says so
+  std::optional<std::uint64_t> messages;  ///< their number, if the bag says so
 };
 
 struct BagMessage {
   std::size_t topic = 0;      ///< index into topics()
   std::int64_t log_time = 0;  ///< when it was recorded [ns since the epoch]
   std::string_view bytes;     ///< valid until the next call of the reader
-  /// Where it is in the file, or the compressed chunk that holds it [bytes]; 0 in a database.
+  /// The place in the file of the message, or of the compressed chunk that holds it [bytes]; 0 in a
+  /// database.
   std::uint64_t offset = 0;
 };
 
-/// The messages of one bag in the order of their log times; where a bag has chunks, these come in
-/// the order of their first messages, and only within a chunk are messages sorted (chunks may
-/// overlap a little in time). Memory is that of a few messages (of a chunk, where they are kept in
-/// chunks; none may be larger than 1 GiB), whatever the size of the bag; counts and sizes that the
-/// file states are believed only as far as its own size bears them out.
-/// Of a bag that is cut off or damaged the messages before the damage are given, then the error.
+/// The messages of one bag in the order of their log times. If a bag has chunks, the chunks come in
+/// the order of their first messages, and messages are sorted only within a chunk (chunks may
+/// overlap a little in time). Memory use is that of a few messages, or of a chunk, whatever the
+/// size of the bag; none may be larger than 1 GiB. Counts and sizes that the file states are
+/// trusted only as far as the file's own size confirms them.
+/// From a bag that is cut off or damaged, the reader gives the messages before the damage, then the
+/// error.
 class MessageReader {
  public:
   MessageReader() = default;
@@ -49,27 +51,29 @@ class MessageReader {
   MessageReader(const MessageReader&) = delete;
   MessageReader& operator=(const MessageReader&) = delete;
 
-  /// "rosbag1 2.0 (lz4)", "rosbag2 (SQLite)", "MCAP (zstd)", with "not indexed" where it is so.
+  /// "rosbag1 2.0 (lz4)", "rosbag2 (SQLite)", "MCAP (zstd)", with "not indexed" if that is the
+  /// case.
   [[nodiscard]] virtual const std::string& format() const = 0;
-  /// Of a bag in parts the one that next() read last.
+  /// For a bag in parts, the part that next() read last.
   [[nodiscard]] virtual const std::string& file() const = 0;
   [[nodiscard]] virtual const std::vector<Topic>& topics() const = 0;
-  /// First and last log time [ns], where the bag says so.
+  /// First and last log time [ns], if the bag says so.
   [[nodiscard]] virtual std::optional<std::pair<std::int64_t, std::int64_t>> span() const = 0;
-  /// next() gives messages of these topics (indices into topics()) only, from the beginning on.
-  /// All topics before the first call. Errors: `invalid_input` for an index out of range.
+  /// Makes next() return only messages of these topics (indices into topics()), starting again at
+  /// the beginning. Before the first call, all topics are selected. Errors: `invalid_input` for an
+  /// index out of range.
   [[nodiscard]] virtual Result<void> select(const std::vector<std::size_t>& topics) = 0;
-  /// Nothing at the end; after an error the same again. Errors (`where` is the file, the message
-  /// has the byte and what was expected): `corrupt_data`, `io_failure`; `unsupported` for
-  /// compressions that are not known.
+  /// The next message; nothing at the end. After an error, the same error again. Errors (`where` is
+  /// the file, the message gives the byte and what was expected): `corrupt_data`, `io_failure`;
+  /// `unsupported` for unknown compressions.
   [[nodiscard]] virtual Result<std::optional<BagMessage>> next() = 0;
-  /// next() goes on with the first selected message recorded at or after `log_time` [ns] and leaves
-  /// out all that were recorded before.
+  /// Makes next() continue with the first selected message recorded at or after `log_time` [ns],
+  /// and leave out all messages that were recorded before.
   /// Errors: those of next().
   [[nodiscard]] virtual Result<void> seek(std::int64_t log_time) = 0;
 };
 
-/// Whether a file's beginning (64 bytes are enough) is that of a bag.
+/// Whether the beginning of a file (64 bytes are enough) is that of a bag.
 [[nodiscard]] bool looks_like_rosbag1(std::string_view head) noexcept;
 [[nodiscard]] bool looks_like_sqlite(std::string_view head) noexcept;
 [[nodiscard]] bool looks_like_mcap(std::string_view head) noexcept;
@@ -79,11 +83,12 @@ class MessageReader {
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> open_rosbag2_sqlite(InputFile file);
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> open_mcap(InputFile file);
 
-/// A bag of any of these formats, or a folder that holds the parts of a rosbag2, one after the
-/// other. Errors: those of the readers above; `not_found`; `corrupt_data` for any other file.
+/// Opens a bag of any of these formats, or a folder that holds the parts of a rosbag2, which are
+/// read one after the other. Errors: those of the readers above; `not_found`; `corrupt_data` for
+/// any other file.
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> open_bag(const std::filesystem::path& path);
 
-/// Whether `path` is something for open_bag, from its content. Errors: `not_found`, `io_failure`.
+/// Whether open_bag can open `path`, judged by the content. Errors: `not_found`, `io_failure`.
 [[nodiscard]] Result<bool> is_bag(const std::filesystem::path& path);
 
 }  // namespace vantage::io::ros

@@ -21,7 +21,7 @@ Result<void> write(CdrWriter& out, const Header& header) {
   return {};
 }
 
-/// geometry_msgs/Pose and geometry_msgs/Transform are laid out alike.
+/// geometry_msgs/Pose and geometry_msgs/Transform have the same layout.
 void write(CdrWriter& out, const Pose& pose) {
   for (const double x : pose.translation) out.number(x);
   for (const double x : pose.rotation.coeffs()) out.number(x);  // x, y, z, w

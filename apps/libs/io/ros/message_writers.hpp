@@ -28,13 +28,14 @@ struct Diagnostic {
   std::vector<std::pair<std::string, std::string>> values;
 };
 
-/// What lays messages out as ROS 2 does (CDR, little endian; see schema_of for their types).
-/// Errors: `invalid_input` for stamps that are no time (see time_of), and for messages of 2^32
-/// bytes or more.
+/// Functions that encode messages as ROS 2 does (CDR, little endian; see schema_of for their
+/// types).
+/// Errors: `invalid_input` for stamps that are not valid times (see time_of), and for messages of
+/// 2^32 bytes or more.
 
 /// sensor_msgs/PointCloud2 with x, y, z [m] and the other fields as float32; not dense if a
-/// coordinate is beyond float32, which is written as NaN. Errors: also `invalid_input` for a field
-/// whose values are not one for each point.
+/// coordinate is beyond float32, which is then written as NaN. Errors: also `invalid_input` for a
+/// field that does not have one value per point.
 [[nodiscard]] Result<std::string> write_point_cloud2(const Header& header, PointsView points,
                                                      std::span<const CloudField> more = {});
 /// geometry_msgs/PoseStamped.

@@ -44,26 +44,26 @@ struct PoseMessage {
   Header header;
   std::string child;
   Pose pose;  ///< its quaternion normalized if it was within 1e-3 of unit length
-  /// Of a member of a TFMessage whose pose is none: why; `pose` is the identity then. A wheel
-  /// without an angle does not hide the other transforms.
+  /// For a member of a TFMessage whose pose is invalid, the reason; `pose` is then the identity. A
+  /// wheel without an angle must not hide the other transforms.
   std::string problem = {};
 };
 
 /// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.
 [[nodiscard]] double seconds_from(std::int64_t nanoseconds) noexcept;
 
-/// What reads messages from their bytes. `where` names them in errors.
-/// Errors: `corrupt_data` with the byte in the message and what was expected: an end too early,
-/// sizes that contradict each other, a field without a known type, no x, y and z, a number that is
-/// not finite in a pose, a rotation that is none (but see PoseMessage::problem). Counts are never
-/// allocated before the bytes that they count are known to be there.
+/// Functions that decode messages. `where` names the message in errors.
+/// Errors: `corrupt_data` with the byte in the message and what was expected: an early end, sizes
+/// that contradict each other, a field of unknown type, a missing x, y or z, a number in a pose
+/// that is not finite, an invalid rotation (but see PoseMessage::problem). Memory for a count is
+/// allocated only after the counted bytes are known to exist.
 [[nodiscard]] Result<CloudMessage> parse_point_cloud2(std::string_view bytes, Encoding encoding,
                                                       const SourceLocation& where);
 /// The packets are views into `bytes`.
 [[nodiscard]] Result<VelodyneScanMessage> parse_velodyne_scan(std::string_view bytes,
                                                               Encoding encoding,
                                                               const SourceLocation& where);
-/// Of any message that begins with one; the rest is not looked at.
+/// Of any message that begins with a header; the rest is not read.
 [[nodiscard]] Result<Header> parse_header(std::string_view bytes, Encoding encoding,
                                           const SourceLocation& where);
 /// Of nav_msgs/Odometry, geometry_msgs/PoseStamped, geometry_msgs/PoseWithCovarianceStamped,

@@ -11,10 +11,11 @@
 namespace vantage::io::ros {
 namespace {
 
-/// What sensor_msgs/PointField.datatype says, which is the place in kDatatypes.
+/// The type that sensor_msgs/PointField.datatype stands for; the number is the position in
+/// kDatatypes.
 struct Datatype {
   std::string_view name;
-  std::size_t size = 0;  // [bytes]; 0 for what is none
+  std::size_t size = 0;  // [bytes]; 0 for an unknown type
   ReadCoordinate little = nullptr, big = nullptr;
 };
 
@@ -48,7 +49,7 @@ struct Field {
   }
 };
 
-/// The message as it lies there.
+/// The members of the message, undecoded.
 struct Raw {
   Header header;
   std::uint32_t height = 0, width = 0;
@@ -87,7 +88,7 @@ Result<Raw> read_raw(WireReader& reader) {
   VANTAGE_TRY(const auto size, reader.count(1, "bytes of data"));
   raw.data_offset = reader.offset();
   VANTAGE_TRY(raw.data, reader.bytes(size, "data"));
-  // Points that are not finite are found whatever it says.
+  // Points that are not finite are found, whatever this says.
   VANTAGE_CHECK(reader.number<std::uint8_t>("is_dense"));
   return raw;
 }
@@ -99,7 +100,7 @@ std::string description(const Field& field) {
   return fmt::format("{} {}[{}]", field.name, type, field.count);
 }
 
-/// Whether a point has one number there.
+/// Checks that a point has exactly one number there.
 Result<void> check_number(const WireReader& reader, const Raw& raw, const Field& field) {
   if (field.type().size == 0) {
     return reader.error(
@@ -157,7 +158,7 @@ Result<Layout> find_layout(const WireReader& reader, const Raw& raw) {
   return layout;
 }
 
-/// Of the points that begin at `first`.
+/// The columns of the points that begin at `first`.
 PointColumns columns_of(const Layout& layout, const Raw& raw, const char* first) {
   const auto column = [&](const Field& field) {
     const Datatype& type = field.type();
@@ -170,7 +171,7 @@ PointColumns columns_of(const Layout& layout, const Raw& raw, const char* first)
   return columns;
 }
 
-/// Whether the data hold as many points as the message says.
+/// Checks that the data hold as many points as the message says.
 Result<void> check_size(const WireReader& reader, const Raw& raw) {
   const std::uint64_t row = std::uint64_t{raw.width} * raw.point_step;
   if (raw.height > 1 && raw.row_step < row) {
@@ -179,8 +180,8 @@ Result<void> check_size(const WireReader& reader, const Raw& raw) {
                     "{} = {}",
                     raw.row_step, raw.width, raw.point_step, row));
   }
-  // Neither factor is above 2^32 - 1 and a row no larger than row_step: no overflow. The only row
-  // of a cloud has no use for row_step, which some drivers leave at 0.
+  // Neither factor is above 2^32 - 1, and a row is not larger than row_step, so nothing overflows.
+  // A cloud of one row does not use row_step, which some drivers leave at 0.
   const std::uint64_t needed = std::uint64_t{raw.height - 1} * raw.row_step;
   if (row <= raw.data.size() && needed <= raw.data.size() - row) return {};
   return reader.error(fmt::format(
@@ -191,7 +192,7 @@ Result<void> check_size(const WireReader& reader, const Raw& raw) {
 
 Result<LoadedCloud> read_points(const WireReader& reader, const Raw& raw) {
   LoadedCloud cloud;
-  if (raw.width == 0 || raw.height == 0) return cloud;  // need not have fields
+  if (raw.width == 0 || raw.height == 0) return cloud;  // such a cloud need not have fields
   VANTAGE_TRY(const auto layout, find_layout(reader, raw));
   VANTAGE_CHECK(check_size(reader, raw));
   if (layout.time) {

@@ -19,7 +19,7 @@ constexpr double kRotationTolerance = 1e-3;  // as in files with trajectories
 // Quaternion rotation): seven numbers of float64, x y z and x y z w.
 using Numbers = std::array<double, 7>;
 
-/// The pose or what is wrong with it. @param end  in the message, for errors [bytes]
+/// The pose, or what is wrong with it. @param end  in the message, for errors [bytes]
 tl::expected<Pose, std::string> pose_from(const Numbers& v, std::size_t end) {
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (std::isfinite(v[i])) continue;
@@ -43,7 +43,7 @@ tl::expected<Pose, std::string> pose_from(const Numbers& v, std::size_t end) {
   return pose;
 }
 
-/// The same message with the pose that comes next.
+/// Adds the next pose to a message.
 Result<PoseMessage> with_pose(PoseMessage message, WireReader& reader) {
   Numbers numbers{};
   for (double& number : numbers) {

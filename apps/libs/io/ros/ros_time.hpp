@@ -20,9 +20,9 @@ struct Time {
   }
 };
 
-/// To the nearest nanosecond.
+/// Rounds to the nearest nanosecond.
 /// @param stamp  [s]
-/// Errors: `invalid_input` for a stamp that is not finite, below 0 (MCAP's times have no sign) or
+/// Errors: `invalid_input` for a stamp that is not finite, negative (MCAP's times have no sign) or
 /// beyond the 2^31 s of a ROS time.
 [[nodiscard]] inline Result<Time> time_of(double stamp) {
   constexpr std::uint32_t kSecond = 1'000'000'000;

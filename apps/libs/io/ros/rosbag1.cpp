@@ -157,7 +157,7 @@ class Rosbag1Reader final : public ChunkedReader {
     return {};
   }
 
-  /// The head of a record; `cut` says that the file ends within it.
+  /// The head of a record; `cut` says that the file ends within the head.
   [[nodiscard]] Result<std::pair<Reading, RecordHead>> look_at(std::uint64_t offset) {
     constexpr std::uint64_t kLargestHeader = 1 << 20;
     VANTAGE_TRY(std::string_view bytes, window().view(offset, 4));
@@ -171,7 +171,7 @@ class Rosbag1Reader final : public ChunkedReader {
     found.first = read_head(bytes, found.second);
     return found;
   }
-  /// The fields are valid until the next call.
+  /// The head of a record. Its fields are valid until the next call.
   [[nodiscard]] Result<RecordHead> head_at(std::uint64_t offset) {
     VANTAGE_TRY(const auto found, look_at(offset));
     if (found.first == Reading::cut) return cut(offset);
@@ -374,7 +374,7 @@ class Rosbag1Reader final : public ChunkedReader {
 
   [[nodiscard]] Result<void> walk_chunk(std::uint64_t at) {
     VANTAGE_TRY(const RecordHead head, head_at(at));
-    // While a chunk is being written, it states no size yet; then its records follow.
+    // A chunk that is still being written states no size; its records follow.
     if (head.data_size == 0) return {};
     if (compression_.empty()) VANTAGE_CHECK(name_compression(at));
     Chunk chunk;

@@ -63,17 +63,17 @@ class Fields {
   std::string_view bytes_;
 };
 
-/// A record but for its data, which may be large.
+/// A record without its data, which may be large.
 struct RecordHead {
   Fields fields;
   std::uint8_t operation = 0;
-  std::uint64_t data_offset = 0, data_size = 0;  // the first from the beginning of the record
+  std::uint64_t data_offset = 0, data_size = 0;  // data_offset is from the record's beginning
   [[nodiscard]] std::uint64_t size() const noexcept { return data_offset + data_size; }
 };
 
 enum class Reading : std::uint8_t { good, cut, damaged };
 
-/// `cut` if the head goes on beyond `bytes`.
+/// Returns `cut` if the head extends beyond `bytes`.
 [[nodiscard]] inline Reading read_head(std::string_view bytes, RecordHead& head) {
   ByteReader reader(bytes);
   const std::string_view header = reader.text();

@@ -25,7 +25,7 @@ struct FinishStatement {
 };
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
-/// A URI that makes SQLite write nothing, look for no other file and take no lock.
+/// A URI with which SQLite writes nothing, looks for no other file and takes no lock.
 std::string immutable_uri(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path) {
@@ -111,7 +111,7 @@ class Rosbag2Reader final : public MessageReader {
   [[nodiscard]] tl::unexpected<Error> refused(std::string_view activity) const {
     const int code = sqlite3_errcode(database_.get()) & 0xFF;
     std::string reason = std::string(sqlite3_errmsg(database_.get())).substr(0, 120);
-    // It holds names from the file.
+    // The message holds names from the file.
     std::replace_if(
         reason.begin(), reason.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     if (code == SQLITE_INTERRUPT) {
@@ -123,7 +123,7 @@ class Rosbag2Reader final : public MessageReader {
                 SourceLocation{file(), 0, 0});
   }
 
-  /// SQLite itself takes what is missing of the last page for zeros.
+  /// Checks the size, because SQLite itself reads the missing part of the last page as zeros.
   /// The header: https://www.sqlite.org/fileformat.html, section 1.3.
   [[nodiscard]] Result<void> check_size() const {
     std::array<char, 100> header{};
@@ -150,7 +150,7 @@ class Rosbag2Reader final : public MessageReader {
                       "512 to 65536",
                       page));
     }
-    // The number of pages holds only for writers that renew it.
+    // The number of pages is valid only if the writer updates it.
     const bool is_counted = big_endian(24, 4) == big_endian(92, 4);
     const std::uint64_t pages = is_counted ? big_endian(28, 4) : 0;
     if (file_.size() % page != 0 || pages * page > file_.size()) {
@@ -160,7 +160,8 @@ class Rosbag2Reader final : public MessageReader {
     return {};
   }
 
-  /// What a recorder that was cut off leaves, without which the database is not whole.
+  /// Checks for files that an interrupted recorder leaves and without which the database is not
+  /// complete.
   [[nodiscard]] Result<void> check_beside() const {
     if (file_.in_memory()) return {};
     for (const std::string_view suffix : {"-wal", "-journal"}) {
@@ -207,7 +208,7 @@ class Rosbag2Reader final : public MessageReader {
   }
 
   // A damaged tree can lead to the same page again and again. A row takes some bytes of the file
-  // and some steps of SQLite's machine, so that the bytes limit the steps.
+  // and some steps of SQLite's machine, so the number of bytes limits the number of steps.
   static constexpr int kStepsAtOnce = 10000;
   static int is_endless(void* reader) noexcept {
     auto& self = *static_cast<Rosbag2Reader*>(reader);
@@ -232,8 +233,8 @@ class Rosbag2Reader final : public MessageReader {
     return refused(activity);
   }
 
-  /// Whether it is an ordinary table with these columns: a view or a virtual table could be a
-  /// program.
+  /// Checks that this is an ordinary table with these columns: a view or a virtual table could run
+  /// code.
   [[nodiscard]] Result<void> check_table(const std::string& table,
                                          const std::vector<std::string>& columns) {
     VANTAGE_TRY(const Statement kind,
@@ -303,7 +304,7 @@ class Rosbag2Reader final : public MessageReader {
     return {};
   }
 
-  /// Reads no blob: what is large is not stored among the other columns.
+  /// Reads no blob: large values are not stored among the other columns.
   [[nodiscard]] Result<void> count_messages() {
     begin_work();
     VANTAGE_TRY(const Statement rows, prepare("SELECT rowid, topic_id, timestamp FROM messages"));
@@ -318,7 +319,7 @@ class Rosbag2Reader final : public MessageReader {
     }
   }
 
-  /// From rowid, topic_id and timestamp.
+  /// Makes a message from rowid, topic_id and timestamp.
   [[nodiscard]] Result<BagMessage> message_of(sqlite3_stmt* row) const {
     const auto id = sqlite3_column_int64(row, 0);
     if (sqlite3_column_type(row, 1) != SQLITE_INTEGER ||

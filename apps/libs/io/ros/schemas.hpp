@@ -7,7 +7,7 @@
 
 namespace vantage::io::ros {
 
-/// How a message type is described in an MCAP file of ROS 2 ("ros2msg").
+/// The description of a message type in an MCAP file of ROS 2 ("ros2msg").
 struct MessageSchema {
   std::string name;  ///< "sensor_msgs/msg/PointCloud2"
   std::string text;  ///< its definition and those of all types in it (MCAP registry, "ros2msg")
@@ -15,7 +15,7 @@ struct MessageSchema {
   friend bool operator==(const MessageSchema&, const MessageSchema&) = default;
 };
 
-/// Of the types that message_writers.hpp writes.
+/// For the types that message_writers.hpp writes.
 /// @param type  in ROS 1's spelling: "sensor_msgs/PointCloud2"
 /// Errors: `invalid_input` for any other type.
 [[nodiscard]] Result<MessageSchema> schema_of(std::string_view type);

@@ -18,7 +18,7 @@ bool serves(const Topic& topic, std::span<const std::string_view> types) {
   return topic.encoding.has_value() && is_among(topic.type, types);
 }
 
-/// "/points_raw (sensor_msgs/PointCloud2)" of the topics that serve, or of all; each once.
+/// "/points_raw (sensor_msgs/PointCloud2)" for each suitable topic, or for all; each once.
 std::vector<std::string> names_of(const std::vector<Topic>& topics,
                                   std::span<const std::string_view> types) {
   std::vector<std::string> names;
@@ -37,7 +37,7 @@ std::vector<std::string_view> all_types(const TopicNeed& need) {
   return types;
 }
 
-/// What a message says about the topics that serve, or about all if none does.
+/// What a message says about the suitable topics, or about all if there is none.
 std::string choice_of(const MessageReader& reader, const TopicNeed& need) {
   const auto serving = names_of(reader.topics(), all_types(need));
   if (!serving.empty()) return fmt::format("topics with {}: {}", need.what, short_list(serving));

@@ -12,18 +12,20 @@
 
 namespace vantage::io::ros {
 
-/// What a topic is chosen for.
+/// What a topic is needed for.
 struct TopicNeed {
   std::string_view what;  ///< "scans"
-  /// Types to choose from (std::string_view each), the first for which there is a topic decide.
+  /// Types to choose from (std::string_view each); the first group for which there is a topic
+  /// decides.
   std::vector<std::vector<std::string_view>> choices;
-  std::vector<std::string_view> by_name;  ///< types of topics that are taken only if they are named
+  std::vector<std::string_view> by_name;  ///< types of topics that are used only if they are named
 };
 
-/// The topic of that name, or without a name the only one of a type that serves.
-/// @return  indices into topics(): more than one where a bag has a topic several times
+/// The topic of that name or, without a name, the only topic of a suitable type.
+/// @return  indices into topics(): more than one if a bag has a topic several times
 /// Errors (`where` is the file): `invalid_input` with a list of the topics to choose from, for a
-/// topic that is not there or does not serve, none that serves, or several without a name.
+/// topic that does not exist or is not suitable, if no topic is suitable, or if there are several
+/// and no name.
 [[nodiscard]] Result<std::vector<std::size_t>> choose_topic(const MessageReader& reader,
                                                             std::string_view name,
                                                             const TopicNeed& need);
@@ -33,17 +35,17 @@ struct TopicNeed {
                                                    std::string_view name,
                                                    std::span<const std::string_view> types);
 
-/// "a, b, c and 12 more" of so many bytes or little more; unprintable bytes as '?'.
+/// "a, b, c and 12 more", in about this many bytes; unprintable bytes as '?'.
 [[nodiscard]] std::string short_list(const std::vector<std::string>& items);
 
 /// "message at byte 4117 of /points_raw"; databases have no offsets and give the log time instead.
 [[nodiscard]] std::string place_of(const MessageReader& reader, const BagMessage& message);
 
-/// An error of a message, with its place.
+/// Adds the place of a message to an error.
 [[nodiscard]] tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
                                                const BagMessage& message);
 
-/// Stamps come from headers; where the first one was never set, they are log times.
+/// Stamps come from headers; if the first header has no stamp, they are log times.
 inline constexpr std::string_view kHeaderStamps = "stamps are those of the messages' headers";
 inline constexpr std::string_view kLogTimes =
     "the first message's header has the stamp 0, so stamps are the times at which the messages "

@@ -12,7 +12,7 @@
 
 namespace vantage::io::ros {
 
-/// A frame's name without the slash that tf of ROS 1 put before it.
+/// A frame's name without the leading slash that tf of ROS 1 used.
 [[nodiscard]] std::string_view frame_name(std::string_view frame_id) noexcept;
 
 /// Which frames have transforms between them: each from a child to its only parent.
@@ -29,12 +29,12 @@ class TransformTree {
   };
   using Path = std::vector<Step>;
 
-  /// @return whether there is room for it: the frames of a bag are some hundreds at most
+  /// @return whether there is room for it: a bag has a few hundred frames at most
   [[nodiscard]] bool add(std::string_view parent, std::string_view child);
 
   /// The steps whose product is T_parent_child; nothing if the frames are not connected.
-  /// Errors: `corrupt_data` if they are not connected and on the way there is a frame with several
-  /// parents or one that is above itself.
+  /// Errors: `corrupt_data` if they are not connected and a frame on the way has several parents or
+  /// is above itself.
   [[nodiscard]] Result<std::optional<Path>> path(const std::string& parent,
                                                  const std::string& child,
                                                  const std::string& file) const;
@@ -45,7 +45,7 @@ class TransformTree {
  private:
   struct Way {
     std::vector<std::string> frames;  // from the first one up
-    std::string obstacle;             // why it does not go on; empty at the top of the tree
+    std::string obstacle;             // why the path ends here; empty at the top of the tree
   };
   [[nodiscard]] Way up_from(const std::string& frame) const;
 

@@ -14,15 +14,15 @@
 namespace vantage::io::ros {
 
 /// Takes the bytes of a message apart, member by member, in either encoding:
-/// - ROS 1 (wiki.ros.org/msg, "Fields"): little endian, packed; strings are a length and as many
+/// - ROS 1 (wiki.ros.org/msg, "Fields"): little endian, packed; a string is a length and that many
 ///   bytes
-/// - plain CDR (DDS-XTypes 1.3, 7.4.1; encapsulation: RTPS 2.5, 10.2): a header of 4 bytes, then
-///   members at multiples of their size after it; the length of a string counts its final zero
+/// - plain CDR (DDS-XTypes 1.3, 7.4.1; encapsulation: RTPS 2.5, 10.2): a 4-byte header, then
+///   members at multiples of their size after it; the length of a string includes its final zero
 /// `what` names a member in errors, which are `corrupt_data` with the byte in the message.
-/// The bytes and `where` must outlive it.
+/// The bytes and `where` must outlive the reader.
 class WireReader {
  public:
-  /// Errors: no header, or one that is not that of plain CDR.
+  /// Errors: a missing header, or a header that is not that of plain CDR.
   [[nodiscard]] static Result<WireReader> open(std::string_view bytes, Encoding encoding,
                                                const SourceLocation& where);
 
@@ -38,13 +38,13 @@ class WireReader {
   }
   [[nodiscard]] Result<std::string_view> bytes(std::size_t count, std::string_view what);
   [[nodiscard]] Result<std::string_view> text(std::string_view what);
-  /// The length of an array whose elements take `smallest` bytes or more.
+  /// The length of an array whose elements take at least `smallest` bytes each.
   [[nodiscard]] Result<std::size_t> count(std::size_t smallest, std::string_view what);
   /// [s]
   [[nodiscard]] Result<double> time(std::string_view what);
   [[nodiscard]] Result<Header> header();
 
-  /// Of the next member, without what aligns it.
+  /// The place of the next member, before alignment.
   [[nodiscard]] std::size_t offset() const noexcept { return offset_; }
   [[nodiscard]] tl::unexpected<Error> error(std::string message) const;
 

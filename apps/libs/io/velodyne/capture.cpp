@@ -27,13 +27,13 @@ using velodyne::Packet;
 using velodyne::PcapFile;
 using velodyne::Source;
 
-// A tenth of a second of an HDL-32E in dual return mode and more: sensors that run at the same time
-// all show up in it.
+// More than a tenth of a second of an HDL-32E in dual return mode: all sensors that run at the same
+// time show up in it.
 constexpr std::size_t kPacketsToLookAt = 1000;
 constexpr std::size_t kMostListed = 8;        // sensors in a message
 constexpr std::size_t kPositionPacket = 512;  // [bytes]; VLP-16 manual sec. 9.3.3
 
-/// What a capture holds besides data packets.
+/// What a capture contains besides data packets.
 struct Others {
   std::uint64_t position = 0, datagrams = 0, fragments = 0, cut = 0, frames = 0;
 
@@ -119,12 +119,13 @@ struct Survey {
   Others others;
 };
 
-/// Looks at a capture until enough is known of it; at all of it if the sensor does not show up.
+/// Looks at a capture until enough is known about it, or at all of it if the sensor does not show
+/// up.
 Result<Survey> survey(PcapFile& capture, const std::string& wanted) {
   Survey seen;
   for (std::size_t packets = 0; packets < kPacketsToLookAt || (!seen.sensor && packets != 0);) {
     auto frame = capture.next();
-    // What comes before the damage can be read; next() tells of it in its place.
+    // What comes before the damage can be read; next() reports the damage in its place.
     if (!frame && seen.sensor) break;
     if (!frame) return fail(std::move(frame).error());
     if (!*frame) break;
@@ -137,7 +138,7 @@ Result<Survey> survey(PcapFile& capture, const std::string& wanted) {
     ++packets;
     const bool is_new =
         std::find(seen.sensors.begin(), seen.sensors.end(), datagram->source) == seen.sensors.end();
-    // A list of more names than a message has would only cost time.
+    // More names than a message can list would only cost time.
     if (is_new && seen.sensors.size() <= kMostListed) seen.sensors.push_back(datagram->source);
     if (seen.sensor || !is_new) continue;
     if (!wanted.empty() && wanted != to_string(datagram->source)) continue;

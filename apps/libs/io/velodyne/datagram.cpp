@@ -23,7 +23,7 @@ std::uint16_t word_at(std::string_view bytes, std::size_t i) noexcept {
 }
 
 /// What follows the link header and its VLAN tags, if it is IP.
-/// @param type  where the link header has the protocol; its end is `header`
+/// @param type  where the link header holds the protocol; its end is `header`
 std::optional<std::string_view> after_tags(std::string_view frame, std::size_t type,
                                            std::size_t header) noexcept {
   if (frame.size() < header) return std::nullopt;
@@ -67,12 +67,12 @@ std::variant<Datagram, NoDatagram> parse_ipv4(std::string_view ip) noexcept {
   const std::size_t header = static_cast<std::size_t>(byte_at(ip, 0) & 0x0FU) * 4;
   const std::size_t length = word_at(ip, 2);
   if (header < 20 || length < header || byte_at(ip, 9) != kUdp) return NoDatagram::other;
-  // More fragments, or not the first one.
+  // There are more fragments, or this is not the first one.
   if ((word_at(ip, 6) & 0x3FFFU) != 0) return NoDatagram::fragment;
   if (ip.size() < header) return NoDatagram::cut;
   Source source;
   std::copy_n(ip.begin() + 12, 4, source.address.begin());
-  // Short frames are padded: what is beyond the length is not the packet's.
+  // Short frames are padded: bytes beyond the length do not belong to the packet.
   return parse_udp(ip.substr(0, length).substr(header), source);
 }
 

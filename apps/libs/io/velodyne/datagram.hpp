@@ -26,14 +26,14 @@ struct Datagram {
   std::string_view payload;
 };
 
-/// Why a frame gives no datagram.
+/// Why a frame contains no datagram.
 enum class NoDatagram : std::uint8_t {
-  other,     ///< another protocol than UDP over IP, or malformed
+  other,     ///< a protocol other than UDP over IP, or malformed
   fragment,  ///< part of an IP packet
-  cut        ///< the capture holds only its beginning
+  cut        ///< the capture contains only its beginning
 };
 
-/// Whether captures of that link type are read: Ethernet, Linux cooked v1 and v2, raw IP and BSD
+/// Whether captures of that link type can be read: Ethernet, Linux cooked v1 and v2, raw IP and BSD
 /// loopback. @param link_type  libpcap's DLT_ number
 [[nodiscard]] bool is_known_link(int link_type) noexcept;
 

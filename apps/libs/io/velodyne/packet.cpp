@@ -61,7 +61,7 @@ Model make_vlp16() noexcept {
 /// timestamp is written with the packet's last firing.
 Model make_hdl32() noexcept {
   constexpr double kFiring = 1.152e-6, kSequence = 46.08e-6;
-  // As they are printed: rounded to 1/100 deg, two of them downwards.
+  // As printed in the manual: rounded to 1/100 deg, two of them downwards.
   constexpr std::array<double, kChannels> kDegrees{
       -30.67, -9.33,  -29.33, -8.00,  -28.00, -6.66,  -26.66, -5.33,  -25.33, -4.00,  -24.00,
       -2.67,  -22.67, -1.33,  -21.33, 0.00,   -20.00, 1.33,   -18.67, 2.67,   -17.33, 4.00,
@@ -85,7 +85,8 @@ struct Product {
   std::uint8_t id;
   std::string_view name;
 };
-// VLP-16 manual, Table 9-2; the VLS-128 itself sends 0xA1. A Puck LITE is a VLP-16 to its data.
+// VLP-16 manual, Table 9-2; the VLS-128 itself sends 0xA1. The data of a Puck LITE are those of a
+// VLP-16.
 constexpr std::array<Product, 5> kOtherProducts{{{0x24, "Puck Hi-Res"},
                                                  {0x28, "VLP-32C"},
                                                  {0x31, "Velarray"},
@@ -96,9 +97,9 @@ std::uint16_t flag_of(std::string_view data, std::size_t block) noexcept {
   return number_at<std::uint16_t>(data.data() + block * kBlockSize);
 }
 
-/// What a message calls a model that is not read.
+/// The name in messages of a model that is not supported.
 std::string other_model(std::string_view data) {
-  // The last two bytes of an HDL-64E are changing status values; only its flags tell it.
+  // The last two bytes of an HDL-64E are changing status values; only its flags identify it.
   if (flag_of(data, 1) == kLowerFlag) {
     return flag_of(data, 2) == kFlag ? "an HDL-64E" : "a VLS-128 or another with several banks";
   }
@@ -118,14 +119,14 @@ const Model* model_of(std::string_view data) noexcept {
   }
 }
 
-/// How far the sensor turns in each column; the last one turns as the one before.
+/// How far the sensor turns in each column; the last column turns as far as the one before.
 void fill_turns(DataPacket& packet) noexcept {
   double turn = 0.0;
   for (std::size_t i = 0; i < packet.size; ++i) {
     if (i + 1 < packet.size) {
       const std::int32_t step =
           (packet.columns[i + 1].azimuth - packet.columns[i].azimuth + kFullTurn) % kFullTurn;
-      if (step <= kLargestTurn) turn = step;  // else firings are missing, or it turned backwards
+      if (step <= kLargestTurn) turn = step;  // else firings are missing, or it turned back
     }
     packet.columns[i].turn = turn;
   }
@@ -205,7 +206,7 @@ void PointDecoder::decode(const DataPacket& packet, const Column& column, double
                           std::vector<std::uint8_t>& rings) const {
   const Model& model = *packet.model;
   const double turn_rate = column.turn / model.block_time;
-  // Room for all there can be: no look at the capacity for each point.
+  // Room for every possible point, so that the capacity is not checked for each of them.
   std::size_t size = points.size();
   points.resize(size + 2 * kChannels);
   seconds.resize(points.size());
@@ -222,7 +223,7 @@ void PointDecoder::decode(const DataPacket& packet, const Column& column, double
     const auto nearest = static_cast<std::int32_t>(azimuth + 0.5);
     const std::int32_t entry = nearest < kFullTurn ? nearest : nearest - kFullTurn;
     const auto [cosine, sine] = turns_[static_cast<std::size_t>(entry)];
-    // To the first order: less than 1 um in 200 m for half of 1/100 deg.
+    // To first order: the error is less than 1 um in 200 m for half of 1/100 deg.
     const double rest = (azimuth - nearest) * kRadians / 100.0;
     const Point direction(channel.cosine * (cosine - sine * rest),
                           -channel.cosine * (sine + cosine * rest), channel.sine);

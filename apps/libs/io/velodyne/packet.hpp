@@ -25,7 +25,7 @@ struct Packet {
   std::uint64_t offset = 0;  ///< for messages: where it is in its file [bytes]
 };
 
-/// A kind of sensor: what the manual says of each of the 32 channels of a block.
+/// A kind of sensor: what the manual says about each of the 32 channels of a block.
 struct Model {
   struct Channel {
     std::uint8_t ring = 0;  ///< lasers counted from the lowest
@@ -42,7 +42,7 @@ struct Model {
 
 enum class ReturnMode : std::uint8_t { strongest = 0x37, last = 0x38, dual = 0x39 };
 
-/// What one firing of all lasers gave; in dual return mode both of its blocks.
+/// What one firing of all lasers measured; in dual return mode, both of its blocks.
 struct Column {
   std::int32_t azimuth = 0;      ///< of its first firing, clockwise seen from above [1/100 deg]
   double turn = 0.0;             ///< until the next column [1/100 deg]
@@ -64,20 +64,20 @@ struct DataPacket {
 /// Whether a datagram is a data packet of some Velodyne sensor: its size and the first flag.
 [[nodiscard]] bool is_data_packet(std::string_view payload) noexcept;
 
-/// Errors (`where` is the file, the message has the packet's byte): `corrupt_data` for another
-/// size, a flag that starts no block or an azimuth of more than a turn; `unsupported` for another
-/// model than the VLP-16 (and Puck LITE) and HDL-32E or another return mode.
+/// Errors (`where` is the file, the message gives the packet's byte): `corrupt_data` for a wrong
+/// size, a flag that starts no block, or an azimuth of more than a full turn; `unsupported` for a
+/// model other than the VLP-16 (or Puck LITE) and HDL-32E, or another return mode.
 [[nodiscard]] Result<DataPacket> parse_packet(const Packet& packet, const std::string& file);
 
-/// What turns columns into points. The frame is that of ROS: x forward (azimuth 0), y left, z up.
+/// Turns columns into points. The frame is that of ROS: x forward (azimuth 0), y left, z up.
 class PointDecoder {
  public:
   PointDecoder();
 
-  /// Appends the returns of a column: where there are two, the second only if it is another one.
-  /// The lasers' vertical offsets (at most 11 mm, VLP-16 manual Table 9-1) are left out, as other
-  /// decoders do.
-  /// @param after  the column's first firing after the scan's stamp [s]
+  /// Appends the returns of a column; if there are two, the second only if it differs from the
+  /// first. The lasers' vertical offsets (at most 11 mm, VLP-16 manual Table 9-1) are left out, as
+  /// in other decoders.
+  /// @param after  the time from the scan's stamp to the column's first firing [s]
   void decode(const DataPacket& packet, const Column& column, double after, PointCloud& points,
               std::vector<float>& seconds, std::vector<std::uint8_t>& rings) const;
 

@@ -53,7 +53,7 @@ class PacketScans final : public ScanSource {
   }
 
   [[nodiscard]] Result<void> seek(double stamp) override {
-    over_ = true;  // unless what follows succeeds
+    over_ = true;  // unless the following steps succeed
     VANTAGE_CHECK(packets_->rewind());
     spins_ = SpinAssembler(packets_->file(), stamp);
     from_ = stamp;
@@ -68,7 +68,7 @@ class PacketScans final : public ScanSource {
   [[nodiscard]] SkippedScans skipped() const override { return skipped_; }
 
  private:
-  /// The scan of a revolution that can be used.
+  /// The scan of a revolution, if the revolution can be used.
   [[nodiscard]] std::optional<StampedScan> accept(Spin spin) {
     if (!spin.complete) {
       ++skipped_.incomplete;

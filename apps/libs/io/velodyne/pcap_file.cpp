@@ -24,7 +24,7 @@ struct PcapFile::State {
   }
   [[nodiscard]] Result<void> open();
   [[nodiscard]] tl::unexpected<Error> error(const char* message) const;
-  // What libpcap has read of the file [bytes].
+  // How much of the file libpcap has read [bytes].
   [[nodiscard]] std::size_t position() const noexcept {
     return static_cast<std::size_t>(std::max<off_t>(::ftello(stream), 0));
   }
@@ -36,7 +36,7 @@ struct PcapFile::State {
   std::FILE* stream = nullptr;
   pcap_t* reader = nullptr;
   std::size_t read_to = 0;       // by the stream's buffer [bytes]
-  std::optional<Error> failure;  // of reading the file, which libpcap cannot hand on
+  std::optional<Error> failure;  // of reading the file; libpcap cannot pass it on
 };
 
 namespace {
@@ -131,7 +131,7 @@ Result<std::optional<Frame>> PcapFile::next() {
     default: return state_->error(pcap_geterr(state_->reader));
   }
   Frame frame;
-  // Of nanosecond precision, as it was opened.
+  // In nanoseconds, because the file was opened with this precision.
   frame.stamp =
       static_cast<double>(header->ts.tv_sec) + static_cast<double>(header->ts.tv_usec) * 1e-9;
   frame.bytes = {reinterpret_cast<const char*>(bytes), header->caplen};

@@ -17,7 +17,7 @@ struct Frame {
   std::uint64_t offset = 0;  ///< of its record in the file [bytes]
 };
 
-/// The frames of a pcap or pcapng file, read by libpcap. Memory is that of one frame.
+/// The frames of a pcap or pcapng file, read by libpcap. Memory use is that of one frame.
 class PcapFile {
  public:
   /// Errors (`where` is the file): `corrupt_data`, `io_failure`.
@@ -30,10 +30,10 @@ class PcapFile {
   /// libpcap's DLT_ number.
   [[nodiscard]] int link_type() const noexcept;
   /// The next frame; nothing at the end.
-  /// Errors: `corrupt_data` with the byte, also for a record that the end of the file cuts short;
+  /// Errors: `corrupt_data` with the byte, also for a record that the end of the file cuts off;
   /// `io_failure`.
   [[nodiscard]] Result<std::optional<Frame>> next();
-  /// next() goes on with the first frame. Errors: those of open().
+  /// Makes next() continue with the first frame. Errors: those of open().
   [[nodiscard]] Result<void> rewind();
 
  private:

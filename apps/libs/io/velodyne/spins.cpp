@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kHour = 3600.0;                     // [s]
 constexpr std::int64_t kHourMicros = 3'600'000'000;  // [us]
-constexpr double kSynchronised = 60.0;               // clocks that differ by less [s]
+constexpr double kSynchronised = 60.0;               // clocks that differ by less agree [s]
 constexpr double kClockJump = 1.0;                   // [s]
 constexpr double kCentury = 3.2e9;                   // [s]
 constexpr double kLargestStepBack = 9000.0;          // [1/100 deg]
-// At 300 rpm, the slowest, an HDL-32E fires 4340 columns a revolution.
+// An HDL-32E at 300 rpm, the slowest speed, fires 4340 columns per revolution.
 constexpr std::size_t kMostColumns = 16384;
 
-/// `value` plus a multiple of `period` that is nearest to `expected`.
+/// `value` plus the multiple of `period` that is nearest to `expected`.
 double nearest_to(double expected, double value, double period) noexcept {
   return value + period * std::round((expected - value) / period);
 }
@@ -37,7 +37,7 @@ double SensorClock::first_firing(const Packet& packet, const DataPacket& parsed)
     const double expected = packet.stamp - last_receipt_;
     const auto step = static_cast<std::int64_t>(parsed.timestamp) - last_timestamp_;
     const double seconds = nearest_to(expected, static_cast<double>(step) * 1e-6, kHour);
-    // A century is more than any recording has; the limits keep the sum from overflowing.
+    // No recording is longer than a century; the limits keep the sum from overflowing.
     const bool sound = std::abs(seconds - expected) < kClockJump && std::abs(seconds) < kCentury &&
                        std::abs(static_cast<double>(elapsed_)) < kCentury * 1e6;
     if (sound) {
@@ -80,7 +80,8 @@ void SpinAssembler::place(const DataPacket& packet, const Column& column, double
   if (!open_) {
     begin(column.azimuth, time, offset, false);
   } else {
-    // Packets may be missing: of the turns that lead to this azimuth, the one that took the time.
+    // Packets may be missing: of all turns that lead to this azimuth, take the one that fits the
+    // time.
     const double expected = std::clamp(rate_ * (time - time_), -1e9, 1e9);
     const double step = nearest_to(expected, column.azimuth - azimuth_, kFullTurn);
     turned_ += step;
@@ -112,7 +113,7 @@ void SpinAssembler::begin(std::int32_t azimuth, double time, std::uint64_t offse
   turned_ = azimuth;
   columns_ = 0;
   if (time < from_) return;
-  // Revolutions are alike; a little more than the last one had is seldom too little.
+  // Revolutions are alike, so a little more than the size of the last one is seldom too small.
   const std::size_t room = last_size_ + last_size_ / 16 + 4 * kChannels;
   open_->points.reserve(room);
   open_->seconds.reserve(room);

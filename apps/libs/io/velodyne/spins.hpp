@@ -13,11 +13,11 @@
 
 namespace vantage::io::velodyne {
 
-/// Gives packets the time of their first firing. Sensors count microseconds past the hour. The hour
-/// is that of the receipt if the sensor's clock is within a minute of it (it is synchronised, by
-/// GPS for example); else the first packet has the time of its receipt, and the sensor's clock
-/// counts from there. Both begin anew where the two clocks part by more than a second between two
-/// packets.
+/// Gives packets the time of their first firing. Sensors count microseconds past the hour. If the
+/// sensor's clock is within a minute of the time of receipt (it is synchronised, by GPS for
+/// example), the hour is that of the receipt. Otherwise the first packet has its time of receipt,
+/// and the sensor's clock counts from there. Both start again if the two clocks move apart by more
+/// than a second between two packets.
 class SensorClock {
  public:
   /// [s]
@@ -51,19 +51,19 @@ struct Spin {
 ///
 /// A revolution begins with the first block (of both returns, in dual return mode) whose azimuth is
 /// 0 or more: straight ahead, where ROS' velodyne driver cuts by default. That may be inside a
-/// packet; the last firings of the block before, which passes 0, stay with it. Lost packets are
-/// missing points. Where the azimuth goes back by more than 90 deg, a revolution or more is missing
-/// or the sensor does not turn, a revolution ends that is not complete, and so is the one that
-/// begins there.
+/// packet; the last firings of the block before, which passes 0, stay with the block. Lost packets
+/// are missing points. If the azimuth goes back by more than 90 deg, either a revolution or more is
+/// missing or the sensor does not turn. The current revolution then ends incomplete, and so will
+/// the one that begins there.
 class SpinAssembler {
  public:
   /// @param file  for errors
-  /// @param from  revolutions stamped before it are neither decoded nor given [s]
+  /// @param from  revolutions stamped before this time are neither decoded nor returned [s]
   explicit SpinAssembler(std::string file, double from = -std::numeric_limits<double>::infinity());
 
   /// Errors: those of parse_packet.
   [[nodiscard]] Result<void> add(const Packet& packet);
-  /// Ends the revolution that the last packet has left open; it is not complete.
+  /// Ends the open revolution, which is incomplete.
   void finish();
   /// The next revolution that has ended.
   [[nodiscard]] std::optional<Spin> take();
@@ -81,8 +81,8 @@ class SpinAssembler {
   SensorClock clock_;
   std::deque<Spin> ended_;
   std::optional<Spin> open_;
-  bool from_cut_ = false;      // the open revolution began with azimuth 0
-  double turned_ = 0.0;        // by the open revolution, from azimuth 0 on [1/100 deg]
+  bool from_cut_ = false;      // the open revolution began at azimuth 0
+  double turned_ = 0.0;        // by the open revolution, starting at azimuth 0 [1/100 deg]
   std::size_t columns_ = 0;    // in the open revolution
   std::int32_t azimuth_ = 0;   // of the last column
   double time_ = 0.0;          // of the last column [s]

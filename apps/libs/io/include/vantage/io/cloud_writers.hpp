@@ -16,8 +16,8 @@ namespace vantage::io {
 
 static_assert(std::endian::native == std::endian::little, "binary files are written in place");
 
-/// What the writers of clouds begin with: coordinates that the precision holds, and views that are
-/// one for each point, or none. Errors (`where` is `path`): `invalid_input`.
+/// The checks that every writer of clouds makes first: the precision can hold the coordinates, and
+/// there is one view count per point, or none at all. Errors (`where` is `path`): `invalid_input`.
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& path, PointsView points,
                                           Precision precision,
                                           std::span<const std::uint32_t> views);
@@ -29,7 +29,7 @@ void append(std::string& bytes, Stored value) {
   bytes.append(raw.data(), raw.size());
 }
 
-/// x, y and z in the type of that precision.
+/// Appends x, y and z in the type of that precision.
 void append_point(std::string& bytes, const Point& point, Precision precision);
 
 /// @param append_record  void(std::string& bytes, std::size_t i)

@@ -13,31 +13,31 @@
 
 namespace vantage::io {
 
-/// The finite points of a file in the file's order and frame [m].
+/// The finite points of a file, in the order and frame of the file [m].
 struct LoadedCloud {
   PointCloud points;
-  PointTimes times;           ///< of `points`; empty unless they were asked for
+  PointTimes times;           ///< of `points`; empty unless the caller asked for times
   std::uint64_t dropped = 0;  ///< points with a NaN or infinite coordinate, left out of `points`
 };
 
 enum class ReadTimes : bool { no, yes };
 
-/// Reads x, y and z of a point cloud file; the content tells the format where it can:
-/// - PCD (ascii, binary, binary_compressed): any field order, size and type, names x y z or X Y Z;
-///   bytes after the last binary point are padding; VIEWPOINT is not applied to the points
-/// - PLY 1.0 (ascii, binary of either byte order): element `vertex`, properties x y z
+/// Reads x, y and z of a point cloud file. The content tells the format where it can:
+/// - PCD (ascii, binary, binary_compressed): fields in any order, size and type, named x y z or X Y
+///   Z; bytes after the last binary point are padding; VIEWPOINT is not applied to the points
+/// - PLY 1.0 (ascii, binary in either byte order): element `vertex`, properties x y z
 /// - LAS 1.0 to 1.4, point formats 0 to 10: scale and offset are applied; read in blocks
 /// - KITTI: suffix `.bin`, float32 x y z intensity, little endian
-/// PCD and PLY may hold when each point was measured; see PointTimes for the fields that say so.
+/// PCD and PLY may hold the time of each point's measurement; PointTimes lists the fields.
 /// Numbers in ascii files keep the precision of the text, whatever type the header declares.
-/// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for what cannot
-/// be read or is no regular file; `corrupt_data` for content that contradicts its format or is none
-/// of these, with the byte offset in binary parts; `unsupported` for LAZ, COPC and E57, with a
-/// converter.
+/// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for something
+/// that cannot be read or is not a regular file; `corrupt_data` for content that contradicts its
+/// format or has none of these formats, with the byte offset in binary parts; `unsupported` for
+/// LAZ, COPC and E57, with the name of a converter.
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path,
                                                    ReadTimes read_times = ReadTimes::no);
 
-/// The same of a file that is open.
+/// Reads a file that is already open.
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const InputFile& file,
                                                    ReadTimes read_times = ReadTimes::no);
 
@@ -47,41 +47,43 @@ struct CloudLayout {
   std::vector<std::string> fields;  ///< of a point: "x float32"
 };
 
-/// Of a file that read_point_cloud reads. Errors: those of read_point_cloud.
+/// Reads the header of a file that read_point_cloud can read. Errors: those of read_point_cloud.
 [[nodiscard]] Result<CloudLayout> read_cloud_layout(const std::filesystem::path& path);
 
-/// Several files as one cloud, one after the other, without times. Beyond the points themselves it
-/// takes the memory of one file. Errors: those of read_point_cloud.
+/// Reads several files as one cloud, one after the other, without times. Besides the points
+/// themselves, it needs the memory of one file. Errors: those of read_point_cloud.
 [[nodiscard]] Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> paths);
 
 enum class Precision : std::uint8_t { float32, float64 };
 
-/// float32 if it holds every coordinate as it is.
+/// float32 if it holds every coordinate exactly, otherwise float64.
 [[nodiscard]] Precision lossless_precision(PointsView points) noexcept;
 
 /// Writes binary PCD v0.7 with fields x y z; atomic, see OutputFile.
-/// @param views  of each point, written as field `views`, uint32; or none
-/// Errors: `invalid_input` for a point that is not finite in that precision and for views that are
-/// not one for each point; those of OutputFile.
+/// @param views  one count per point, written as field `views`, uint32; or empty
+/// Errors: `invalid_input` for a point that is not finite in that precision, and if there is not
+/// one view count per point; those of OutputFile.
 [[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
                                      Precision precision,
                                      std::span<const std::uint32_t> views = {});
 
-/// Writes PLY 1.0, binary little endian, with properties x y z of element vertex; the same, but for
-/// the property scalar_views (uint), which CloudCompare takes for a scalar field. Errors: the same.
+/// Writes PLY 1.0, binary little endian, with properties x y z of element vertex. Arguments and
+/// errors are those of write_pcd. View counts become the property scalar_views (uint), which
+/// CloudCompare reads as a scalar field.
 [[nodiscard]] Result<void> write_ply(const std::filesystem::path& path, PointsView points,
                                      Precision precision,
                                      std::span<const std::uint32_t> views = {});
 
-/// Writes LAS 1.4, point format 6, in millimetres: coordinates are rounded by half of one at most.
-/// Views are extra bytes named `views` (unsigned long). The file has no creation date and no
-/// coordinate system. Errors: the same, and `invalid_input` for more than 4,294 km along an axis.
+/// Writes LAS 1.4, point format 6, in millimetres: coordinates are rounded by at most half a
+/// millimetre. View counts are extra bytes named `views` (unsigned long). The file has no creation
+/// date and no coordinate system. Errors: those of write_pcd, and `invalid_input` for an extent of
+/// more than 4,294 km along an axis.
 [[nodiscard]] Result<void> write_las(const std::filesystem::path& path, PointsView points,
                                      std::span<const std::uint32_t> views = {});
 
-/// Writes a scan whose points were measured one after the other: as write_pcd in float32, with a
-/// field t, float32 [s] after the scan's stamp.
-/// Errors: also `invalid_input` for sizes that differ and a time that is not finite.
+/// Writes a scan with the time of each point: as write_pcd in float32, with a field t, float32 [s]
+/// after the scan's stamp.
+/// Errors: also `invalid_input` for sizes that differ and for a time that is not finite.
 [[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
                                      std::span<const float> seconds);
 

@@ -11,44 +11,46 @@
 
 namespace vantage::io {
 
-/// What the name and the type of a field say about the times in it.
+/// What a field's name and type say about the times in it.
 struct TimeFormat {
-  double per_second = 1.0;      ///< units of the numbers a second
-  bool has_named_unit = false;  ///< the name says it
+  double per_second = 1.0;      ///< units of the numbers per second
+  bool has_named_unit = false;  ///< whether the name contains the unit
   bool is_floating_point = false;
-  bool is_wide = false;        ///< 8 bytes: enough for the time of day
-  std::size_t preference = 0;  ///< among the fields of one file the smallest is taken
+  bool is_wide = false;        ///< 8 bytes: wide enough for the time of day
+  std::size_t preference = 0;  ///< of the fields of one file, the smallest value wins
 };
 
-/// Whether a field holds point times, and how. The rules are those of PointTimes.
-/// @param size  of a value [bytes]
+/// Whether a field holds point times, and in which format. The rules are those of PointTimes.
+/// @param size  size of a value [bytes]
 [[nodiscard]] std::optional<TimeFormat> time_format(std::string_view name, bool is_floating_point,
                                                     std::size_t size);
 
-/// When the points of one file were measured, as the file has it.
+/// When the points of one file were measured, in the units of the file.
 ///
 /// The field is named offset_time, time_offset, relative_time, rel_time, t, time, time_stamp or
-/// timestamp, in upper or lower case; the first of these that there is. CloudCompare's prefix
+/// timestamp, in upper or lower case; the first of these that exists is used. CloudCompare's prefix
 /// `scalar_` and a unit at the end (_ns, _us, _ms, _s) may be added.
-/// The unit is that of the name; else seconds for floating point (nanoseconds from 1e14 on, which
-/// would be three million years), nanoseconds for integers of 4 or 8 bytes, microseconds for
-/// shorter ones.
+/// The name gives the unit. A name without a unit means seconds for floating point (nanoseconds
+/// from 1e14 on, which would be three million years), nanoseconds for integers of 4 or 8 bytes, and
+/// microseconds for shorter integers.
 struct PointTimes {
-  std::vector<double> values;  ///< of each point; empty if the file has none
+  std::vector<double> values;  ///< one per point; empty if the file has none
   TimeFormat format;
-  std::string field;  ///< its name
+  std::string field;  ///< the field's name
 };
 
 /// The points' times after the scan's stamp [s].
 ///
 /// - Times within 10 s of zero count from the stamp.
-/// - Times of 8 bytes within 10 s of the stamp are absolute. Where both could be (a clock that has
-///   just started), they are what puts the farthest point nearer to the stamp, in doubt the first.
-/// - Others are those of another clock (of the sensor, or the stamps are made from frame numbers):
-///   they count from the earliest point.
-/// @return  as many as there are values
-/// Errors (`where` is the file): `corrupt_data` for a time that is not finite, a sweep of more than
-/// 10 s, or one of 1000 points or more at over 2e7 points a second: then the unit is another one.
+/// - Times of 8 bytes within 10 s of the stamp are absolute. If both could be true (a clock that
+///   has just started), the reading that puts the farthest point nearer to the stamp is used; in a
+///   tie, the first.
+/// - All other times belong to another clock (of the sensor, or because the stamps are made from
+///   frame numbers): they count from the earliest point.
+/// @return  one time per value
+/// Errors (`where` is the file): `corrupt_data` for a time that is not finite, for a sweep of more
+/// than 10 s, and for a sweep of 1000 or more points at over 2e7 points per second: the unit must
+/// be another one.
 [[nodiscard]] Result<std::vector<float>> seconds_after(double stamp, const PointTimes& times,
                                                        const std::filesystem::path& file);
 

@@ -6,8 +6,8 @@
 
 namespace vantage::io {
 
-/// The same scans, read by a thread of its own while the caller works on those before: at most two
-/// wait at any time. An error comes when its turn has come, after the scans before it.
+/// Gives the same scans, but reads them in a separate thread while the caller works on earlier
+/// ones. At most two scans wait at any time. An error comes in its turn, after the scans before it.
 [[nodiscard]] std::unique_ptr<ScanSource> read_ahead(std::unique_ptr<ScanSource> source);
 
 }  // namespace vantage::io

@@ -13,22 +13,22 @@ namespace vantage::io {
 /// Where a trajectory of the sensor comes from.
 struct TrajectorySource {
   std::filesystem::path path;  ///< a text file, see read_trajectory, or a ROS bag
-  std::string topic;           ///< in a bag with several, see ros::read_bag_trajectory
+  std::string topic;           ///< in a bag with several topics, see ros::read_bag_trajectory
   double rate_hz = 10.0;       ///< of KITTI rows
 };
 
 /// The sensor whose poses are wanted.
 struct SensorFrame {
   std::string name;                         ///< frame_id of its scans; empty if they do not say
-  std::filesystem::path scans = {};         ///< a bag that may have /tf_static, too
-  std::optional<Pose> T_child_sensor = {};  ///< where it is mounted, if no /tf_static says it
+  std::filesystem::path scans = {};         ///< a bag that may also have /tf_static
+  std::optional<Pose> T_child_sensor = {};  ///< the sensor's mount, if no /tf_static gives it
 };
 
-/// T_frame_sensor at each stamp. Poses in text files and poses whose child frame is not told are
-/// those of the sensor. A bag's poses of another frame are carried to the sensor by
-/// `T_child_sensor`, else by /tf_static of that bag, else of the scans' bag. Errors: those of
-/// read_trajectory and ros::read_bag_trajectory; `invalid_input` for a topic of a text file, and
-/// for poses of another frame than the sensor's that nothing connects it with.
+/// Reads T_frame_sensor at each stamp. Poses in text files, and poses without a child frame, are
+/// taken as those of the sensor. A bag's poses of another frame are carried to the sensor by
+/// `T_child_sensor`; without it, by /tf_static of that bag, or else of the scans' bag.
+/// Errors: those of read_trajectory and ros::read_bag_trajectory; `invalid_input` for a topic of a
+/// text file, and for poses of another frame that nothing connects with the sensor's.
 [[nodiscard]] Result<Trajectory> read_sensor_trajectory(const TrajectorySource& source,
                                                         const SensorFrame& sensor);
 

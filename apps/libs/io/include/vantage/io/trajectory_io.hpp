@@ -19,34 +19,34 @@ struct StampedPose {
 /// Stamps strictly increasing.
 using Trajectory = std::vector<StampedPose>;
 
-/// Reads a text file with one pose a line; `#` starts a comment line, blank lines do not count.
-/// The columns of the first pose tell the format, which holds for the whole file:
+/// Reads a text file with one pose per line; `#` starts a comment line, and blank lines do not
+/// count. The number of columns of the first pose tells the format, which holds for the whole file:
 /// - 8, TUM: `t x y z qx qy qz qw`
 /// - 12, KITTI: the row-major 3x4 matrix [R | t]; stamp = row / kitti_rate_hz, rows from 0
 /// - 13: a frame number and the 12 of KITTI; stamp = frame / kitti_rate_hz
 /// Quaternions within 1e-3 of unit length are normalized; matrices may be orthonormal to 1e-3.
 /// Errors (`where` is the file and line): `not_found`, `io_failure`; `invalid_input` for a rate
-/// that is not positive; `corrupt_data` for anything malformed, a rotation that is none, stamps
-/// that do not increase strictly, or no pose at all.
+/// that is not positive; `corrupt_data` for malformed text, a rotation that is invalid, stamps that
+/// do not increase strictly, or a file without a pose.
 [[nodiscard]] Result<Trajectory> read_trajectory(const std::filesystem::path& path,
                                                  double kitti_rate_hz = 10.0);
 
-/// The same from the content of a file; `file` is its name for errors.
+/// Reads the content of a file; `file` is its name in errors.
 [[nodiscard]] Result<Trajectory> parse_trajectory(std::string_view content, const std::string& file,
                                                   double kitti_rate_hz = 10.0);
 
 /// Writes TUM lines, or KITTI lines of 12 columns (which have no stamps). Every double reads back
-/// as the same value, KITTI rotations through a matrix. Atomic, see OutputFile.
-/// Errors: `invalid_input` for an invalid pose or stamps that do not increase strictly; those of
-/// OutputFile.
+/// as the same value, except that KITTI rotations pass through a matrix. Atomic, see OutputFile.
+/// Errors: `invalid_input` for an invalid pose or for stamps that do not increase strictly; those
+/// of OutputFile.
 [[nodiscard]] Result<void> write_tum(const std::filesystem::path& path,
                                      const Trajectory& trajectory);
 [[nodiscard]] Result<void> write_kitti(const std::filesystem::path& path,
                                        const Trajectory& trajectory);
 
-/// The pose at a stamp [s]: interpolated between neighbours no further apart than `max_gap_s`;
-/// else the nearest pose if it is within 1e-3 s, so that stamps rounded elsewhere still match;
-/// else nothing. Never extrapolates.
+/// The pose at a stamp [s], interpolated between neighbours that are at most `max_gap_s` apart.
+/// Otherwise the nearest pose if it is within 1e-3 s, so that stamps rounded elsewhere still match.
+/// Otherwise nothing. Never extrapolates.
 [[nodiscard]] std::optional<Pose> pose_at(const Trajectory& trajectory, double stamp,
                                           double max_gap_s = 1.0);
 
