@@ -17,7 +17,7 @@
 namespace vantage {
 namespace {
 
-/// What a point draws: the order of the draws is that of a random permutation.
+/// The random number of a point; the order of these numbers is that of a random permutation.
 std::uint64_t draw(const Point& p) {
   return hash(0, std::bit_cast<std::uint64_t>(p.x()), std::bit_cast<std::uint64_t>(p.y()),
               std::bit_cast<std::uint64_t>(p.z()));
@@ -33,7 +33,7 @@ auto for_each_index(std::size_t count, const F& f) {
   return results;
 }
 
-/// The `count` candidates with the least keys, strictly ascending as indices.
+/// The `count` candidates with the smallest keys, strictly ascending as indices.
 template <class Key>
 IndexList least(const IndexList& candidates, const std::vector<Key>& keys, std::size_t count) {
   if (candidates.size() <= count) return candidates;
@@ -46,7 +46,7 @@ IndexList least(const IndexList& candidates, const std::vector<Key>& keys, std::
   return chosen;
 }
 
-/// Of each voxel the candidate with the least draw.
+/// The candidate with the smallest random number in each voxel.
 IndexList one_a_voxel(PointsView map, const IndexList& candidates, double size) {
   struct Drawn {
     std::uint64_t voxel, draw;
@@ -168,7 +168,7 @@ Result<RegionMap> OpponentMaps::get(RegionId region, Thinning thinning) const {
   for (const std::uint32_t i : made->second[static_cast<std::size_t>(thinning)]) {
     map.points.push_back(map_[i]);
   }
-  map.prepared = {};  // of the original's points
+  map.prepared = {};  // made from the original's points
   map.views = {};
   return map;
 }

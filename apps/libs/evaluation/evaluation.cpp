@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr double kOpponentSearch = 20.0;  // [m]
 
-/// What serves all that is done with one configuration.
+/// What every step with one configuration uses.
 struct Job {
   const Config& config;
   const std::string& name;
@@ -38,8 +38,8 @@ Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInput
 Result<Opponent> run_opponent(const Job& job, const OpponentMaps& maps, Thinning thinning) {
   Opponent opponent{.name = std::string(to_string(thinning)), .routes = {}};
   LocalizerParams params = job.config.localizer.value_or(LocalizerParams{});
-  params.prefetch = false;  // choosing points ahead of time would disturb T_align
-  // A search of the whole campus would have to make every region's map first.
+  params.prefetch = false;  // choosing points in the background would disturb T_align
+  // A search of the whole campus would first have to make the map of every region.
   params.recovery_radius =
       std::min(params.recovery_radius.value_or(kOpponentSearch), kOpponentSearch);
   for (const NamedInputs& route : job.routes) {
@@ -53,7 +53,7 @@ Result<Opponent> run_opponent(const Job& job, const OpponentMaps& maps, Thinning
   return opponent;
 }
 
-/// Whether no region that was driven through leaves out anything within reach.
+/// Whether the map of every region driven through holds everything within reach.
 Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const OpponentMaps& maps) {
   std::set<std::uint32_t> driven;
   for (const RouteRun& route : routes) {
@@ -66,7 +66,7 @@ Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const Oppone
   return true;
 }
 
-/// Runs the opponents, or says why some or all are missing.
+/// Runs the opponents, or says why some or all of them are missing.
 Result<void> add_opponents(const Job& job, const MapStore& store, PointsView map,
                            EvaluatedConfig& evaluated) {
   if (evaluated.region_points.max == 0.0) {
@@ -94,7 +94,7 @@ Result<void> add_opponents(const Job& job, const MapStore& store, PointsView map
   return {};
 }
 
-/// The region map where the first route is halfway, if it has points.
+/// The map of the region at the middle of the first route, if it has points.
 Result<std::optional<Specimen>> specimen_of(const MapStore& store,
                                             const std::vector<RouteRun>& routes) {
   const auto& scans = routes.front().run.scans;
@@ -115,15 +115,15 @@ std::vector<fs::path> map_sources(const Config& config) {
   return sources;
 }
 
-/// A wide-area map and where it came from.
+/// A wide-area map and its source.
 struct WideAreaMap {
   std::vector<fs::path> sources;
   PointCloud points;
   std::string missing;  // why there are no points
 };
 
-/// A map that is not there is said, not an error: a robot that has the bundles alone can be
-/// evaluated too.
+/// A missing map is reported but is not an error, so that a robot that has only the bundles can be
+/// evaluated.
 Result<WideAreaMap> read_map(const Config& config) {
   WideAreaMap map{.sources = map_sources(config), .points = {}, .missing = {}};
   if (map.sources.empty()) {
@@ -199,7 +199,7 @@ Result<Evaluation> evaluate(const std::vector<NamedConfig>& configs,
     if (!map || map->sources != map_sources(entry.config)) {
       auto read = read_map(entry.config);
       if (!read) return during(std::move(read).error());
-      // The report shows the first one.
+      // The report shows the first map.
       if (map && evaluation.map.empty()) evaluation.map = std::move(map->points);
       map = *std::move(read);
     }
@@ -217,7 +217,7 @@ const EvaluatedConfig* wide_area_config(const Evaluation& evaluation) {
     const bool whole = config.index.partition.size() == 1 &&
                        config.index.regions.front().points == config.index.map_points;
     if (!whole) continue;
-    if (found) return nullptr;  // two of them: nobody can say which
+    if (found) return nullptr;  // several, so there is no single one
     found = &config;
   }
   return found;

@@ -49,7 +49,7 @@ Value mean(const Statistics& s) { return s.count > 0 ? number(s.mean) : Value{};
 Value p95(const Statistics& s) { return s.count > 0 ? number(s.p95) : Value{}; }
 Value most(const Statistics& s) { return s.count > 0 ? number(s.max) : Value{}; }
 
-/// How much the mean error is above that of others; none if one of them has none.
+/// How far the mean error is above that of another run; none if one of the two has none.
 Value excess(const Case& c, const RunSummary* other) {
   if (other == nullptr || c.summary.error_m.count == 0 || other->error_m.count == 0) return {};
   return c.summary.error_m.mean - other->error_m.mean;
@@ -248,7 +248,7 @@ std::vector<GateResult> judge(const std::vector<Gate>& gates, const EvaluatedCon
   for (const Gate& gate : gates) {
     if (!gate.config.empty() && gate.config != config.name) continue;
     const auto measure = find_measure(gate.metric, gate.unit);
-    if (!measure) continue;  // parse_gates makes no such gate
+    if (!measure) continue;  // parse_gates never makes such a gate
     for (std::size_t r = 0; r < routes.size(); ++r) {
       const Case c{.config = config,
                    .summary = config.routes[r].summary,

@@ -13,8 +13,8 @@ namespace vantage {
 [[nodiscard]] nlohmann::ordered_json to_json(const Statistics& statistics);
 /// summary.json of a run.
 [[nodiscard]] nlohmann::ordered_json to_json(const Run& run, const RunSummary& summary);
-/// summary.json of `vantage evaluate`: every configuration with its region maps, its runs, those of
-/// its baselines, and its gates.
+/// summary.json of `vantage evaluate`: every configuration with its region maps, its runs, its
+/// baselines' runs, and its gates.
 [[nodiscard]] nlohmann::ordered_json to_json(const Evaluation& evaluation);
 [[nodiscard]] nlohmann::ordered_json to_json(const Comparison& comparison);
 

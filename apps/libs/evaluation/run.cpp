@@ -27,7 +27,7 @@ PoseError error_of(const Pose& pose, const Pose& truth) {
           .rotation = turn.angle() * turn.axis()};
 }
 
-/// The scans of a run, the first of which is read at once: the localizer starts at its stamp.
+/// The scans of a run. The first is read at once, because the localizer starts at its stamp.
 class ScanWindow {
  public:
   static Result<ScanWindow> open(const RunInputs& inputs) {
@@ -65,7 +65,7 @@ class ScanWindow {
   double first_stamp() const { return first_stamp_; }
   const std::string& stamp_rule() const { return source_->describe().stamp_rule; }
   io::SkippedScans skipped() const { return source_->skipped(); }
-  /// 0 if nobody knows.
+  /// The number of scans; 0 if it is unknown.
   std::size_t expected() const { return expected_; }
 
  private:
@@ -75,7 +75,7 @@ class ScanWindow {
   std::size_t expected_ = 0;
 };
 
-/// Holds scans back until they are due; the clock starts when the object is made.
+/// Holds scans back until they are due. The clock starts when the object is made.
 class Replay {
  public:
   Replay(std::optional<double> speed, double first_stamp)

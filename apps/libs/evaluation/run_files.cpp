@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
 
-/// As RFC 4180 has it.
+/// Quotes a text by RFC 4180.
 std::string quoted(const std::string& text) {
   std::string cell = "\"";
   for (const char c : text) {
@@ -84,7 +84,7 @@ Result<void> write_run(const Run& run, const RunSummary& summary,
     return fail(ErrorCode::io_failure, "cannot create the output folder: " + error.message(),
                 SourceLocation{folder.string(), 0, 0});
   }
-  // All three are written before the first appears under its name.
+  // All three are written before the first one appears under its name.
   VANTAGE_TRY(auto csv, io::OutputFile::create(folder / "scans.csv"));
   VANTAGE_CHECK(csv.write(to_csv(run)));
   VANTAGE_TRY(auto json, io::OutputFile::create(folder / "summary.json"));

@@ -26,7 +26,7 @@ class CsvReader {
   [[nodiscard]] bool done() const { return at_ == text_.size(); }
   [[nodiscard]] std::uint32_t line() const { return line_; }
 
-  /// The cells of a record, which may go over several lines.
+  /// The cells of a record, which may span several lines.
   Result<std::vector<std::string>> record() {
     std::vector<std::string> cells;
     while (true) {
@@ -81,7 +81,7 @@ class CsvReader {
   std::uint32_t line_ = 1;
 };
 
-/// "; its folders a, b hold one", for a folder that holds none itself.
+/// "; its folders a, b hold one", for a folder without a table.
 std::string folders_below(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;

@@ -21,8 +21,8 @@ Statistics over(const Run& run, const F& value) {
   return statistics_of(sample);
 }
 
-/// Share of the errors along the axes within 1, 2 and 3 standard deviations; one of a normal
-/// distribution would have 68, 95 and 99.7 %.
+/// Share of the errors along the axes within 1, 2 and 3 standard deviations; a normal distribution
+/// would have 68, 95 and 99.7 %.
 std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*error,
                                     Eigen::Index first) {
   std::array<double, 3> within{};
@@ -43,7 +43,8 @@ std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*
   return within;
 }
 
-/// @param step  [m] of the reference's path between the scans that are compared; 0: the next one
+/// @param step  distance along the reference's path between the scans that are compared [m]; 0: the
+///              next scan
 RelativeErrors relative_errors(const Run& run, double step) {
   const std::vector<double> way = distances(run);
   const auto compared = [&](std::size_t i) {
@@ -83,7 +84,7 @@ RunSummary summarize(const Run& run) {
     }
   }
   s.lost = s.scans - s.tracked;
-  // The first map is made ready at the start, not switched to.
+  // The first map is made ready at the start; that is not a switch.
   if (!run.scans.empty() && run.scans.front().report.switched) --s.switches;
 
   const auto error = [&](double PoseError::*member) {

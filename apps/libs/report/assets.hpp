@@ -4,11 +4,11 @@
 
 namespace vantage::report {
 
-/// A file that was compiled in: "style.css", "page.js", "view3d.js", "three.min.js",
-/// "OrbitControls.js". Precondition: it is one of these.
+/// The content of a file that was compiled in: "style.css", "page.js", "view3d.js", "three.min.js",
+/// "OrbitControls.js". Precondition: the name is one of these.
 [[nodiscard]] std::string_view asset(std::string_view name) noexcept;
 
-/// The licence that three.js is passed on under, without its line of copyright.
+/// The licence under which three.js is passed on, without its copyright line.
 inline constexpr std::string_view kMitLicence =
     "Permission is hereby granted, free of charge, to any person obtaining a copy of this software "
     "and associated documentation files (the \"Software\"), to deal in the Software without "

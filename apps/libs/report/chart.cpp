@@ -15,10 +15,10 @@ namespace vantage::report {
 namespace {
 
 constexpr std::size_t kColours = 8;
-constexpr double kLetter = 6.6;  // width of a letter at 12 px, about
+constexpr double kLetter = 6.6;  // approximate width of a letter at 12 px
 constexpr double kRow = 20.0;
 
-/// As few digits as tell ticks a step apart.
+/// As few digits as distinguish ticks that are one step apart.
 std::string tick_text(double value, double step) {
   if (std::abs(value) < 1e-9 * step) return "0";
   if (std::abs(value) >= 1e6 || std::abs(step) < 1e-4) return fmt::format("{:g}", value);
@@ -114,7 +114,7 @@ std::string x_axis(const Axis& axis, const Area& area) {
     svg += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", x, area.top,
                        area.bottom);
     const double half = 0.5 * kLetter * static_cast<double>(tick.text.size());
-    if (x - half < last + 5.0) continue;  // labels never touch
+    if (x - half < last + 5.0) continue;  // labels must never touch
     svg += text(x, area.bottom + 15.0, tick.text, "tick", "middle");
     last = x + half;
   }
@@ -166,7 +166,7 @@ std::string path_of(const std::vector<Eigen::Vector2d>& points, const LinePanel&
     }
     d += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', area.x(panel.x, p.x()),
                      area.y(panel.y, p.y()));
-    // A point between two gaps shows as a dot.
+    // A point between two gaps is shown as a dot.
     if (!pen_down && (i + 1 == points.size() || !finite(points[i + 1]))) d += "h0.1";
     pen_down = true;
   }
@@ -209,7 +209,7 @@ std::string box_svg(const Row& row, const Axis& axis, const Area& area, double y
       "{:.1f}v{:.1f}\"/></g>",
       x(box.q1), y - half, std::max(0.5, x(box.q3) - x(box.q1)), 2 * half, c,
       row.beneath ? "0" : "0.28", x(box.median), y - half, 2 * half);
-  // Values that fall onto one place are drawn once.
+  // Values that fall onto one place are drawn only once.
   double last = -1e9;
   for (const double v : box.outliers) {
     const double at = x(v);
@@ -222,7 +222,7 @@ std::string box_svg(const Row& row, const Axis& axis, const Area& area, double y
   }
   svg += mark({row.look.colour, row.beneath ? row.look.marker : Marker::diamond}, x(box.mean), y,
               row.beneath ? 3.0 : 3.2);
-  // The whole row answers the pointer.
+  // The whole row reacts to the pointer.
   return svg +
          fmt::format(
              "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
@@ -242,7 +242,7 @@ std::string dots_svg(const Row& row, const Axis& axis, const Area& area, double 
   double sum = 0.0;
   for (std::size_t i = 0; i < row.sample.size(); ++i) {
     sum += row.sample[i];
-    // Neighbours are set apart, so that dots on one place can be told apart.
+    // Neighbours are set apart, so that dots at one place can be distinguished.
     const double aside = 1.7 * static_cast<double>(static_cast<int>(i % 5) - 2);
     svg += fmt::format("<g fill-opacity=\"0.65\">{}</g>",
                        mark(row.look, area.x(axis, row.sample[i]), y + aside, 2.4,
@@ -309,7 +309,7 @@ Axis axis_over(std::string label, std::span<const double> sample, bool from_zero
   const double low = values.front(), high = values.back();
   const double middle = percentile(values, 0.5);
   if (low >= 0.0 && middle > 0.0 && high > 25.0 * middle) {
-    // A few values near 0 would stretch the axis over decades that hold nothing.
+    // A few values near 0 would stretch the axis over decades without values.
     const double least = std::max({low, percentile(values, 0.02), 1e-4 * middle});
     return logarithmic_axis(std::move(label), least, high);
   }
@@ -377,7 +377,7 @@ std::string colour(std::size_t number) { return fmt::format("var(--c{})", number
 
 std::string shortened(const std::string& name, std::size_t most) {
   if (name.size() <= most) return name;
-  // Bytes of one character stay together.
+  // The bytes of one character stay together.
   const auto within = [&](std::size_t i) {
     return i < name.size() && (static_cast<unsigned char>(name[i]) & 0xC0U) == 0x80U;
   };
@@ -407,7 +407,7 @@ std::string to_svg(const LinePanel& panel, double width, double height) {
   svg += y_axis(panel.y, area) + x_axis(panel.x, area);
   svg += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n", area.left, area.bottom,
                      area.right);
-  // What belongs to a configuration lies over what stands beneath it.
+  // The curves of a configuration lie above those of its opponents.
   for (auto curve = panel.curves.rbegin(); curve != panel.curves.rend(); ++curve) {
     svg += drawn(*curve, panel, area);
   }

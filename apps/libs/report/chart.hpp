@@ -13,31 +13,31 @@ struct Tick {
   std::string text;
 };
 
-/// An axis with its ends on ticks.
+/// An axis that begins and ends on a tick.
 struct Axis {
-  std::string label;  ///< with the unit
+  std::string label;  ///< including the unit
   std::vector<Tick> ticks;
   bool logarithmic = false;
 
-  /// 0 at the first tick, 1 at the last; what lies outside is moved to the border.
+  /// 0 at the first tick, 1 at the last; values outside are moved to the border.
   [[nodiscard]] double along(double value) const;
 };
 
-/// Ticks at 1, 2 or 5 times a power of ten that enclose both ends; about `most` of them.
-/// Precondition: finite ends. Ends that are equal get an axis around them.
+/// An axis with about `most` ticks, at 1, 2 or 5 times a power of ten, that enclose both ends.
+/// Precondition: both ends are finite. If they are equal, the axis extends to both sides.
 [[nodiscard]] Axis linear_axis(std::string label, double low, double high, std::size_t most = 6);
 
-/// Ticks at powers of ten, and at 2 and 5 times them where there are few.
+/// An axis with ticks at powers of ten, and also at 2 and 5 times these if there are few.
 /// Precondition: 0 < low <= high, finite.
 [[nodiscard]] Axis logarithmic_axis(std::string label, double low, double high);
 
-/// An axis over a sample: logarithmic if its greatest values would leave the others no room, from 0
-/// if that is asked for.
+/// An axis for a sample. It is logarithmic if the greatest values would leave the others no room,
+/// and starts at 0 if the caller asks for it.
 [[nodiscard]] Axis axis_over(std::string label, std::span<const double> sample, bool from_zero,
                              std::size_t most = 6);
 
-/// A sample as a box (Tukey): quartiles, linear between neighbours; whiskers to the last values
-/// within 1.5 times the box from it.
+/// A sample as a box (Tukey): quartiles, linear between neighbours; whiskers extend to the last
+/// values within 1.5 box lengths of the box.
 struct Box {
   std::size_t count = 0;
   double low = 0, q1 = 0, median = 0, q3 = 0, high = 0, mean = 0;
@@ -45,8 +45,8 @@ struct Box {
 };
 [[nodiscard]] Box box_of(std::span<const double> sample);
 
-/// At most about `most` points that look like all of them: of each piece of the way, the least and
-/// the greatest. Points that are not finite part a curve, and stay.
+/// At most about `most` points that look like all of them: the least and the greatest of each piece
+/// of the axis. Points that are not finite divide a curve, and are kept.
 [[nodiscard]] std::vector<Eigen::Vector2d> thinned(std::vector<Eigen::Vector2d> points,
                                                    std::size_t most);
 
@@ -55,7 +55,7 @@ struct Box {
 
 enum class Marker { disc, ring, square, triangle, diamond };
 
-/// Who a curve or a row belongs to: the colour; and which of theirs it is: marker and dash.
+/// How a curve or a row looks: the colour says whose it is; marker and dash say which of theirs.
 struct Look {
   std::size_t colour = 0;
   Marker marker = Marker::disc;
@@ -64,7 +64,7 @@ struct Look {
 struct Curve {
   std::string name;
   Look look;
-  std::vector<Eigen::Vector2d> points;  ///< joined in this order; not finite: a gap
+  std::vector<Eigen::Vector2d> points;  ///< joined in this order; a non-finite point is a gap
   bool marked = false;                  ///< a marker at each point instead of a line
 };
 
@@ -73,7 +73,7 @@ struct LinePanel {
   Axis x, y;
   std::vector<Curve> curves;
 };
-/// @param height  of the axes' area; the legend comes on top of it
+/// @param height  of the axes' area, without the legend
 [[nodiscard]] std::string to_svg(const LinePanel& panel, double width = 560.0,
                                  double height = 240.0);
 
@@ -81,17 +81,17 @@ struct LinePanel {
 struct Row {
   std::string name;
   Look look;
-  bool beneath = false;  ///< belongs to the row above that is not
+  bool beneath = false;  ///< belongs to the last row above it for which this is false
   std::vector<double> sample;
-  std::vector<std::string> tips = {};  ///< of each value; empty: none
+  std::vector<std::string> tips = {};  ///< one per value; empty: none
 };
 
 enum class RowStyle {
-  boxes,  ///< a box, its mean as a diamond
-  dots,   ///< every value, their mean as a line
+  boxes,  ///< a box, with the mean as a diamond
+  dots,   ///< every value, with the mean as a line
 };
 
-/// Rows one below the other, names on the left.
+/// Rows below each other, with their names on the left.
 struct RowPanel {
   std::string title;
   Axis x;
@@ -103,7 +103,7 @@ struct RowPanel {
 /// "var(--c0)": the colour of a configuration on the page.
 [[nodiscard]] std::string colour(std::size_t number);
 
-/// A name that fits: cut in its middle.
+/// A name that fits: cut in the middle.
 [[nodiscard]] std::string shortened(const std::string& name, std::size_t most);
 
 }  // namespace vantage::report

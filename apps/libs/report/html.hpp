@@ -7,19 +7,19 @@
 
 namespace vantage::report {
 
-/// Text of any author as HTML or SVG text or attribute value: markup is disarmed, control
-/// characters, which neither language can hold, become spaces.
+/// Makes text of any origin safe as HTML or SVG text or as an attribute value. Markup is escaped;
+/// control characters, which neither language allows, become spaces.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 /// A cell of a table.
 struct Cell {
   std::string text;
-  /// Read by programs: ` data-<first>="<second>"`.
+  /// For programs: ` data-<first>="<second>"`.
   std::vector<std::pair<std::string, std::string>> data = {};
   bool best = false;  ///< of its column
 };
 
-/// A head over some columns.
+/// A heading above several columns.
 struct HeadGroup {
   std::string text;
   std::size_t columns = 1;
@@ -27,7 +27,7 @@ struct HeadGroup {
 
 struct TableRow {
   std::vector<Cell> cells;
-  bool beneath = false;  ///< it belongs to the row above that is not
+  bool beneath = false;  ///< belongs to the last row above it for which this is false
   bool heading = false;  ///< one cell, over all columns
 };
 
@@ -35,17 +35,17 @@ struct Table {
   std::string caption;
   std::vector<HeadGroup> groups = {};  ///< over the header; may be empty
   std::vector<std::string> header;     ///< with units
-  std::size_t name_columns = 1;        ///< flush left; the others are numbers
+  std::size_t name_columns = 1;        ///< aligned left; the others are numbers
   std::vector<TableRow> rows = {};
 };
 
-/// Precondition: rows have as many cells as the header, but for headings.
+/// Precondition: all rows except headings have as many cells as the header.
 [[nodiscard]] std::string to_html(const Table& table);
 
-/// Coloured words of a verdict: "holds", "fails".
+/// A coloured word of a verdict: "holds", "fails".
 [[nodiscard]] std::string badge(bool good, std::string_view words);
 
-/// A picture with its caption and buttons to save it.
+/// A picture with its caption, and buttons to save the picture.
 /// @param svg      one `<svg>` or several side by side
 /// @param caption  HTML
 /// @param file     name of a saved file, without suffix
@@ -64,9 +64,8 @@ struct Page {
   std::string scripts = {};  ///< HTML before the end of the body
 };
 
-/// One page that needs nothing but itself and is forbidden to ask for more (by its content security
-/// policy): light and dark, for narrow and wide screens and for paper, with the sections' names at
-/// hand.
+/// One page that needs no other file, and whose content security policy forbids loading any. It has
+/// a light and a dark style, fits narrow and wide screens and paper, and lists its sections.
 [[nodiscard]] std::string to_html(const Page& page);
 
 }  // namespace vantage::report

@@ -16,7 +16,8 @@ namespace {
 struct Rgb {
   double r, g, b;
 };
-// viridis between its darkest and its brightest: both are told from white and from black.
+// viridis without its darkest and brightest ends, so that the colours differ from white and from
+// black.
 constexpr std::array<Rgb, 7> kHeights{{{72, 35, 116},
                                        {63, 74, 138},
                                        {47, 108, 142},
@@ -33,7 +34,7 @@ Rgb height_colour(double share) {
   return {std::lerp(a.r, b.r, rest), std::lerp(a.g, b.g, rest), std::lerp(a.b, b.b, rest)};
 }
 
-/// What of a cloud falls onto each pixel.
+/// What each pixel contains of a cloud.
 struct Raster {
   std::size_t width, height;
   std::vector<std::uint32_t> counts;
@@ -62,8 +63,8 @@ Raster raster_at(PointsView points, PlanWindow window, double pixels_per_unit) {
   return raster;
 }
 
-/// Finer than the picture is drawn, for screens and prints that show more; but not where the points
-/// are so few that they would only become smaller.
+/// Finer than the picture is drawn, for screens and prints with a higher resolution; but not if
+/// there are so few points that they would only become smaller.
 Raster raster_of(PointsView points, const PlanWindow& window) {
   constexpr double kFine = 2.0, kFull = 0.35;
   Raster fine = raster_at(points, window, kFine);
@@ -72,8 +73,8 @@ Raster raster_of(PointsView points, const PlanWindow& window) {
   return full >= kFull ? fine : raster_at(points, window, 1.0);
 }
 
-/// Tells how dense a pixel is, 0 to 1: by the logarithm, between what is sparse and what is dense
-/// in this raster.
+/// How dense a pixel is, from 0 to 1: by the logarithm, between the sparse and the dense pixels of
+/// this raster.
 class Density {
  public:
   explicit Density(const Raster& raster) {
@@ -132,8 +133,8 @@ std::vector<Line> ring(const std::vector<Eigen::Vector2d>& corners) {
   return lines;
 }
 
-/// Along each line of one axis, how often boxes begin and end: where that is even, there is no
-/// border between inside and outside.
+/// How often boxes begin and end along each line of one axis. Where that number is even, there is
+/// no border between inside and outside.
 class Borders {
  public:
   void add(double at, double from, double to, int sign) {
@@ -141,7 +142,7 @@ class Borders {
     changes[from] += sign;
     changes[to] -= sign;
   }
-  /// Calls with (at, from, to).
+  /// Calls the function with (at, from, to).
   template <class F>
   void each(const F& border) const {
     for (const auto& [at, changes] : lines_) {
@@ -278,7 +279,7 @@ std::string outline(const Footprint& footprint, const PlanWindow& window) {
   }
   if ((high.array() < window.min.array()).any() || (low.array() > window.max.array()).any())
     return {};
-  // A border far outside would be cut off by every program in its own way.
+  // Every program would cut off a border far outside in a different way.
   const Eigen::Vector2d room = window.max - window.min;
   std::string d;
   for (std::size_t i = 0; i + 1 < ends.size(); i += 2) {

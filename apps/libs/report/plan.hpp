@@ -20,24 +20,26 @@ struct PlanWindow {
   [[nodiscard]] double y(double metres) const { return (max.y() - metres) * pixels_per_metre(); }
 };
 
-/// Around all of `low`..`high` with a border [m], not narrower than `least` [m] nor more slender
-/// than 1 to 2.5; width and height at most as given [px].
+/// A window around all of `low`..`high` with a border [m]. It is at least `least` [m] wide, and not
+/// narrower than 1 to 2.5; the picture is at most as wide and high as given [px].
 [[nodiscard]] PlanWindow window_around(const Eigen::Vector2d& low, const Eigen::Vector2d& high,
                                        double border, double least, double most_width,
                                        double most_height);
 
-/// How densely points lie: black, the more of them the less transparent, as "data:image/png;...".
-/// Errors: `internal` for what the PNG library refuses.
+/// How densely points lie: black, and less transparent the more points there are, as
+/// "data:image/png;...".
+/// Errors: `internal` if the PNG library refuses the picture.
 [[nodiscard]] Result<std::string> density_picture(PointsView points, const PlanWindow& window);
 
-/// Points by height: the highest of a pixel from violet (low) to yellow (high), the fewer there
-/// are the more transparent.
-/// @param low, high  the ends of the colours [m]
+/// Points by height: the highest point of a pixel from violet (low) to yellow (high), more
+/// transparent the fewer points there are.
+/// @param low, high  the ends of the colour scale [m]
 /// Errors: as above.
 [[nodiscard]] Result<std::string> height_picture(PointsView points, const PlanWindow& window,
                                                  double low, double high);
 
-/// Where half a percent of the points lie below, and above [m]; 0 and 1 for no points.
+/// The heights below which, and above which, half a percent of the points lie [m]; 0 and 1 without
+/// points.
 struct Heights {
   double low = 0.0, high = 1.0;
 };
@@ -46,14 +48,14 @@ struct Heights {
 /// The colours of heights as stops of an SVG gradient.
 [[nodiscard]] std::string height_gradient_stops();
 
-/// The data of an SVG path around a footprint; the border between boxes of a union is left out.
+/// The data of an SVG path around a footprint. Borders between boxes of one union are left out.
 /// Empty if the footprint is outside the window.
 [[nodiscard]] std::string outline(const Footprint& footprint, const PlanWindow& window);
 
-/// The same as points in the plan [m]: pairs of ends of lines.
+/// The same as points in plan view [m]: pairs of line ends.
 [[nodiscard]] std::vector<Eigen::Vector2d> outline_lines(const Footprint& footprint);
 
-/// A bar of a round length with its length beside it, in the lower left corner.
+/// A bar of a round length, labelled with its length, in the lower left corner.
 [[nodiscard]] std::string scale_bar(const PlanWindow& window);
 
 }  // namespace vantage::report

@@ -24,7 +24,7 @@ bool before(const Point& a, const Point& b) {
   return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
 }
 
-/// The point of each voxel that comes first by its coordinates; empty if there are more than
+/// The first point of each voxel in the order of the coordinates; empty if there are more than
 /// `most`.
 PointCloud one_a_voxel(PointsView points, double size, std::size_t most) {
   std::unordered_map<Voxel, Point, VoxelHash> firsts;
@@ -104,7 +104,7 @@ PointCloud thinned(PointsView points, std::size_t most) {
   }
   if (most == 0) return {};
   const Bounds3 box = bounds_of(points);
-  // From voxels that are surely many enough, a tenth larger each time.
+  // Starts with voxels that are certainly too small, and makes them a tenth larger each time.
   const Point extent = (box.max - box.min).cwiseMax(1e-3);
   double size = std::sqrt(extent.x() * extent.y() / static_cast<double>(most)) / 4.0;
   while (true) {

@@ -22,7 +22,7 @@ namespace {
 constexpr const char* kColor = "--color";
 constexpr const char* kUsageContext = "reading the command line; see --help";
 
-/// Set while a program does its job: who calls exit() then is not the program.
+/// Set while a program does its work: a call of exit() then does not come from the program itself.
 std::atomic<bool> at_work{false};
 
 struct AtWork {
@@ -36,10 +36,10 @@ void refuse_to_exit() {
   std::_Exit(kFailed);
 }
 
-/// The last words of a process in which an exception has left a noexcept function. The message is
-/// what its user needs; without this, it would end with a signal and a core dump, or with nothing.
+/// The last message of a process in which an exception has left a noexcept function. The user needs
+/// this message. Without it, the process would end with a signal and a core dump, or silently.
 [[noreturn]] void end_with_message() {
-  // Several threads may come here at once; one speaks, and ends them all.
+  // Several threads may come here at once; one of them prints and ends the process.
   static std::atomic_flag speaking;
   while (speaking.test_and_set()) std::this_thread::sleep_for(std::chrono::seconds(1));
   const std::exception_ptr exception = std::current_exception();
@@ -53,14 +53,14 @@ void refuse_to_exit() {
     std::rethrow_exception(exception);
   } catch (const std::exception& e) {
     what = e.what();
-  } catch (...) {  // its type is all that is not known
+  } catch (...) {  // nothing is known but that it was thrown
   }
   std::cerr << "error: an exception left a function that must not throw, most likely a plugin's: "
             << what << std::endl;
   std::_Exit(kFailed);
 }
 
-/// What `--color` says, of the program or the job of it that was asked for.
+/// The value of `--color`, given to the program or to the subcommand.
 std::string color_of(const CLI::App& app) {
   const CLI::Option* option = app.get_option_no_throw(kColor);
   if (option != nullptr && option->count() > 0) return option->results().front();

@@ -12,7 +12,7 @@ namespace vantage {
   return x ^ (x >> 31U);
 }
 
-/// One seed out of several numbers; the order of the numbers matters.
+/// Combines several numbers into one seed; their order matters.
 template <class... Numbers>
 [[nodiscard]] constexpr std::uint64_t hash(std::uint64_t seed, Numbers... numbers) noexcept {
   ((seed = scatter(seed ^ scatter(static_cast<std::uint64_t>(numbers)))), ...);

@@ -28,7 +28,7 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
 }
 Result<RunInputs> InputOptions::open() const {
   RunInputs inputs{.scans = {.path = scans, .topic = topic, .rate_hz = rate_hz}, .window = window};
-  // What is wrong is said before any work is done.
+  // Errors in the inputs are reported before any work is done.
   VANTAGE_TRY(const auto source, io::open_scans(inputs.scans));
   io::SensorFrame sensor{.name = source->describe().frame, .scans = scans, .T_child_sensor = {}};
   if (!mount.empty()) {

@@ -74,7 +74,7 @@ Progress::~Progress() {
 
 void Progress::update(std::size_t done, std::size_t total) {
   if (quiet_) return;
-  if (total > 0) total = std::max(total, done);  // files may say too little
+  if (total > 0) total = std::max(total, done);  // the total of a recording may be too small
   const auto now = Clock::now();
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   if (!terminal_) {
@@ -84,7 +84,7 @@ void Progress::update(std::size_t done, std::size_t total) {
     return;
   }
   if (drawn_ && done != total && now - last_draw_ < std::chrono::milliseconds(100)) return;
-  // A bar that wraps would leave a line behind at every step.
+  // A bar wider than the terminal would leave a line behind at every step.
   std::string bar = progress_bar(label_, done, total, elapsed);
   if (columns_ > 0 && bar.size() >= columns_) bar.resize(columns_ - 1);
   fmt::print(stderr, "\r{}\033[K", bar);

@@ -7,19 +7,19 @@
 
 namespace vantage::cli {
 
-/// "label: 300/1000  30 %  1:05, 2:32 left": what is done, the time taken, and the time to go if
-/// the rest takes as long for each. Without the time to go where nothing is done yet, or all.
+/// "label: 300/1000  30 %  1:05, 2:32 left": what is done, the time taken, and the time left if the
+/// rest takes as long per item. The time left is missing if nothing is done yet, or everything is.
 /// @param elapsed  [s]
-/// Where nobody knows how much there is, total is 0: "label: 300  1:05".
+/// If the total is unknown, it is 0: "label: 300  1:05".
 [[nodiscard]] std::string progress_line(std::string_view label, std::size_t done, std::size_t total,
                                         double elapsed);
-/// The same for a terminal: "label [####......] 300/1000  30 %  1:05, 2:32 left"; a total that is
-/// not known has no bar.
+/// The same for a terminal: "label [####......] 300/1000  30 %  1:05, 2:32 left"; without a bar if
+/// the total is unknown.
 [[nodiscard]] std::string progress_bar(std::string_view label, std::size_t done, std::size_t total,
                                        double elapsed);
 
-/// Says when a line is due where lines stay: at every tenth, and every five minutes in between;
-/// where the total is not known (0), every thousand and every five minutes.
+/// Says when a line is due on an output where lines stay: at every tenth, and every five minutes in
+/// between; if the total is unknown (0), at every thousand and every five minutes.
 class ProgressLines {
  public:
   /// @param elapsed  [s] since the start
@@ -30,11 +30,11 @@ class ProgressLines {
   double last_ = 0.0;  // [s]
 };
 
-/// Progress on stderr: a bar on a terminal, cut to its width, a few plain lines elsewhere. The
-/// clock starts when the object is made.
+/// Progress on stderr: a bar on a terminal, cut to the terminal's width; a few plain lines
+/// elsewhere. The clock starts when the object is made.
 class Progress {
  public:
-  /// @param label  what is being counted: "localizing (scans)"
+  /// @param label  what is counted: "localizing (scans)"
   Progress(std::string label, bool quiet);
   ~Progress();  // ends the bar's line
   Progress(const Progress&) = delete;

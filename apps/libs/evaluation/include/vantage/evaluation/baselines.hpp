@@ -17,43 +17,43 @@ namespace vantage {
 /// Ways to make a region map small without asking what can be seen.
 enum class Thinning : std::uint8_t {
   random,  ///< points drawn at random
-  voxel,   ///< one point a voxel, drawn at random
+  voxel,   ///< one point per voxel, drawn at random
   radius,  ///< the points nearest to a viewpoint
 };
 inline constexpr std::array kThinnings{Thinning::random, Thinning::voxel, Thinning::radius};
 [[nodiscard]] std::string_view to_string(Thinning) noexcept;
 
-/// What a sensor could reach from the viewpoints of a region if nothing stood in its way.
+/// What a sensor could reach from the viewpoints of a region if nothing blocked its view.
 struct Reach {
   IndexList indices;            ///< into the wide-area map, strictly ascending
-  std::vector<double> squared;  ///< of each, the squared distance to the nearest viewpoint [m^2]
+  std::vector<double> squared;  ///< squared distance of each to the nearest viewpoint [m^2]
 };
 
 /// @param map         the wide-area map [m]
-/// @param viewpoints  of `region`, map frame [m]; none reach nothing
-/// @param visibility  says the sensor's range, and whether only P_ij counts
+/// @param viewpoints  of `region`, map frame [m]; without viewpoints, nothing is within reach
+/// @param visibility  gives the sensor's range, and says whether only P_ij counts
 [[nodiscard]] Reach reach_of(PointsView map, PointsView viewpoints,
                              const VisibilityConfig& visibility, const Partition& partition,
                              RegionId region);
 
-/// `count` of the candidates, drawn at random: by a hash of their coordinates, so the draw depends
+/// Draws `count` of the candidates at random, by a hash of their coordinates: the draw depends
 /// neither on their order nor on chance.
 /// @param candidates  indices into `map`, strictly ascending
-/// @return            strictly ascending; all candidates if there are no more than `count`
+/// @return            strictly ascending; all candidates if there are at most `count`
 [[nodiscard]] IndexList random_thinning(PointsView map, const IndexList& candidates,
                                         std::size_t count);
 
-/// One candidate a voxel, the voxels as large as leaves at least `count`; the last few too many are
-/// drawn out at random. Arguments and result as above.
+/// One candidate per voxel. The voxels are the largest that leave at least `count` candidates; the
+/// few that are too many are removed at random. Arguments and result as above.
 [[nodiscard]] IndexList voxel_thinning(PointsView map, const IndexList& candidates,
                                        std::size_t count);
 
-/// The `count` candidates that are nearest to a viewpoint; result as above.
+/// The `count` candidates nearest to a viewpoint; result as above.
 [[nodiscard]] IndexList radius_crop(const Reach& candidates, std::size_t count);
 
-/// The region maps of a store, and in their place others with as many points, chosen by each
-/// thinning of what the sensor can reach. Those of a region are made when one of them is asked for,
-/// and kept. Thread safety: `get` may run from several threads at once.
+/// The region maps of a store, and other maps with as many points, which each thinning chooses from
+/// what the sensor can reach. The other maps of a region are made when one of them is asked for,
+/// and then kept. Thread safety: `get` may run from several threads at once.
 class OpponentMaps {
  public:
   /// @param original, map  borrowed; `map` is the wide-area map
@@ -67,7 +67,8 @@ class OpponentMaps {
 
   [[nodiscard]] const MapIndex& index() const noexcept { return index_; }
   [[nodiscard]] Result<RegionMap> get(RegionId region, Thinning thinning) const;
-  /// Whether the region's own map holds everything within reach: then there is nothing to choose.
+  /// Whether the region's own map holds everything within reach, so that there is nothing to
+  /// choose.
   [[nodiscard]] Result<bool> holds_everything(RegionId region) const;
 
  private:
@@ -82,7 +83,7 @@ class OpponentMaps {
   mutable std::map<std::uint32_t, Chosen> made_;  // by RegionId
 };
 
-/// The maps of one thinning as a store, for a localizer to own; nothing can be put there.
+/// The maps of one thinning as a store, which a localizer can own. Nothing can be put into it.
 class OpponentStore final : public MapStore {
  public:
   /// @param maps  borrowed

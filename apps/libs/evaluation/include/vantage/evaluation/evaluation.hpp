@@ -32,21 +32,21 @@ struct RouteRun {
   RunSummary summary;
 };
 
-/// Another way to make region maps as small: as many points in every region, from the same points
-/// within the sensor's reach. A lost sensor is looked for within 20 m at most.
+/// Another way to make region maps of the same size: as many points in every region, chosen from
+/// the same points within the sensor's reach. A lost sensor is searched for within 20 m at most.
 struct Opponent {
   std::string name;  ///< "random", "voxel" or "radius"
   std::vector<RouteRun> routes;
 };
 
-/// A region map to be looked at.
+/// A region map to look at.
 struct Specimen {
   RegionId region;
   PointCloud points;      ///< V_ij, map frame [m]
   PointCloud viewpoints;  ///< map frame [m]
 };
 
-/// A configuration with all that was found out about it.
+/// A configuration and all results about it.
 struct EvaluatedConfig {
   std::string name;  ///< of the configuration file, without folder and suffix
   MapIndex index;
@@ -54,13 +54,13 @@ struct EvaluatedConfig {
   std::uint64_t bundle_bytes = 0;  ///< of all region maps in the store
   std::vector<RouteRun> routes;    ///< one for each of Evaluation::routes
   std::vector<Opponent> opponents;
-  std::string no_opponents;          ///< why some or all of them are missing; empty if none is
-  std::optional<Specimen> specimen;  ///< where the first route is halfway; none without points
+  std::string no_opponents;          ///< why some or all are missing; else empty
+  std::optional<Specimen> specimen;  ///< at the middle of the first route; none without points
   std::vector<GateResult> gates;     ///< for each route, each gate
 
-  /// Share of the wide-area map's points that the mean region map does without.
+  /// Share of the wide-area map's points that the mean region map leaves out.
   [[nodiscard]] double reduction() const;
-  /// Whether every gate holds; none without gates.
+  /// Whether every gate holds; no value without gates.
   [[nodiscard]] std::optional<bool> passed() const;
 };
 
@@ -68,12 +68,12 @@ struct EvaluatedConfig {
 struct Evaluation {
   std::vector<Route> routes;
   std::vector<EvaluatedConfig> configs;
-  PointCloud map;  ///< the wide-area map P [m]; empty if it is not at hand
+  PointCloud map;  ///< the wide-area map P [m]; empty if it is not available
 };
 
 /// A recorded drive with its name.
 struct NamedInputs {
-  std::string name;  ///< fit for a folder
+  std::string name;  ///< can be the name of a folder
   RunInputs inputs;
 };
 
@@ -85,21 +85,21 @@ struct NamedConfig {
 struct EvaluationOptions {
   PluginLoader loader;
   bool opponents = true;
-  /// Called with what is localized before each run; the run tells its progress to the result.
+  /// Called before each run with a description of it. The run reports its progress to the result.
   std::function<ScanProgress(const std::string&)> progress = {};
 };
 
 /// Localizes every route in the region maps of every configuration, and in those of its opponents.
 /// Gates are not judged yet.
 /// Precondition: every route has a reference.
-/// Errors: what localize_scans reports; a wide-area map that is damaged. One that is not there is
-/// said in EvaluatedConfig::no_opponents.
+/// Errors: what localize_scans reports; a damaged wide-area map. If the wide-area map is missing,
+/// EvaluatedConfig::no_opponents says so.
 [[nodiscard]] Result<Evaluation> evaluate(const std::vector<NamedConfig>& configs,
                                           const std::vector<NamedInputs>& routes,
                                           const EvaluationOptions& options);
 
-/// The one configuration whose map is the whole wide-area map in one piece; nullptr without one,
-/// or with several.
+/// The only configuration whose map is the whole wide-area map in one piece; nullptr if there is
+/// none, or more than one.
 [[nodiscard]] const EvaluatedConfig* wide_area_config(const Evaluation& evaluation);
 
 }  // namespace vantage

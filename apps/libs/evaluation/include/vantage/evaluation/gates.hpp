@@ -12,10 +12,10 @@ namespace vantage {
 struct EvaluatedConfig;
 struct RouteRun;
 
-/// A limit that a configuration has to keep on every route.
+/// A limit that a configuration must keep on every route.
 struct Gate {
   std::string text;       ///< as it was given: "error=0.5cm"
-  std::string config;     ///< that it is for; empty: all
+  std::string config;     ///< the configuration it applies to; empty: all
   std::string metric;     ///< "error"
   std::string unit;       ///< "cm"; empty for a plain number
   double limit = 0.0;     ///< in that unit
@@ -24,22 +24,22 @@ struct Gate {
 
 struct GateResult {
   Gate gate;
-  std::string route;                 ///< empty: of the maps, whatever the route
-  std::optional<double> value = {};  ///< in the gate's unit; none where there is nothing to measure
+  std::string route;                 ///< empty: the value belongs to the maps, whatever the route
+  std::optional<double> value = {};  ///< in the gate's unit; none if there is nothing to measure
   bool holds = false;                ///< false without a value
 };
 
-/// Reads "error=0.5cm,lost=0,coverage=90%": limits of metrics; `=` means `<=`, or `>=` for metrics
-/// that are better when larger. "L20:error=0.5cm,lost=0" is for the configuration L20 alone.
-/// Errors: `invalid_input` that names the gate and what was expected, for an unknown metric, unit
-/// or number.
+/// Reads "error=0.5cm,lost=0,coverage=90%": limits of metrics. `=` means `<=`, or `>=` for metrics
+/// that are better when larger. "L20:error=0.5cm,lost=0" applies to the configuration L20 alone.
+/// Errors: `invalid_input` for an unknown metric, unit or number; the message names the gate and
+/// says what was expected.
 [[nodiscard]] Result<std::vector<Gate>> parse_gates(std::string_view text);
 
-/// A line for each metric: its name, which limit `=` means, its units, what it is.
+/// One line per metric: its name, which limit `=` means, its units, and what it is.
 [[nodiscard]] std::string gate_help();
 
-/// Holds a configuration to all gates that are for it, on all its routes.
-/// @param baseline  what `excess` is measured from; none: `excess` has no value
+/// Judges a configuration by all gates that apply to it, on all its routes.
+/// @param baseline  what `excess` is measured from; without it, `excess` has no value
 [[nodiscard]] std::vector<GateResult> judge(const std::vector<Gate>& gates,
                                             const EvaluatedConfig& config,
                                             const std::vector<std::string>& routes,

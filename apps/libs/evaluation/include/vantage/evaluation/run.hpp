@@ -20,26 +20,27 @@ namespace vantage {
 /// The part of a recording that is used, in seconds after its first scan.
 struct TimeWindow {
   double start = 0.0;
-  std::optional<double> duration = {};  ///< to the end if there is none
+  std::optional<double> duration = {};  ///< without it, the window ends with the recording
 };
 
 struct RunScan;
 
-/// What a run is fed with.
+/// The inputs of a run.
 struct RunInputs {
   io::ScanOptions scans;  ///< opened anew for each run
   TimeWindow window = {};
-  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else the reference's
-  bool start_anywhere = false;            ///< neither: the sensor is looked for
-  std::optional<double> speed = {};  ///< scans come so many times faster than they were recorded;
-                                     ///< each as soon as the last is done if none is given
+  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else from the
+                                          ///< reference
+  bool start_anywhere = false;            ///< use neither pose: search for the sensor
+  std::optional<double> speed = {};  ///< how many times faster than recorded the scans come; if
+                                     ///< empty, each scan comes as soon as the last is done
   std::optional<io::Trajectory> reference = {};  ///< T_map_sensor
   std::optional<io::Trajectory> odometry = {};   ///< T_odom_sensor
-  /// Called with every scan after it was localized, if set; its errors end the run.
+  /// Called with every scan after it was localized, if set. An error that it returns ends the run.
   std::function<Result<void>(const io::StampedScan&, const RunScan&)> observe = {};
 };
 
-/// How far an estimate is from the reference: without any alignment of the trajectories.
+/// How far an estimate is from the reference; the trajectories are not aligned first.
 struct PoseError {
   double metres = 0.0, degrees = 0.0;
   /// Estimate minus reference, map axes: translation [m], rotation vector [rad].
@@ -48,8 +49,8 @@ struct PoseError {
 
 struct RunScan {
   ScanReport report;
-  std::uint64_t dropped_by_reader = 0;  ///< non-finite points that the file held
-  std::optional<Pose> reference;        ///< T_map_sensor; none where there is none
+  std::uint64_t dropped_by_reader = 0;  ///< non-finite points in the file
+  std::optional<Pose> reference;        ///< T_map_sensor; none without a reference at the stamp
   std::optional<PoseError> error;       ///< none without a reference or without a pose
 };
 
@@ -59,34 +60,37 @@ struct RunScan {
 
 /// One pass over recorded scans with one configuration.
 struct Run {
-  std::string config;  ///< its file
+  std::string config;  ///< the path of its file
   std::string stamp_rule;
-  io::SkippedScans skipped = {};  ///< scans that the recording has and that cannot be used
+  io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
   MapIndex index;
   std::vector<RunScan> scans;
   std::optional<double> speed = {};  ///< of the replay, see RunInputs
-  double seconds_late = 0.0;  ///< most that a scan had to wait for those before it, at that speed
+  double seconds_late = 0.0;         ///< longest wait of a scan for earlier scans, at that speed
 };
 
-/// The way so far at each scan [m]: along the reference; along the poses where there is none.
+/// The distance travelled up to each scan [m]: along the reference, or along the poses if there is
+/// no reference.
 [[nodiscard]] std::vector<double> distances(const Run& run);
 
-/// Told how many scans are done and how many there are; 0 where the recording does not say.
+/// Called with the number of scans done and the number of all; the latter is 0 if the recording
+/// does not say.
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-/// Localizes every scan. Errors: a missing table, plugin or bundle, no first pose, a scan that
+/// Localizes every scan. Errors: a missing table, plugin or bundle; no first pose; a scan that
 /// cannot be read.
 [[nodiscard]] Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
 
-/// The same with a localizer that was opened elsewhere.
-/// @param config  its file
+/// Does the same with a localizer that was opened elsewhere.
+/// @param config  the path of the configuration file
 [[nodiscard]] Result<Run> localize_scans(Localizer localizer, const std::string& config,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
 
-/// The tracked poses. Lost scans are left out: their pose is a mere prediction (see scans.csv).
+/// The tracked poses. Lost scans are left out, because their poses are only predictions (see
+/// scans.csv).
 [[nodiscard]] io::Trajectory trajectory_of(const Run& run);
 
 }  // namespace vantage
