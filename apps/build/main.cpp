@@ -1,4 +1,4 @@
-// vantage-build: a wide-area map and a configuration in, a bundle of region maps out.
+// vantage-build: makes a bundle of region maps from a wide-area map and a configuration.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -52,7 +52,7 @@ Result<WideAreaMap> read_map(const MapSource& source) {
   return map;
 }
 
-/// The most memory that the process has had at once [bytes].
+/// The largest amount of memory that the process has used [bytes].
 std::uint64_t peak_memory() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -81,7 +81,7 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
     table.add({name, cli::grouped(points.size()), count(s.mean), count(s.min), count(s.max),
                count(s.std), fmt::format("{:.1f}", reduction), size});
   };
-  if (seen != kept) add("seen", seen, "");  // min_views and thinning have left some out
+  if (seen != kept) add("seen", seen, "");  // min_views and thinning have left some points out
   add("region maps", kept, fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6));
   std::cout << table.to_string(style);
   std::cout << fmt::format(
@@ -178,15 +178,16 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   const PluginLoader loader = options.common.loader();
   if (options.print_config) {
-    VANTAGE_CHECK(effective_config(config, loader));  // errors name the file as it was given
+    VANTAGE_CHECK(effective_config(config, loader));  // reports errors with the file name as given
     return print_config(options, loader);
   }
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   VANTAGE_TRY(auto plugins, load_build_plugins(config, loader));
-  // The matcher's part too: a slip is told now, not when the robot drives.
+  // Checks the matcher's part, too, so that a mistake is reported now and not when the robot
+  // drives.
   VANTAGE_CHECK(effective_config(config, loader));
 
-  // The bundle keeps what made its content; where it lies and how it is used may change.
+  // The bundle keeps what made its content. Where the bundle lies and how it is used may change.
   Config kept = config;
   kept.store.reset();
   if (config.store->content == StoredContent::points) kept.matcher.reset();
@@ -199,9 +200,9 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const auto map, read_map(source));
   BuildReport report;
   {
-    // A partitioner may take longer than all the rest, and cannot say how far it is.
+    // A partitioner may take longer than everything else, and cannot report its progress.
     if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
-    std::optional<cli::Progress> progress;  // its clock starts after the cutting
+    std::optional<cli::Progress> progress;  // its clock starts after the partitioner
     VANTAGE_TRY(
         report,
         build_region_maps(map.points, map.trajectory, plugins, params, [&](const BuildProgress& p) {

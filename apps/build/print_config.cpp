@@ -7,7 +7,7 @@
 namespace vantage {
 namespace {
 
-/// What is known of the keys of this configuration, down to those of its plugins.
+/// The documentation of the keys of this configuration, including those of its plugins.
 Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
                                                    const PluginLoader& loader) {
   auto docs = describe<Config>();

@@ -6,9 +6,10 @@
 
 namespace vantage {
 
-/// The configuration as it counts, as TOML that loads again: the defaults of core and of the
-/// plugins filled in, and for a key that has none and is left out, a comment on what that means.
-/// Errors: a plugin that cannot be loaded or refuses its params.
+/// The effective configuration as TOML that can be loaded again. The defaults of the engine and of
+/// the plugins are filled in. A key that is left out and has no default gets a comment that says
+/// what leaving it out means.
+/// Errors: a plugin that cannot be loaded or that refuses its params.
 [[nodiscard]] Result<std::string> printed_config(Config config, const PluginLoader& loader);
 
 }  // namespace vantage

@@ -1,4 +1,4 @@
-// vantage-compare: two runs on the same scans, side by side.
+// vantage-compare: shows two runs on the same scans side by side.
 #include <unistd.h>
 
 #include <iostream>

@@ -29,7 +29,7 @@ std::vector<double> both(const Compared& q) {
   return all;
 }
 
-/// Values of one run over the way; a pair without one is a gap.
+/// Values of one run over the distance travelled; a pair without a value is a gap.
 std::vector<Eigen::Vector2d> over_way(const Comparison& c, const Compared& q,
                                       const std::vector<double>& values) {
   const auto& way = c.a.columns.at("distance_m");
@@ -106,7 +106,7 @@ report::Table table(const Comparison& c) {
       row.cells[3].data = {{"metric", q.column + ".b"}, {"value", fmt::format("{}", q.mean_b)}};
       row.cells[4].data = {{"metric", q.column + ".difference"},
                            {"value", fmt::format("{}", q.difference)}};
-      // Better only where chance would hardly do it.
+      // Counts as better only if chance is an unlikely explanation.
       const bool sure = q.interval.low > 0.0 || q.interval.high < 0.0;
       const bool b = (q.difference < 0.0) == (q.better == Compared::Better::less);
       row.cells[b ? 3 : 2].best = sure;

@@ -6,7 +6,7 @@
 
 namespace vantage {
 
-/// One page that needs nothing but itself.
+/// One page that needs no other file.
 [[nodiscard]] std::string to_html(const Comparison& comparison);
 
 }  // namespace vantage

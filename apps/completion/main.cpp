@@ -1,4 +1,4 @@
-// vantage-completion: the script by which a shell completes `vantage` and its jobs.
+// vantage-completion: prints the script with which a shell completes `vantage` and its commands.
 #include <iostream>
 #include <string>
 

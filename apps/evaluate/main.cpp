@@ -1,4 +1,5 @@
-// vantage-evaluate: the same scans with several configurations, side by side.
+// vantage-evaluate: localizes the same scans with several configurations and shows them side by
+// side.
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -29,7 +30,7 @@ struct Options {
   cli::CommonOptions common;
 };
 
-/// A bundle that is missing or damaged is told before any scan is localized.
+/// Checks a bundle, so that a missing or damaged one is reported before any scan is localized.
 Result<void> check_bundle(const Config& config, const PluginLoader& loader) {
   VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "evaluating"));
   VANTAGE_TRY(const auto store, loader.load<MapStore>(choice.choice()));
@@ -67,7 +68,7 @@ Result<std::vector<Gate>> read_gates(const Options& options) {
   return gates;
 }
 
-/// What `excess` is measured from: the configuration of that name, else the wide-area map.
+/// The baseline of `excess`: the configuration of that name, otherwise the wide-area map.
 const EvaluatedConfig* baseline_of(const Evaluation& evaluation, const std::string& name) {
   if (name.empty()) return wide_area_config(evaluation);
   const auto named =
@@ -76,7 +77,7 @@ const EvaluatedConfig* baseline_of(const Evaluation& evaluation, const std::stri
   return &*named;
 }
 
-/// Configurations that options name must be there.
+/// Checks that the configurations that options name exist.
 Result<void> check_names(const Options& options, const std::vector<Gate>& gates,
                          const std::vector<NamedConfig>& configs) {
   const auto check = [&](const std::string& option, const std::string& name) -> Result<void> {
@@ -89,7 +90,7 @@ Result<void> check_names(const Options& options, const std::vector<Gate>& gates,
   return check("--baseline", options.baseline);
 }
 
-/// A folder a run: <config>/<route>, and the opponents' in it.
+/// Writes one folder per run: <config>/<route>, with the opponents' runs in it.
 Result<void> write_runs(const Evaluation& evaluation, const fs::path& out) {
   for (const EvaluatedConfig& config : evaluation.configs) {
     for (std::size_t r = 0; r < evaluation.routes.size(); ++r) {

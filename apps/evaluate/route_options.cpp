@@ -17,14 +17,14 @@ bool all_differ(const std::vector<std::string>& names) {
   return std::set<std::string>(names.begin(), names.end()).size() == names.size();
 }
 
-/// A name becomes a folder.
+/// A route's name becomes the name of a folder.
 bool is_fit_for_a_folder(const std::string& name) {
   return !name.empty() && name != "." && name != ".." &&
          std::all_of(name.begin(), name.end(),
                      [](unsigned char c) { return c >= ' ' && c != '/' && c != '\\'; });
 }
 
-/// Empty where none are given.
+/// Empty if there is no value at that index.
 std::string at(const std::vector<std::string>& values, std::size_t i) {
   return values.empty() ? "" : values[i];
 }

@@ -10,7 +10,7 @@
 
 namespace vantage {
 
-/// The options that say which drives are evaluated: --scans and --reference once for each.
+/// The options that say which drives are evaluated: --scans and --reference, once per drive.
 struct RouteOptions {
   std::vector<std::filesystem::path> scans, references, odometries;
   std::vector<std::string> topics, reference_topics, odometry_topics, names;
@@ -18,13 +18,13 @@ struct RouteOptions {
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app);
-  /// Errors: usage errors for options that do not go together; those of InputOptions::open.
+  /// Errors: usage errors for options that do not fit together; those of InputOptions::open.
   [[nodiscard]] Result<std::vector<NamedInputs>> open() const;
 };
 
-/// What drives are called if nobody says: their scans' folders, or the folders that these are in
-/// where the first would not tell them apart (`route_1/scans`, `route_2/scans`).
-/// Error: a usage error if those do not either.
+/// The names of drives without --route: the folders of their scans, or the parent folders if the
+/// former would be equal (`route_1/scans`, `route_2/scans`).
+/// Error: a usage error if the parent folders are equal, too.
 [[nodiscard]] Result<std::vector<std::string>> route_names(
     const std::vector<std::filesystem::path>& scans);
 

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Below all points: a corner of a tile, and whole metres.
+/// A place below all points: a corner of a tile, in whole metres.
 Point origin_below(const Bounds3& bounds, double resolution) {
   if (bounds.empty()) return Point::Zero();
   const auto corner = [&](double c) { return std::floor(c / resolution) * resolution + 0.0; };
@@ -39,7 +39,7 @@ tl::unexpected<Error> refuse_rounding(const Bundle& bundle, const Point& p, doub
 
 using TilePoint = Eigen::Vector3f;
 
-/// The points as tiles hold them.
+/// The points as tiles store them.
 std::vector<TilePoint> rounded(PointsView points, const Point& origin) {
   std::vector<TilePoint> tile_points;
   tile_points.reserve(points.size());
@@ -47,15 +47,16 @@ std::vector<TilePoint> rounded(PointsView points, const Point& origin) {
   return tile_points;
 }
 
-/// By how much a coordinate has moved at most [m]. It is measured apart from the rounding because
-/// GCC 12 vectorizes float(x) that is a double again at once to x itself.
+/// The largest distance by which rounding moves a coordinate [m]. It is measured apart from the
+/// rounding, because GCC 12 turns a vectorized float(x) that is at once converted back to double
+/// into x itself.
 Result<double> rounding_of(const Bundle& bundle, PointsView points, const Point& origin,
                            std::span<const TilePoint> tile_points) {
   double largest = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point local = points[i] - origin;
     const double rounding = (tile_points[i].cast<double>() - local).cwiseAbs().maxCoeff();
-    // Written so that infinity, which is no float32, fails it as well.
+    // Written so that infinity, which is not a float32, fails, too.
     if (!(rounding <= kMostRounding)) return refuse_rounding(bundle, points[i], rounding);
     largest = std::max(largest, rounding);
   }

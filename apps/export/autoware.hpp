@@ -11,26 +11,27 @@
 namespace vantage::exporting {
 
 struct AutowareOptions {
-  std::uint32_t resolution = 20;                ///< sides of a tile, whole metres; > 0
+  std::uint32_t resolution = 20;                ///< width of a tile, whole metres; > 0
   std::string prefix = "pointcloud_map";        ///< of file names
   std::optional<Point> origin = Point::Zero();  ///< subtracted [m]; none: below the map
 };
 
 struct AutowareReport {
   std::uint64_t points = 0;    ///< written
-  std::uint64_t repeated = 0;  ///< points of several region maps, written once
+  std::uint64_t repeated = 0;  ///< points that several region maps share, written once
   std::uint64_t tiles = 0;
   std::uint64_t regions_without_points = 0;
   Point origin = Point::Zero();  ///< was subtracted [m]
-  double rounding = 0.0;         ///< the largest of a coordinate, by float32 [m]
+  double rounding = 0.0;         ///< the largest change of a coordinate by float32 [m]
 };
 
-/// The largest rounding of a coordinate that is accepted [m].
+/// The largest accepted rounding of a coordinate [m].
 inline constexpr double kMostRounding = 0.001;
 
-/// Writes the points of all region maps, each once, as Autoware's tiles: `pointcloud_map.pcd/`, a
-/// float32 PCD for each square of a grid of whole metres that holds a point (as it is rounded), and
-/// `pointcloud_map_metadata.yaml`. What Autoware has no place for is in `vantage_export.json`.
+/// Writes the points of all region maps, each once, as Autoware's tiles: `pointcloud_map.pcd/`,
+/// with a float32 PCD for each square of a grid of whole metres that contains a (rounded) point,
+/// and `pointcloud_map_metadata.yaml`. Information for which Autoware has no place goes into
+/// `vantage_export.json`.
 /// Errors: those of the store and of writing; `invalid_input` for coordinates that float32 would
 /// move by more than kMostRounding.
 [[nodiscard]] Result<AutowareReport> export_autoware(const Bundle& bundle,

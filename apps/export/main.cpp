@@ -1,4 +1,4 @@
-// vantage-export: region maps for other programs.
+// vantage-export: writes region maps for other programs.
 #include <fmt/format.h>
 
 #include <array>
@@ -45,7 +45,7 @@ Result<std::optional<Point>> parse_origin(const std::string& text) {
   return origin;
 }
 
-/// Tiles and their list name files, so a prefix must be a plain word.
+/// Tiles and their list contain file names, so a prefix must be a plain word.
 Result<void> check_prefix(const std::string& prefix) {
   constexpr std::string_view kAllowed =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
@@ -70,7 +70,7 @@ Result<io::OutputFolder::Existing> existing(const Options& options) {
   return io::OutputFolder::Existing::replace;
 }
 
-/// The bundle in a folder, or the one that a configuration names.
+/// Opens the bundle in a folder, or the bundle that a configuration names.
 Result<Bundle> open_bundle(const Options& options) {
   const PluginLoader plugins = options.common.loader();
   std::error_code ignored;

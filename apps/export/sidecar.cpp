@@ -45,7 +45,7 @@ Result<void> write_sidecar(const fs::path& folder, nlohmann::ordered_json conten
   content["map_points"] = index.map_points;
   content["config"] = index.config;
   content["files"] = files;
-  // Whatever bytes a configuration has, they become text.
+  // A configuration may contain any bytes, and all of them become text.
   return io::write_text_atomically(
       folder / kSidecar,
       content.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
@@ -54,7 +54,7 @@ Result<void> write_sidecar(const fs::path& folder, nlohmann::ordered_json conten
 Result<void> check_replaceable(const fs::path& folder) {
   std::error_code error;
   if (fs::symlink_status(folder, error).type() == fs::file_type::not_found) return {};
-  if (!fs::is_directory(folder, error)) return {};  // OutputFolder says what is wrong
+  if (!fs::is_directory(folder, error)) return {};  // OutputFolder reports what is wrong
   VANTAGE_TRY(const auto names, files_of_export(folder));
   for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
        it.increment(error)) {

@@ -19,8 +19,9 @@ std::uint64_t mixed(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// How far a stored coordinate may be from the map's: 2^-24 of the largest extent, which counts
-/// twice since origins are rounded and viewpoints may lie outside; and roundings of doubles.
+/// How far a stored coordinate may be from the map's coordinate: 2^-24 of the largest extent, and
+/// the rounding of doubles. The extent counts twice, because origins are rounded and viewpoints may
+/// lie outside.
 double error_of(const RegionMap& map) {
   Bounds3 bounds = bounds_of(map.points);
   for (const Point& p : map.viewpoints) bounds.extend(p);
@@ -33,7 +34,7 @@ double error_of(const RegionMap& map) {
 }  // namespace
 
 std::size_t UnionOfMaps::slot_of(double x, double y, double z) const {
-  // Cells as doubles: there are none for which this overflows. + 0.0 makes -0 the same as 0.
+  // Cells are doubles, which never overflow here. + 0.0 makes -0 the same as 0.
   std::uint64_t key = 0;
   for (const double coordinate : {x, y, z}) {
     key = mixed(key ^ std::bit_cast<std::uint64_t>(std::floor(coordinate / kCell) + 0.0));
@@ -74,7 +75,7 @@ std::size_t UnionOfMaps::find(const Point& p, double tolerance) const {
       best_distance = distance;
     }
   };
-  // The cells that the cube around p reaches, hardly ever more than one.
+  // The cells that the cube around p reaches; there is almost always only one.
   const auto is_edge = [&](double c) {
     return std::floor((c - tolerance) / kCell) != std::floor((c + tolerance) / kCell);
   };

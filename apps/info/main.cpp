@@ -1,4 +1,4 @@
-// vantage-info: what a recording or a map holds.
+// vantage-info: shows what a recording or a map contains.
 #include <unistd.h>
 
 #include <iostream>

@@ -85,8 +85,8 @@ bool is_las(const fs::path& file) {
   return suffix == ".las" || suffix == ".laz" || suffix == ".e57";
 }
 
-/// The files of a map, if it can be nothing else: LAS files, Autoware's tiles. Folders of PCD and
-/// PLY files are scans.
+/// The files of a map, if the path can be nothing else: LAS files or Autoware's tiles. Folders of
+/// PCD and PLY files are scans.
 Result<io::MapFiles> files_of_map(const fs::path& path) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {

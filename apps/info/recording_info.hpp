@@ -31,7 +31,7 @@ struct Gap {
   double seconds = 0.0;  ///< from that scan to the next
 };
 
-/// What the scans of a recording are, from reading them all.
+/// What the scans of a recording contain, found by reading all of them.
 struct ScansInfo {
   io::ScanDescription description;
   std::uint64_t count = 0;
@@ -45,7 +45,7 @@ struct ScansInfo {
   PointsInfo points;                   ///< extent in the sensor's frame
 };
 
-/// What a file or folder holds.
+/// What a file or folder contains.
 struct RecordingInfo {
   std::filesystem::path path;
   std::string format;
@@ -55,12 +55,13 @@ struct RecordingInfo {
   std::optional<PointsInfo> map;  ///< of a map
   std::vector<std::filesystem::path> map_files;
   std::vector<std::string> map_fields;  ///< of the first file's points
-  std::string no_scans;                 ///< why there are none, if a bag has none that can be read
+  std::string no_scans;                 ///< why a bag has no readable scans; else empty
 };
 
-/// Reads all of it. Errors: those of open_scans and ScanSource::next; a bag without scans, or with
-/// several topics of scans and none chosen, is described all the same.
-/// @param progress  told the scans done and their number; 0 where the recording does not say
+/// Reads the whole recording. A bag without scans, or with several topics of scans and none chosen,
+/// is described, too. Errors: those of open_scans and ScanSource::next.
+/// @param progress  called with the number of scans done and the number of all; the latter is 0 if
+///                  the recording does not say
 [[nodiscard]] Result<RecordingInfo> inspect(
     const io::ScanOptions& options, const std::function<void(std::size_t, std::size_t)>& progress);
 

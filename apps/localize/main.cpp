@@ -1,4 +1,4 @@
-// vantage-localize: a bundle and recorded scans in, a trajectory out.
+// vantage-localize: makes a trajectory from a bundle and recorded scans.
 #include <fmt/format.h>
 
 #include <iostream>

@@ -20,7 +20,8 @@ constexpr double kDegrees = 180.0 / M_PI;
 // float32 is exact to 1 mm up to 16 km.
 constexpr double kFarFromOrigin = 10'000.0;
 
-/// The middle of a map that is too far from its origin for float32, in whole metres; else zero.
+/// The middle of a map that is too far from its origin for float32, in whole metres; otherwise
+/// zero.
 Point origin_of(const Bounds3& bounds) {
   if (bounds.empty()) return Point::Zero();
   const Point farthest = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs());
@@ -30,7 +31,7 @@ Point origin_of(const Bounds3& bounds) {
 
 std::string text_of(const Point& p) { return fmt::format("{} {} {}", p.x(), p.y(), p.z()); }
 
-/// Names and values, of what there is.
+/// Names and values, for those values that exist.
 class Values {
  public:
   void add(const std::string& name, const std::string& value) { values_.emplace_back(name, value); }
@@ -103,7 +104,7 @@ Result<RunRecorder> RunRecorder::create(const std::filesystem::path& path, const
   VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "recording"));
   VANTAGE_TRY(auto store, loader.load<MapStore>(choice.choice()));
   VANTAGE_TRY(auto index, store->index());
-  std::error_code ignored;  // creating the file says what is wrong
+  std::error_code ignored;  // creating the file reports what is wrong
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
   VANTAGE_TRY(auto writer, io::ros::McapWriter::create(path));
   RunRecorder recorder(path.string(), std::move(writer), std::move(store), std::move(index));

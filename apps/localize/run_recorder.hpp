@@ -16,21 +16,21 @@
 
 namespace vantage {
 
-/// Records a run as messages of ROS 2 in an MCAP file, all stamped as their scan:
+/// Records a run as messages of ROS 2 in an MCAP file, all with the stamp of their scan:
 /// - /map (sensor_msgs/PointCloud2): the region map, at the start and at every switch
 /// - /scan (sensor_msgs/PointCloud2): the points as they were recorded, frame "lidar"; with their
-///   seconds after the stamp in "time", where they are known
+///   seconds after the stamp in "time" if they are known
 /// - /pose (geometry_msgs/PoseStamped), /tf (from "map" to "lidar") and /region (std_msgs/String,
-///   its label): not of a sensor that has not been found yet
+///   its label): not before the sensor has been found
 /// - /diagnostics (diagnostic_msgs/DiagnosticArray): the numbers of scans.csv
 ///
-/// Clouds hold float32. If the map reaches 10 km or more from its origin, whole metres are
-/// subtracted from all that is in the frame "map": the metadata record "vantage" and the
-/// diagnostics say how many.
+/// Clouds contain float32. If the map reaches 10 km or more from its origin, whole metres are
+/// subtracted from everything in the frame "map"; the metadata record "vantage" and the diagnostics
+/// say how many.
 class RunRecorder {
  public:
-  /// @param config  of the run: the region maps are read from its [store]
-  /// Errors: those of McapWriter::create, after the file's folder was created if need be; those of
+  /// @param config  of the run; the region maps are read from its [store]
+  /// Errors: those of McapWriter::create (the file's folder is created if needed); those of
   /// MapStore::index; a missing table or plugin.
   [[nodiscard]] static Result<RunRecorder> create(const std::filesystem::path& path,
                                                   const Config& config, const PluginLoader& loader);
@@ -63,7 +63,7 @@ class RunRecorder {
   Channels channels_;
   Point origin_ = Point::Zero();  // of the frame "map" in the map's own coordinates [m]
   bool has_maps_ = false;
-  std::optional<RegionId> shown_;  // the region on /map
+  std::optional<RegionId> shown_;  // the region whose map was last written to /map
   std::size_t scans_ = 0, maps_ = 0;
 };
 

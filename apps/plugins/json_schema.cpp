@@ -27,7 +27,7 @@ Json to_json(const Value& value) {
   return std::visit(Writer{}, value.data);
 }
 
-/// Bounds of integers are written as integers.
+/// A bound of an integer is written as an integer.
 Json bound(double x, ValueKind kind) {
   if (kind == ValueKind::integer && x == std::round(x) && std::abs(x) < 0x1p53) {
     return static_cast<std::int64_t>(x);
@@ -37,7 +37,7 @@ Json bound(double x, ValueKind kind) {
 
 Json table_schema(const std::vector<ParameterDoc>& fields);
 
-/// Of a value, or of an array's elements.
+/// The schema of a value, or of an array's elements.
 Json value_schema(const ParameterDoc& p) {
   Json schema = Json::object();
   switch (p.kind) {

@@ -1,4 +1,4 @@
-// vantage-plugins: what plugins there are, what they can be told, and whether one fits this
+// vantage-plugins: lists plugins, describes their parameters, and says whether a plugin fits this
 // program.
 #include <unistd.h>
 
@@ -57,7 +57,7 @@ Result<void> list_plugins(const Options& options) {
 
 Result<void> describe_plugin(const Options& options) {
   const PluginLoader loader = PluginLoader::with_default_folders(options.plugin_dirs);
-  // A name, or kind/name where two kinds share it.
+  // A name, or kind/name if two kinds share the name.
   std::vector<PluginFile> matches;
   std::vector<std::string> names;
   for (const PluginFile& file : loader.list()) {
@@ -106,7 +106,7 @@ Result<void> check_plugin(const Options& options) {
   return {};
 }
 
-/// The prefix that this program is installed below.
+/// The prefix below which this program is installed.
 std::string installation() {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -132,8 +132,8 @@ Result<void> new_plugin(const Options& options) {
   return {};
 }
 
-/// Of the plugins in --plugin-dir, or else of those beside the library: what $VANTAGE_PLUGIN_PATH
-/// adds is not part of this project.
+/// The reference of the plugins in --plugin-dir, or otherwise of those beside the library. Plugins
+/// from $VANTAGE_PLUGIN_PATH are not part of this project.
 Result<void> print_reference(const Options& options) {
   auto folders = options.plugin_dirs;
   if (folders.empty()) {

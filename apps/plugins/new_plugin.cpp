@@ -30,8 +30,8 @@ Result<void> check_name(const std::string& name) {
                   " lower-case letters, digits and '_', the first a letter, as in 'my_split'");
 }
 
-/// "MySplitPartitioner" of "my_split". The kind in it keeps it apart from what a template calls its
-/// own, whatever the name.
+/// "MySplitPartitioner" for "my_split". The kind in the name prevents clashes with the names in the
+/// template.
 std::string class_name(const std::string& name, PluginKind kind) {
   std::string result;
   bool upper = true;
@@ -78,7 +78,7 @@ Result<void> write_file(const fs::path& path, const std::string& text) {
   return {};
 }
 
-/// Which file of the project a template becomes; "" if it belongs to another kind.
+/// The file of the project that a template becomes; "" if it belongs to another kind.
 std::string file_of(std::string_view path, const std::string& kind, const std::string& name) {
   if (path.find('/') == std::string_view::npos) return std::string(path);
   if (!path.starts_with(kind + "/")) return "";
@@ -132,7 +132,7 @@ Result<void> write_plugin_project(PluginKind kind, const std::string& name,
       done = write_file(fs::path(partial) / path, filled(file.text, values));
   }
   if (done) {
-    // mkdtemp's folders are for their owner only; this one is as any other.
+    // mkdtemp's folders are for their owner only; this folder gets the usual permissions.
     const mode_t mask = umask(0);
     umask(mask);
     fs::permissions(partial, static_cast<fs::perms>(0777U & ~mask), error);

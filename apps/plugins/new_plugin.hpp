@@ -8,15 +8,15 @@
 
 namespace vantage {
 
-/// Writes a project of its own for a new plugin: source, CMake, parameters, test and README. It
-/// builds against an installed Vantage and keeps the contract of its kind as it is.
-/// @param name    snake_case; the plugin's name and that of its files
-/// @param folder  must not exist, or be empty; appears whole or not at all
-/// Errors: `invalid_input` for a name that is none, `already_exists`, `io_failure`.
+/// Writes a separate project for a new plugin: source, CMake, parameters, test and README. The
+/// project builds against an installed Vantage and keeps the contract of its kind without changes.
+/// @param name    snake_case; the name of the plugin and of its files
+/// @param folder  must not exist, or must be empty; appears completely or not at all
+/// Errors: `invalid_input` for an invalid name, `already_exists`, `io_failure`.
 [[nodiscard]] Result<void> write_plugin_project(PluginKind kind, const std::string& name,
                                                 const std::filesystem::path& folder);
 
-/// Errors: `invalid_input` for a word that is no kind.
+/// Errors: `invalid_input` for a word that is not a kind.
 [[nodiscard]] Result<PluginKind> plugin_kind(const std::string& word);
 
 }  // namespace vantage

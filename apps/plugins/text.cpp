@@ -60,7 +60,7 @@ namespace {
 
 constexpr std::string_view kFillIn = "\"FILL IN\"";
 
-/// Of a type that the parameter refuses.
+/// A value of a type that the parameter refuses.
 std::string placeholder(const ParameterDoc& p) {
   const bool text = !p.array && (p.kind == ValueKind::string || p.kind == ValueKind::path);
   return text ? fmt::format("[{}]", kFillIn) : std::string(kFillIn);
@@ -107,7 +107,7 @@ std::string cell(const std::string& text) {
   return escaped;
 }
 
-/// Text in a cell as code: only the bar needs care there.
+/// Text as code in a table cell; only the vertical bar needs care there.
 std::string code(const std::string& text) {
   if (text.empty()) return "";
   std::string escaped;
@@ -115,7 +115,7 @@ std::string code(const std::string& text) {
     if (c == '|') escaped += '\\';
     escaped += c;
   }
-  // A fence longer than any run of backticks inside.
+  // A fence longer than any run of backticks in the text.
   return escaped.find('`') == std::string::npos ? "`" + escaped + "`" : "`` " + escaped + " ``";
 }
 
@@ -140,7 +140,7 @@ std::string parameter_table(const std::vector<ParameterDoc>& parameters) {
   return text;
 }
 
-/// A sentence of a doc, which is none.
+/// Makes a sentence from a doc, which is not one.
 std::string sentence(const std::string& doc, const std::string& source = {}) {
   std::string text = cell(doc) + (source.empty() ? "" : " (" + cell(source) + ")") + ".";
   if (text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');

@@ -15,9 +15,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kVerge = 2.4;         // beside a street: cars, lamps, trees in a row [m]
+constexpr double kVerge = 2.4;         // beside a street, for cars, lamps and trees in a row [m]
 constexpr double kVergeMiddle = 1.25;  // from the edge of the street [m]
-constexpr double kBorder = 0.8;        // kept free along the border of the campus [m]
+constexpr double kBorder = 0.8;        // kept empty along the border of the campus [m]
 constexpr double kGap = 2.6;           // between buildings and anything else [m]
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -31,7 +31,7 @@ struct Block {
   [[nodiscard]] Vector2d along(std::size_t k) const {
     return (corner(k + 1) - corner(k)).normalized();
   }
-  /// Unit, to the left of side k.
+  /// Unit vector to the left of side k.
   [[nodiscard]] Vector2d inward(std::size_t k) const {
     const Vector2d a = along(k);
     return {-a.y(), a.x()};
@@ -56,8 +56,8 @@ struct Block {
   }
 };
 
-/// What is left between the streets around (i - 1, j - 1) and (i, j), behind the verges.
-/// Nothing if that is too small to be of use.
+/// The land between the streets around (i - 1, j - 1) and (i, j), without the verges. Nothing if it
+/// is too small to use.
 std::optional<Block> block_between(const StreetGrid& streets, double street_width, int i, int j) {
   const std::array nodes{streets.node(i - 1, j - 1), streets.node(i, j - 1), streets.node(i, j),
                          streets.node(i - 1, j)};
@@ -69,7 +69,7 @@ std::optional<Block> block_between(const StreetGrid& streets, double street_widt
     const auto inset = [&](std::size_t side) {
       return block.has_street[side] ? street_width / 2.0 + kVerge : kBorder;
     };
-    // Where the sides before and after the corner meet when both are moved inwards.
+    // Where the sides before and after the corner meet after both move inwards.
     const std::size_t before = (k + 3) % 4;
     Eigen::Matrix2d normals;
     normals << block.inward(before).transpose(), block.inward(k).transpose();
@@ -183,7 +183,7 @@ class BlockFiller {
                                   : kind < 0.66 ? BuildingShape::l_shape
                                   : kind < 0.74 ? BuildingShape::round_tower
                                                 : BuildingShape::gabled;
-      // First the large ones, then what still fits between.
+      // First the large ones, then those that still fit between.
       const double largest = std::lerp(13.0, 4.0, static_cast<double>(k) / kTries);
       Vector2d half(random_.uniform(kSmallest, std::min(largest, room.x())),
                     random_.uniform(kSmallest, std::min(largest, room.y())));
@@ -227,7 +227,7 @@ class BlockFiller {
 
 constexpr double kDeckHalfWidth = 2.2;
 
-/// As long as it takes to come down, or as there is room before the next street or the border.
+/// As long as the way down needs, or as there is room before the next street or the border.
 double ramp_length(const Terrain& terrain, const StreetGrid& streets, double keep_free,
                    const Vector2d& start, const Vector2d& outward, double top) {
   constexpr double kStep = 0.25;
@@ -251,7 +251,7 @@ OverpassShape plan_overpass(const CampusParams& params, const StreetGrid& street
   const Vector2d street = (to - from).normalized();
   const double edge = params.street_width / 2.0;
   OverpassShape shape{};
-  // Away from the corners, where routes leave the middle of the street, and not in the middle of
+  // Away from the corners, where routes leave the middle of the street, and away from the middle of
   // the blocks.
   shape.centre = from + 0.37 * (to - from);
   shape.direction = {-street.y(), street.x()};
@@ -264,7 +264,7 @@ OverpassShape plan_overpass(const CampusParams& params, const StreetGrid& street
       highest = std::max(highest, terrain.height(shape.centre + u * shape.direction + v * street));
     }
   }
-  shape.underside = highest + params.overpass_clearance + 0.05;  // between the samples
+  shape.underside = highest + params.overpass_clearance + 0.05;  // also between the samples
   for (int end = 0; end < 2; ++end) {
     const Vector2d outward = (end == 0 ? -1.0 : 1.0) * shape.direction;
     const Vector2d start = shape.centre + shape.half_span * outward;

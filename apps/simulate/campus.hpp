@@ -27,7 +27,7 @@ struct Campus {
   std::vector<Overpass> overpasses;  ///< at least one over every route
 };
 
-/// Fills the blocks between the streets; the same for the same parameters and seed.
+/// Fills the blocks between the streets. The same parameters and seed give the same campus.
 [[nodiscard]] Campus make_campus(const CampusParams& params, std::uint64_t seed,
                                  const StreetGrid& streets, const Terrain& terrain);
 

@@ -12,12 +12,12 @@
 
 namespace vantage::simulation {
 
-/// How many scans a drive has; at least 1.
+/// The number of scans of a drive; at least 1.
 /// @param lap  length of the route [m]
 [[nodiscard]] std::size_t number_of_scans(const WorldParams& params, double lap) noexcept;
 
-/// The sensor's way through the world: along a route at constant speed, upright on the slope of the
-/// ground, x forward, y left; from one place on the route to another where it is kidnapped. Borrows
+/// The sensor's motion through the world: along a route at constant speed, upright on the slope of
+/// the ground, x forward, y left. A kidnap moves it from one place on the route to another. Borrows
 /// the world.
 /// Thread safety: const methods may run on one object from many threads at once.
 class Drive {
@@ -26,22 +26,22 @@ class Drive {
   [[nodiscard]] static Result<Drive> create(const World& world, const WorldParams& params);
 
   [[nodiscard]] const Route& route() const noexcept { return route_; }
-  /// How many scans are recorded; at least 1.
+  /// The number of recorded scans; at least 1.
   [[nodiscard]] std::size_t scans() const noexcept { return scans_; }
   /// When scan i (its first firing) is taken [s].
   [[nodiscard]] double stamp(std::size_t i) const noexcept;
-  /// Driven until a moment, in plan [m].
+  /// The distance driven until a moment, in plan view [m].
   [[nodiscard]] double distance(double stamp) const noexcept;
   /// T_campus_sensor at a moment [s].
   [[nodiscard]] Pose pose(double stamp) const noexcept;
 
   /// Whether scan i is the first one after a kidnap, which happens at its stamp.
   [[nodiscard]] bool is_kidnapped(std::size_t i) const noexcept;
-  /// T_campus_sensor at scan i's stamp, had no kidnap happened at that moment.
+  /// T_campus_sensor at scan i's stamp, as if no kidnap had happened at that moment.
   [[nodiscard]] Pose pose_driven_on(std::size_t i) const noexcept;
-  /// Where the map has no points.
+  /// The places where the map has no points.
   [[nodiscard]] std::span<const Hole> holes() const noexcept { return events_.holes; }
-  /// Whether the sensor is above one of them at scan i's stamp.
+  /// Whether the sensor is above a hole at scan i's stamp.
   [[nodiscard]] bool is_in_hole(std::size_t i) const noexcept;
 
  private:

@@ -67,7 +67,7 @@ class Planner {
     return kidnaps;
   }
 
-  /// Notes where the scans are.
+  /// Records where the scans are.
   void drive(const std::vector<Kidnap>& kidnaps) {
     positions_.clear();
     starts_ = {0};
@@ -135,7 +135,7 @@ Result<Events> plan_events(const Route& route, const WorldParams& params, std::s
                        "between kidnaps: the drive has " + std::to_string(scans));
   }
   Planner planner(route, params, scans, metres_per_scan);
-  const int attempts = kidnaps == 0 ? 1 : kAttempts;  // without kidnaps nothing is drawn
+  const int attempts = kidnaps == 0 ? 1 : kAttempts;  // without kidnaps, nothing is random
   for (const bool leave_holes : {true, false}) {
     for (int k = 0; k < attempts; ++k) {
       if (auto events = planner.plan(static_cast<std::uint64_t>(k), leave_holes)) {

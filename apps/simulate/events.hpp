@@ -10,13 +10,14 @@
 
 namespace vantage::simulation {
 
-/// The sensor is carried along the route before a scan, without noticing.
+/// The sensor is carried along the route before a scan, without noticing it.
 struct Kidnap {
   std::size_t scan;  ///< the first one at the new place
-  double ahead;      ///< of what has been driven, from this scan on to the next kidnap [m]; >= 0
+  double ahead;      ///< how far ahead of the driven distance the sensor is, from this scan to the
+                     ///< next kidnap [m]; >= 0
 };
 
-/// A disc in the plan without map points. Campus frame [m].
+/// A disc in plan view without map points. Campus frame [m].
 struct Hole {
   Eigen::Vector2d centre;
   double radius;
@@ -26,7 +27,7 @@ struct Hole {
   }
 };
 
-/// What makes localization hard on a drive.
+/// The events that make localization hard on a drive.
 struct Events {
   std::vector<Kidnap> kidnaps;  ///< `scan` ascending
   std::vector<Hole> holes;      ///< in driving order
@@ -34,15 +35,16 @@ struct Events {
 
 /// Spreads `drive.kidnaps` and `map.holes` evenly over the drive.
 ///
-/// A kidnap ends on the route at least 0.3 of the campus's mean extent away from where it began,
-/// with a heading at least 45 degrees off. Each hole has its own equal part of the drive and its
-/// centre there on the route, as near as can be to that part's middle; the start and the places
-/// where kidnaps end are more than 20 m outside of every hole, holes do not overlap, and where the
-/// drive is long enough the sensor drives out of each one before the next kidnap.
+/// A kidnap ends on the route, at a distance of at least 0.3 of the campus's mean extent from where
+/// it began, with a heading at least 45 degrees different. Each hole has its own part of the drive,
+/// all parts being equal, and its centre on the route there, as near as possible to the middle of
+/// that part. The start and the places where kidnaps end are more than 20 m outside every hole, and
+/// holes do not overlap. If the drive is long enough, the sensor leaves each hole before the next
+/// kidnap.
 /// @param scans            of the drive
-/// @param metres_per_scan  driven from one to the next
+/// @param metres_per_scan  driven from one scan to the next
 /// @return                 the same for the same parameters
-/// Errors: `invalid_config` for more than fit.
+/// Errors: `invalid_config` if there are more events than fit.
 [[nodiscard]] Result<Events> plan_events(const Route& route, const WorldParams& params,
                                          std::size_t scans, double metres_per_scan);
 

@@ -14,8 +14,8 @@ namespace vantage::simulation {
 /// One revolution.
 struct Sweep {
   PointCloud points;           ///< sensor frame [m], firing by firing, rings from low to high
-  std::vector<float> seconds;  ///< of each point after the scan's stamp, that of the first firing;
-                               ///< empty without motion distortion
+  std::vector<float> seconds;  ///< time of each point after the scan's stamp, which is that of the
+                               ///< first firing; empty without motion distortion
 };
 
 /// A rotating multi-beam LiDAR.
@@ -28,9 +28,9 @@ class Lidar {
   /// clockwise seen from above and starts at the back.
   [[nodiscard]] Eigen::Vector3d direction(int firing, int ring) const noexcept;
 
-  /// Noise and losses of a ray depend on the seed, the scan and the ray alone.
-  /// With `motion_distortion` a point is in the sensor frame at its own moment, else in that at the
-  /// scan's stamp.
+  /// Noise and losses of a ray depend only on the seed, the scan and the ray.
+  /// With `motion_distortion`, a point is in the sensor frame at its own moment; otherwise in the
+  /// sensor frame at the scan's stamp.
   [[nodiscard]] Sweep sweep(const World& world, const Drive& drive, std::size_t index) const;
   /// The points of that sweep.
   [[nodiscard]] PointCloud scan(const World& world, const Drive& drive, std::size_t index) const;

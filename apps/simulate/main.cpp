@@ -1,4 +1,4 @@
-// vantage-simulate: a world file in, a campus as a map and as a VLP-16 sees it on a drive out.
+// vantage-simulate: makes, from a world file, a campus as a map and as a VLP-16 sees it on a drive.
 #include <fmt/format.h>
 
 #include <array>

@@ -130,8 +130,8 @@ class Sampler {
       }
       return true;
     };
-    // The grid starts at a random place, else faces smaller than a cell would always or never get
-    // a point.
+    // The grid starts at a random place; otherwise faces smaller than a cell would always or never
+    // get a point.
     const double spacing = params_.point_spacing;
     Random shift(face_seed);
     min -= spacing * Vector2d(shift.uniform(), shift.uniform());

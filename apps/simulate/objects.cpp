@@ -54,7 +54,7 @@ Site site_of(const Plot& plot, const Terrain& terrain) {
 
 constexpr double kFloor = 3.2;  // height of a storey [m]
 
-/// String courses between the storeys: slabs that stick out of the walls a little.
+/// String courses between the storeys: slabs that stick out of the walls slightly.
 std::vector<Solid> make_courses(const Pose& frame, const Vector2d& min, const Vector2d& max,
                                 double height) {
   constexpr double kDepth = 0.12, kThickness = 0.25;
@@ -116,7 +116,7 @@ std::vector<Solid> l_building(const Site& site, Random& random) {
              make_courses(frame, {-hx + 0.3, -hy + wing_y}, {-hx + wing_x, hy}, lower));
   solids.push_back(
       make_box(Surface::building, frame, {-hx, -hy, bottom}, {hx, -hy + wing_y, height}));
-  // Set back a little, so that no two surfaces coincide.
+  // Set back slightly, so that no two surfaces coincide.
   solids.push_back(make_box(Surface::building, frame, {-hx + 0.3, -hy + wing_y - 0.4, bottom - 0.1},
                             {-hx + wing_x, hy, lower}));
   return solids;
@@ -138,7 +138,8 @@ std::vector<Solid> gabled_building(const Site& site, Random& random) {
   const auto& [frame, bottom, hx, hy] = site;
   const double eaves = kFloor * std::floor(random.uniform(1.0, 3.99)) + 0.4;
   const double ridge = eaves + hy * random.uniform(0.55, 0.9);
-  // The profile is drawn in the plane across the ridge: the body's frame turned by 90 degrees.
+  // The profile is drawn in the plane across the ridge, so the body's frame is turned by 90
+  // degrees.
   const Pose turned = frame * pose_from_xyz_rpy(Point::Zero(), {0, 0, std::numbers::pi / 2.0});
   const Profile profile{{-hy, bottom}, {hy, bottom}, {hy, eaves}, {0.0, ridge}, {-hy, eaves}};
   std::vector<Solid> solids = make_courses(frame, {-hx, -hy}, {hx, hy}, eaves);
@@ -274,7 +275,7 @@ std::vector<Solid> make_wall(const Plot& plot, const Terrain& terrain, Random& r
   const double length = 2.0 * plot.half.x() / panels;
   std::vector<Solid> solids;
   for (int k = 0; k < panels; ++k) {
-    // Every other panel is thicker, as pillars are: no two panels share a face.
+    // Every second panel is thicker, like a pillar, so that no two panels share a face.
     const double thickness = plot.half.y() * (k % 2 == 0 ? 1.0 : 0.7);
     const Plot panel{plot.at((k + 0.5) * length - plot.half.x(), 0.0),
                      plot.along,
@@ -341,7 +342,8 @@ std::vector<Solid> make_overpass(const OverpassShape& shape, const Terrain& terr
     const double bottom = ground_under(under, terrain).lowest - kFoundation;
     const Pose ramp = upright(shape.centre, 0.0, outward);
     const double z_end = std::max(top - kRampSlope * length, bottom + 0.1);
-    // A little wider than the deck, and below its surface where both overlap: no common faces.
+    // Slightly wider than the deck, and below its surface where both overlap, so that they share no
+    // face.
     const Profile body{
         {span, bottom}, {span + length, bottom}, {span + length, z_end}, {span, top - 0.01}};
     solids.push_back(make_profile(Surface::overpass, ramp, body, -hw - 0.15, hw + 0.15));

@@ -7,11 +7,11 @@
 #include "simulate/solid.hpp"
 #include "simulate/terrain.hpp"
 
-/// The things that a campus is made of. Each takes its proportions from `random` and stands on the
-/// terrain. Campus frame [m].
+/// The objects of a campus. Each takes its proportions from `random` and stands on the terrain.
+/// Campus frame [m].
 namespace vantage::simulation {
 
-/// A rectangle in the plan.
+/// A rectangle in plan view.
 struct Plot {
   Eigen::Vector2d centre;
   Eigen::Vector2d along;  ///< unit, direction of `half.x()`
@@ -60,9 +60,9 @@ struct Tree {
   std::vector<Leaf> leaves;
 };
 
-/// A trunk and a crown of loose leaves that rays get through; the crown starts at least 2 m above
+/// A trunk and a crown of loose leaves that lets rays through; the crown starts at least 2 m above
 /// the ground.
-/// @param leaf_area_density  one-sided leaf area over crown volume [m2/m3]
+/// @param leaf_area_density  one-sided leaf area divided by crown volume [m2/m3]
 [[nodiscard]] Tree make_tree(const Eigen::Vector2d& foot, double leaf_area_density,
                              const Terrain& terrain, Random& random);
 
@@ -70,8 +70,8 @@ struct Tree {
 [[nodiscard]] Tree make_bush(const Eigen::Vector2d& foot, double leaf_area_density,
                              const Terrain& terrain, Random& random);
 
-/// A deck on four pillars with parapets; ramps of given lengths down to the ground, the first one
-/// against `direction`.
+/// A deck on four pillars with parapets, and ramps of given lengths down to the ground. The first
+/// ramp points against `direction`.
 struct OverpassShape {
   Eigen::Vector2d centre, direction;
   double half_span, half_width, underside;

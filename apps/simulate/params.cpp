@@ -56,7 +56,7 @@ Result<void> WorldParams::validate() const {
                        " m) must leave 1.5 m to the edge of the street, which is " +
                        number(half_width) + " m from its middle");
   }
-  // Smoothing cuts a right-angled corner by 0.6 turn_radius (see Route); that must stay on the
+  // Smoothing cuts a right-angled corner by 0.6 turn_radius (see Route); the path must stay on the
   // street.
   const double largest_radius =
       std::numbers::sqrt2 * (half_width - std::abs(drive.lateral_offset)) / 0.6;
@@ -81,7 +81,7 @@ Result<void> WorldParams::validate() const {
     const Route path(route, drive.lateral_offset, drive.turn_radius);
     VANTAGE_CHECK(plan_events(path, *this, number_of_scans(*this, path.length()), scan_distance));
   }
-  // About half again as much surface as ground; indices of map points have 32 bits.
+  // There is about half as much surface again as ground; indices of map points have 32 bits.
   const double points =
       1.5 * campus.size_x * campus.size_y / (map.point_spacing * map.point_spacing);
   if (points > 1e9) {

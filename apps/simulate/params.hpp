@@ -11,7 +11,7 @@
 
 namespace vantage::simulation {
 
-/// [campus]: what there is.
+/// [campus]: what the campus contains.
 struct CampusParams {
   double size_x = 80.0, size_y = 80.0;
   double origin_x = 0.0, origin_y = 0.0, origin_z = 0.0;
@@ -93,7 +93,7 @@ struct MapParams {
   }
 };
 
-/// [lidar]: a Velodyne VLP-16 unless told otherwise.
+/// [lidar]: a Velodyne VLP-16 by default.
 struct LidarParams {
   int rings = 16;
   double lowest_ring = -15.0, highest_ring = 15.0;
@@ -208,8 +208,8 @@ struct WorldParams {
         optional("odometry", &P::odometry, "", "how the odometry drifts"),
     };
   }
-  /// What no table can tell alone: streets fit the campus, the route fits the streets, kidnaps and
-  /// holes fit the drive, and the numbers of points and scans can be handled.
+  /// Checks that involve several tables: the streets fit the campus, the route fits the streets,
+  /// kidnaps and holes fit the drive, and the numbers of points and scans are not too large.
   [[nodiscard]] Result<void> validate() const;
 };
 

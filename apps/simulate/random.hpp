@@ -8,11 +8,11 @@
 
 namespace vantage::simulation {
 
-/// What a seed is used for, so that no two uses share their numbers.
+/// What a seed is used for; each use has its own numbers.
 enum class Purpose : std::uint64_t { terrain, streets, block, map_point, ray, odometry, kidnap };
 
-/// SplitMix64 with the distributions that the simulation needs. The distributions of <random>
-/// differ between standard libraries; these do not.
+/// SplitMix64 with the distributions that the simulation needs. Unlike the distributions of
+/// <random>, they do not differ between standard libraries.
 class Random {
  public:
   constexpr explicit Random(std::uint64_t seed) noexcept : state_(seed) {}
@@ -30,7 +30,7 @@ class Random {
   /// In [-1, 1).
   constexpr double symmetric() noexcept { return 2.0 * uniform() - 1.0; }
   constexpr bool chance(double probability) noexcept { return uniform() < probability; }
-  /// Standard normal (Box and Muller); always takes two numbers.
+  /// Standard normal (Box and Muller); always uses two numbers.
   double normal() noexcept {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());

@@ -15,7 +15,7 @@ Eigen::Vector2d left_of(const Eigen::Vector2d& direction) {
   return {-direction.y(), direction.x()};
 }
 
-/// Every edge moved to the left, corners where the moved edges meet.
+/// Moves every edge to the left; the new corners are where the moved edges meet.
 Polygon moved_left(std::span<const Eigen::Vector2d> polygon, double offset) {
   Polygon moved;
   const std::size_t n = polygon.size();

@@ -7,22 +7,22 @@
 
 namespace vantage::simulation {
 
-/// A smooth closed path in the plan, by distance driven. Campus frame [m].
+/// A smooth closed path in plan view, parametrized by the distance driven. Campus frame [m].
 ///
-/// The polygon through the crossings, moved sideways, is convolved over its length with a quadratic
-/// B-spline (three boxes of width w): position, heading and curvature are continuous, and a
-/// right-angled corner is turned with a smallest radius of w / 2.12 and cut by 0.28 w.
+/// The polygon through the crossings is moved sideways and convolved along its length with a
+/// quadratic B-spline (three boxes of width w). Position, heading and curvature are continuous. In
+/// a right-angled corner, the smallest radius is w / 2.12, and the path cuts the corner by 0.28 w.
 class Route {
  public:
-  /// @param crossings       at least three, not all in one line, [m]
+  /// @param crossings       at least three, not all on one line [m]
   /// @param lateral_offset  to the left of the polygon [m]
-  /// @param turn_radius     smallest, of a right-angled turn [m]
-  /// The path starts in the middle between the first two crossings.
+  /// @param turn_radius     smallest radius of a right-angled turn [m]
+  /// The path starts halfway between the first two crossings.
   Route(std::span<const Eigen::Vector2d> crossings, double lateral_offset, double turn_radius);
 
-  /// Of one lap [m].
+  /// The length of one lap [m].
   [[nodiscard]] double length() const noexcept { return distances_.back(); }
-  /// At a distance from the start; goes on around after a lap.
+  /// The position at a distance from the start; after a lap, the path starts again.
   [[nodiscard]] Eigen::Vector2d position(double distance) const noexcept;
   /// Unit vector.
   [[nodiscard]] Eigen::Vector2d direction(double distance) const noexcept;

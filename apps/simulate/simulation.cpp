@@ -35,7 +35,7 @@ tl::unexpected<Error> cannot(const std::string& what, const fs::path& path,
               SourceLocation{path.string(), 0, 0});
 }
 
-/// A directory that takes its name only when it is complete.
+/// A directory that gets its name only when it is complete.
 class OutputDirectory {
  public:
   [[nodiscard]] static Result<OutputDirectory> create(const fs::path& out, bool overwrite) {
@@ -49,7 +49,7 @@ class OutputDirectory {
     VANTAGE_CHECK(check_free(target, overwrite));
     fs::path partial = target;
     partial += ".partial";
-    fs::remove_all(partial, error);  // of a run that was interrupted
+    fs::remove_all(partial, error);  // left by a run that was interrupted
     if (error) return cannot("remove the remains of an interrupted run", partial, error);
     fs::create_directories(partial / "scans", error);
     if (error) return cannot("create the directory", partial, error);
@@ -106,7 +106,7 @@ class OutputDirectory {
   bool overwrite_;
 };
 
-/// float32 if that moves no point of the box by a millimetre.
+/// float32 if it moves no point of the box by a millimetre or more.
 io::Precision precision_for(const Bounds3& bounds) {
   const double largest = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
   const double rounding = std::max(1.0, largest) * 0x1p-24;  // of one coordinate, at most
@@ -132,7 +132,7 @@ void cut_out(PointCloud& map, std::span<const Hole> holes, const World& world) {
   });
 }
 
-/// @return  what a Summary says of the map and the world
+/// @return  the part of a Summary about the map and the world
 Result<Summary> write_map(const World& world, const Drive& drive, const WorldParams& params,
                           const fs::path& file, const StageProgress& progress) {
   Summary summary;
@@ -179,7 +179,7 @@ Result<std::uint64_t> write_scans(const World& world, const Drive& drive, const 
   return points;
 }
 
-/// The drive as odometry knows it, which is not carried along.
+/// The drive as odometry knows it: odometry does not notice kidnaps.
 /// @param reference  T_map_sensor of the scans
 io::Trajectory without_jumps(const Drive& drive, const io::Trajectory& reference,
                              const Point& map_origin) {

@@ -29,18 +29,17 @@ using StageProgress =
 
 /// Makes the world and drives through it. Writes into the directory `out`:
 /// - `map.pcd`: the wide-area map, map frame; float32 unless that would move a point by a
-/// millimetre
-/// - `scans/000000.pcd`, ...: sensor frame, float32; with motion distortion each point in the frame
-///   of its own moment, which is in the field t: float32 [s] after the stamp
-/// - `scans/times.txt`: a stamp [s] a line, that of the scan's first firing
+///   millimetre
+/// - `scans/000000.pcd`, ...: sensor frame, float32; with motion distortion, each point is in the
+///   frame of its own moment, which is in the field t: float32 [s] after the stamp
+/// - `scans/times.txt`: one stamp [s] per line, that of the scan's first firing
 /// - `reference.tum`: T_map_sensor at the stamps of the scans
-/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps; where the sensor is
-/// kidnapped,
-///   the motion of one that drove on
-/// - `events.csv`: a line a scan with its stamp, 1 for the first scan after a kidnap, and 1 for a
-///   sensor above a hole of the map
+/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps; at a kidnap, the motion of a
+///   sensor that drove on
+/// - `events.csv`: one line per scan with its stamp, 1 for the first scan after a kidnap, and 1 for
+///   a sensor above a hole of the map
 /// - `world.toml`: all values that made it
-/// The directory appears complete or not at all: it is written as `<out>.partial` and renamed.
+/// The directory appears completely or not at all: it is written as `<out>.partial` and renamed.
 /// Files are the same for any number of threads.
 /// @param overwrite  replace `out` if it is the result of an earlier simulation
 /// Errors: `already_exists`; `io_failure`; those of World and of the writers.

@@ -21,34 +21,34 @@ struct Face {
   Eigen::Vector3d normal;  ///< unit, outward
 };
 
-/// A convex body [m]. Whatever is not convex is several overlapping ones.
+/// A convex body [m]. A body that is not convex consists of several overlapping ones.
 struct Solid {
   Surface surface;
   std::vector<Face> faces;
   Bounds3 bounds;
 
-  /// Negative inside, the distance to the nearest face; positive outside [m].
+  /// Negative inside: minus the distance to the nearest face. Positive outside [m].
   [[nodiscard]] double signed_distance(const Point& p) const noexcept;
 };
 
-/// A triangle that is seen from both sides and encloses nothing.
+/// A triangle that is visible from both sides and encloses nothing.
 using Leaf = std::array<Point, 3>;
 
-/// A convex body from its faces; their corners may run either way around.
-/// Precondition: every face is plane and convex, its first three corners are not in one line.
+/// A convex body made from its faces; the corners of a face may run in either direction.
+/// Precondition: every face is plane and convex, and its first three corners are not on one line.
 [[nodiscard]] Solid make_solid(Surface surface, std::vector<std::vector<Point>> faces);
 
 /// @param frame  T_campus_body
 [[nodiscard]] Solid make_box(Surface surface, const Pose& frame, const Point& min,
                              const Point& max);
 
-/// A convex profile in the body's xz plane, drawn out along y.
+/// A convex profile in the body's xz plane, extruded along y.
 [[nodiscard]] Solid make_profile(Surface surface, const Pose& frame,
                                  std::span<const Eigen::Vector2d> profile, double y_min,
                                  double y_max);
 
-/// Regular rings around the body's z axis: (radius, z) from low to high, convex; the last radius
-/// may be 0, a tip.
+/// Regular rings around the body's z axis: (radius, z) from low to high, convex. The last radius
+/// may be 0, which makes a tip.
 [[nodiscard]] Solid make_turned(Surface surface, const Pose& frame, int sides,
                                 std::span<const Eigen::Vector2d> radius_z);
 

@@ -32,7 +32,7 @@ StreetGrid::StreetGrid(const CampusParams& params, std::uint64_t seed)
   };
   for (int j = -1; j <= count_[1]; ++j) {
     for (int i = -1; i <= count_[0]; ++i) {
-      // A street's end on the border goes on straight from the last crossing.
+      // The end of a street on the border continues straight from the last crossing.
       const int ii = std::clamp(i, 0, count_[0] - 1), jj = std::clamp(j, 0, count_[1] - 1);
       Random random(hash(seed, Purpose::streets, ii, jj));
       const Eigen::Vector2d jitter(params.street_jitter * random.symmetric(),
@@ -55,8 +55,8 @@ Result<std::vector<Eigen::Vector2d>> StreetGrid::route(int number) const {
     const int ax = nx / 6, ay = ny / 6;
     turns = {{ax, ay}, {nx - 1 - ax, ay}, {nx - 1 - ax, ny - 1 - ay}, {ax, ny - 1 - ay}};
   } else if (number == 1) {
-    // Up and down one set of streets and back along the first of the others. Only an even number of
-    // streets leads back to it; an odd one out is left out.
+    // Up and down one set of streets and back along the first street of the other set. Only an even
+    // number of streets leads back to that street; an odd one out is left out.
     const bool is_turned = nx % 2 != 0 && ny % 2 == 0;
     const int columns = is_turned ? ny : nx - nx % 2, rows = is_turned ? nx : ny;
     const auto add = [&](int column, int row) {

@@ -14,7 +14,7 @@ class Terrain {
  public:
   Terrain(const CampusParams& params, std::uint64_t seed);
 
-  /// Height of the triangulated surface [m]; outside of the campus that of the nearest edge.
+  /// Height of the triangulated surface [m]; outside the campus, that of the nearest edge.
   [[nodiscard]] double height(double x, double y) const noexcept;
   [[nodiscard]] double height(const Eigen::Vector2d& p) const noexcept {
     return height(p.x(), p.y());

@@ -16,7 +16,7 @@ constexpr double kClearance = 0.3;                            // below it [m]
 constexpr double kLane = 1.7;                                 // from the middle of the street [m]
 constexpr double kTurnRadius = 4.0;                           // [m]
 constexpr double kSweepSeconds = 0.1;
-constexpr double kSeenShare = 0.1;  // of the surface in one sweep: the rest is turned away
+constexpr double kSeenShare = 0.1;  // of the surface in one sweep; the rest faces away
 constexpr double kLongest = 60.0;   // [m]
 constexpr double kNoise = 0.02;     // [m]
 

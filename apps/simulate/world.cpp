@@ -154,7 +154,7 @@ Result<World> World::create(const WorldParams& params) {
   rtcCommitGeometry(objects.get());
   rtcAttachGeometryByID(scene, objects.get(), kObjectGeometry);
   {
-    // The order of triangles in the tree decides which of two equally near ones is hit; it must not
+    // The order of triangles in the tree decides which of two equally near ones is hit. It must not
     // depend on the number of threads.
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     rtcCommitScene(scene);

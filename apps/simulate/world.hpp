@@ -14,15 +14,15 @@
 
 namespace vantage::simulation {
 
-/// Where a ray meets the world first.
+/// The first place where a ray meets the world.
 struct Hit {
   double range;          ///< [m]
   double cos_incidence;  ///< of the angle between ray and surface normal, in [0, 1]
   Surface surface;
 };
 
-/// The campus as triangles that rays can be cast at. Campus frame: z up, origin at the centre of
-/// the campus, half-way between its lowest and highest ground [m]; in the map frame that is
+/// The campus as triangles for casting rays. Campus frame: z up, origin at the centre of the
+/// campus, half-way between its lowest and highest ground [m]; in the map frame, that origin is
 /// `map_origin()`.
 /// Thread safety: const methods may run on one object from many threads at once.
 class World {
@@ -41,7 +41,7 @@ class World {
   [[nodiscard]] const Point& map_origin() const noexcept;
 
   /// @param direction  unit vector
-  /// @return           nothing within `max_range` [m]: the sky
+  /// @return           nothing if the ray meets nothing within `max_range` [m]
   [[nodiscard]] std::optional<Hit> cast(const Point& origin, const Eigen::Vector3d& direction,
                                         double max_range) const noexcept;
 

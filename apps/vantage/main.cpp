@@ -1,4 +1,4 @@
-// `vantage JOB ...` runs `vantage-JOB ...`: the one beside this program, else one on the PATH.
+// `vantage JOB ...` runs `vantage-JOB ...`: the program beside this one, otherwise one on the PATH.
 #include <unistd.h>
 
 #include <algorithm>

@@ -46,7 +46,7 @@ void add_edges(const std::vector<HalfOpenBox>& boxes, std::size_t i, int axis, b
   std::vector<std::pair<double, double>> covers;
   for (std::size_t j = 0; j < boxes.size(); ++j) {
     const HalfOpenBox& other = boxes[j];
-    // What is just outside the edge, on its far side.
+    // The place just outside the edge, on its far side.
     const bool beyond = upper ? other.min[axis] <= edge && edge < other.max[axis]
                               : other.min[axis] < edge && edge <= other.max[axis];
     if (j != i && beyond) covers.emplace_back(other.min[along], other.max[along]);
@@ -94,8 +94,8 @@ Terrain::Terrain(PointsView points) {
     double& height = heights_[static_cast<std::size_t>(y * columns_ + x)];
     height = std::min(height, p.z());
   }
-  // A stray point below the ground must not pull a line down: the median of the cell and its
-  // neighbours.
+  // A stray point below the ground must not pull a line down, so the median of the cell and its
+  // neighbours is used.
   const std::vector<double> lowest = heights_;
   std::vector<double> around, all;
   for (int y = 0; y < rows_; ++y) {

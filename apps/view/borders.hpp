@@ -12,14 +12,15 @@ struct Segment {
   Eigen::Vector2d a, b;
 };
 
-/// The border of a footprint: of a union of boxes only what borders on nothing of the union.
+/// The border of a footprint; for a union of boxes, without the borders between its boxes.
 [[nodiscard]] std::vector<Segment> outline(const Footprint& footprint);
 
-/// The lowest heights of points in plan-view cells, by which lines are laid over the terrain.
+/// The lowest heights of points in plan-view cells, for drawing lines on the terrain.
 class Terrain {
  public:
   explicit Terrain(PointsView points);
-  /// Height [m]; of the nearest cell with points within a few cells, else of the whole.
+  /// Height [m] of the nearest cell with points within a few cells; otherwise that of the whole
+  /// terrain.
   [[nodiscard]] double height(const Eigen::Vector2d& xy) const noexcept;
   [[nodiscard]] double cell_size() const noexcept { return cell_; }
 
@@ -33,7 +34,8 @@ class Terrain {
   std::vector<double> heights_;  // infinite where there are no points
 };
 
-/// A segment as a line over the terrain, `lift` [m] above it; both ends are the first and the last.
+/// A segment as a line on the terrain, `lift` [m] above it; the first and the last point are its
+/// ends.
 [[nodiscard]] PointCloud draped(const Segment& segment, const Terrain& terrain, double lift);
 
 }  // namespace vantage::view

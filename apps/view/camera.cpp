@@ -35,9 +35,9 @@ Bounds3 bounds_without_strays(const PointCloud& points) {
   return bounds;
 }
 
-/// How high the eye is: steep enough to see streets behind houses.
+/// The elevation of the eye: steep enough to see streets behind houses.
 constexpr double kElevation = 42.0 * std::numbers::pi / 180.0;
-/// Turned a little, so that walls along the axes show both sides.
+/// Turned slightly, so that walls along the axes show both sides.
 constexpr double kTurn = 24.0 * std::numbers::pi / 180.0;
 
 }  // namespace
@@ -56,8 +56,8 @@ Camera oblique_view(PointsView points, double vertical_fov, double aspect) {
   const double tan_y = std::tan(0.5 * vertical_fov) / kMargin, tan_x = tan_y * aspect;
 
   camera.lookat = 0.5 * (bounds.min + bounds.max);
-  // A point is in the picture if |x| <= tan_x (distance - depth), and |y| likewise. What is near
-  // takes more of the picture than what is far: after a fit the look is moved to its middle.
+  // A point is in the picture if |x| <= tan_x (distance - depth), and likewise for |y|. Near points
+  // take more of the picture than far ones, so the camera is centred again after each fit.
   for (int round = 0; round < 4; ++round) {
     double distance = 0.0;
     for (const Point& p : sample) {

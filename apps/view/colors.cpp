@@ -33,7 +33,7 @@ double gamma(double linear) {
   return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
 }
 
-/// How far apart two hues are [turns]: 0 .. 0.5.
+/// The distance between two hues [turns]: 0 .. 0.5.
 double apart(double a, double b) {
   const double d = std::abs(a - b);
   return std::min(d, 1.0 - d);

@@ -1,4 +1,4 @@
-// vantage-view: a bundle or a point cloud in a window, or as a picture.
+// vantage-view: shows a bundle or a point cloud in a window, or writes a picture of it.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -39,7 +39,7 @@ Coloring coloring_of(const std::string& name) {
   return Coloring::height;
 }
 
-/// What can be told before anything is read.
+/// Checks what can be checked before anything is read.
 Result<view::Size> check(const Options& options) {
   if (!is_bundle(options)) {
     if (!options.region.empty()) {
@@ -99,7 +99,7 @@ std::string legend(const view::Drawing& drawing, const view::Controls& controls,
   return {};
 }
 
-/// A few lines on what is drawn.
+/// A few lines about what is drawn.
 std::string description(const view::Scene& scene, const view::Drawing& drawing,
                         const view::Controls& controls, const view::Scales& scales,
                         std::size_t max_points) {
@@ -171,7 +171,7 @@ Result<void> run(const Options& options) {
   }
   VANTAGE_TRY(show.lines, read_lines(options, scene.origin()));
   VANTAGE_CHECK(view::check_display());
-  std::optional<io::OutputFile> file;  // from here on: a folder that is not there is told at once
+  std::optional<io::OutputFile> file;  // opened now, so that a missing folder is reported at once
   if (!options.png.empty()) {
     VANTAGE_TRY(file, io::OutputFile::create(options.png));
   }

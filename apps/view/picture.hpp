@@ -15,16 +15,16 @@ struct Size {
   friend bool operator==(const Size&, const Size&) = default;
 };
 
-/// "1600x1000"; nothing for anything else, or a side outside 64 .. 8192.
+/// "1600x1000"; nothing for any other text, or for a side outside 64 .. 8192.
 [[nodiscard]] std::optional<Size> parse_size(std::string_view text);
 
-/// Rows from the top, three bytes a pixel.
+/// Rows from the top, three bytes per pixel.
 struct Picture {
   Size size;
   std::vector<std::uint8_t> rgb;
 };
 
-/// Each pixel the mean of factor x factor. Precondition: the factor divides both sides.
+/// Averages factor x factor pixels to one. Precondition: the factor divides both sides.
 [[nodiscard]] Picture scaled_down(const Picture& picture, int factor);
 
 /// The content of a PNG file. Errors: `internal` with what libpng says.

@@ -128,7 +128,7 @@ Scales scales_of(const Drawing& drawing) {
 
 std::vector<Color> colors_of(const Drawing& drawing, Coloring coloring, const Scales& scales,
                              const std::vector<double>& hues) {
-  // The darkest end of the maps is left out: it would not stand out from the background.
+  // The darkest end of the maps is left out, because it would not stand out from the background.
   const auto visible = [](double share) { return 0.14 + 0.86 * share; };
   std::vector<Color> colors;
   colors.reserve(drawing.points.size());

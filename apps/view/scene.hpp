@@ -14,23 +14,24 @@
 
 namespace vantage::view {
 
-/// Points to draw, around the origin of their scene [m].
+/// The points to draw, around the origin of their scene [m].
 struct Drawing {
   PointCloud points;
-  std::vector<std::uint32_t> regions;  ///< whose footprint each is in, else nearest to; or empty
-  /// From how many viewpoints each is seen, if the bundle tells that, else in how many region maps
-  /// it is; empty if not counted.
+  std::vector<std::uint32_t> regions;  ///< the region whose footprint contains each point,
+                                       ///< otherwise the nearest; or empty
+  /// How many viewpoints see each point if the bundle says so, otherwise how many region maps
+  /// contain it; empty if not counted.
   std::vector<std::uint32_t> views;
   PointCloud viewpoints;  ///< of the one region that is drawn
   bool thinned = false;   ///< not all points are drawn
 };
 
-/// A bundle or a point cloud, and what of it is drawn. Coordinates may be large (UTM); what is
+/// A bundle or a point cloud, and what is drawn of it. Coordinates may be large (UTM). What is
 /// drawn lies around `origin()`, where the float32 of graphics is precise.
 class Scene {
  public:
-  /// Errors: those of Bundle::open; `unsupported` for a bundle that holds no points (only what a
-  /// matcher has made of them).
+  /// Errors: those of Bundle::open; `unsupported` for a bundle that contains no points, only what a
+  /// matcher made of them.
   [[nodiscard]] static Result<Scene> open_bundle(const std::filesystem::path& folder,
                                                  const PluginLoader& plugins,
                                                  std::size_t max_points);
@@ -43,16 +44,16 @@ class Scene {
   [[nodiscard]] const std::optional<Bundle>& bundle() const noexcept { return bundle_; }
   /// Whole metres, map frame.
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
-  /// Points of the cloud or of the wide-area map.
+  /// The number of points of the cloud or of the wide-area map.
   [[nodiscard]] std::uint64_t total_points() const noexcept { return total_; }
   [[nodiscard]] std::uint64_t dropped_points() const noexcept { return dropped_; }
   /// Hues by region id.
   [[nodiscard]] const std::vector<double>& hues() const noexcept { return hues_; }
 
-  /// The points of all region maps, each place once (see PointTable), or of one region's map.
-  /// Counting views in a bundle that does not tell them reads every region's map once; of a region
-  /// only the points are drawn then that are drawn of the whole. Errors: those of the store;
-  /// `unsupported` for a region with no points.
+  /// The points of all region maps, each place once (see PointTable), or of one region's map. If
+  /// the bundle does not say how many viewpoints see a point, counting reads every region's map
+  /// once. In that case, only those points of a region are drawn that are also drawn of the whole.
+  /// Errors: those of the store; `unsupported` for a region without points.
   [[nodiscard]] Result<Drawing> draw(const std::optional<RegionId>& region, bool count_views,
                                      const Bundle::Progress& progress = {});
 
@@ -65,22 +66,22 @@ class Scene {
 
   std::string name_;
   std::optional<Bundle> bundle_;
-  std::optional<PointTable> table_;  // of everything, once it has been read
+  std::optional<PointTable> table_;  // of everything, after it was read
   std::size_t max_points_ = 1;
   std::uint64_t total_ = 0, dropped_ = 0;
   Point origin_ = Point::Zero();
   std::vector<double> hues_;
 };
 
-/// The scales by which a drawing is coloured.
+/// The scales that colour a drawing.
 struct Scales {
   Range height;  ///< [m] around the origin
-  Range views;   ///< from 1 region map or viewpoint
+  Range views;   ///< starts at 1 region map or viewpoint
 };
 [[nodiscard]] Scales scales_of(const Drawing& drawing);
 
-/// A colour for each point: height by `viridis`, views by `magma`, region by its hue, darker below
-/// and lighter above.
+/// A colour for each point: height by `viridis`, views by `magma`, region by its hue, which is
+/// darker for low points and lighter for high ones.
 [[nodiscard]] std::vector<Color> colors_of(const Drawing& drawing, Coloring coloring,
                                            const Scales& scales, const std::vector<double>& hues);
 

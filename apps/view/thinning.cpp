@@ -11,7 +11,7 @@ constexpr double kFinestCell = 0.01;  // [m]
 constexpr int kBits = 21;             // of a coordinate in a key
 constexpr double kNextShare = 0.75;
 
-/// The finalizer of SplitMix64: keys of neighbours are far apart.
+/// The finalizer of SplitMix64, which puts the keys of neighbours far apart.
 std::uint64_t mixed(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -43,7 +43,7 @@ bool PointTable::kept(std::uint64_t key) const noexcept {
 
 std::size_t PointTable::slot_of(std::uint64_t key) const noexcept {
   const std::size_t mask = slots_.size() - 1;
-  // The low bits: the high ones say what is kept, and are small in a table that is thinned.
+  // Uses the low bits: the high bits decide what is kept, and are small in a thinned table.
   std::size_t slot = mixed(key) & mask;
   while (slots_[slot] != 0 && keys_[slots_[slot] - 1] != key) slot = (slot + 1) & mask;
   return slot;

@@ -37,7 +37,8 @@ constexpr const char* kAdvice =
     "run it under `xvfb-run -a` (a display that is not seen, enough for --png), or in a desktop "
     "session";
 
-/// A line as a bar of square section: lines of OpenGL are one pixel wide whatever is asked for.
+/// A line as a bar of square section, because OpenGL draws lines one pixel wide whatever width is
+/// set.
 void add_line(Mesh& mesh, const PointCloud& line, double radius, const Color& color) {
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
     const Eigen::Vector3d along = line[i + 1] - line[i];
@@ -47,7 +48,7 @@ void add_line(Mesh& mesh, const PointCloud& line, double radius, const Color& co
         along.cross(upright ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ()).normalized();
     const Eigen::Vector3d up = side.cross(along).normalized();
     const int first = static_cast<int>(mesh.vertices_.size());
-    // Longer by a radius at both ends, which closes the corners.
+    // A radius longer at both ends, which closes the corners.
     const Eigen::Vector3d more = radius * along.normalized();
     for (const Eigen::Vector3d& end :
          {Eigen::Vector3d(line[i] - more), Eigen::Vector3d(line[i + 1] + more)}) {
@@ -76,7 +77,7 @@ void add_dot(Mesh& mesh, const Point& at, double radius, const Color& color) {
   }
 }
 
-/// What a distance of the drawing has to be to look as wide as a line should: a share of the scene.
+/// How wide a line must be in the drawing to look right: a share of the scene.
 double line_radius(const Drawing& drawing) {
   const double extent = bounds_of(drawing.points).diagonal();
   return std::clamp(0.0007 * extent, 0.02, 1.0);
@@ -89,7 +90,7 @@ void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
   const double radius = line_radius(drawing);
   for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
     const bool chosen = show.controls.region == RegionId{r};
-    // What one region sees says too little of the terrain below the other borders.
+    // The points that one region sees say too little about the terrain below the other borders.
     if (show.controls.region && !chosen) continue;
     for (Segment segment : outline(index.partition[RegionId{r}].footprint)) {
       segment.a -= origin.head<2>();
@@ -119,7 +120,7 @@ std::shared_ptr<o3d::geometry::PointCloud> points_of(const Drawing& drawing,
   return cloud;
 }
 
-/// So large that the points cover the picture about twice, were they spread over it.
+/// A size with which the points would cover the picture about twice if they were spread over it.
 int covering_point_size(std::size_t points, const Size& size) {
   const double pixels = 2.0 * size.width * size.height;
   const double side = std::sqrt(pixels / static_cast<double>(std::max<std::size_t>(points, 1)));
@@ -138,7 +139,7 @@ class Canvas {
 
   [[nodiscard]] Result<void> open(const std::string& title, const Size& size, bool visible) {
     VANTAGE_CHECK(check_display());
-    // It tells of a window that cannot be opened in lines of its own on stdout.
+    // Open3D reports a window that it cannot open in its own lines on stdout.
     o3d::utility::SetVerbosityLevel(o3d::utility::VerbosityLevel::Error);
     if (!visualizer_.CreateVisualizerWindow(title, size.width, size.height, 50, 50, visible)) {
       return fail(
@@ -169,7 +170,8 @@ class Canvas {
 
   void fit(const Drawing& drawing) {
     auto& control = visualizer_.GetViewControl();
-    // Narrower than Open3D's 60 degrees: walls stay upright, far things large enough to be seen.
+    // Narrower than Open3D's 60 degrees, so that walls stay upright and far things are large
+    // enough.
     constexpr double kFieldOfView = 35.0, kStep = 5.0;  // [degrees]
     control.ChangeFieldOfView((kFieldOfView - control.GetFieldOfView()) / kStep);
     const double fov = control.GetFieldOfView() * std::numbers::pi / 180.0;
@@ -208,7 +210,7 @@ class Canvas {
   std::shared_ptr<Mesh> lines_;
 };
 
-/// vantage-view-1.png, or the first number that is free.
+/// vantage-view-1.png, or the first free number.
 std::filesystem::path free_name() {
   std::filesystem::path path;
   int number = 1;
@@ -225,7 +227,7 @@ Result<std::filesystem::path> save(const Picture& picture) {
   return path;
 }
 
-/// A window and what it shows; answers keys.
+/// A window and what it shows; reacts to keys.
 class Window {
  public:
   Window(Show& show, Drawing drawing) : show_(show), drawing_(std::move(drawing)) {}
@@ -258,7 +260,7 @@ class Window {
     if (show_.tell) show_.tell(drawing_, show_.controls, scales);
   }
 
-  /// What the controls ask for; if it cannot be read, all stays as it was.
+  /// Draws what the controls select; if it cannot be read, nothing changes.
   void change_points(const Controls& before) {
     const bool views = show_.controls.coloring == Coloring::views;
     auto drawing = show_.scene.draw(show_.controls.region, views, show_.progress);
@@ -266,7 +268,7 @@ class Window {
       std::cerr << drawing.error() << '\n';
       const auto tried = show_.controls.region;
       show_.controls = before;
-      // An empty map must not be the end of the round.
+      // An empty map must not end the round.
       if (tried && tried != before.region) show_.controls.region = tried;
       return;
     }
@@ -303,7 +305,8 @@ class Window {
       canvas_.visualizer().RegisterKeyCallback(
           code, [this, key](o3d::visualization::Visualizer*) { return answer(key); });
     };
-    // All letters: what Open3D does on its own (writing files on P, D and O) is not for here.
+    // All letters, because Open3D's own reactions (writing files on P, D and O) are not wanted
+    // here.
     for (char key = 'A'; key <= 'Z'; ++key) on(key, key);
     for (const int code : {GLFW_KEY_EQUAL, GLFW_KEY_KP_ADD}) on(code, '+');
     for (const int code : {GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT}) on(code, '-');
@@ -326,8 +329,8 @@ Result<void> check_display() {
 }
 
 Result<Picture> render(const Show& show, const Drawing& drawing) {
-  // Drawn twice as large and scaled down, which smooths edges; OpenGL 3.3 promises no more than
-  // so many pixels.
+  // Drawn twice as large and scaled down, which smooths edges. OpenGL 3.3 guarantees only this many
+  // pixels.
   constexpr int kLargest = 8192;
   const int factor = 2 * std::max(show.size.width, show.size.height) <= kLargest ? 2 : 1;
   const Size large{factor * show.size.width, factor * show.size.height};

@@ -10,15 +10,15 @@
 
 namespace vantage::view {
 
-/// Lines over the map that do not belong to the points.
+/// Lines over the map that do not come from its points.
 struct Lines {
   PointCloud trajectory;  ///< around the scene's origin [m]
 };
 
-/// Errors: `unsupported` with what to do where there is no display to open a window on.
+/// Errors: `unsupported`, with what to do, if there is no display for a window.
 [[nodiscard]] Result<void> check_display();
 
-/// What is drawn from, and what is told to the person in front of it.
+/// What is drawn, and what is reported to the person who looks at it.
 struct Show {
   Scene& scene;
   Lines lines;
@@ -29,10 +29,10 @@ struct Show {
 };
 
 /// Draws without a window on the screen. Errors: as check_display; `unsupported` without OpenGL 3.3
-/// or for a picture that the graphics cannot make.
+/// or for a picture that the graphics hardware cannot make.
 [[nodiscard]] Result<Picture> render(const Show& show, const Drawing& drawing);
 
-/// Opens a window and stays until it is closed. Errors: as `render`.
+/// Opens a window and returns when it is closed. Errors: as `render`.
 [[nodiscard]] Result<void> run_window(Show& show, Drawing drawing);
 
 }  // namespace vantage::view

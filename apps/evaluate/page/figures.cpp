@@ -33,12 +33,12 @@ Look look_of(const MapRun& r) { return {r.config_number, marker_of(r.map)}; }
 
 std::string name_of(const MapRun& r) { return r.own() ? r.config->name : std::string(r.map); }
 
-/// "T_align" of one route; routes are told apart where there are several.
+/// "T_align" for a single route; the title names the route if there are several.
 std::string title_of(const Evaluation& e, const std::string& what, std::size_t route) {
   return e.routes.size() == 1 ? what : fmt::format("{}, {}", what, e.routes[route].name);
 }
 
-/// All values of something on all routes: figures of different routes share an axis.
+/// The values of one quantity on all routes, so that the figures of all routes share an axis.
 std::vector<double> everything(const Evaluation& e, ScanValue value, bool opponents = true) {
   std::vector<double> all;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
@@ -105,7 +105,7 @@ double longest_way(const Evaluation& e, std::size_t route) {
   return longest;
 }
 
-/// A curve of each configuration over the way.
+/// One curve per configuration over the distance travelled.
 std::vector<std::string> lines(const Evaluation& e, const std::string& what,
                                const std::string& label, ScanValue value, bool from_zero) {
   const Axis y = report::axis_over(label, everything(e, value, false), from_zero, 5);
@@ -125,7 +125,7 @@ std::vector<std::string> lines(const Evaluation& e, const std::string& what,
   return panels;
 }
 
-/// As panels that would be crossed: all routes' curves of what lies below a value.
+/// The share of one run's scans at or below each value, as a curve.
 Curve cumulative_curve(const MapRun& r, ScanValue value) {
   return {name_of(r), look_of(r),
           report::thinned(report::cumulative(sample_of(r.run->run, value)), 240)};
@@ -169,7 +169,7 @@ std::vector<std::string> cumulative_of_opponents(const Evaluation& e, const Axis
 
 bool has_reference(const Evaluation& e) { return !everything(e, &error_cm).empty(); }
 
-/// Figures side by side where each has but one panel.
+/// Puts figures side by side if each has only one panel.
 std::string side_by_side(const std::string& figures) {
   return "<div class=\"figures\">\n" + figures + "</div>\n";
 }

@@ -8,9 +8,9 @@ namespace vantage::page {
 
 /// Fig. 10: T_align.
 [[nodiscard]] std::string alignment_figures(const Evaluation& evaluation);
-/// Fig. 11: S_fitness, with coverage, NVTL and error in the same manner.
+/// Fig. 11: S_fitness; coverage, NVTL and error in the same form.
 [[nodiscard]] std::string fitness_figures(const Evaluation& evaluation);
-/// Fig. 12: LCP, over scans and of each region.
+/// Fig. 12: LCP, over scans and for each region.
 [[nodiscard]] std::string lcp_figures(const Evaluation& evaluation);
 [[nodiscard]] std::string error_figures(const Evaluation& evaluation);
 

@@ -20,7 +20,7 @@ namespace {
 using report::escaped;
 using report::PlanWindow;
 
-/// The box around something in the plan.
+/// A box in plan view.
 struct Extent {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;
@@ -32,7 +32,7 @@ struct Extent {
   [[nodiscard]] bool empty() const { return !(low.array() <= high.array()).all(); }
 };
 
-/// A picture that several figures show: it is in the page once.
+/// A picture that several figures show; the page contains it only once.
 std::string shared_picture(const std::string& id, const PlanWindow& window,
                            const std::string& png) {
   return fmt::format(
@@ -62,14 +62,15 @@ std::string frame(const PlanWindow& window) {
 
 // ---- Fig. 9
 
-/// Some of the points at least, evenly picked.
+/// Visits at least some of the points, evenly picked.
 template <class F>
 void each_of_some(PointsView points, std::size_t most, const F& draw) {
   const std::size_t step = std::max<std::size_t>(1, (points.size() + most - 1) / most);
   for (std::size_t i = 0; i < points.size(); i += step) draw(points[i]);
 }
 
-/// Where a specimen's region and most of its points are: a tenth of them may lie further out.
+/// Extends a box to a specimen's region and most of its points: a tenth of the points may lie
+/// outside.
 void see_specimen(Extent& extent, const EvaluatedConfig& config) {
   const Specimen& specimen = *config.specimen;
   const bool whole = config.index.regions.size() == 1;
@@ -196,12 +197,12 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   }
   svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", reference);
   const std::vector<double> way = distances(run);
-  // Rings that would touch each other are smaller: what they are around has to be seen.
+  // Rings that would touch each other are made smaller, so that what they surround stays visible.
   const double apart = way.empty() ? 0.0
                                    : way.back() * window.pixels_per_metre() /
                                          static_cast<double>(std::max<std::size_t>(s.switches, 1));
   const double ring = std::clamp(0.3 * apart, 2.6, 4.8);
-  std::string above;  // what must not be covered
+  std::string above;  // drawn last, because it must not be covered
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const RunScan& scan = run.scans[i];
     if (!scan.report.has_pose) continue;

@@ -11,12 +11,12 @@ namespace vantage::page {
 /// Errors: those of report::density_picture.
 [[nodiscard]] Result<std::string> region_maps(const Evaluation& evaluation);
 
-/// Each configuration's way on each route over the map, coloured by error.
+/// The trajectory of each configuration on each route over the map, coloured by error.
 /// Errors: as above.
 [[nodiscard]] Result<std::string> trajectories(const Evaluation& evaluation);
 
-/// Map, region maps and ways to be turned in the browser: the section's body, and the scripts that
-/// the page needs for it.
+/// Map, region maps and trajectories that can be turned in the browser: the body of the section,
+/// and the scripts that the page needs for it.
 struct View3d {
   std::string body, scripts;
 };

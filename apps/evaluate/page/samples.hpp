@@ -8,10 +8,10 @@
 namespace vantage::page {
 
 using Number = std::optional<double>;
-/// Something of a scan; none where it was not measured.
+/// A quantity of a scan; none if it was not measured.
 using ScanValue = Number (*)(const RunScan&);
 
-// As summarize() takes them: scores and errors of tracked scans only.
+// The same scans as in summarize(): scores and errors of tracked scans only.
 [[nodiscard]] Number align_ms(const RunScan& scan);
 [[nodiscard]] Number fitness(const RunScan& scan);
 [[nodiscard]] Number coverage_percent(const RunScan& scan);
@@ -22,10 +22,10 @@ using ScanValue = Number (*)(const RunScan&);
 
 [[nodiscard]] std::vector<double> sample_of(const Run& run, ScanValue value);
 
-/// The value of each scan over the way [m]; NaN where there is none.
+/// The value of each scan over the distance travelled [m]; NaN if there is none.
 [[nodiscard]] std::vector<Eigen::Vector2d> over_distance(const Run& run, ScanValue value);
 
-/// The mean of a value over each region's scans, by region; of those that have one.
+/// The mean of a value over each region's scans that have one, by region.
 struct RegionMean {
   RegionId region;
   double mean = 0.0;

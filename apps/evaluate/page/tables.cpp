@@ -27,7 +27,7 @@ struct Metric {
   Better better;
   std::optional<double> (*value)(const RunSummary&);
   bool of_scans = false;  ///< a count, shown as "3 of 77"
-  bool own_maps = false;  ///< says nothing of opponents: their maps are made while driving
+  bool own_maps = false;  ///< not measured for opponents, because their maps are made while driving
 };
 
 struct MetricGroup {
@@ -150,7 +150,7 @@ Cell cell_of(const Metric& m, const MapRun& r, const Evaluation& e) {
            {"value", fmt::format("{}", *value)}}};
 }
 
-/// The best shown value of a column; none where most are alike or nothing is better.
+/// The best value of a column as shown; none if most are alike or no value is better.
 std::optional<std::string> best_of(const Metric& m, const std::vector<MapRun>& runs) {
   if (m.better == Better::neither) return {};
   const double sign = m.better == Better::less ? 1.0 : -1.0;
@@ -203,7 +203,7 @@ Table table_of(const Block& block, const Evaluation& e) {
 
 std::string whole(double x) { return cli::grouped(static_cast<std::uint64_t>(std::llround(x))); }
 
-/// A number of a configuration that does not depend on a route.
+/// A number of a configuration that does not depend on the route.
 Cell config_cell(const EvaluatedConfig& c, const char* metric, double value, std::string text) {
   return {std::move(text),
           {{"config", c.name}, {"metric", metric}, {"value", fmt::format("{}", value)}}};
@@ -233,7 +233,7 @@ std::string gate_table(const Evaluation& e) {
   return to_html(table);
 }
 
-/// Mean over routes, each scan counting the same.
+/// Mean over routes, with equal weight for every scan.
 Number mean_error(const std::vector<RouteRun>& routes) {
   double sum = 0.0;
   std::size_t n = 0;

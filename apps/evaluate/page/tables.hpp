@@ -12,7 +12,7 @@ namespace vantage::page {
 
 inline constexpr std::string_view kOwnMap = "observable";
 
-/// A configuration's own maps or an opponent's, on one route.
+/// A configuration's own maps, or those of an opponent, on one route.
 struct MapRun {
   const EvaluatedConfig* config;
   std::size_t config_number;
@@ -23,7 +23,7 @@ struct MapRun {
   [[nodiscard]] bool own() const { return map == kOwnMap; }
 };
 
-/// All of one route: each configuration, its opponents after it.
+/// All runs on one route: each configuration, followed by its opponents.
 [[nodiscard]] std::vector<MapRun> runs_of(const Evaluation& evaluation, std::size_t route);
 
 [[nodiscard]] std::string verdict(const Evaluation& evaluation);

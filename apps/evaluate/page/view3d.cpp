@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What bounds the size of the page: a point takes 8 bytes of it.
+// Limits of the page's size: each point takes 8 bytes.
 constexpr std::size_t kMapPoints = 280000, kSpecimenPoints = 280000, kMostOfOneSpecimen = 120000;
 constexpr std::size_t kWayPoints = 60000, kViewpoints = 3000;
 constexpr double kBordersAround = 60.0;  // [m] from a route
@@ -54,7 +54,7 @@ PointCloud positions_of(const Run& run) {
   return positions;
 }
 
-/// Ends of lines in the plan, as high as the nearest of some places.
+/// Line ends in plan view, raised to the height of the nearest of some places.
 PointCloud raised(const std::vector<Eigen::Vector2d>& ends, const PointCloud& places) {
   PointCloud lines;
   for (const Eigen::Vector2d& p : ends) {
@@ -104,7 +104,7 @@ Json config_json(const Evaluation& e, std::size_t number, const Point& origin,
   return json;
 }
 
-/// As the content of a script element: markup cannot end it.
+/// JSON as the content of a script element, which no markup in it can end.
 std::string in_script(const Json& json) {
   std::string text;
   for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
