@@ -1,5 +1,5 @@
-// vantage-conformance: holds a plugin to the contract of its kind. Every clause runs in a process
-// of its own, so one that crashes or hangs fails and the others are still checked.
+// vantage-conformance: tests a plugin against the contract of its kind. Every clause runs in a
+// process of its own. A clause that crashes or hangs fails, and the others are still checked.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 #include <fmt/format.h>
@@ -41,7 +41,7 @@ struct Options {
 
 enum class Outcome { ok, failed, skipped };
 
-/// What a plugin prints need not be text.
+/// The output of a plugin need not be valid text.
 constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
 
 const char* to_string(Outcome outcome) {
@@ -59,7 +59,7 @@ struct ClauseResult {
   std::string detail;  // why it failed or was skipped
 };
 
-/// What this process checks, for doctest's test case, which takes no arguments.
+/// What this process checks, stored for doctest's test case, which takes no arguments.
 struct Job {
   const Subject* subject;
   const Clause* clause;
@@ -82,11 +82,11 @@ class Descriptor {
   int value_;
 };
 
-/// What a process leaves when it has run a clause to its end: a plugin that ends the process has
-/// not kept the clause, whatever the exit code.
+/// The mark that a process leaves after it has run a clause to its end. A plugin that ends the
+/// process has broken the clause, whatever the exit code.
 constexpr char kFinished = 'F';
 
-/// One clause through doctest; what it exits with.
+/// Runs one clause through doctest and returns the exit code.
 int check_clause(const Subject& subject, const Clause& clause) {
   job = {&subject, &clause};
   doctest::Context context;
@@ -109,7 +109,7 @@ bool ends_within(const Descriptor& process, double seconds) {
   }
 }
 
-/// All of a file, from its beginning.
+/// The whole content of a file.
 std::string content(const Descriptor& file) {
   std::string text;
   std::array<char, 4096> buffer{};
@@ -122,8 +122,8 @@ std::string content(const Descriptor& file) {
   }
 }
 
-/// doctest's report of one test case, without its head, its rule lines, its totals, and the clause,
-/// which stands above it.
+/// doctest's report of one test case, without its head, its rule lines and its totals, and without
+/// the clause, which stands above it.
 std::string failures_in(const std::string& report, const std::string& name) {
   std::istringstream in(report);
   std::string text;
@@ -136,22 +136,22 @@ std::string failures_in(const std::string& report, const std::string& name) {
   return text;
 }
 
-/// What became of work in a process of its own.
+/// The outcome of work in a process of its own.
 struct Finished {
   bool ok;
-  std::string output, defect;  // why it is not ok, if it did not say so itself
+  std::string output, defect;  // why it is not ok, if the work did not say so itself
 };
 
-/// Runs `work` in a process of its own; ok if it comes back, in time, with 0.
+/// Runs `work` in a process of its own; ok if the process ends in time with 0.
 Result<Finished> in_process(const std::function<int()>& work, double timeout) {
-  // Files in memory, not pipes: who holds a pipe's end open, or closes it, would decide when this
-  // ends.
+  // Files in memory, not pipes: otherwise a process that keeps a pipe's end open, or closes it,
+  // would decide when this ends.
   const Descriptor output(memfd_create("output", MFD_CLOEXEC));
   const Descriptor verdict(memfd_create("verdict", MFD_CLOEXEC));
   std::cout.flush();
   const pid_t child = output.good() && verdict.good() ? fork() : -1;
   if (child == 0) {
-    setpgid(0, 0);  // what the plugin may start ends with it
+    setpgid(0, 0);  // so that processes that the plugin starts end with it
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(output.get(), STDOUT_FILENO);
     dup2(output.get(), STDERR_FILENO);
@@ -185,12 +185,13 @@ Result<Finished> in_process(const std::function<int()>& work, double timeout) {
   return finished;
 }
 
-/// Opening a plugin runs its constructors: first where they can do no harm.
+/// Opening a plugin runs its constructors, so a separate process opens it first, where they can do
+/// no harm.
 Result<Subject> load(const Options& options) {
   const auto open = [&] { return Subject::from(options.plugin, options.params, options.seed); };
   VANTAGE_TRY(const Finished tried, in_process(
                                         [&] {
-                                          // An error is told by the second time.
+                                          // The second call reports any error.
                                           static_cast<void>(open());
                                           return 0;
                                         },

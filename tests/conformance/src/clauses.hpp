@@ -7,7 +7,7 @@
 /// Where each kind's clauses are, and what they share.
 namespace vantage::conformance {
 
-/// A call must fail, and with this code.
+/// Checks that a call fails, and with this code.
 template <class T>
 void check_fails(const Result<T>& result, ErrorCode code) {
   REQUIRE_FALSE(result.has_value());

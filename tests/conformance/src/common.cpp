@@ -1,4 +1,4 @@
-// C: what every plugin keeps, whatever its kind.
+// C: the clauses that every plugin must keep, whatever its kind.
 #include <algorithm>
 #include <array>
 #include <set>

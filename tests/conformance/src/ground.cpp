@@ -16,10 +16,11 @@
 namespace vantage::conformance {
 namespace {
 
-// Of the points, as G4 and G9 say: they come into other cells. Measured with pmf: up to 0.3 %.
+// Share of the points, see G4 and G9: the points move into other cells. Measured with pmf: up to
+// 0.3 %.
 constexpr double kFew = 0.01;
 
-/// The answer of an object of its own.
+/// The answer of a newly made object.
 Labels ground_in(const Subject& subject, PointsView cloud) {
   const auto indices = subject.make<GroundFilter>()->ground(cloud);
   if (!indices) FAIL("no ground is found: " << to_string(indices.error()));
@@ -34,21 +35,22 @@ struct Box {
     const Eigen::Vector2d p = centre + Eigen::Rotation2Dd(angle) * Eigen::Vector2d(x, y);
     return {p.x(), p.y(), z};
   }
-  /// Distance of a place in plan from the box, along its axes; negative in it.
+  /// Plan-view distance of a place from the box, along the box's axes; negative inside.
   [[nodiscard]] double distance(const Point& p) const {
     const Eigen::Vector2d local = Eigen::Rotation2Dd(-angle) * (p.head<2>() - centre);
     return local.cwiseAbs().maxCoeff() - width / 2;
   }
 };
 
-/// Terrain with boxes on it, sampled from above and from the sides: no terrain below a box.
+/// Terrain with boxes on it, sampled from above and from the sides; there is no terrain below a
+/// box.
 struct Place {
   PointCloud points;
   std::vector<Box> boxes;
   std::size_t terrain, tops;  // points[0, terrain) are terrain, [terrain, tops) the tops of boxes
 };
 
-/// Points at about `cell` from their neighbours, `n_x` by `n_y` of them from the origin on.
+/// Points about `cell` apart, `n_x` by `n_y` of them, starting at the origin.
 template <class Height>
 Place place(Random& random, double cell, int n_x, int n_y, const std::vector<Box>& boxes,
             const Height& height) {
@@ -99,8 +101,8 @@ Place plane_with_box(Random& random, const GroundClaims& claims, double angle) {
   return place(random, claims.cell, n, n, {box}, [](double, double) { return 0.0; });
 }
 
-/// Rolling terrain that is longer than wide, boxes this way and that, shrubs, crowns of trees in
-/// the air.
+/// Rolling terrain that is longer than wide, with boxes in various directions, shrubs, and crowns
+/// of trees in the air.
 PointCloud mixed_scene(const Subject& subject, std::uint32_t variant = 0) {
   const auto& claims = subject.claims<GroundClaims>();
   Random random(subject.seed() + variant);

@@ -6,27 +6,27 @@
 
 #include "vantage/point_cloud.hpp"
 
-/// Answers that are lists of indices, as the clauses compare them.
+/// Answers that are lists of indices, in the form in which the clauses compare them.
 namespace vantage::conformance {
 
-/// Of each point whether an answer names it.
+/// For each point, whether an answer names it.
 using Labels = std::vector<std::uint8_t>;
 
-/// Indices that are out of range do not count, nor does the order: one clause alone judges those.
+/// Indices out of range do not count, and the order does not matter: one clause alone checks both.
 [[nodiscard]] Labels labels_of(const IndexList& indices, std::size_t points);
 /// The labels of `points` from those of in_order(points, order).
 [[nodiscard]] Labels labels_before(const Labels& labels, const IndexList& order);
-/// How many points are labelled differently. Precondition: as many labels.
+/// How many labels differ. Precondition: both have the same size.
 [[nodiscard]] std::size_t differing(const Labels& a, const Labels& b);
 [[nodiscard]] std::size_t count(const Labels& labels);
 
 /// Fails unless the indices ascend strictly and are below `points`.
 void check_ascending(const IndexList& indices, std::size_t points);
 
-/// Clouds without a volume: one point, two far apart, equal ones, a line, a column.
+/// Clouds without a volume: one point, two points far apart, equal points, a line, a column.
 [[nodiscard]] std::vector<PointCloud> degenerate_clouds();
 
-/// Every place in a cloud of n points where a clause puts a bad one.
+/// The places in a cloud of n points where a clause puts a bad point.
 [[nodiscard]] std::vector<std::size_t> some_places(std::size_t n);
 
 }  // namespace vantage::conformance

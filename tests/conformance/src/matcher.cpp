@@ -20,7 +20,8 @@ namespace {
 double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
-/// `density` points a square metre of the parallelogram at `corner`, 1 cm rough.
+/// Adds `density` points per square metre of the parallelogram at `corner`, with a roughness of 1
+/// cm.
 void add_face(PointCloud& cloud, Random& random, const Point& corner, const Point& u,
               const Point& v, double density = 20.0) {
   const auto n = static_cast<int>(density * u.cross(v).norm());
@@ -39,8 +40,9 @@ void add_pole(PointCloud& cloud, Random& random, const Point& foot) {
   }
 }
 
-/// A street of 36 m with houses along it and one at its end, a car, a kiosk, poles, askew in the
-/// map frame. All six degrees of freedom show. The same place whatever `random`, other points.
+/// A street of 36 m with houses along it and one at its end, a car, a kiosk and poles, at an angle
+/// in the map frame. It determines all six degrees of freedom. Another `random` gives other points
+/// of the same place.
 PointCloud street(Random& random) {
   PointCloud cloud;
   const Point z5(0, 0, 5);
@@ -62,7 +64,7 @@ PointCloud street(Random& random) {
   return cloud;
 }
 
-/// What a sensor at a pose has within 15 m, at most `most` points, in its own frame.
+/// What a sensor at a pose sees within 15 m, at most `most` points, in its own frame.
 PointCloud seen_from(PointsView cloud, const Pose& T_map_scan, Random& random,
                      std::size_t most = 4000) {
   const Pose T_scan_map = T_map_scan.inverse();
@@ -95,7 +97,7 @@ Eigen::Vector3d direction(Random& random) {
   }
 }
 
-/// A pose that is off by so much in a random direction.
+/// A pose moved by this much in a random direction.
 Pose off(Random& random, const Pose& pose, double metres, double degrees) {
   const Eigen::Vector3d shift = metres * direction(random);
   const Eigen::Vector3d turn = radians(degrees) * direction(random);
@@ -125,7 +127,7 @@ PluginPtr<MatchTarget> prepare(const Subject& subject, PointsView map) {
   return prepare(subject.make<ScanMatcher>(), map);
 }
 
-/// Nothing of a matcher that does not store prepared maps.
+/// Nothing if the matcher does not store prepared maps.
 std::optional<PreparedMap> excerpt(const MatchTarget& target, PointsView seen) {
   auto prepared = target.excerpt(seen);
   if (prepared) return *std::move(prepared);
@@ -156,7 +158,7 @@ ScanScore score(const MatchTarget& target, PointsView scan, const Pose& pose) {
   return *score;
 }
 
-/// Whether two poses agree as well as the matcher claims to be accurate.
+/// Checks that two poses agree as well as the matcher's claimed accuracy.
 void check_close(const Subject& subject, const Pose& a, const Pose& b) {
   const auto& claims = subject.claims<MatcherClaims>();
   const double metres = (a.translation - b.translation).norm();
@@ -225,8 +227,8 @@ void inverse(const Subject& subject) {
   }
 }
 
-/// By nvtl, the mean over the points that the map has something near. Fitness counts the others as
-/// 0 and bad matches below, and so may rise where a scan leaves the map.
+/// Compares nvtl, the mean over the points that are near something in the map. Fitness counts the
+/// other points as 0 and bad matches as negative, so it may rise when a scan leaves the map.
 void best_at_truth(const Subject& subject) {
   const Scene scene = some_scene(subject);
   const auto target = prepare(subject, scene.map);
@@ -269,7 +271,7 @@ void concurrent(const Subject& subject) {
   };
   std::vector<Call> calls;
   for (std::size_t i = 0; i < kThreads; ++i) {
-    // Of different sizes: scratch memory that is shared does not go unseen.
+    // Different sizes, so that shared scratch memory is detected.
     const PointsView scan = PointsView(scene.scan).first(scene.scan.size() - 400 * i);
     const Pose pose = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
     calls.push_back({scan, pose, align(*target, scan, pose), score(*target, scan, pose)});
@@ -288,7 +290,7 @@ void concurrent(const Subject& subject) {
       CHECK(same(*scores[i], calls[i].score));
     }
   }
-  // Maps that are made ready at once, of which each gives what the one above did.
+  // Maps that are prepared at the same time; each must give the same result as the one above.
   std::vector<Result<std::unique_ptr<MatchTarget>>> made(kThreads);
   at_once(kThreads, [&](std::size_t i) { made[i] = matcher->prepare(scene.map); });
   for (std::size_t i = 0; i < kThreads; ++i) {
@@ -388,7 +390,7 @@ void owns_its_map(const Subject& subject) {
   auto matcher = subject.make<ScanMatcher>();
   const auto target = prepare(matcher, map);
   matcher.reset();
-  // Other points where they were: who still reads them finds another map.
+  // Puts other points into the same memory, so that a plugin that still reads it finds another map.
   for (Point& p : map) p += Point(0.4, 0.3, 0.2);
   const Alignment got = align(*target, scene.scan, guess);
   CHECK(same(got, expected));
@@ -446,7 +448,7 @@ void score_of_the_answer(const Subject& subject) {
   }
 }
 
-/// Those of a cloud that are at x < `end` in the frame of a pose.
+/// The points of a cloud with x < `end` in the frame of a pose.
 PointCloud behind(PointsView cloud, const Pose& T_map_frame, double end) {
   const Pose T_frame_map = T_map_frame.inverse();
   PointCloud kept;
@@ -478,7 +480,8 @@ void restores(const Subject& subject) {
   for (const auto* reader : {&matcher, &another}) {
     std::vector<std::byte> bytes = whole->bytes;
     const auto restored = restore(*reader, bytes);
-    std::fill(bytes.begin(), bytes.end(), std::byte{0xff});  // they are borrowed for the call only
+    std::fill(bytes.begin(), bytes.end(), std::byte{0xff});  // the bytes are borrowed for the call
+                                                             // only
     CHECK(restored->elements() == target->elements());
     aligns_alike(*restored, scene.scan);
   }
@@ -498,7 +501,7 @@ void restores(const Subject& subject) {
   check_fails(matcher->restore(nothing->bytes), ErrorCode::too_few_matches);
 }
 
-/// What is done to bytes: they are cut or filled up to a size, and bits of one of them flip.
+/// How bytes are damaged: cut or extended to a size, and bits of one of them flipped.
 struct Damage {
   std::size_t size, byte = 0;
   unsigned flipped = 0;  // a mask
@@ -514,7 +517,7 @@ std::vector<Damage> damages(Random& random, std::size_t size) {
   std::vector<Damage> all{{0}, {1}, {size / 2}, {size - 1}, {size + 1}};
   for (int i = 0; i < 5; ++i) all.push_back({random.below(size)});
   const auto flip = [&](std::size_t byte) { all.push_back({size, byte, 1U << random.below(8)}); };
-  // What says how large the rest is comes first, as a rule, or last.
+  // The sizes of the remaining data usually come first or last.
   constexpr std::size_t kHead = 128, kTail = 16;
   for (std::size_t byte = 0; byte < std::min(size, kHead); ++byte) flip(byte);
   for (std::size_t back = 1; back <= std::min(size, kTail); ++back) flip(size - back);

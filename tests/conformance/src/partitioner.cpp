@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRange = 15.0;  // how far a viewpoint sees in these maps [m]
 
-/// A drive through the middle of a map, from its least to its greatest corner.
+/// A drive through the middle of a map, from its lowest to its highest corner.
 PointCloud drive_through(PointsView map) {
   const Bounds3 bounds = bounds_of(map);
   PointCloud positions;
@@ -80,8 +80,8 @@ void deterministic(const Subject& subject) {
 }
 
 void labels(const Subject& subject) {
-  // Partition::from refuses labels that are not unique or not file-safe, so a map that is cut has
-  // good ones; these are the maps that labels made from coordinates or counters trip over.
+  // Partition::from refuses labels that are not unique or not safe in a file name, so a map that is
+  // cut has good labels. These are the maps that break labels made from coordinates or counters.
   const auto partitioner = subject.make<Partitioner>();
   Random random(subject.seed());
   for (const auto& map : {random_cloud(random, 1000, {-60, -60, -5}, {60, 60, 5}),

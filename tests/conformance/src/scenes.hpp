@@ -9,12 +9,12 @@
 
 #include "vantage/point_cloud.hpp"
 
-/// Made-up places that the clauses try plugins with, and ways to vary them.
+/// Invented places with which the clauses test plugins, and ways to vary them.
 namespace vantage::conformance {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Where coordinates are as large as UTM's.
+/// A place with coordinates as large as UTM's.
 inline const Point kFarAway(1e6, 5e6, 300.0);
 
 /// Uniform numbers that are the same on every platform.
@@ -39,13 +39,14 @@ class Random {
 
 [[nodiscard]] PointCloud random_cloud(Random& random, std::size_t n, const Point& min,
                                       const Point& max);
-/// The multiples of `step`, `n` by `n` of them in plan, moved by `offset`: rounding traps.
+/// The multiples of `step`, `n` by `n` of them in plan view, moved by `offset`: they provoke
+/// rounding errors.
 [[nodiscard]] PointCloud lattice(double step, int n, const Point& offset = Point::Zero());
 [[nodiscard]] PointCloud moved(PointsView points, const Point& by);
 /// `points[order[0]], points[order[1]], ...`
 [[nodiscard]] PointCloud in_order(PointsView points, const IndexList& order);
 
-/// Runs `work(i)` for every i < n in a thread each, all at once.
+/// Runs `work(i)` for every i < n, each in a thread of its own, all at the same time.
 void at_once(std::size_t n, const std::function<void(std::size_t)>& work);
 
 }  // namespace vantage::conformance

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where one bundle is kept.
+/// The place where one bundle is stored.
 class Place {
  public:
   explicit Place(const Subject& subject) : params_(subject.params_in(folder_.path())) {}
@@ -60,7 +60,7 @@ PreparedMap some_prepared(Random& random, std::size_t bytes, std::uint64_t eleme
   return prepared;
 }
 
-/// Up to `most`, which is among them unless there are none.
+/// Counts up to `most`; `most` is among them unless there are no points.
 std::vector<std::uint32_t> some_views(Random& random, std::size_t points, std::uint32_t most) {
   std::vector<std::uint32_t> views(points, most);
   for (std::size_t i = 1; i < points; ++i) {
@@ -136,7 +136,7 @@ bool same(const MapIndex& a, const MapIndex& b) {
                     });
 }
 
-/// Whether points came back in their order, as close as this [m].
+/// Checks that points came back in their order, each within `precision` [m].
 void check_points_kept(const PointCloud& put, const PointCloud& got, double precision) {
   REQUIRE(got.size() == put.size());
   double worst = 0.0;
@@ -159,13 +159,13 @@ void check_kept(const Bundle& bundle, const MapStore& store, double precision) {
   }
 }
 
-/// Whether these are the points and viewpoints that were put. How close they are is the matter of
-/// S1 alone.
+/// Checks that these are the points and viewpoints that were put. Only S1 checks how close they
+/// are.
 void check_kept(const Subject& subject, const Bundle& bundle, const MapStore& store) {
   check_kept(bundle, store, std::max(0.01, subject.claims<StoreClaims>().precision));
 }
 
-/// Every file below a folder with its content.
+/// Every file below a folder, with its content.
 std::map<fs::path, std::string> files_below(const fs::path& folder) {
   std::map<fs::path, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -278,7 +278,7 @@ void concurrent(const Subject& subject) {
   }
 }
 
-/// A content and what has been done to it.
+/// A content, and how it was damaged.
 struct Damaged {
   std::string how, content;
 };
@@ -388,7 +388,7 @@ void missing_region(const Subject& subject) {
   }
 }
 
-/// Regions of every shape with edges that no short decimal hits, and boxes from the seed.
+/// Regions of every shape, with edges that no short decimal hits, and random boxes.
 std::vector<Region> odd_regions(Random& random) {
   std::vector<Region> regions{
       {"x+000_y-000", HalfOpenBox{{0.1 + 0.2, -1.0 / 3.0}, {1e6 + 0.1, 5e6 + 1e-9}}, {}},
@@ -410,8 +410,8 @@ void index_exact(const Subject& subject) {
   bundle.index = index_of(odd_regions(random));
   bundle.index.config =
       "schema = 1 # \"quoted\" \\ 'text', \xc3\xa4 \xe5\x9c\xb0, \t tab\r\n\n[a]\n";
-  bundle.index.map_points = (1ULL << 53U) + 1;  // the first that no double holds
-  // What it says of regions is for the store to fill in.
+  bundle.index.map_points = (1ULL << 53U) + 1;  // the first number that no double holds exactly
+  // The store must fill in what the index says about regions.
   bundle.index.regions.assign(bundle.index.partition.size(), {77, 77, 77, 77});
   for (std::size_t r = 0; r < bundle.index.partition.size(); ++r) {
     bundle.maps.push_back({random_cloud(random, r % 5, {0, 0, 0}, {1, 1, 1}),
@@ -487,7 +487,7 @@ void same_bytes(const Subject& subject) {
   CHECK(a.size() == b.size());
 }
 
-/// Far from the origin too; with every part of a region map missing.
+/// Also far from the origin, and with each part of a region map missing.
 void viewpoints_and_prepared(const Subject& subject) {
   Random random(subject.seed());
   Bundle bundle;
@@ -509,7 +509,7 @@ void viewpoints_and_prepared(const Subject& subject) {
   for (std::size_t bytes = 0; bytes < 10; ++bytes) {
     add({0, 0, 0}, 0, 0, some_prepared(random, bytes, bytes));
   }
-  add({0, 0, 0}, 1, 1, {std::vector<std::byte>(100), 7});  // zeros are bytes too
+  add({0, 0, 0}, 1, 1, {std::vector<std::byte>(100), 7});  // zeros are bytes, too
   bundle.index = index_of(std::move(regions));
 
   const Place place(subject);

@@ -4,10 +4,10 @@
 
 namespace vantage::conformance {
 
-/// A fresh, empty folder that goes with all that is in it.
+/// A new, empty folder that is removed with all its content.
 class TemporaryFolder {
  public:
-  /// A folder that cannot be made fails the clause and ends it.
+  /// If the folder cannot be made, the clause fails and ends.
   TemporaryFolder();
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;

@@ -18,9 +18,9 @@
 namespace vantage::conformance {
 namespace {
 
-// Of what is seen, as V5 says: coordinates so far away are rounded to a nanometre.
+// Share of what is seen, see V5: coordinates so far away are rounded to a nanometre.
 constexpr double kFew = 0.01;
-// Of the front wall, as V2 says.
+// Share of the front wall, see V2.
 constexpr double kMostly = 0.9;
 
 VisibilityLimits limits_of(PointsView map, double max_range = kInfinity) {
@@ -41,7 +41,7 @@ Labels seen_in(const VisibilityScene& scene, std::size_t points, const Point& vi
   return labels_of(*indices, points);
 }
 
-/// The answer of an operator and a scene of their own.
+/// The answer of a newly made operator and scene.
 Labels seen_from(const Subject& subject, PointsView map, const Point& viewpoint,
                  const VisibilityLimits& limits) {
   const auto visibility = subject.make<VisibilityOperator>();
@@ -226,7 +226,7 @@ void any_is_the_union(const Subject& subject) {
   }
 }
 
-/// What an operator says of places where parameters differ; nothing for a refusal.
+/// An operator's answers at places where parameters differ; nothing if it refuses.
 std::vector<std::optional<IndexList>> answers(const VisibilityOperator& visibility,
                                               const Subject& subject) {
   PointCloud walls = wall(5.0, 3.0);
@@ -294,7 +294,7 @@ void parameters_matter(const Subject& subject) {
         if (entry.key == parameter.key) entry.value = other;
       }
       const auto visibility = subject.create<VisibilityOperator>(table);
-      if (!visibility) continue;  // out of its range
+      if (!visibility) continue;  // the value is out of range
       ++tried;
       changed = changed || answers(**visibility, subject) != expected;
     }
@@ -308,7 +308,7 @@ void range(const Subject& subject) {
   const PointCloud map = some_map(subject);
   const Point viewpoint(0.5, 0.25, -0.5);
   PointCloud with_more, without;
-  IndexList rest;  // of `with_more`, the points of `without`
+  IndexList rest;  // the points of `with_more` that are also in `without`
   for (std::size_t i = 0; i < map.size(); ++i) {
     if (i % 500 == 0) with_more.push_back(viewpoint);
     with_more.push_back(map[i]);
@@ -450,7 +450,7 @@ void no_viewpoints(const Subject& subject) {
   CHECK(counts->views.empty());
 }
 
-/// How many of the viewpoints see each point of a map, which `view_counts` may tell a progress.
+/// How many of the viewpoints see each point of a map; `view_counts` may report progress.
 std::vector<std::uint32_t> views_in(const VisibilityScene& scene, std::size_t points,
                                     std::span<const Point> viewpoints,
                                     const VisibilityProgress* progress = nullptr) {
@@ -488,7 +488,7 @@ void counts_views(const Subject& subject) {
   }
 }
 
-/// Adds up what it is told.
+/// Adds up the reported numbers.
 class Sum final : public VisibilityProgress {
  public:
   void advanced(std::size_t viewpoints) const noexcept override { done_ += viewpoints; }

@@ -15,8 +15,8 @@
 #include "vantage/params.hpp"
 #include "vantage/result.hpp"
 
-/// The contract of every plugin kind as numbered clauses (docs/contracts.md). A plugin's author
-/// runs them with the program `vantage-conformance`, or in a doctest program of their own:
+/// The contract of every plugin kind as numbered clauses (docs/contracts.md). Plugin authors run
+/// them with the program `vantage-conformance`, or in a doctest program of their own:
 ///
 ///     TEST_CASE("my_split keeps the contract of a partitioner") {
 ///       vantage::conformance::check(
@@ -24,8 +24,8 @@
 ///     }
 namespace vantage::conformance {
 
-/// What a plugin promises beyond its interface, or does not: [claims] of PARAMS.toml. The suite
-/// holds it to that.
+/// What a plugin promises beyond its interface, or does not promise: [claims] of PARAMS.toml. The
+/// suite holds the plugin to its claims.
 struct PartitionerClaims {
   bool needs_trajectory = false;
   static constexpr auto schema() {
@@ -79,7 +79,7 @@ struct MatcherClaims {
         optional("accuracy_rotation", &MatcherClaims::accuracy_rotation, "deg", "and this",
                  positive)};
   }
-  /// A matcher that returns the guess must not come through.
+  /// A matcher that only returns the guess must fail.
   [[nodiscard]] Result<void> validate() const {
     if (2.0 * accuracy > offset) {
       return fail_at({"accuracy", "offset"}, "'accuracy' must be at most half of 'offset'");
@@ -101,8 +101,8 @@ inline constexpr std::uint32_t kDefaultSeed = 20260101;
 class Subject {
  public:
   /// @param params_file  TOML with the tables [params] and [claims], each optional. In strings of
-  ///                     [params], "{folder}" stands for a fresh folder, which a store needs.
-  /// Errors: a file that is no plugin (see PluginLoader), a params file that is wrong.
+  ///                     [params], "{folder}" stands for a new folder, which a store needs.
+  /// Errors: a file that is not a plugin (see PluginLoader); a params file that is wrong.
   [[nodiscard]] static Result<Subject> from(const std::filesystem::path& library,
                                             const std::filesystem::path& params_file,
                                             std::uint32_t seed = kDefaultSeed);
@@ -111,18 +111,18 @@ class Subject {
   [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }
   /// As written in the params file.
   [[nodiscard]] const Table& params() const noexcept { return params_; }
-  /// Precondition: of the plugin's kind.
+  /// Precondition: T is the type of the claims for the plugin's kind.
   template <class T>
   [[nodiscard]] const T& claims() const {
     return std::get<T>(claims_);
   }
 
-  /// Makes an object of the plugin with other params.
+  /// Makes an object of the plugin with other parameters.
   template <class Interface>
   [[nodiscard]] Result<PluginPtr<Interface>> create(const Table& params) const {
     return PluginLoader({}).load<Interface>(choice(params));
   }
-  /// Makes an object of the plugin; a failure fails the clause and ends it.
+  /// Makes an object of the plugin. A failure fails the clause and ends it.
   template <class Interface>
   [[nodiscard]] PluginPtr<Interface> make() const {
     auto object = create<Interface>(params_);
@@ -152,17 +152,17 @@ struct Clause {
   std::string_view id;            ///< "P2"
   std::string_view text;          ///< what must hold
   void (*check)(const Subject&);  ///< fails doctest assertions
-  /// Why it does not apply, if the claims say so; "" if it does.
+  /// Why the clause does not apply, if the claims exclude it; "" if it applies.
   std::string (*exemption)(const Subject&) = nullptr;
 };
 
-/// The clauses of a kind, those of all kinds (C1, ...) first.
+/// The clauses of a kind; those of all kinds (C1, ...) come first.
 [[nodiscard]] std::vector<Clause> clauses_of(PluginKind kind);
 
-/// How a clause is called as a SUBCASE: "P2: every map point ...".
+/// The name of a clause's SUBCASE: "P2: every map point ...".
 [[nodiscard]] std::string subcase_name(const Clause& clause);
 
-/// Checks one clause in a SUBCASE of its name. To be called in a TEST_CASE.
+/// Checks one clause in a SUBCASE of its name. Call it in a TEST_CASE.
 void check(const Subject& subject, const Clause& clause);
 /// Checks every clause of the plugin's kind.
 void check(const Subject& subject);

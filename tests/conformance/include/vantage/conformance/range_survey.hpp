@@ -4,8 +4,8 @@
 
 namespace vantage::conformance {
 
-/// An survey so simple that a test can tell by hand what it must answer: a viewpoint stands 1 m
-/// above the lowest point of every occupied 2 m cell, and sees what is within its range.
+/// A survey so simple that its answers can be worked out by hand. One viewpoint stands 1 m above
+/// the lowest point of every occupied 2 m cell, and sees what is within its range.
 class RangeSurvey final : public MapSurvey {
  public:
   /// @param map    N points [m]; borrowed
