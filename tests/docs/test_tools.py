@@ -212,9 +212,9 @@ class Links(TemporaryRoot):
                                    '<img src="data:image/png;base64,AA"><a href="#y" id="y"></a>'), [])
 
     def test_dead_links_and_anchors_of_pages(self):
-        self.assertEqual(self.page('<a href="b.html">b</a>'), ["a.html: there is no b.html"])
-        self.assertEqual(self.page('<a href="#b">b</a>'), ["a.html: a.html has no anchor #b"])
-        self.assertEqual(self.page('<img src="b.png">'), ["a.html: there is no b.png"])
+        for body, fault in (('<a href="b.html">b</a>', "there is no b.html"),
+                            ('<a href="#b">b</a>', "a.html has no anchor #b"), ('<img src="b.png">', "there is no b.png")):
+            self.assertEqual(self.page(body), [f"a.html: {fault}"])
 
     def test_a_list_or_table_that_became_text_is_a_fault(self):
         self.assertEqual(self.page("<p>a - b\nc</p><pre>- x\n| y</pre><ul><li>- z</li></ul>"), [])

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "support/small_config.hpp"
+#include "support/small_map.hpp"
 #include "world.hpp"
 
 using namespace vantage;
@@ -26,19 +26,12 @@ bool has(const std::string& text, const std::string& part) {
 }
 
 /// A folder with a map of one flat square and a configuration over it.
-struct SmallMap {
-  test::TemporaryFolder folder;
-  std::string config = (folder.path() / "c.toml").string();
+struct SmallMap : test::SmallMap {
+  SmallMap() : test::SmallMap({.viewpoints = ""}) {}
 
-  SmallMap() {
-    const PointCloud map = test::small_square();
-    REQUIRE(io::write_pcd(folder.path() / "map.pcd", map, io::Precision::float32));
-    write("uniform_grid", "cell_width = 5.0");
-  }
   void write(const std::string& partitioner, const std::string& params) const {
-    test::write_text(
-        config, to_text(test::SmallConfig{
-                    .partitioner = partitioner, .partitioner_params = params, .viewpoints = ""}));
+    test::SmallMap::write(
+        {.partitioner = partitioner, .partitioner_params = params, .viewpoints = ""});
   }
   [[nodiscard]] test::Finished build(std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {config, "--quiet"});

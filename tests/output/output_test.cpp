@@ -8,10 +8,8 @@
 #include <sstream>
 
 #include "support/process.hpp"
-#include "support/real_data.hpp"
-#include "support/small_config.hpp"
+#include "support/small_map.hpp"
 #include "support/terminal.hpp"
-#include "vantage/io/point_cloud_io.hpp"
 
 namespace fs = std::filesystem;
 using namespace vantage;
@@ -29,17 +27,8 @@ bool has(const std::string& text, const std::string& part) {
 constexpr const char* kRed = "\033[1;31merror:\033[0m ";
 
 /// A square of ground, its configuration, and a drive of simulated scans.
-struct Ground {
-  test::TemporaryFolder folder;
-  std::string config = (folder.path() / "c.toml").string();
-
-  Ground() {
-    const PointCloud map = test::small_square();
-    REQUIRE(io::write_pcd(folder.path() / "map.pcd", map, io::Precision::float32));
-    test::write_text(
-        config,
-        to_text(test::SmallConfig{.store = "params = { root = \"bundle\", overwrite = true }\n"}));
-  }
+struct Ground : test::SmallMap {
+  Ground() : SmallMap({.store = "params = { root = \"bundle\", overwrite = true }\n"}) {}
 };
 
 std::size_t longest_line(const std::string& text) {

@@ -27,6 +27,15 @@ namespace vantage::test {
   return *std::move(partition);
 }
 
+/// n x n points on the ground from (`from`, `from`) on, `step` [m] apart.
+[[nodiscard]] inline PointCloud lattice(int n, double step, double from) {
+  PointCloud points;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) points.emplace_back(from + i * step, from + j * step, 0.0);
+  }
+  return points;
+}
+
 /// Every point of the map is in a region, and every region has one.
 inline void check_every_region_owns(const Partition& partition, PointsView map) {
   std::set<std::uint32_t> owners;

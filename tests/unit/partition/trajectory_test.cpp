@@ -185,10 +185,7 @@ TEST_CASE("a segment without a map point is left out") {
 TEST_CASE("every map point is located, also on edges and far from the origin; no region is empty") {
   for (const double offset : {0.0, -0.05, 1e6, -5e6}) {
     CAPTURE(offset);
-    PointCloud map;
-    for (int j = 0; j < 60; ++j) {
-      for (int i = 0; i < 60; ++i) map.emplace_back(offset + i * 0.1, offset + j * 0.1, 0.0);
-    }
+    const PointCloud map = test::lattice(60, 0.1, offset);
     const PointCloud path{{offset, offset, 0}, {offset + 6, offset + 6, 0}};
     for (const std::string params :
          {"segment_length = 1.0\ncell_size = 0.1", "segment_length = 0.5\ncell_size = 0.3",

@@ -249,10 +249,7 @@ TEST_CASE("places near a viewpoint are owned though the map shows nothing there"
 TEST_CASE("every map point is located, also on edges and far from the origin; no region is empty") {
   for (const double offset : {0.0, -0.05, 1e6, -5e6}) {
     CAPTURE(offset);
-    PointCloud map;
-    for (int j = 0; j < 40; ++j) {
-      for (int i = 0; i < 40; ++i) map.emplace_back(offset + i * 0.3, offset + j * 0.3, 0.0);
-    }
+    const PointCloud map = test::lattice(40, 0.3, offset);
     for (const std::string cell : {"0.3", "1.0", "7.0"}) {
       CAPTURE(cell);
       const Partition partition = made("min_overlap = 0.6\nvoxel_size = 0.5\ncell_size = " + cell,
