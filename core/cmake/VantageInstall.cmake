@@ -16,6 +16,7 @@ endfunction()
 function(vantage_install_package)
   install(EXPORT vantageTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
   install(EXPORT vantageConformanceTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
+  install(EXPORT vantageIoTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
   configure_package_config_file("${PROJECT_SOURCE_DIR}/core/cmake/vantageConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/cmake/vantageConfig.cmake"
     INSTALL_DESTINATION "${package_dir}" PATH_VARS VANTAGE_INSTALL_PLUGIN_DIR)
@@ -26,6 +27,7 @@ function(vantage_install_package)
     "${PROJECT_BINARY_DIR}/cmake/vantageConfigVersion.cmake"
     "${PROJECT_SOURCE_DIR}/core/cmake/VantageAddPlugin.cmake"
     "${PROJECT_SOURCE_DIR}/core/cmake/VantageAddConformanceTest.cmake"
+    "${PROJECT_SOURCE_DIR}/core/cmake/VantageIoDependencies.cmake"
     "${PROJECT_SOURCE_DIR}/core/cmake/plugin.map"
     DESTINATION "${package_dir}")
   install(FILES

@@ -34,7 +34,15 @@ for kind in partitioner ground visibility store matcher; do
   VANTAGE_PLUGIN_PATH=$project/build "$vantage" plugins describe "my_$kind" --toml >/dev/null
 done
 
-say "the example of live use builds, finds a simulated sensor by itself and tracks it"
+say "every header of vantage::io compiles by itself, with nothing but installed headers"
+for header in "$work"/prefix/include/vantage/io/*.hpp; do
+  # shellcheck disable=SC2046
+  g++ -std=c++20 -fsyntax-only -x c++ -I"$work/prefix/include" \
+    $(pkg-config --cflags eigen3 2>/dev/null || echo -I/usr/include/eigen3) "$header" 2>"$work/log" ||
+    { cat "$work/log"; fail "$(basename "$header") needs more than what is installed"; }
+done
+
+say "the example builds, reads files and a bag, finds a simulated sensor by itself and tracks it"
 example=$work/prefix/share/vantage/examples/live_localization
 [ "$(wc -l <"$example/live_localization.cpp")" -lt 40 ] || fail "the example has 40 lines or more"
 cmake -S "$example" -B "$work/live" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_FLAGS="-Wall -Wextra -Wpedantic -Werror" "$@" >/dev/null
@@ -45,13 +53,21 @@ cmake --build "$work/live" >"$work/log" 2>&1 || { cat "$work/log"; fail "the exa
   --set "map.files=[\"$work/campus/map.pcd\"]" --set store.params.root="$work/campus_maps" >/dev/null
 sed "s|params = { root = [^}]*}|params = { root = \"$work/campus_maps\" }|" \
   "$here/../../configs/demo/L20.toml" >"$work/live.toml"
-for scan in $(find "$work/campus/scans" -name '*.pcd' | sort | head -n 8); do
-  # The points of a binary PCD follow its header.
-  tail -c +"$(($(grep -abo -m1 'DATA binary' "$scan" | cut -d: -f1) + 13))" "$scan" >"$work/$(basename "$scan" .pcd).xyz"
-done
-"$work/live/live_localization" "$work/live.toml" "$work"/*.xyz >"$work/log" || { cat "$work/log"; fail "the example fails"; }
-cat "$work/log"
-[ "$(grep -vc lost "$work/log")" -ge 6 ] || fail "fewer than 6 of 8 scans are tracked"
+mkdir "$work/scans"
+find "$work/campus/scans" -name '*.pcd' | sort | head -n 8 | xargs cp -t "$work/scans"
+"$vantage" localize "$work/live.toml" --scans "$work/scans" --initial-pose auto --out "$work/run" \
+  --mcap "$work/run.mcap" --quiet >/dev/null
+# follows_8_scans RECORDING [TOPIC]
+follows_8_scans() {
+  "$work/live/live_localization" "$work/live.toml" "$@" >"$work/log" || { cat "$work/log"; fail "the example fails"; }
+  cat "$work/log"
+  [ "$(wc -l <"$work/log")" -eq 8 ] || fail "the example does not read 8 scans"
+  [ "$(grep -vc lost "$work/log")" -ge 6 ] || fail "fewer than 6 of 8 scans are tracked"
+}
+follows_8_scans "$work/scans"
+mv "$work/log" "$work/log_of_files"
+follows_8_scans "$work/run.mcap" /scan
+cmp "$work/log" "$work/log_of_files" || fail "the bag gives other poses than the files in it"
 
 say "the mistake of docs/plugin_author.md is found by the clause that it names"
 project=$work/projects/my_partitioner
@@ -86,6 +102,11 @@ if cmake -S "$work/wrong" -B "$work/wrong/build" -DCMAKE_PREFIX_PATH="$work/pref
   fail "a kind that does not exist was accepted"
 fi
 grep -q "no kind 'partitoner'" "$work/log" || { cat "$work/log"; fail "the message does not name the kind"; }
+sed -i -e 's/partitoner/partitioner/' -e '$a if(TARGET vantage::io OR TARGET vantage::io_zstd)\n  message(FATAL_ERROR "io without asking")\nendif()' \
+  "$work/wrong/CMakeLists.txt"
+touch "$work/wrong/wrong.cpp"
+cmake -S "$work/wrong" -B "$work/wrong/build" -DCMAKE_PREFIX_PATH="$work/prefix" "$@" >"$work/log" 2>&1 ||
+  { cat "$work/log"; fail "a plugin gets vantage::io, which it did not ask for"; }
 
 if [ ! -d "$data/kitti_street" ]; then
   say "SKIPPED: no recorded data at $data (set VANTAGE_DATA_DIR): the plugin was not run on kitti_street"

@@ -1,4 +1,4 @@
-#include "vantage/io/cloud_writers.hpp"
+#include "io/cloud_writers.hpp"
 
 #include <fmt/format.h>
 

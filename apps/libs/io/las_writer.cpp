@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "io/las_layout.hpp"
-#include "vantage/io/cloud_writers.hpp"
+#include "io/cloud_writers.hpp"
 
 namespace vantage::io {
 namespace {
