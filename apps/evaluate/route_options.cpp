@@ -7,6 +7,7 @@
 
 #include "terminal/command_line.hpp"
 #include "terminal/input_options.hpp"
+#include "vantage/io/formats.hpp"
 
 namespace vantage {
 namespace {
@@ -57,19 +58,20 @@ Result<std::vector<std::string>> route_names(const std::vector<fs::path>& scans)
 }
 
 void RouteOptions::add_to(CLI::App& app) {
-  app.add_option(
-         "--scans", scans,
-         "folder of PCD, PLY or KITTI .bin scans, ROS bag, MCAP or Velodyne capture; repeated: "
-         "several routes")
+  app.add_option("--scans", scans,
+                 fmt::format("folder of {} scans, {}; repeated: several routes",
+                             io::format_names(io::FormatUse::scan),
+                             io::format_names(io::FormatUse::recording)))
       ->required()
       ->allow_extra_args(false);
-  app.add_option(
-         "--reference", references,
-         "true trajectory (TUM, KITTI or ROS bag) of each --scans: errors are measured against it")
+  app.add_option("--reference", references,
+                 fmt::format("true trajectory ({}) of each --scans: errors are measured against it",
+                             io::format_names(io::FormatUse::trajectory)))
       ->required()
       ->allow_extra_args(false);
   app.add_option("--odometry", odometries,
-                 "odometry (TUM, KITTI or ROS bag) of each --scans, instead of constant velocity")
+                 fmt::format("odometry ({}) of each --scans, instead of constant velocity",
+                             io::format_names(io::FormatUse::trajectory)))
       ->allow_extra_args(false);
   app.add_option("--reference-topic", reference_topics, kPoseTopicHelp)->allow_extra_args(false);
   app.add_option("--odometry-topic", odometry_topics, kPoseTopicHelp)->allow_extra_args(false);

@@ -1,4 +1,5 @@
-// vantage-info: shows what a recording or a map contains.
+// vantage-info: what a recording or a map holds.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <iostream>
@@ -7,6 +8,7 @@
 #include "info/recording_info.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
+#include "vantage/io/formats.hpp"
 
 namespace vantage {
 namespace {
@@ -45,7 +47,9 @@ int main(int argc, char** argv) {
       "vantage info");
   vantage::Options options;
   app.add_option("PATH", options.scans.path,
-                 "folder of scans or map tiles, ROS bag, MCAP, Velodyne capture, PCD, PLY or LAS")
+                 fmt::format("folder of scans or map tiles, {}, {}",
+                             vantage::io::format_names(vantage::io::FormatUse::recording, ", "),
+                             vantage::io::format_names(vantage::io::FormatUse::cloud)))
       ->required();
   app.add_option("--topic", options.scans.topic, "topic of the scans, where a bag has several");
   app.add_option("--rate", options.scans.rate_hz, "scans a second, where files carry no stamps")
@@ -53,6 +57,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");
   app.add_flag("--json", options.json, "results as JSON on stdout");
+  app.add_flag_callback(
+      "--formats",
+      [&] {
+        std::cout << vantage::formats_text(vantage::cli::Style::of(STDOUT_FILENO, options.color));
+        throw CLI::Success();
+      },
+      "list the formats that are read, and exit");
   vantage::cli::add_color_option(app, options.color);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

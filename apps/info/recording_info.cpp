@@ -8,7 +8,8 @@
 #include <utility>
 
 #include "io/autoware_tiles.hpp"
-#include "io/file_suffix.hpp"
+#include "io/formats.hpp"
+#include "io/ros/bag_scans.hpp"
 #include "terminal/table.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -80,17 +81,13 @@ Result<ScansInfo> read_scans(io::ScanSource& source,
   return info;
 }
 
-bool is_las(const fs::path& file) {
-  const std::string suffix = io::lower_case_suffix(file);
-  return suffix == ".las" || suffix == ".laz" || suffix == ".e57";
-}
-
-/// The files of a map, if the path can be nothing else: LAS files or Autoware's tiles. Folders of
-/// PCD and PLY files are scans.
+/// The files of a map, if it can be nothing else: LAS files, Autoware's tiles. Folders of PCD and
+/// PLY files are scans.
 Result<io::MapFiles> files_of_map(const fs::path& path) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {
-    return io::MapFiles{.files = is_las(path) ? std::vector{path} : std::vector<fs::path>()};
+    return io::MapFiles{.files =
+                            io::is_only_map(path) ? std::vector{path} : std::vector<fs::path>()};
   }
   const bool tiled = fs::exists(path / io::kAutowareMetadata, error) ||
                      fs::exists(path.parent_path() / io::kAutowareMetadata, error);
@@ -98,7 +95,7 @@ Result<io::MapFiles> files_of_map(const fs::path& path) {
   auto found = io::map_files(pattern);
   if (!found && !tiled) return io::MapFiles();
   if (!found || tiled) return found;
-  const bool las = std::any_of(found->files.begin(), found->files.end(), is_las);
+  const bool las = std::any_of(found->files.begin(), found->files.end(), io::is_only_map);
   return las ? found : io::MapFiles();
 }
 
@@ -241,11 +238,12 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
     return fail(ErrorCode::not_found, "no such file or directory, expected scans or a map",
                 SourceLocation{options.path.string(), 0, 0});
   }
-  VANTAGE_TRY(const bool bag, io::ros::is_bag(options.path));
-  if (bag) {
-    VANTAGE_TRY(const auto reader, io::ros::open_bag(options.path));
-    info.format = reader->format();
-    info.topics = reader->topics();
+  std::unique_ptr<io::ros::MessageReader> bag;
+  VANTAGE_TRY(const bool is_bag, io::ros::is_bag(options.path));
+  if (is_bag) {
+    VANTAGE_TRY(bag, io::ros::open_bag(options.path));
+    info.format = bag->format();
+    info.topics = bag->topics();
   }
   VANTAGE_TRY(auto map, files_of_map(options.path));
   if (!map.files.empty()) {
@@ -257,8 +255,11 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
                       : fmt::format("map of {} files, {}", info.map_files.size(), layout.format);
     return inspect_map(std::move(info));
   }
-  auto source = io::open_scans(options);
-  if (!source && bag && options.topic.empty() && source.error().code == ErrorCode::invalid_input) {
+  // What opens without an index is read as a whole to open it: once is enough.
+  auto source =
+      is_bag ? io::ros::bag_scans(std::move(bag), options.topic) : io::open_scans(options);
+  if (!source && is_bag && options.topic.empty() &&
+      source.error().code == ErrorCode::invalid_input) {
     info.no_scans = source.error().message;
     return info;
   }
@@ -266,6 +267,19 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
   info.format = (*source)->describe().format;
   VANTAGE_TRY(info.scans, read_scans(**source, progress));
   return info;
+}
+
+std::string formats_text(const cli::Style& style) {
+  cli::TextTable table({"format", "names", "read as", "variants"}, 4);
+  for (const io::FormatDescription& format : io::formats()) {
+    std::vector<std::string_view> uses;
+    for (const io::FormatUse use : format.uses) uses.push_back(io::to_string(use));
+    table.add(
+        {std::string(format.name),
+         format.extensions.empty() ? "any" : fmt::format("{}", fmt::join(format.extensions, " ")),
+         uses.empty() ? "-" : fmt::format("{}", fmt::join(uses, ", ")), std::string(format.help)});
+  }
+  return table.to_string(style);
 }
 
 std::string to_text(const RecordingInfo& info, const cli::Style& style) {

@@ -65,6 +65,9 @@ struct RecordingInfo {
 [[nodiscard]] Result<RecordingInfo> inspect(
     const io::ScanOptions& options, const std::function<void(std::size_t, std::size_t)>& progress);
 
+/// A table of all formats that are read.
+[[nodiscard]] std::string formats_text(const cli::Style& style);
+
 [[nodiscard]] std::string to_text(const RecordingInfo& info, const cli::Style& style);
 [[nodiscard]] nlohmann::ordered_json to_json(const RecordingInfo& info);
 

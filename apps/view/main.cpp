@@ -9,6 +9,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/io/formats.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "view/window.hpp"
@@ -209,7 +210,9 @@ int main(int argc, char** argv) {
   CLI::App app("Shows a bundle of region maps, or a point cloud, in a window or as a picture.",
                "vantage view");
   vantage::Options options;
-  app.add_option("WHAT", options.what, "folder of a bundle, or a cloud (PCD, PLY, LAS, KITTI .bin)")
+  app.add_option("WHAT", options.what,
+                 fmt::format("folder of a bundle, or a cloud ({})",
+                             vantage::io::format_names(vantage::io::FormatUse::cloud, ", ")))
       ->required()
       ->check(CLI::ExistingPath);
   app.add_option("--region", options.region,

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "io/cloud_formats.hpp"
 #include "io/las_layout.hpp"
 #include "io/text.hpp"
 
@@ -185,6 +186,10 @@ tl::unexpected<Error> unsupported(const InputFile& file, std::string_view format
               SourceLocation{file.name(), 0, 0});
 }
 
+tl::unexpected<Error> refuse_e57(const InputFile& file) {
+  return unsupported(file, "E57", "in.e57", " or CloudCompare");
+}
+
 }  // namespace
 
 bool looks_like_las(std::string_view content) noexcept { return content.starts_with("LASF"); }
@@ -221,8 +226,13 @@ Result<Records> las_records(const InputFile& file) {
   return records;
 }
 
-Result<CloudLayout> las_layout(const InputFile& file) {
-  VANTAGE_TRY(const Header header, HeaderReader(file).read());
+Result<LoadedCloud> read_las(CloudFile& file, ReadTimes) {
+  VANTAGE_TRY(const auto records, las_records(file.input()));
+  return load_records(file.input(), records);
+}
+
+Result<CloudLayout> las_layout(const CloudFile& file) {
+  VANTAGE_TRY(const Header header, HeaderReader(file.input()).read());
   const unsigned format = header.format;
   const bool new_formats = format >= 6;
   const auto is_one_of = [&](std::initializer_list<unsigned> formats) {
@@ -243,8 +253,7 @@ Result<CloudLayout> las_layout(const InputFile& file) {
   return layout;
 }
 
-tl::unexpected<Error> refuse_e57(const InputFile& file) {
-  return unsupported(file, "E57", "in.e57", " or CloudCompare");
-}
+Result<LoadedCloud> read_e57(CloudFile& file, ReadTimes) { return refuse_e57(file.input()); }
+Result<CloudLayout> e57_layout(const CloudFile& file) { return refuse_e57(file.input()); }
 
 }  // namespace vantage::io

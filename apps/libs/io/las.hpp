@@ -20,12 +20,4 @@ namespace vantage::io {
 /// `unsupported` for LAZ and COPC, with the name of a converter; `io_failure`.
 [[nodiscard]] Result<Records> las_records(const InputFile& file);
 
-/// What the header says about the points. For bytes beyond the point format, only their number is
-/// known.
-/// Errors: those of las_records for a header that contradicts itself.
-[[nodiscard]] Result<CloudLayout> las_layout(const InputFile& file);
-
-/// Says that E57 files are not read, and what can convert them.
-[[nodiscard]] tl::unexpected<Error> refuse_e57(const InputFile& file);
-
 }  // namespace vantage::io

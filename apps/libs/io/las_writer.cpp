@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "io/las_layout.hpp"
 #include "io/cloud_writers.hpp"
+#include "io/las_layout.hpp"
 
 namespace vantage::io {
 namespace {

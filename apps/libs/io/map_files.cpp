@@ -4,7 +4,6 @@
 #include <glob.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <optional>
 #include <set>
@@ -13,7 +12,7 @@
 #include <utility>
 
 #include "io/autoware_tiles.hpp"
-#include "io/file_suffix.hpp"
+#include "io/formats.hpp"
 #include "io/scan_sequence.hpp"
 #include "vantage/kit/file_content.hpp"
 
@@ -34,13 +33,11 @@ void sort_naturally(std::vector<fs::path>& paths) {
 
 /// The files of a folder whose suffixes are those of point clouds.
 Result<std::vector<fs::path>> clouds_in(const fs::path& folder) {
-  constexpr std::array<std::string_view, 5> kSuffixes{".pcd", ".ply", ".las", ".laz", ".e57"};
   std::vector<fs::path> files;
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string suffix = lower_case_suffix(it->path());
-    const bool is_cloud = !it->path().filename().string().starts_with('.') &&
-                          std::find(kSuffixes.begin(), kSuffixes.end(), suffix) != kSuffixes.end();
+    const bool is_cloud =
+        !it->path().filename().string().starts_with('.') && has_extension_of(kMap, it->path());
     std::error_code ignored;
     if (is_cloud && !it->is_directory(ignored)) files.push_back(it->path());
   }
@@ -120,7 +117,7 @@ class Finder {
     VANTAGE_TRY(const auto files, clouds_in(path));
     if (files.empty()) {
       return error_at(path, ErrorCode::not_found,
-                      "the folder holds no point cloud (.pcd, .ply or .las)");
+                      fmt::format("the folder holds no point cloud ({})", extension_list(kMap)));
     }
     for (const fs::path& file : files) add_file(file);
     return {};

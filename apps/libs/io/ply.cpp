@@ -3,260 +3,21 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <type_traits>
 #include <utility>
-#include <vector>
 
-#include "io/formats.hpp"
-#include "io/point_fields.hpp"
+#include "io/cloud_formats.hpp"
+#include "io/ply_header.hpp"
 #include "io/text.hpp"
 
 namespace vantage::io {
 namespace {
 
-enum class Encoding : std::uint8_t { ascii, binary_little_endian, binary_big_endian };
-
-struct Scalar {
-  std::string_view name, other_name;
-  std::size_t size;  // [bytes]
-  bool is_integer;
-  ReadCoordinate read_little, read_big;
-
-  [[nodiscard]] ReadCoordinate reader(Encoding encoding) const noexcept {
-    return encoding == Encoding::binary_big_endian ? read_big : read_little;
-  }
-};
-
-template <class Stored>
-constexpr Scalar scalar(std::string_view name, std::string_view other_name) {
-  return {name,
-          other_name,
-          sizeof(Stored),
-          std::is_integral_v<Stored>,
-          read_coordinate<Stored, ByteOrder::little>,
-          read_coordinate<Stored, ByteOrder::big>};
-}
-
-constexpr std::array kScalars{
-    scalar<std::int8_t>("char", "int8"),    scalar<std::uint8_t>("uchar", "uint8"),
-    scalar<std::int16_t>("short", "int16"), scalar<std::uint16_t>("ushort", "uint16"),
-    scalar<std::int32_t>("int", "int32"),   scalar<std::uint32_t>("uint", "uint32"),
-    scalar<std::int64_t>("int64", "long"),  scalar<std::uint64_t>("uint64", "ulong"),
-    scalar<float>("float", "float32"),      scalar<double>("double", "float64"),
-};
-
-const Scalar* find_scalar(std::string_view name) noexcept {
-  const auto found = std::find_if(kScalars.begin(), kScalars.end(), [&](const Scalar& s) {
-    return s.name == name || s.other_name == name;
-  });
-  return found == kScalars.end() ? nullptr : &*found;
-}
-
-struct Property {
-  std::string_view name;
-  const Scalar* type = nullptr;
-  const Scalar* length_type = nullptr;  // of a list; null for a single value
-  std::size_t offset = 0;               // in an element without lists [bytes]
-};
-
-struct Element {
-  std::string_view name;
-  std::uint64_t count = 0;
-  std::vector<Property> properties;
-  bool has_list = false;
-  std::size_t size = 0;               // of the single values [bytes]
-  std::array<std::size_t, 3> axes{};  // of `vertex`: which properties are x, y, z
-  std::optional<std::size_t> time;    // of `vertex`: which property, if it exists and is wanted
-  TimeFormat time_format;
-};
-
-struct Header {
-  Encoding encoding = Encoding::ascii;
-  std::vector<Element> elements;
-  std::uint32_t data_line = 0;  // lines before the data
-  std::size_t data_offset = 0;  // [bytes]
-};
-
-constexpr std::string_view kVertex = "vertex";
-
-class HeaderReader {
- public:
-  HeaderReader(std::string_view content, const std::string& file, ReadTimes read_times) noexcept
-      : content_(content), lines_(content), file_(file), read_times_(read_times) {}
-
-  [[nodiscard]] Result<Header> read() {
-    Header header;
-    const auto first = lines_.next();
-    if (!first || WordReader(*first).next() != "ply") {
-      return error(fmt::format("expected the line 'ply', found {}", quoted(first.value_or(""))));
-    }
-    std::optional<Encoding> encoding;
-    while (true) {
-      const auto line = lines_.next();
-      // A header line ends with a line feed; a line that the end of the file cuts off is not
-      // complete.
-      if (!line || content_[lines_.offset() - 1] != '\n') {
-        return error(fmt::format(
-            "the file ends at byte {} inside the PLY header, expected the line 'end_header'",
-            content_.size()));
-      }
-      WordReader words(*line);
-      const std::string_view word = words.next();
-      if (word.empty() || word == "comment" || word == "obj_info") continue;
-      if (word == "end_header") break;
-      if (word == "format") {
-        VANTAGE_TRY(encoding, read_encoding(words));
-      } else if (word == "element") {
-        VANTAGE_CHECK(read_element(words, header.elements));
-      } else if (word == "property") {
-        VANTAGE_CHECK(read_property(words, header.elements));
-      } else {
-        return error(
-            fmt::format("expected a PLY header line (format, element, property, comment, "
-                        "end_header), found {}",
-                        quoted(*line)));
-      }
-    }
-    if (!encoding) return error("the PLY header has no format line");
-    header.encoding = *encoding;
-    header.data_line = lines_.line();
-    header.data_offset = lines_.offset();
-    VANTAGE_CHECK(find_axes(header.elements));
-    return header;
-  }
-
- private:
-  [[nodiscard]] tl::unexpected<Error> error(std::string message) const {
-    return fail(ErrorCode::corrupt_data, std::move(message),
-                SourceLocation{file_, lines_.line(), 0});
-  }
-
-  [[nodiscard]] Result<Encoding> read_encoding(WordReader words) const {
-    const std::string_view word = words.next();
-    const std::string_view version = words.next();
-    if (version != "1.0") {
-      return error(fmt::format("expected PLY version 1.0, found {}", quoted(version)));
-    }
-    if (word == "ascii") return Encoding::ascii;
-    if (word == "binary_little_endian") return Encoding::binary_little_endian;
-    if (word == "binary_big_endian") return Encoding::binary_big_endian;
-    return error(fmt::format(
-        "format must be ascii, binary_little_endian or binary_big_endian, found {}", quoted(word)));
-  }
-
-  [[nodiscard]] Result<void> read_element(WordReader words, std::vector<Element>& elements) const {
-    const std::string_view name = words.next();
-    const std::string_view count_word = words.next();
-    const auto count = parse_number<std::uint64_t>(count_word);
-    if (!count || !words.next().empty()) {
-      return error(fmt::format(
-          "expected 'element <name> <count>' with a whole number that is not negative, found {}",
-          quoted(count_word)));
-    }
-    for (const Element& element : elements) {
-      if (element.name == name) return error(fmt::format("second element {}", quoted(name)));
-    }
-    Element element;
-    element.name = name;
-    element.count = *count;
-    elements.push_back(std::move(element));
-    return {};
-  }
-
-  [[nodiscard]] Result<const Scalar*> read_scalar(std::string_view word) const {
-    const Scalar* type = find_scalar(word);
-    if (type == nullptr) {
-      return error(
-          fmt::format("expected a type (char, uchar, short, ushort, int, uint, float, "
-                      "double), found {}",
-                      quoted(word)));
-    }
-    return type;
-  }
-
-  [[nodiscard]] Result<void> read_property(WordReader words, std::vector<Element>& elements) const {
-    if (elements.empty()) return error("property before the first element");
-    Element& element = elements.back();
-    Property property;
-    std::string_view word = words.next();
-    if (word == "list") {
-      VANTAGE_TRY(property.length_type, read_scalar(words.next()));
-      if (!property.length_type->is_integer) {
-        return error(fmt::format("the length of a list must be an integer, found {}",
-                                 property.length_type->name));
-      }
-      word = words.next();
-    }
-    VANTAGE_TRY(property.type, read_scalar(word));
-    property.name = words.next();
-    if (property.name.empty() || !words.next().empty()) {
-      return error("expected 'property <type> <name>' or 'property list <type> <type> <name>'");
-    }
-    for (const Property& other : element.properties) {
-      if (other.name == property.name) {
-        return error(fmt::format("second property {} of element {}", quoted(property.name),
-                                 quoted(element.name)));
-      }
-    }
-    property.offset = element.size;
-    if (property.length_type != nullptr) {
-      element.has_list = true;
-    } else {
-      element.size += property.type->size;
-    }
-    element.properties.push_back(property);
-    return {};
-  }
-
-  [[nodiscard]] Result<void> find_axes(std::vector<Element>& elements) const {
-    const auto vertex = std::find_if(elements.begin(), elements.end(),
-                                     [](const Element& e) { return e.name == kVertex; });
-    if (vertex == elements.end()) return error("the PLY header has no element 'vertex'");
-    const auto& properties = vertex->properties;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      auto found = properties.end();
-      for (const auto name : {kAxisNames[axis], kUpperAxisNames[axis]}) {
-        if (found != properties.end()) break;
-        found = std::find_if(properties.begin(), properties.end(),
-                             [&](const Property& p) { return p.name == name; });
-      }
-      if (found == properties.end()) {
-        return error(
-            fmt::format("element 'vertex' has no property {}; a point cloud needs x, y and z",
-                        kAxisNames[axis]));
-      }
-      if (found->length_type != nullptr) {
-        return error(fmt::format("property {} of element 'vertex' is a list, expected one number",
-                                 found->name));
-      }
-      vertex->axes[axis] = static_cast<std::size_t>(found - properties.begin());
-    }
-    if (read_times_ == ReadTimes::yes) return find_time(*vertex);
-    return {};
-  }
-
-  [[nodiscard]] Result<void> find_time(Element& vertex) const {
-    for (std::size_t i = 0; i < vertex.properties.size(); ++i) {
-      const Property& property = vertex.properties[i];
-      const auto format =
-          time_format(property.name, !property.type->is_integer, property.type->size);
-      if (!format) continue;
-      if (vertex.time && vertex.time_format.preference <= format->preference) continue;
-      vertex.time = i;
-      vertex.time_format = *format;
-    }
-    if (vertex.time && vertex.properties[*vertex.time].length_type != nullptr) {
-      return error(fmt::format("property {} of element 'vertex' is a list, expected one number",
-                               vertex.properties[*vertex.time].name));
-    }
-    return {};
-  }
-
-  std::string_view content_;
-  LineReader lines_;
-  const std::string& file_;
-  ReadTimes read_times_;
-};
+using ply::Element;
+using ply::Encoding;
+using ply::Header;
+using ply::kVertex;
+using ply::Property;
+using ply::Scalar;
 
 /// x, y, z and the time of a vertex, read one after the other.
 struct Vertex {
@@ -482,17 +243,11 @@ class BinaryReader {
   const std::string& file_;
 };
 
-}  // namespace
-
-bool looks_like_ply(std::string_view content) noexcept {
-  constexpr std::string_view kBlank = " \t\r\n";
-  return content.starts_with("ply") &&
-         (content.size() == 3 || kBlank.find(content[3]) != std::string_view::npos);
-}
-
-std::optional<Records> ply_records(std::string_view head, std::size_t size, ReadTimes read_times) {
+/// Where the points of a sound binary file are; nothing for any other file.
+/// @param size  of the file [bytes]
+std::optional<Records> records_in(std::string_view head, std::size_t size, ReadTimes read_times) {
   const std::string nameless;
-  const auto header = HeaderReader(head, nameless, read_times).read();
+  const auto header = ply::read_header(head, nameless, read_times);
   if (!header || header->encoding == Encoding::ascii) return std::nullopt;
   Records records;
   std::size_t offset = header->data_offset;
@@ -522,8 +277,26 @@ std::optional<Records> ply_records(std::string_view head, std::size_t size, Read
   return records;
 }
 
-Result<CloudLayout> ply_layout(std::string_view content, const std::string& file) {
-  VANTAGE_TRY(const Header header, HeaderReader(content, file, ReadTimes::no).read());
+Result<LoadedCloud> parse(std::string_view content, const std::string& file, ReadTimes read_times) {
+  VANTAGE_TRY(const Header header, ply::read_header(content, file, read_times));
+  if (header.encoding == Encoding::ascii) return AsciiReader(content, file, header).read();
+  return BinaryReader(content, file, header).read();
+}
+
+}  // namespace
+
+bool looks_like_ply(std::string_view content) noexcept {
+  constexpr std::string_view kBlank = " \t\r\n";
+  return content.starts_with("ply") &&
+         (content.size() == 3 || kBlank.find(content[3]) != std::string_view::npos);
+}
+
+Result<LoadedCloud> read_ply(CloudFile& file, ReadTimes read_times) {
+  return read_blocks_or_all(file, read_times, records_in, parse);
+}
+
+Result<CloudLayout> ply_layout(const CloudFile& file) {
+  VANTAGE_TRY(const Header header, ply::read_header(file.head(), file.name(), ReadTimes::no));
   CloudLayout layout;
   layout.format = header.encoding == Encoding::ascii ? "PLY (ascii)" : "PLY (binary)";
   for (const Element& element : header.elements) {
@@ -534,13 +307,6 @@ Result<CloudLayout> ply_layout(std::string_view content, const std::string& file
     }
   }
   return layout;
-}
-
-Result<LoadedCloud> parse_ply(std::string_view content, const std::string& file,
-                              ReadTimes read_times) {
-  VANTAGE_TRY(const Header header, HeaderReader(content, file, read_times).read());
-  if (header.encoding == Encoding::ascii) return AsciiReader(content, file, header).read();
-  return BinaryReader(content, file, header).read();
 }
 
 }  // namespace vantage::io

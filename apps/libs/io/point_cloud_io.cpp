@@ -7,9 +7,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "io/file_suffix.hpp"
+#include "io/cloud_formats.hpp"
 #include "io/formats.hpp"
-#include "io/las.hpp"
 #include "io/point_fields.hpp"
 #include "vantage/kit/file_content.hpp"
 
@@ -17,17 +16,44 @@ namespace vantage::io {
 
 namespace {
 
-/// Enough of a file to recognize its format; a header may end anywhere.
-constexpr std::size_t kHead = 64 * 1024;  // [bytes]
-constexpr std::string_view kExpected = "a point cloud (PCD, PLY, LAS or KITTI .bin)";
+std::string expected_cloud() {
+  return fmt::format("a point cloud ({})", format_names(FormatUse::cloud));
+}
 
-std::optional<Records> records_in(std::string_view head, std::size_t size, ReadTimes read_times) {
-  if (looks_like_pcd(head)) return pcd_records(head, size, read_times);
-  if (looks_like_ply(head)) return ply_records(head, size, read_times);
-  return std::nullopt;
+const Format* told_by_content(std::string_view content) {
+  return find_format([&](const Format& format) {
+    return format.cloud.read != nullptr && format.probe != nullptr && format.probe(content);
+  });
+}
+
+const Format* told_by_name(const std::string& name) {
+  return find_format([&](const Format& format) {
+    return format.cloud.read != nullptr && format.is(kByName) && has_extension_of(format, name);
+  });
+}
+
+tl::unexpected<Error> unknown_format(const std::string& file) {
+  return fail(ErrorCode::corrupt_data,
+              fmt::format("unknown format at byte 0, expected {}", expected_cloud()),
+              SourceLocation{file, 0, 0});
 }
 
 }  // namespace
+
+Result<CloudFile> CloudFile::of(const InputFile& input) {
+  constexpr std::size_t kHead = 64 * 1024;  // [bytes]
+  CloudFile file(input);
+  file.head_.resize(std::min(input.size(), kHead));
+  VANTAGE_CHECK(input.read(0, file.head_));
+  return file;
+}
+
+Result<std::string_view> CloudFile::content() {
+  if (!content_) {
+    VANTAGE_TRY(content_, input_->content());
+  }
+  return content_->view();
+}
 
 Result<LoadedCloud> load_records(const InputFile& file, const Records& records) {
   constexpr std::size_t kBlock = std::size_t{1} << 20U;  // [bytes]
@@ -55,75 +81,49 @@ Result<LoadedCloud> load_records(const InputFile& file, const Records& records) 
   return cloud;
 }
 
-Result<LoadedCloud> parse_kitti_bin(std::string_view content, const std::string& file) {
-  constexpr std::size_t kPointSize = 4 * sizeof(float);  // x y z intensity
-  if (content.size() % kPointSize != 0) {
-    return fail(
-        ErrorCode::corrupt_data,
-        fmt::format("the file ends at byte {}, inside point {}; expected points of {} bytes "
-                    "(KITTI: float32 x y z intensity)",
-                    content.size(), content.size() / kPointSize, kPointSize),
-        SourceLocation{file, 0, 0});
+Result<LoadedCloud> read_blocks_or_all(
+    CloudFile& file, ReadTimes read_times,
+    std::optional<Records> (*records_in)(std::string_view head, std::size_t size, ReadTimes),
+    Result<LoadedCloud> (*parse)(std::string_view content, const std::string& file, ReadTimes)) {
+  if (const auto records = records_in(file.head(), file.input().size(), read_times)) {
+    return load_records(file.input(), *records);
   }
-  PointColumns columns;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    columns.axes[axis] = {content.data() + axis * sizeof(float), kPointSize,
-                          read_coordinate<float, ByteOrder::little>};
-  }
-  return load_columns(columns, content.size() / kPointSize);
+  VANTAGE_TRY(const auto content, file.content());
+  return parse(content, file.name(), read_times);
 }
 
 Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTimes read_times) {
-  VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
+  VANTAGE_TRY(const auto input, InputFile::open(path, expected_cloud()));
   return read_point_cloud(input, read_times);
 }
 
 Result<LoadedCloud> read_point_cloud(const InputFile& input, ReadTimes read_times) {
-  const std::string& file = input.name();
-  const std::string suffix = lower_case_suffix(file);
   try {
-    std::string head(std::min(input.size(), kHead), '\0');
-    VANTAGE_CHECK(input.read(0, head));
-    if (looks_like_e57(head)) return refuse_e57(input);
-    if (looks_like_las(head)) {
-      VANTAGE_TRY(const auto records, las_records(input));
-      return load_records(input, records);
+    VANTAGE_TRY(CloudFile file, CloudFile::of(input));
+    const Format* format = told_by_content(file.head());
+    if (format == nullptr && !file.is_all_head()) {  // a comment may be longer than the head
+      VANTAGE_TRY(const auto content, file.content());
+      format = told_by_content(content);
     }
-    if (const auto records = records_in(head, input.size(), read_times)) {
-      return load_records(input, *records);
-    }
-    VANTAGE_TRY(const auto content, input.content());
-    const std::string_view bytes = content.view();
-    if (looks_like_pcd(bytes)) return parse_pcd(bytes, file, read_times);
-    if (looks_like_ply(bytes)) return parse_ply(bytes, file, read_times);
-    // The suffix decides only if the content says nothing, or to choose the reader that can best
-    // say what is wrong.
-    if (suffix == ".bin") return parse_kitti_bin(bytes, file);
-    if (suffix == ".pcd") return parse_pcd(bytes, file, read_times);
-    if (suffix == ".ply") return parse_ply(bytes, file, read_times);
+    if (format == nullptr) format = told_by_name(file.name());
+    if (format == nullptr) return unknown_format(file.name());
+    return format->cloud.read(file, read_times);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::io_failure, "not enough memory for the points of this file",
-                SourceLocation{file, 0, 0});
+                SourceLocation{input.name(), 0, 0});
   } catch (const std::length_error&) {
     return fail(ErrorCode::io_failure, "more points than memory can address",
-                SourceLocation{file, 0, 0});
+                SourceLocation{input.name(), 0, 0});
   }
-  return fail(ErrorCode::corrupt_data,
-              fmt::format("unknown format at byte 0, expected {}", kExpected),
-              SourceLocation{file, 0, 0});
 }
 
 Result<CloudLayout> read_cloud_layout(const std::filesystem::path& path) {
-  VANTAGE_TRY(const auto input, InputFile::open(path, kExpected));
-  std::string head(std::min(input.size(), kHead), '\0');
-  VANTAGE_CHECK(input.read(0, head));
-  const std::string suffix = lower_case_suffix(path);
-  if (looks_like_e57(head)) return refuse_e57(input);
-  if (looks_like_las(head)) return las_layout(input);
-  if (looks_like_pcd(head) || suffix == ".pcd") return pcd_layout(head, input.name());
-  if (looks_like_ply(head) || suffix == ".ply") return ply_layout(head, input.name());
-  return CloudLayout{.format = "KITTI .bin",
-                     .fields = {"x float32", "y float32", "z float32", "intensity float32"}};
+  VANTAGE_TRY(const auto input, InputFile::open(path, expected_cloud()));
+  VANTAGE_TRY(const CloudFile file, CloudFile::of(input));
+  const Format* format = told_by_content(file.head());
+  if (format == nullptr) format = told_by_name(file.name());
+  if (format == nullptr) return unknown_format(file.name());
+  return format->cloud.layout(file);
 }
 
 Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> paths) {

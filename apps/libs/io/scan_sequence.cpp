@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "io/file_suffix.hpp"
+#include "io/formats.hpp"
 #include "io/text.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/kit/file_content.hpp"
@@ -30,9 +30,7 @@ bool is_integer(std::string_view text) noexcept {
 }
 
 bool is_scan(const fs::path& path) {
-  const std::string suffix = lower_case_suffix(path);
-  return !path.filename().string().starts_with('.') &&
-         (suffix == ".pcd" || suffix == ".ply" || suffix == ".bin");
+  return !path.filename().string().starts_with('.') && has_extension_of(kScan, path);
 }
 
 Result<std::vector<fs::path>> scans_in(const fs::path& directory) {
@@ -51,7 +49,8 @@ Result<std::vector<fs::path>> scans_in(const fs::path& directory) {
                 fmt::format("the directory cannot be listed ({})", error.message()), where);
   }
   if (files.empty()) {
-    return fail(ErrorCode::not_found, "the directory holds no .pcd, .ply or .bin file", where);
+    return fail(ErrorCode::not_found,
+                fmt::format("the directory holds no {} file", extension_list(kScan)), where);
   }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return less_by_natural_order(a.filename().string(), b.filename().string());

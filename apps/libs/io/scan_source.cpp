@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "io/folder_scans.hpp"
+#include "io/formats.hpp"
 #include "io/ros/bag_scans.hpp"
 #include "io/ros/message_reader.hpp"
-#include "io/velodyne/capture.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::io {
@@ -37,9 +37,11 @@ Result<std::unique_ptr<ScanSource>> open_scans(const ScanOptions& options) {
     return fail(ErrorCode::not_found, "no such file or directory, expected scans", where);
   }
   VANTAGE_TRY(const std::string head, head_of(options.path));
-  if (looks_like_pcap(head)) {
+  const Format* const capture = find_format(
+      [&](const Format& format) { return format.open_capture != nullptr && format.probe(head); });
+  if (capture != nullptr) {
     VANTAGE_TRY(auto file, InputFile::open(options.path, "a capture"));
-    return open_velodyne_capture(std::move(file), options.topic);
+    return capture->open_capture(std::move(file), options.topic);
   }
   VANTAGE_TRY(const bool bag, ros::is_bag(options.path));
   if (bag) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "io/formats.hpp"
 #include "io/text.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/file_content.hpp"
@@ -127,7 +128,8 @@ Result<void> check(const std::filesystem::path& path, const Trajectory& trajecto
 }  // namespace
 
 Result<Trajectory> read_trajectory(const std::filesystem::path& path, double kitti_rate_hz) {
-  VANTAGE_TRY(const auto content, read_file(path, "a trajectory (TUM or KITTI)"));
+  VANTAGE_TRY(const auto content,
+              read_file(path, fmt::format("a trajectory ({})", text_trajectory_names())));
   return parse_trajectory(content.view(), path.string(), kitti_rate_hz);
 }
 
@@ -173,7 +175,9 @@ Result<Trajectory> parse_trajectory(std::string_view content, const std::string&
     }
     trajectory.push_back(*std::move(pose));
   }
-  if (trajectory.empty()) return error("no pose in the file, expected one a line (TUM or KITTI)");
+  if (trajectory.empty())
+    return error(
+        fmt::format("no pose in the file, expected one a line ({})", text_trajectory_names()));
   return trajectory;
 }
 

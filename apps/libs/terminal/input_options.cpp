@@ -1,13 +1,17 @@
 #include "terminal/input_options.hpp"
 
+#include <fmt/format.h>
+
 #include "terminal/command_line.hpp"
+#include "vantage/io/formats.hpp"
 #include "vantage/io/sensor_trajectory.hpp"
 
 namespace vantage {
 
 void InputOptions::add_to(CLI::App& app, bool reference_required) {
   app.add_option("--scans", scans,
-                 "folder of PCD, PLY or KITTI .bin scans, ROS bag, MCAP or Velodyne capture")
+                 fmt::format("folder of {} scans, {}", io::format_names(io::FormatUse::scan),
+                             io::format_names(io::FormatUse::recording)))
       ->required();
   app.add_option("--topic", topic, "topic of the scans, where a bag has several");
   app.add_option("--start", window.start, "leave out so many seconds of the recording")
@@ -15,11 +19,13 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
   app.add_option("--duration", window.duration, "stop after so many seconds")
       ->check(CLI::PositiveNumber);
   app.add_option("--reference", reference,
-                 "true trajectory (TUM, KITTI or ROS bag): errors are measured against it")
+                 fmt::format("true trajectory ({}): errors are measured against it",
+                             io::format_names(io::FormatUse::trajectory)))
       ->required(reference_required);
   app.add_option("--reference-topic", reference_topic, kPoseTopicHelp);
   app.add_option("--odometry", odometry,
-                 "odometry (TUM, KITTI or ROS bag) to predict with, instead of constant velocity");
+                 fmt::format("odometry ({}) to predict with, instead of constant velocity",
+                             io::format_names(io::FormatUse::trajectory)));
   app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
   app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
   app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
@@ -30,7 +36,8 @@ Result<RunInputs> InputOptions::open() const {
   RunInputs inputs{.scans = {.path = scans, .topic = topic, .rate_hz = rate_hz}, .window = window};
   // Errors in the inputs are reported before any work is done.
   VANTAGE_TRY(const auto source, io::open_scans(inputs.scans));
-  io::SensorFrame sensor{.name = source->describe().frame, .scans = scans, .T_child_sensor = {}};
+  io::SensorFrame sensor{
+      .name = source->describe().frame, .scans = scans, .T_child_sensor = {}};
   if (!mount.empty()) {
     VANTAGE_TRY(sensor.T_child_sensor, cli::parse_pose("--mount", mount));
   }

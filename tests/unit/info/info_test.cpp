@@ -8,6 +8,7 @@
 #include "io/ros/message_writers.hpp"
 #include "support/bags/bags.hpp"
 #include "support/real_data.hpp"
+#include "vantage/io/formats.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 
 namespace vantage {
@@ -111,6 +112,16 @@ TEST_CASE("info: names that are no text, and what is not there") {
   const auto absent = inspect({.path = folder.path() / "none", .topic = {}}, {});
   REQUIRE_FALSE(absent);
   CHECK(absent.error().code == ErrorCode::not_found);
+}
+
+TEST_CASE("info: the table of formats has every name and extension") {
+  const std::string text = formats_text({});
+  for (const io::FormatDescription& format : io::formats()) {
+    CHECK(text.find('\n' + std::string(format.name) + ' ') != std::string::npos);
+    for (const std::string_view extension : format.extensions) {
+      CHECK(text.find(' ' + std::string(extension) + ' ') != std::string::npos);
+    }
+  }
 }
 
 }  // namespace

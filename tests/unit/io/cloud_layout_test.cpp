@@ -52,6 +52,9 @@ TEST_CASE("layout: no file and a broken one") {
   const auto cut = io::read_cloud_layout(test::put(folder.path() / "cut.las", "LASF"));
   REQUIRE_FALSE(cut);
   test::check_clear(cut.error(), ErrorCode::corrupt_data, "cut.las", "ends at byte 4");
+  const auto other = io::read_cloud_layout(test::put(folder.path() / "a.txt", "0 0 0 0"));
+  REQUIRE_FALSE(other);
+  test::check_clear(other.error(), ErrorCode::corrupt_data, "a.txt", "unknown format at byte 0");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "io/file_suffix.hpp"
+#include "io/formats.hpp"
 #include "io/ros/bag_readers.hpp"
 #include "io/text.hpp"
 
@@ -42,16 +43,7 @@ class BagFolder final : public MessageReader {
   }
 
   [[nodiscard]] Result<void> select(const std::vector<std::size_t>& topics) override {
-    std::vector<bool> selected(topics_.size(), false);
-    for (const std::size_t topic : topics) {
-      if (topic >= topics_.size()) {
-        return fail(ErrorCode::invalid_input,
-                    fmt::format("topic {} of {} cannot be selected", topic, topics_.size()),
-                    SourceLocation{file_, 0, 0});
-      }
-      selected[topic] = true;
-    }
-    selected_ = std::move(selected);
+    VANTAGE_TRY(selected_, selection(*this, topics));
     from_.reset();
     rewind();
     return {};
@@ -152,8 +144,10 @@ class BagFolder final : public MessageReader {
 Result<std::unique_ptr<MessageReader>> read_parts(const std::filesystem::path& folder) {
   VANTAGE_TRY(const auto parts, bag_parts(folder));
   if (parts.empty()) {
-    return fail(ErrorCode::not_found, "the folder has no .db3 or .mcap file, expected a rosbag2",
-                SourceLocation{folder.string(), 0, 0});
+    return fail(
+        ErrorCode::not_found,
+        fmt::format("the folder has no {} file, expected a rosbag2", extension_list(kBagPart)),
+        SourceLocation{folder.string(), 0, 0});
   }
   for (const auto& part : parts) {
     const std::string suffix = lower_case_suffix(part);

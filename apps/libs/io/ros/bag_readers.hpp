@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/ros/message_reader.hpp"
@@ -15,6 +17,18 @@ namespace vantage::io::ros {
 /// Refuses a bag without topics. Errors: `corrupt_data`; those of `reader`.
 [[nodiscard]] Result<std::unique_ptr<MessageReader>> with_topics(
     Result<std::unique_ptr<MessageReader>> reader);
+
+/// Which of the reader's topics are selected. Errors: those of MessageReader::select.
+[[nodiscard]] Result<std::vector<bool>> selection(const MessageReader& reader,
+                                                  const std::vector<std::size_t>& topics);
+
+/// Makes a reader of that file, whose `open` reads what comes before the messages.
+template <class Reader>
+[[nodiscard]] Result<std::unique_ptr<MessageReader>> opened(InputFile file) {
+  auto reader = std::make_unique<Reader>(std::move(file));
+  VANTAGE_CHECK(reader->open());
+  return reader;
+}
 
 /// "sensor_msgs/PointCloud2" for "sensor_msgs/msg/PointCloud2".
 [[nodiscard]] std::string ros1_spelling(std::string_view type);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "io/ros/bag_readers.hpp"
 #include "io/text.hpp"
 
 namespace vantage::io::ros {
@@ -47,16 +48,7 @@ std::optional<std::pair<std::int64_t, std::int64_t>> ChunkedReader::span() const
 }
 
 Result<void> ChunkedReader::select(const std::vector<std::size_t>& topics) {
-  std::vector<bool> selected(topics_.size(), false);
-  for (const std::size_t topic : topics) {
-    if (topic >= topics_.size()) {
-      return fail(ErrorCode::invalid_input,
-                  fmt::format("topic {} of {} cannot be selected", topic, topics_.size()),
-                  SourceLocation{file(), 0, 0});
-    }
-    selected[topic] = true;
-  }
-  selected_ = std::move(selected);
+  VANTAGE_TRY(selected_, selection(*this, topics));
   from_ = kEarliest;
   rewind();
   return {};
@@ -224,6 +216,21 @@ Result<std::uint32_t> ChunkedReader::topic(const Topic& topic) {
   topics_.push_back(topic);
   topic_indices_.emplace(std::move(key), index);
   return index;
+}
+
+Result<void> ChunkedReader::load(const Chunk& chunk, Content& content) {
+  if (chunk.is_record) {
+    VANTAGE_CHECK(load_record(chunk, content));
+  } else {
+    Packed plain;
+    plain.offset = chunk.offset;
+    plain.size = plain.unpacked = chunk.size;
+    VANTAGE_CHECK(unpack(chunk, plain, content));
+  }
+  VANTAGE_CHECK(take_apart(chunk, content));
+  std::stable_sort(content.messages.begin(), content.messages.end(),
+                   [](const Message& a, const Message& b) { return a.log_time < b.log_time; });
+  return {};
 }
 
 Result<void> ChunkedReader::learn(Chunk chunk) {

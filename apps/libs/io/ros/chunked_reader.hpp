@@ -75,8 +75,10 @@ class ChunkedReader : public MessageReader {
 
   explicit ChunkedReader(InputFile file) noexcept : file_(std::move(file)), window_(file_) {}
 
-  /// Makes the content of a chunk and registers the topics in it.
-  [[nodiscard]] virtual Result<void> load(const Chunk& chunk, Content& content) = 0;
+  /// Makes the content of a chunk that is a record.
+  [[nodiscard]] virtual Result<void> load_record(const Chunk& chunk, Content& content) = 0;
+  /// Finds the messages in the content and registers what topics it brings.
+  [[nodiscard]] virtual Result<void> take_apart(const Chunk& chunk, Content& content) = 0;
 
   /// Reads and decompresses a chunk; for a chunk that is cut off, as much as there is.
   [[nodiscard]] Result<void> unpack(const Chunk& chunk, const Packed& packed, Content& content);
@@ -106,6 +108,8 @@ class ChunkedReader : public MessageReader {
 
  private:
   [[nodiscard]] bool is_wanted(const Chunk& chunk) const noexcept;
+  /// The content of a chunk and its messages in the order of their log times.
+  [[nodiscard]] Result<void> load(const Chunk& chunk, Content& content);
   [[nodiscard]] Result<void> open(const Chunk& chunk);
   [[nodiscard]] Result<void> check(const Chunk& chunk) const;
   void rewind() noexcept;

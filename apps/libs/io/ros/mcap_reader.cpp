@@ -49,22 +49,7 @@ class McapReader final : public ChunkedReader {
  private:
   // ----- chunks and their content
 
-  [[nodiscard]] Result<void> load(const Chunk& chunk, Content& content) override {
-    if (chunk.is_record) {
-      VANTAGE_CHECK(load_chunk(chunk, content));
-    } else {
-      Packed plain;
-      plain.offset = chunk.offset;
-      plain.size = plain.unpacked = chunk.size;
-      VANTAGE_CHECK(unpack(chunk, plain, content));
-    }
-    VANTAGE_CHECK(take_apart(chunk, content));
-    std::stable_sort(content.messages.begin(), content.messages.end(),
-                     [](const Message& a, const Message& b) { return a.log_time < b.log_time; });
-    return {};
-  }
-
-  [[nodiscard]] Result<void> load_chunk(const Chunk& chunk, Content& content) {
+  [[nodiscard]] Result<void> load_record(const Chunk& chunk, Content& content) override {
     constexpr std::uint64_t kLongestHead = 256;  // the name of a compression is a word
     VANTAGE_TRY(const std::string_view bytes, window().view(chunk.offset, kLongestHead));
     ByteReader reader(bytes);
@@ -109,7 +94,7 @@ class McapReader final : public ChunkedReader {
   }
 
   /// Finds schemas, channels and messages.
-  [[nodiscard]] Result<void> take_apart(const Chunk& chunk, Content& content) {
+  [[nodiscard]] Result<void> take_apart(const Chunk& chunk, Content& content) override {
     ByteReader reader(content.bytes);
     while (reader.left() != 0) {
       const std::size_t at = reader.offset();
@@ -348,9 +333,7 @@ class McapReader final : public ChunkedReader {
 }  // namespace
 
 Result<std::unique_ptr<MessageReader>> read_mcap(InputFile file) {
-  auto reader = std::make_unique<McapReader>(std::move(file));
-  VANTAGE_CHECK(reader->open());
-  return reader;
+  return opened<McapReader>(std::move(file));
 }
 
 }  // namespace vantage::io::ros

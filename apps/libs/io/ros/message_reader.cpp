@@ -6,6 +6,7 @@
 #include <array>
 
 #include "io/file_suffix.hpp"
+#include "io/formats.hpp"
 #include "io/ros/bag_readers.hpp"
 #include "io/ros/decompress.hpp"
 #include "io/scan_sequence.hpp"
@@ -15,11 +16,13 @@ namespace {
 
 using Reader = Result<std::unique_ptr<MessageReader>>;
 
-constexpr std::string_view kAnyBag = "a bag (rosbag1, rosbag2 or MCAP)";
+std::string any_bag() { return fmt::format("a bag ({})", bag_names()); }
 
-bool is_part(const std::filesystem::path& path) {
-  const std::string suffix = lower_case_suffix(path);
-  return suffix == ".db3" || suffix == ".mcap";
+bool is_part(const std::filesystem::path& path) { return has_extension_of(kBagPart, path); }
+
+const Format* bag_format(std::string_view head) {
+  return find_format(
+      [&](const Format& format) { return format.open_bag != nullptr && format.probe(head); });
 }
 
 /// "bag_0.db3.zstd", as `ros2 bag record --compression-mode file` leaves it.
@@ -56,6 +59,20 @@ Reader with_topics(Reader reader) {
               SourceLocation{(*reader)->file(), 0, 0});
 }
 
+Result<std::vector<bool>> selection(const MessageReader& reader,
+                                    const std::vector<std::size_t>& topics) {
+  std::vector<bool> selected(reader.topics().size(), false);
+  for (const std::size_t topic : topics) {
+    if (topic >= selected.size()) {
+      return fail(ErrorCode::invalid_input,
+                  fmt::format("topic {} of {} cannot be selected", topic, selected.size()),
+                  SourceLocation{reader.file(), 0, 0});
+    }
+    selected[topic] = true;
+  }
+  return selected;
+}
+
 std::string ros1_spelling(std::string_view type) {
   std::string spelled(type);
   if (const auto at = spelled.find("/msg/"); at != std::string::npos) spelled.erase(at, 4);
@@ -69,11 +86,9 @@ Reader open_rosbag2_sqlite(InputFile file) {
 Reader open_mcap(InputFile file) { return with_topics(read_mcap(std::move(file))); }
 
 Reader read_bag_file(const std::filesystem::path& path) {
-  VANTAGE_TRY(auto file, InputFile::open(path, kAnyBag));
+  VANTAGE_TRY(auto file, InputFile::open(path, any_bag()));
   VANTAGE_TRY(const std::string head, head_of(file));
-  if (looks_like_rosbag1(head)) return read_rosbag1(std::move(file));
-  if (looks_like_sqlite(head)) return read_rosbag2_sqlite(std::move(file));
-  if (looks_like_mcap(head)) return read_mcap(std::move(file));
+  if (const Format* format = bag_format(head)) return format->open_bag(std::move(file));
   const SourceLocation where{path.string(), 0, 0};
   if (head.starts_with(kZstdMagic) && is_compressed_part(path)) {
     return fail(ErrorCode::unsupported,
@@ -83,7 +98,7 @@ Reader read_bag_file(const std::filesystem::path& path) {
                 where);
   }
   return fail(ErrorCode::corrupt_data,
-              fmt::format("expected {}, the file begins like none", kAnyBag), where);
+              fmt::format("expected {}, the file begins like none", any_bag()), where);
 }
 
 Result<std::vector<std::filesystem::path>> bag_parts(const std::filesystem::path& folder) {
@@ -119,12 +134,11 @@ Result<bool> is_bag(const std::filesystem::path& path) {
     VANTAGE_TRY(const auto parts, bag_parts(path));
     return !parts.empty();
   }
-  const auto file = InputFile::open(path, kAnyBag);
+  const auto file = InputFile::open(path, any_bag());
   if (!file && file.error().code == ErrorCode::corrupt_data) return false;  // empty
   if (!file) return fail(file.error());
   VANTAGE_TRY(const std::string head, head_of(*file));
-  return looks_like_rosbag1(head) || looks_like_sqlite(head) || looks_like_mcap(head) ||
-         (head.starts_with(kZstdMagic) && is_compressed_part(path));
+  return bag_format(head) != nullptr || (head.starts_with(kZstdMagic) && is_compressed_part(path));
 }
 
 }  // namespace vantage::io::ros

@@ -44,22 +44,11 @@ class Rosbag1Reader final : public ChunkedReader {
   }
 
  private:
-  [[nodiscard]] Result<void> load(const Chunk& chunk, Content& content) override {
-    if (chunk.is_record) {
-      VANTAGE_TRY(const RecordHead head, head_at(chunk.offset));
-      if (head.operation != kChunk) return unexpected(chunk.offset, head.operation, "a chunk (5)");
-      VANTAGE_TRY(const Packed packed, packed_in(chunk.offset, head));
-      VANTAGE_CHECK(unpack(chunk, packed, content));
-    } else {
-      Packed plain;
-      plain.offset = chunk.offset;
-      plain.size = plain.unpacked = chunk.size;
-      VANTAGE_CHECK(unpack(chunk, plain, content));
-    }
-    VANTAGE_CHECK(take_apart(chunk, content));
-    std::stable_sort(content.messages.begin(), content.messages.end(),
-                     [](const Message& a, const Message& b) { return a.log_time < b.log_time; });
-    return {};
+  [[nodiscard]] Result<void> load_record(const Chunk& chunk, Content& content) override {
+    VANTAGE_TRY(const RecordHead head, head_at(chunk.offset));
+    if (head.operation != kChunk) return unexpected(chunk.offset, head.operation, "a chunk (5)");
+    VANTAGE_TRY(const Packed packed, packed_in(chunk.offset, head));
+    return unpack(chunk, packed, content);
   }
 
   [[nodiscard]] Result<Packed> packed_in(std::uint64_t offset, const RecordHead& head) const {
@@ -78,7 +67,7 @@ class Rosbag1Reader final : public ChunkedReader {
   }
 
   /// Finds connections and messages in the content of a chunk.
-  [[nodiscard]] Result<void> take_apart(const Chunk& chunk, Content& content) {
+  [[nodiscard]] Result<void> take_apart(const Chunk& chunk, Content& content) override {
     std::size_t at = 0;
     while (at < content.bytes.size()) {
       const auto here = [&content, at] { return place(content, at); };
@@ -396,9 +385,7 @@ class Rosbag1Reader final : public ChunkedReader {
 }  // namespace
 
 Result<std::unique_ptr<MessageReader>> read_rosbag1(InputFile file) {
-  auto reader = std::make_unique<Rosbag1Reader>(std::move(file));
-  VANTAGE_CHECK(reader->open());
-  return reader;
+  return opened<Rosbag1Reader>(std::move(file));
 }
 
 }  // namespace vantage::io::ros

@@ -72,16 +72,7 @@ class Rosbag2Reader final : public MessageReader {
   }
 
   [[nodiscard]] Result<void> select(const std::vector<std::size_t>& topics) override {
-    std::vector<bool> selected(topics_.size(), false);
-    for (const std::size_t topic : topics) {
-      if (topic >= topics_.size()) {
-        return fail(ErrorCode::invalid_input,
-                    fmt::format("topic {} of {} cannot be selected", topic, topics_.size()),
-                    SourceLocation{file(), 0, 0});
-      }
-      selected[topic] = true;
-    }
-    selected_ = std::move(selected);
+    VANTAGE_TRY(selected_, selection(*this, topics));
     return seek(kEarliest);
   }
 
@@ -396,9 +387,7 @@ class Rosbag2Reader final : public MessageReader {
 }  // namespace
 
 Result<std::unique_ptr<MessageReader>> read_rosbag2_sqlite(InputFile file) {
-  auto reader = std::make_unique<Rosbag2Reader>(std::move(file));
-  VANTAGE_CHECK(reader->open());
-  return reader;
+  return opened<Rosbag2Reader>(std::move(file));
 }
 
 }  // namespace vantage::io::ros
