@@ -32,7 +32,7 @@ class ScanWindow {
  public:
   static Result<ScanWindow> open(const RunInputs& inputs) {
     ScanWindow scans;
-    VANTAGE_TRY(auto source, io::open_scans(inputs.scans));
+    VANTAGE_TRY(auto source, inputs.opened ? inputs.opened->take() : io::open_scans(inputs.scans));
     scans.source_ = io::read_ahead(std::move(source));
     VANTAGE_TRY(scans.first_, scans.source_->next());
     if (scans.first_ && inputs.window.start > 0.0) {

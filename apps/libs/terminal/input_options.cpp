@@ -34,10 +34,10 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
 }
 Result<RunInputs> InputOptions::open() const {
   RunInputs inputs{.scans = {.path = scans, .topic = topic, .rate_hz = rate_hz}, .window = window};
-  // Errors in the inputs are reported before any work is done.
-  VANTAGE_TRY(const auto source, io::open_scans(inputs.scans));
+  // What is wrong is said before any work is done.
+  VANTAGE_TRY(inputs.opened, io::OpenedScans::open(inputs.scans));
   io::SensorFrame sensor{
-      .name = source->describe().frame, .scans = scans, .T_child_sensor = {}};
+      .name = inputs.opened->describe().frame, .scans = scans, .T_child_sensor = {}};
   if (!mount.empty()) {
     VANTAGE_TRY(sensor.T_child_sensor, cli::parse_pose("--mount", mount));
   }

@@ -10,6 +10,7 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/io/opened_scans.hpp"
 #include "vantage/io/scan_source.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/map_store.hpp"
@@ -27,7 +28,8 @@ struct RunScan;
 
 /// The inputs of a run.
 struct RunInputs {
-  io::ScanOptions scans;  ///< opened anew for each run
+  io::ScanOptions scans;  ///< opened anew for each run, but for the first if they are open:
+  std::optional<io::OpenedScans> opened = {};  ///< `scans`, opened to look at them
   TimeWindow window = {};
   std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else from the
                                           ///< reference
