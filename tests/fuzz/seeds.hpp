@@ -14,19 +14,10 @@ namespace vantage::test::seeds {
 [[nodiscard]] std::vector<std::string> mcap();
 /// Messages after one byte: 0 for ROS 1, 1 for CDR.
 [[nodiscard]] std::vector<std::string> point_cloud2();
-/// Messages after two bytes: 0 for ROS 1 or 1 for CDR, and the index into kPoseTypes.
+/// Messages after two bytes: 0 for ROS 1 or 1 for CDR, and the index into test::kPoseTypes.
 [[nodiscard]] std::vector<std::string> poses();
 [[nodiscard]] std::vector<std::string> velodyne();
 [[nodiscard]] std::vector<std::string> trajectory();
 [[nodiscard]] std::vector<std::string> tiles();
-
-inline constexpr const char* kPoseTypes[] = {
-    "nav_msgs/Odometry",
-    "geometry_msgs/PoseStamped",
-    "geometry_msgs/PoseWithCovarianceStamped",
-    "geometry_msgs/TransformStamped",
-    "tf2_msgs/TFMessage",
-    "tf/tfMessage",
-};
 
 }  // namespace vantage::test::seeds

@@ -88,9 +88,9 @@ Outcome read_point_cloud2(std::string_view input) {
 
 Outcome read_poses(std::string_view input) {
   if (input.size() < 2) return too_short();
-  const auto type = static_cast<unsigned char>(input[1]) % std::size(seeds::kPoseTypes);
-  return outcome_of(io::ros::parse_poses(input.substr(2), seeds::kPoseTypes[type],
-                                         encoding_of(input.front()), kWhere));
+  const auto type = static_cast<unsigned char>(input[1]) % std::size(kPoseTypes);
+  return outcome_of(
+      io::ros::parse_poses(input.substr(2), kPoseTypes[type], encoding_of(input.front()), kWhere));
 }
 
 Outcome read_velodyne(std::string_view input) {

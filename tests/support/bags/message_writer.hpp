@@ -59,4 +59,14 @@ class MessageWriter {
   std::string bytes_;
 };
 
+/// The types of all messages that hold poses.
+inline constexpr const char* kPoseTypes[] = {
+    "nav_msgs/Odometry",
+    "geometry_msgs/PoseStamped",
+    "geometry_msgs/PoseWithCovarianceStamped",
+    "geometry_msgs/TransformStamped",
+    "tf2_msgs/TFMessage",
+    "tf/tfMessage",
+};
+
 }  // namespace vantage::test

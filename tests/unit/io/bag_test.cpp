@@ -37,6 +37,65 @@ TEST_CASE("bags: the content tells the format, not the name") {
   }
 }
 
+TEST_CASE("bags: recorded ones give the same messages whatever their compression") {
+  using io::ros::Encoding;
+  const io::ros::Topic ros1{"/points_raw", "sensor_msgs/PointCloud2", Encoding::ros1, "ros1", {}};
+  const std::vector<RecordedMessage> in_1{{1317037200000000000, 1974478, 0x6782e59d},
+                                          {1317037200099999904, 1971694, 0x7155ff3a},
+                                          {1317037200200000047, 1959758, 0x52e2cd27},
+                                          {1317037200299999952, 1960382, 0x27ad8038},
+                                          {1317037200400000095, 1963182, 0xd9afa0c9}};
+  const io::ros::Topic cdr{"/points_raw", "sensor_msgs/PointCloud2", Encoding::cdr, "cdr", {}};
+  const std::vector<RecordedMessage> in_mcap{{1317037200000000000, 1974509, 0x804ba41b},
+                                             {1317037200100000000, 1971725, 0x96a9173d},
+                                             {1317037200200000000, 1959789, 0x910c9b2b},
+                                             {1317037200300000000, 1960413, 0x5e98419e}};
+  struct Row {
+    Open open;
+    const char *path, *format;
+    const io::ros::Topic& topic;
+    const std::vector<RecordedMessage>& messages;
+    std::ptrdiff_t count;
+  };
+  const Open open_1 = io::ros::open_rosbag1, open_mcap = io::ros::open_mcap;
+  for (const Row& row : {
+           Row{open_1, "rosbag1/kitti0005_5frames_none.bag", "rosbag1 2.0 (none)", ros1, in_1, 5},
+           Row{open_1, "rosbag1/kitti0005_3frames_lz4.bag", "rosbag1 2.0 (lz4)", ros1, in_1, 3},
+           Row{open_1, "rosbag1/kitti0005_2frames_bz2.bag", "rosbag1 2.0 (bz2)", ros1, in_1, 2},
+           Row{open_mcap, "mcap/kitti0005_4frames_none.mcap", "MCAP (none)", cdr, in_mcap, 4},
+           Row{open_mcap, "mcap/kitti0005_2frames_lz4.mcap", "MCAP (lz4)", cdr, in_mcap, 2},
+           Row{open_mcap, "mcap/kitti0005_2frames_zstd.mcap", "MCAP (zstd)", cdr, in_mcap, 2},
+       }) {
+    check_recorded(row.open, row.path, row.format, row.topic,
+                   {row.messages.begin(), row.messages.begin() + row.count});
+  }
+}
+
+TEST_CASE("bags: recorded ones that are cut off give what is before the cut") {
+  struct Row {
+    Open open;
+    const char* path;
+    std::size_t size, messages;
+    const char* expected;
+  };
+  const Open open_1 = io::ros::open_rosbag1, open_mcap = io::ros::open_mcap;
+  const char *const bag_file = "formats/rosbag1/kitti0005_3frames_lz4.bag",
+                    *const mcap_file = "formats/mcap/kitti0005_4frames_none.mcap";
+  for (const Row& row : {
+           // after the second chunk, the third chunk
+           Row{open_1, bag_file, 3310493, 2, "byte 3310493, expected the index at byte"},
+           Row{open_1, bag_file, 3000000, 1, "byte 3000000, inside the record at byte 1659632"},
+           Row{open_mcap, mcap_file, 5907184, 3, "byte 5907184, expected a footer"},
+           Row{open_mcap, mcap_file, 5907183, 2, "byte 5907183, inside the record at byte 3947315"},
+       }) {
+    const auto path = real_data(row.path);
+    if (!path) return;
+    std::string bytes = content_of(*path);
+    bytes.resize(row.size);
+    check_ends(row.open, bytes, row.messages, std::string("the file ends at ") + row.expected);
+  }
+}
+
 TEST_CASE("bags: what is none") {
   const TemporaryFolder folder;
   const auto other = put(folder.path() / "x.bag", "# .PCD v0.7");

@@ -78,6 +78,14 @@ void check_refused(const Messages& messages, const std::string& spec, ErrorCode 
   check_clear(found.error(), code, "run.bag", expected);
 }
 
+/// Frame, child and topic, and how many poses were left out.
+void check_told(const BagTrajectory& found, std::string_view names, std::uint64_t skipped,
+                std::string_view rule) {
+  CHECK(found.frame + " " + found.child + " " + found.topic == names);
+  CHECK(found.skipped == skipped);
+  CHECK(found.stamp_rule == rule);
+}
+
 void check_near(const Pose& pose, double x, double y, double yaw) {
   CHECK(pose.translation.x() == doctest::Approx(x).epsilon(1e-12));
   CHECK(pose.translation.y() == doctest::Approx(y).epsilon(1e-12));
@@ -95,11 +103,7 @@ TEST_CASE("poses of a topic of a bag") {
   };
   SUBCASE("of that name") {
     const BagTrajectory found = read(messages, "/odom");
-    CHECK(found.topic == "/odom");
-    CHECK(found.frame == "odom");
-    CHECK(found.child == "base_link");
-    CHECK(found.skipped == 2);
-    CHECK(found.stamp_rule == "stamps are those of the messages' headers");
+    check_told(found, "odom base_link /odom", 2, "stamps are those of the messages' headers");
     REQUIRE(found.poses.size() == 3);
     CHECK(found.poses[0].stamp == 10.5);
     check_near(found.poses[0].pose, 1, 2, 0.5);
@@ -184,11 +188,7 @@ TEST_CASE("a trajectory through a chain of transforms") {
   }
   SUBCASE("at the stamps of the fastest, others interpolated, with one that does not change") {
     const BagTrajectory found = read(robot(), "/tf:/map:lidar");
-    CHECK(found.frame == "map");
-    CHECK(found.child == "lidar");
-    CHECK(found.topic == "/tf");
-    CHECK(found.skipped == 0);
-    CHECK(found.stamp_rule == "stamps are those of the transform odom -> base");
+    check_told(found, "map lidar /tf", 0, "stamps are those of the transform odom -> base");
     REQUIRE(found.poses.size() == 5);
     for (std::size_t i = 0; i < 5; ++i) {
       const double k = static_cast<double>(i);

@@ -9,11 +9,7 @@
 namespace vantage {
 namespace {
 
-using test::check_clear;
-using test::check_refused;
-using test::put;
-using test::raw;
-using test::read_as;
+using namespace test;
 
 TEST_CASE("KITTI .bin: x y z of float32 quadruples; NaN dropped and counted") {
   const std::string content = raw(1.F) + raw(2.F) + raw(3.F) + raw(0.5F) + raw(1.F) +

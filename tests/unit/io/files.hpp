@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <string_view>
 
@@ -66,6 +67,24 @@ inline void check_refused(const std::string& name, std::string_view content,
   const auto cloud = read_as(name, content);
   REQUIRE_FALSE(cloud.has_value());
   check_clear(cloud.error(), ErrorCode::corrupt_data, name, expected);
+}
+
+/// Puts random bytes into `places` random places of a file's content, so many times: points or an
+/// error of one line, never a crash. @return  how often it is refused
+inline int check_damaged(const std::string& name, const std::string& good, int rounds, int places,
+                         std::mt19937& random) {
+  int refused = 0;
+  for (int i = 0; i < rounds; ++i) {
+    std::string content = good;
+    for (int k = 0; k < places; ++k) {
+      content[random() % content.size()] = static_cast<char>(random());
+    }
+    const auto cloud = read_as(name, content);
+    if (cloud) continue;
+    ++refused;
+    CHECK(to_string(cloud.error()).find('\n') == std::string::npos);
+  }
+  return refused;
 }
 
 }  // namespace vantage::test

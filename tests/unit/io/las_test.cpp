@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <sstream>
 #include <vector>
 
 #include "files.hpp"
@@ -190,70 +191,52 @@ TEST_CASE("LAS: any bytes in the header give points or an error") {
   }
 }
 
-struct Expected {
-  const char* file;
-  std::size_t points;
-  Point first, last, sum;
-};
+/// File, points; the first, the last and the sum of all points. From Python's struct module.
+constexpr const char* kRecorded = R"(
+1.2-with-color.las 1065 637012.24 849028.31 431.66 637342.85 853240.3200000001 423.92
+  678721022.97 906580758.4899988 462314.20000000024
+autzen_trim.las 110000 637177.98 849393.9500000001 411.19 636037.88 849336.9400000001 423.2
+  70020104544.59975 93406036431.28035 47337127.72999868
+perm_1.0_0.las 1 470692.44 4602888.9 16.0 470692.44 4602888.9 16.0
+  470692.44 4602888.9 16.0
+perm_1.1_0.las 1 470692.44 4602888.9 16.0 470692.44 4602888.9 16.0
+  470692.44 4602888.9 16.0
+perm_1.2_3.las 1 470692.44 4602888.9 16.0 470692.44 4602888.9 16.0
+  470692.44 4602888.9 16.0
+simple.las 1065 637012.24 849028.31 431.66 637342.85 853240.3200000001 423.92
+  678721022.97 906580758.4899988 462314.20000000024
+test1_4.las 1000 1694510.3869346841 1816497.966263977 5598.3596128149675
+  1694291.6363326558 1816493.0662305846 5597.089652537912
+  1694379477.6543586 1816495465.573155 5597520.532653073
+)";
 
 TEST_CASE("LAS: files of other programs") {
   const auto folder = real_data("formats/las");
   if (!folder) return;
-  const Expected files[] = {
-      {"1.2-with-color.las",
-       1065,
-       {637012.24, 849028.31, 431.66},
-       {637342.85, 853240.3200000001, 423.92},
-       {678721022.97, 906580758.4899988, 462314.20000000024}},
-      {"autzen_trim.las",
-       110000,
-       {637177.98, 849393.9500000001, 411.19},
-       {636037.88, 849336.9400000001, 423.2},
-       {70020104544.59975, 93406036431.28035, 47337127.72999868}},
-      {"perm_1.0_0.las",
-       1,
-       {470692.44, 4602888.9, 16.0},
-       {470692.44, 4602888.9, 16.0},
-       {470692.44, 4602888.9, 16.0}},
-      {"perm_1.1_0.las",
-       1,
-       {470692.44, 4602888.9, 16.0},
-       {470692.44, 4602888.9, 16.0},
-       {470692.44, 4602888.9, 16.0}},
-      {"perm_1.2_3.las",
-       1,
-       {470692.44, 4602888.9, 16.0},
-       {470692.44, 4602888.9, 16.0},
-       {470692.44, 4602888.9, 16.0}},
-      {"simple.las",
-       1065,
-       {637012.24, 849028.31, 431.66},
-       {637342.85, 853240.3200000001, 423.92},
-       {678721022.97, 906580758.4899988, 462314.20000000024}},
-      {"test1_4.las",
-       1000,
-       {1694510.3869346841, 1816497.966263977, 5598.3596128149675},
-       {1694291.6363326558, 1816493.0662305846, 5597.089652537912},
-       {1694379477.6543586, 1816495465.573155, 5597520.532653073}},
-  };
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(*folder)) {
     count += entry.path().extension() == ".las" ? 1 : 0;
   }
-  CHECK(count == std::size(files) + 1);  // and the one without points
-  for (const Expected& expected : files) {
-    CAPTURE(expected.file);
-    const auto cloud = io::read_point_cloud(*folder / expected.file, io::ReadTimes::yes);
+  std::size_t read = 0, points = 0;
+  std::string file;
+  Point first, last, total;
+  std::istringstream rows(kRecorded);
+  for (; rows >> file >> points; ++read) {
+    for (Point* point : {&first, &last, &total}) rows >> point->x() >> point->y() >> point->z();
+    CAPTURE(file);
+    const auto cloud = io::read_point_cloud(*folder / file, io::ReadTimes::yes);
     REQUIRE_MESSAGE(cloud, to_string(cloud.error()));
-    REQUIRE(cloud->points.size() == expected.points);
+    REQUIRE(cloud->points.size() == points);
     CHECK(cloud->dropped == 0);
     CHECK(cloud->times.values.empty());
-    CHECK((cloud->points.front() - expected.first).norm() < 1e-8);
-    CHECK((cloud->points.back() - expected.last).norm() < 1e-8);
+    CHECK((cloud->points.front() - first).norm() < 1e-8);
+    CHECK((cloud->points.back() - last).norm() < 1e-8);
     Point sum = Point::Zero();
     for (const Point& p : cloud->points) sum += p;
-    CHECK((sum - expected.sum).norm() <= 1e-9 * expected.sum.norm());
+    CHECK((sum - total).norm() <= 1e-9 * total.norm());
   }
+  CHECK(read == 7);
+  CHECK(count == read + 1);  // and the one without points
   const auto empty = io::read_point_cloud(*folder / "no-points.las");
   REQUIRE_MESSAGE(empty, to_string(empty.error()));
   CHECK(empty->points.empty());

@@ -1,5 +1,5 @@
-#include "io/ros/crc32.hpp"
 #include "io/ros/mcap_writer.hpp"
+#include "io/ros/crc32.hpp"
 
 #include <lz4frame.h>
 #include <zstd.h>

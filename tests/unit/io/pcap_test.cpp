@@ -23,10 +23,7 @@ using io::StampedScan;
 using io::velodyne::Datagram;
 using io::velodyne::NoDatagram;
 using io::velodyne::udp_datagram;
-using test::captured;
-using test::CapturedFrame;
-using test::check_clear;
-using test::VelodyneSensor;
+using namespace test;
 
 using Opened = Result<std::unique_ptr<ScanSource>>;
 

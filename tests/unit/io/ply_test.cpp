@@ -214,13 +214,7 @@ TEST_CASE("PLY: random damage gives points or an error, never a crash") {
     const std::string good =
         ply(format, "element face 2\nproperty list uchar int v\n" + kXyz) +
         (format == "ascii" ? "2 1 1\n1 3\n1 2 3\n4 5 6\n" : std::string(64, '\x01'));
-    for (int i = 0; i < 2000; ++i) {
-      std::string content = good;
-      for (int k = 0; k < 3; ++k) content[random() % content.size()] = static_cast<char>(random());
-      const auto cloud = read_as("a.ply", content);
-      if (!cloud) ++refused;
-      if (!cloud) CHECK(to_string(cloud.error()).find('\n') == std::string::npos);
-    }
+    refused += test::check_damaged("a.ply", good, 2000, 3, random);
   }
   CHECK(refused > 1000);
 }

@@ -13,10 +13,7 @@
 namespace vantage::io::ros {
 namespace {
 
-using test::check_clear;
-using test::encoding_of;
-using test::kLayouts;
-using test::MessageWriter;
+using namespace test;
 using Numbers = std::array<double, 7>;
 
 const SourceLocation kWhere{"run.bag", 0, 0};
@@ -50,17 +47,8 @@ std::string message_of(const std::string& type, MessageWriter::Layout layout,
   return writer.bytes();
 }
 
-const std::vector<std::string> kTypes{
-    "nav_msgs/Odometry",
-    "geometry_msgs/PoseStamped",
-    "geometry_msgs/PoseWithCovarianceStamped",
-    "geometry_msgs/TransformStamped",
-    "tf2_msgs/TFMessage",
-    "tf/tfMessage",
-};
-
 TEST_CASE("poses of every message and encoding") {
-  for (const std::string& type : kTypes) {
+  for (const std::string type : kPoseTypes) {
     for (const auto layout : kLayouts) {
       CAPTURE(type);
       CHECK(has_poses(type));
@@ -102,7 +90,7 @@ TEST_CASE("a quaternion close to unit length is normalized") {
 }
 
 TEST_CASE("numbers and rotations that are none are refused") {
-  for (const std::string& type : kTypes) {
+  for (const std::string type : kPoseTypes) {
     for (const auto layout : kLayouts) {
       CAPTURE(type);
       const auto refused = [&](const Numbers& numbers, const std::string& expected) {
@@ -136,7 +124,7 @@ TEST_CASE("numbers and rotations that are none are refused") {
 }
 
 TEST_CASE("messages with poses: cut at any byte refused, flipped bits do no harm") {
-  for (const std::string& type : kTypes) {
+  for (const std::string type : kPoseTypes) {
     for (const auto layout : kLayouts) {
       CAPTURE(type);
       const std::string whole = message_of(type, layout, kNumbers);

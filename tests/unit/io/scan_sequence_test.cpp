@@ -127,20 +127,21 @@ TEST_CASE("stamps from times.txt, in the directory before its parent") {
   REQUIRE_MESSAGE(sequence, to_string(sequence.error()));
   CHECK(stamps(*sequence) == std::vector<double>{5, 6, 7});
 
-  put(scans / "times.txt", "5\n6\n");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt", "2 stamps for 3 scans");
-  put(scans / "times.txt", "5\n6\n7\n8\n");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt", "4 stamps for 3 scans");
-  put(scans / "times.txt", "5\n7\n7\n");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt:3", "strictly increasing");
-  put(scans / "times.txt", "5\nsix\n7\n");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt:2", "found 'six'");
-  put(scans / "times.txt", "5\n6 6\n7\n");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt:2", "expected one stamp");
-  put(scans / "times.txt", "5\nnan\n7\n");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt:2", "found 'nan'");
-  put(scans / "times.txt", "");
-  check_not_opened(scans, ErrorCode::corrupt_data, "times.txt", "empty");
+  struct Row {
+    const char *stamps, *where, *expected;
+  };
+  for (const Row& row : {
+           Row{"5\n6\n", "times.txt", "2 stamps for 3 scans"},
+           Row{"5\n6\n7\n8\n", "times.txt", "4 stamps for 3 scans"},
+           Row{"5\n7\n7\n", "times.txt:3", "strictly increasing"},
+           Row{"5\nsix\n7\n", "times.txt:2", "found 'six'"},
+           Row{"5\n6 6\n7\n", "times.txt:2", "expected one stamp"},
+           Row{"5\nnan\n7\n", "times.txt:2", "found 'nan'"},
+           Row{"", "times.txt", "empty"},
+       }) {
+    put(scans / "times.txt", row.stamps);
+    check_not_opened(scans, ErrorCode::corrupt_data, row.where, row.expected);
+  }
 }
 
 TEST_CASE("a single file is a sequence of one") {
