@@ -17,6 +17,7 @@ function(vantage_install_package)
   install(EXPORT vantageTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
   install(EXPORT vantageConformanceTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
   install(EXPORT vantageIoTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
+  install(EXPORT vantageEvaluationTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
   configure_package_config_file("${PROJECT_SOURCE_DIR}/core/cmake/vantageConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/cmake/vantageConfig.cmake"
     INSTALL_DESTINATION "${package_dir}" PATH_VARS VANTAGE_INSTALL_PLUGIN_DIR)

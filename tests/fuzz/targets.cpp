@@ -9,6 +9,7 @@
 #include "io/ros/messages.hpp"
 #include "io/velodyne/capture.hpp"
 #include "seeds.hpp"
+#include "support/bags/message_writer.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 

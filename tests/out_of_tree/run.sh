@@ -34,19 +34,21 @@ for kind in partitioner ground visibility store matcher; do
   VANTAGE_PLUGIN_PATH=$project/build "$vantage" plugins describe "my_$kind" --toml >/dev/null
 done
 
-say "every header of vantage::io compiles by itself, with nothing but installed headers"
-for header in "$work"/prefix/include/vantage/io/*.hpp; do
+say "every header of vantage::io and vantage::evaluation compiles by itself, with nothing but installed headers"
+for header in "$work"/prefix/include/vantage/{io,evaluation}/*.hpp; do
   # shellcheck disable=SC2046
   g++ -std=c++20 -fsyntax-only -x c++ -I"$work/prefix/include" \
     $(pkg-config --cflags eigen3 2>/dev/null || echo -I/usr/include/eigen3) "$header" 2>"$work/log" ||
     { cat "$work/log"; fail "$(basename "$header") needs more than what is installed"; }
 done
 
-say "the example builds, reads files and a bag, finds a simulated sensor by itself and tracks it"
-example=$work/prefix/share/vantage/examples/live_localization
-[ "$(wc -l <"$example/live_localization.cpp")" -lt 40 ] || fail "the example has 40 lines or more"
-cmake -S "$example" -B "$work/live" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_FLAGS="-Wall -Wextra -Wpedantic -Werror" "$@" >/dev/null
-cmake --build "$work/live" >"$work/log" 2>&1 || { cat "$work/log"; fail "the example does not build"; }
+say "the examples build; the one of live use reads files and a bag, finds a simulated sensor and tracks it"
+for name in live offline; do
+  example=$work/prefix/share/vantage/examples/${name}_localization
+  [ "$(wc -l <"$example/${name}_localization.cpp")" -lt 40 ] || fail "the example has 40 lines or more"
+  cmake -S "$example" -B "$work/$name" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_FLAGS="-Wall -Wextra -Wpedantic -Werror" "$@" >/dev/null
+  cmake --build "$work/$name" >"$work/log" 2>&1 || { cat "$work/log"; fail "the example does not build"; }
+done
 "$vantage" simulate "$here/../../configs/simulate/demo.toml" --out "$work/campus" --quiet
 "$vantage" build "$here/../../configs/demo/L20.toml" --quiet \
   --set visibility.plugin=keep_all --set 'visibility.params={}' \
@@ -55,6 +57,7 @@ sed "s|params = { root = [^}]*}|params = { root = \"$work/campus_maps\" }|" \
   "$here/../../configs/demo/L20.toml" >"$work/live.toml"
 mkdir "$work/scans"
 find "$work/campus/scans" -name '*.pcd' | sort | head -n 8 | xargs cp -t "$work/scans"
+head -n 8 "$work/campus/scans/times.txt" >"$work/scans/times.txt"
 "$vantage" localize "$work/live.toml" --scans "$work/scans" --initial-pose auto --out "$work/run" \
   --mcap "$work/run.mcap" --quiet >/dev/null
 # follows_8_scans RECORDING [TOPIC]
@@ -68,6 +71,13 @@ follows_8_scans "$work/scans"
 mv "$work/log" "$work/log_of_files"
 follows_8_scans "$work/run.mcap" /scan
 cmp "$work/log" "$work/log_of_files" || fail "the bag gives other poses than the files in it"
+
+say "the other example localizes the bag and scores it"
+"$work/offline/offline_localization" "$work/live.toml" "$work/run.mcap" /scan "$work/campus/reference.tum" >"$work/log" ||
+  { cat "$work/log"; fail "the example fails"; }
+tail -n 1 "$work/log"
+[ "$(grep -c ' tracked ' "$work/log")" -ge 6 ] || { cat "$work/log"; fail "fewer than 6 of 8 scans are tracked"; }
+grep -Eq '^[678] of 8 scans tracked, error 0\.[012][0-9]* m' "$work/log" || fail "the error is not below 0.3 m"
 
 say "the mistake of docs/plugin_author.md is found by the clause that it names"
 project=$work/projects/my_partitioner

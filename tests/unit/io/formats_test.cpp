@@ -32,10 +32,10 @@ TEST_CASE("formats: every row has a name and extensions of its own, and a use or
     }
     // Content tells what a recording is; a cloud may be told by its name alone.
     if (format.open_bag != nullptr || format.open_capture != nullptr)
-      CHECK(format.probe != nullptr);
+      CHECK((format.probe != nullptr));
     if (format.cloud.read != nullptr) {
       CHECK((format.probe != nullptr || format.is(io::kByName)));
-      CHECK(format.cloud.layout != nullptr);
+      CHECK((format.cloud.layout != nullptr));
     }
     const bool is_read = format.cloud.read != nullptr || format.open_bag != nullptr ||
                          format.open_capture != nullptr || format.is(io::kTrajectory);
