@@ -10,7 +10,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
-#include "vantage/engine/build.hpp"
+#include "vantage/engine/bundle_build.hpp"
 #include "vantage/evaluation/statistics.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -182,37 +182,21 @@ Result<void> run(const Options& options) {
     return print_config(options, loader);
   }
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
-  VANTAGE_TRY(auto plugins, load_build_plugins(config, loader));
-  // Checks the matcher's part, too, so that a mistake is reported now and not when the robot
-  // drives.
-  VANTAGE_CHECK(effective_config(config, loader));
-
-  // The bundle keeps what made its content. Where the bundle lies and how it is used may change.
-  Config kept = config;
-  kept.store.reset();
-  if (config.store->content == StoredContent::points) kept.matcher.reset();
-  if (!plugins.ground) kept.ground.reset();
-  kept.localizer.reset();
-  BuildParams params = BuildParams::from(config);
-  kept.viewpoints = params.viewpoints;
-  VANTAGE_TRY(params.effective_config, effective_config(kept, loader));
-
+  VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, loader));
   VANTAGE_TRY(const auto map, read_map(source));
   BuildReport report;
   {
     // A partitioner may take longer than everything else, and cannot report its progress.
     if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
-    std::optional<cli::Progress> progress;  // its clock starts after the partitioner
-    VANTAGE_TRY(
-        report,
-        build_region_maps(map.points, map.trajectory, plugins, params, [&](const BuildProgress& p) {
-          if (!progress) {
-            progress.emplace("building (viewpoints)", options.common.quiet);
-          }
-          progress->update(p.viewpoints_done, p.viewpoints);
-        }));
+    std::optional<cli::Progress> progress;  // its clock starts after the cutting
+    VANTAGE_TRY(report, build.run(map.points, map.trajectory, [&](const BuildProgress& p) {
+      if (!progress) {
+        progress.emplace("building (viewpoints)", options.common.quiet);
+      }
+      progress->update(p.viewpoints_done, p.viewpoints);
+    }));
   }
-  VANTAGE_TRY(const MapIndex index, plugins.store->index());
+  VANTAGE_TRY(const MapIndex index, build.index());
   if (options.common.json) {
     std::cout << to_json(report, index, map).dump(2) << '\n';
   } else {

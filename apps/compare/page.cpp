@@ -12,16 +12,10 @@ namespace {
 
 using report::escaped;
 
-const Compared* find(const Comparison& c, const std::string& column) {
-  for (const Compared& q : c.quantities) {
-    if (q.column == column) return &q;
-  }
-  return nullptr;
-}
+std::string label(const Compared& q) { return heading(*q.metric); }
 
-std::string label(const Compared& q) {
-  return q.unit.empty() ? q.name : fmt::format("{} [{}]", q.name, q.unit);
-}
+/// Where the axis of a metric begins at 0 anyway.
+bool from_zero(const Compared& q) { return q.metric->better == Better::less; }
 
 std::vector<double> both(const Compared& q) {
   std::vector<double> all = q.a;
@@ -53,7 +47,7 @@ report::Axis way_axis(const Comparison& c) {
 }
 
 std::string lines(const Comparison& c, const Compared& q) {
-  const report::LinePanel values{q.name + " over the way",
+  const report::LinePanel values{std::string(q.metric->name) + " over the way",
                                  way_axis(c),
                                  report::axis_over(label(q), both(q), true, 5),
                                  {{"A", {0, report::Marker::disc}, over_way(c, q, q.a)},
@@ -64,12 +58,13 @@ std::string lines(const Comparison& c, const Compared& q) {
   ends.push_back(0.0);
   const auto [low, high] = std::minmax_element(ends.begin(), ends.end());
   const report::LinePanel differences{
-      q.name + ", B − A",
+      std::string(q.metric->name) + ", B − A",
       way_axis(c),
       report::linear_axis(label(q), *low, *high, 5),
       {{"B − A", {6, report::Marker::disc}, over_way(c, q, difference)}}};
   return report::figure({to_svg(values, 560.0, 210.0), to_svg(differences, 560.0, 210.0)},
-                        "Over the way; below 0 on the right, B is smaller.", q.column + "-way");
+                        "Over the way; below 0 on the right, B is smaller.",
+                        std::string(q.metric->key) + "-way");
 }
 
 std::string cumulative(const Compared& q) {
@@ -77,7 +72,7 @@ std::string cumulative(const Compared& q) {
   for (const int percent : {0, 25, 50, 75, 100}) {
     share.ticks.push_back({0.01 * percent, fmt::format("{} %", percent)});
   }
-  const report::LinePanel panel{q.name + ", cumulative",
+  const report::LinePanel panel{std::string(q.metric->name) + ", cumulative",
                                 report::axis_over(label(q), both(q), true, 8),
                                 share,
                                 {{"A", {0, report::Marker::disc}, report::cumulative(q.a)},
@@ -86,10 +81,9 @@ std::string cumulative(const Compared& q) {
 }
 
 std::string box(const Compared& q) {
-  const bool zero = q.better == Compared::Better::less;
   return to_svg(
       report::RowPanel{label(q),
-                       report::axis_over(label(q), both(q), zero),
+                       report::axis_over(label(q), both(q), from_zero(q)),
                        {{.name = "A", .look = {0, report::Marker::disc}, .sample = q.a},
                         {.name = "B", .look = {1, report::Marker::disc}, .sample = q.b}}});
 }
@@ -102,14 +96,16 @@ report::Table table(const Comparison& c) {
     for (const std::string& cell : rows[i]) row.cells.push_back({cell});
     if (i - 1 < c.quantities.size()) {
       const Compared& q = c.quantities[i - 1];
-      row.cells[2].data = {{"metric", q.column + ".a"}, {"value", fmt::format("{}", q.mean_a)}};
-      row.cells[3].data = {{"metric", q.column + ".b"}, {"value", fmt::format("{}", q.mean_b)}};
-      row.cells[4].data = {{"metric", q.column + ".difference"},
+      row.cells[2].data = {{"metric", std::string(q.metric->key) + ".a"},
+                           {"value", fmt::format("{}", q.mean_a)}};
+      row.cells[3].data = {{"metric", std::string(q.metric->key) + ".b"},
+                           {"value", fmt::format("{}", q.mean_b)}};
+      row.cells[4].data = {{"metric", std::string(q.metric->key) + ".difference"},
                            {"value", fmt::format("{}", q.difference)}};
       // Counts as better only if chance is an unlikely explanation.
       const bool sure = q.interval.low > 0.0 || q.interval.high < 0.0;
-      const bool b = (q.difference < 0.0) == (q.better == Compared::Better::less);
-      row.cells[b ? 3 : 2].best = sure;
+      const bool b = (q.difference < 0.0) == (q.metric->better == Better::less);
+      row.cells[b ? 3 : 2].best = sure && q.metric->better != Better::neither;
     }
     table.rows.push_back(std::move(row));
   }
@@ -132,23 +128,23 @@ std::string to_html(const Comparison& c) {
            "scans that follow each other closely the truth is wider. Green and bold: better, with "
            "0 outside the interval.</p>\n"});
   std::string error;
-  for (const char* column : {"error_m", "error_deg"}) {
-    const Compared* q = find(c, column);
-    if (q == nullptr) continue;
-    error += lines(c, *q);
-    error +=
-        report::figure({cumulative(*q), box(*q)}, "Share of scans, and box with mean as diamond.",
-                       std::string(column) + "-share");
+  std::vector<std::string> match, cost;
+  for (const Compared& q : c.quantities) {
+    switch (q.metric->group) {
+      case MetricGroup::error:
+        error += lines(c, q);
+        error +=
+            report::figure({cumulative(q), box(q)}, "Share of scans, and box with mean as diamond.",
+                           std::string(q.metric->key) + "-share");
+        break;
+      case MetricGroup::match: match.push_back(box(q)); break;
+      case MetricGroup::map:
+      case MetricGroup::scans:
+      case MetricGroup::time: cost.push_back(box(q)); break;
+    }
   }
   page.sections.push_back(
       {"error", "Error", error.empty() ? "<p>No scan has an error in both runs.</p>\n" : error});
-  std::vector<std::string> match, cost;
-  for (const char* column : {"fitness", "coverage", "NVTL", "LCP"}) {
-    if (const Compared* q = find(c, column)) match.push_back(box(*q));
-  }
-  for (const char* column : {"T_align_ms", "stall_ms", "N_point", "held_bytes"}) {
-    if (const Compared* q = find(c, column)) cost.push_back(box(*q));
-  }
   if (!match.empty()) {
     page.sections.push_back(
         {"match", "Match",

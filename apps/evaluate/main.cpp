@@ -24,24 +24,14 @@ struct Options {
   std::vector<fs::path> configs;
   fs::path out;
   std::vector<std::string> gates;
-  std::string baseline;
-  bool no_opponents = false;
+  std::string excess_over;
+  bool no_baselines = false;
   RouteOptions routes;
   cli::CommonOptions common;
 };
 
-/// Checks a bundle, so that a missing or damaged one is reported before any scan is localized.
-Result<void> check_bundle(const Config& config, const PluginLoader& loader) {
-  VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "evaluating"));
-  VANTAGE_TRY(const auto store, loader.load<MapStore>(choice.choice()));
-  auto index = store->index();
-  if (index) return {};
-  Error error = std::move(index).error();
-  if (error.code == ErrorCode::not_found) error.message += "; `vantage build` makes it";
-  return fail(std::move(error));
-}
-
-Result<std::vector<NamedConfig>> load_configs(const Options& options) {
+Result<std::vector<NamedConfig>> load_configs(const Options& options,
+                                              const std::vector<Gate>& gates) {
   std::vector<NamedConfig> configs;
   std::set<std::string> names;
   for (const fs::path& file : options.configs) {
@@ -51,7 +41,14 @@ Result<std::vector<NamedConfig>> load_configs(const Options& options) {
     }
     VANTAGE_TRY(Config config, load_config(file, options.common.overrides));
     configs.push_back({file.stem().string(), std::move(config)});
-    if (auto there = check_bundle(configs.back().config, options.common.loader()); !there) {
+    // Reports a bundle that is missing, damaged or out of date, or that a gate cannot be measured
+    // on, before any scan is localized.
+    const auto checked = [&]() -> Result<void> {
+      VANTAGE_TRY(const Bundle bundle,
+                  Bundle::open(configs.back().config, options.common.loader(), "evaluating"));
+      return check_measurable(gates, configs.back().name, bundle.index());
+    };
+    if (auto there = checked(); !there) {
       return fail(std::move(there).error().during("evaluating " + file.string()));
     }
   }
@@ -68,8 +65,8 @@ Result<std::vector<Gate>> read_gates(const Options& options) {
   return gates;
 }
 
-/// The baseline of `excess`: the configuration of that name, otherwise the wide-area map.
-const EvaluatedConfig* baseline_of(const Evaluation& evaluation, const std::string& name) {
+/// What `excess` is measured from: the configuration of that name, else the wide-area map.
+const EvaluatedConfig* excess_over_of(const Evaluation& evaluation, const std::string& name) {
   if (name.empty()) return wide_area_config(evaluation);
   const auto named =
       std::find_if(evaluation.configs.begin(), evaluation.configs.end(),
@@ -87,18 +84,18 @@ Result<void> check_names(const Options& options, const std::vector<Gate>& gates,
     return cli::usage_error(option + ": no configuration is called '" + name + "'");
   };
   for (const Gate& gate : gates) VANTAGE_CHECK(check("--gate", gate.config));
-  return check("--baseline", options.baseline);
+  return check("--excess-over", options.excess_over);
 }
 
-/// Writes one folder per run: <config>/<route>, with the opponents' runs in it.
+/// A folder a run: <config>/<route>, and the baselines' in it.
 Result<void> write_runs(const Evaluation& evaluation, const fs::path& out) {
   for (const EvaluatedConfig& config : evaluation.configs) {
     for (std::size_t r = 0; r < evaluation.routes.size(); ++r) {
       const fs::path folder = out / config.name / evaluation.routes[r].name;
       VANTAGE_CHECK(write_run(config.routes[r].run, config.routes[r].summary, folder));
-      for (const Opponent& opponent : config.opponents) {
+      for (const Baseline& baseline : config.baselines) {
         VANTAGE_CHECK(
-            write_run(opponent.routes[r].run, opponent.routes[r].summary, folder / opponent.name));
+            write_run(baseline.routes[r].run, baseline.routes[r].summary, folder / baseline.name));
       }
     }
   }
@@ -134,20 +131,20 @@ ScanProgress progress_of(const std::string& label, bool quiet) {
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const std::vector<Gate> gates, read_gates(options));
-  VANTAGE_TRY(const auto configs, load_configs(options));
+  VANTAGE_TRY(const auto configs, load_configs(options, gates));
   VANTAGE_CHECK(check_names(options, gates, configs));
   VANTAGE_TRY(const auto routes, options.routes.open());
 
   const EvaluationOptions how{
       .loader = options.common.loader(),
-      .opponents = !options.no_opponents,
+      .baselines = !options.no_baselines,
       .progress = [&](const auto& label) { return progress_of(label, options.common.quiet); }};
   VANTAGE_TRY(Evaluation evaluation, evaluate(configs, routes, how));
   std::vector<std::string> names;
   for (const Route& route : evaluation.routes) names.push_back(route.name);
-  const EvaluatedConfig* baseline = baseline_of(evaluation, options.baseline);
+  const EvaluatedConfig* excess_over = excess_over_of(evaluation, options.excess_over);
   for (EvaluatedConfig& config : evaluation.configs) {
-    config.gates = judge(gates, config, names, baseline);
+    config.gates = judge(gates, config, names, excess_over);
   }
 
   VANTAGE_CHECK(write_runs(evaluation, options.out));
@@ -165,9 +162,9 @@ Result<void> run(const Options& options) {
   for (std::size_t i = 1; i < rows.size(); ++i) table.add(rows[i]);
   std::cout << table.to_string(options.common.style()) << '\n';
   for (const EvaluatedConfig& config : evaluation.configs) {
-    if (!config.no_opponents.empty()) {
-      std::cout << config.name << (config.opponents.empty() ? " has no opponents: " : ": ")
-                << config.no_opponents << '\n';
+    if (!config.no_baselines.empty()) {
+      std::cout << config.name << (config.baselines.empty() ? " has no baselines: " : ": ")
+                << config.no_baselines << '\n';
     }
   }
   if (!gates.empty()) print_gates(evaluation, options.common.style());
@@ -196,10 +193,10 @@ int main(int argc, char** argv) {
          "limits to keep on every route, such as error=0.5cm,lost=0, or L20:error=0.5cm for "
          "one configuration; exit code 1 if one is not kept")
       ->allow_extra_args(false);
-  app.add_option("--baseline", options.baseline,
+  app.add_option("--excess-over,--baseline", options.excess_over,
                  "configuration that the gate 'excess' is measured from; the wide-area map's if "
                  "left out");
-  app.add_flag("--no-opponents", options.no_opponents,
+  app.add_flag("--no-baselines,--no-opponents", options.no_baselines,
                "leave out the maps of equal size by random thinning, voxel thinning and radius");
   options.common.add_to(app);
   app.footer("Gates, with the limit that '=' means:\n" + vantage::gate_help());

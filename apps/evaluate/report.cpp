@@ -9,28 +9,44 @@
 #include "evaluate/page/tables.hpp"
 #include "report/html.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/metrics.hpp"
 
 namespace vantage {
+namespace {
+
+/// The columns of numbers of the terminal's table.
+template <class F>
+void for_each_brief(const F& f) {
+  for (const Metric* metric : metrics_by_group()) {
+    for (const NamedStatistic& statistic : statistics_in(metric->brief)) f(*metric, statistic);
+  }
+}
+
+std::string cell(const RunSummary& summary, const Metric& metric, const NamedStatistic& statistic) {
+  const Statistics s = summary[metric.key];
+  if (s.count == 0) return "-";
+  const double value = s.*statistic.member;
+  if (metric.is(kShareOfScans)) return fmt::format("{:.0f}/{}", value, summary.scans);
+  return metric.digits == 0 ? cli::grouped(static_cast<std::uint64_t>(value + 0.5))
+                            : shown(metric, value);
+}
+
+}  // namespace
 
 std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
-  std::vector<std::vector<std::string>> rows{
-      {"config", "map", "route", "points", "reduction [%]", "error [cm]", "p95 [cm]", "error [deg]",
-       "lost", "switches", "T_align [ms]", "fitness", "coverage [%]", "NVTL", "LCP [1e-6]"}};
-  const auto text = [](const Statistics& s, double value, int digits) {
-    return s.count == 0 ? std::string("-") : fmt::format("{:.{}f}", value, digits);
-  };
+  std::vector<std::vector<std::string>> rows{{"config", "map", "route"}};
+  for_each_brief([&](const Metric& metric, const NamedStatistic& statistic) {
+    const bool first = statistic.name == statistics_in(metric.brief).front().name;
+    rows.front().push_back(first ? heading(metric)
+                                 : fmt::format("{} [{}]", statistic.name, metric.unit->shown));
+  });
   for (std::size_t route = 0; route < evaluation.routes.size(); ++route) {
     for (const page::MapRun& r : page::runs_of(evaluation, route)) {
-      const RunSummary& s = r.run->summary;
-      rows.push_back(
-          {r.config->name, std::string(r.map), evaluation.routes[route].name,
-           cli::grouped(static_cast<std::uint64_t>(s.map_points.mean + 0.5)),
-           fmt::format("{:.1f}", 100.0 * r.config->reduction()),
-           text(s.error_m, 100.0 * s.error_m.mean, 2), text(s.error_m, 100.0 * s.error_m.p95, 2),
-           text(s.error_deg, s.error_deg.mean, 3), fmt::format("{}/{}", s.lost, s.scans),
-           std::to_string(s.switches), text(s.align_ms, s.align_ms.mean, 1),
-           text(s.fitness, s.fitness.mean, 3), text(s.coverage, 100.0 * s.coverage.mean, 1),
-           text(s.nvtl, s.nvtl.mean, 3), text(s.lcp, 1e6 * s.lcp.mean, 3)});
+      auto& row = rows.emplace_back(
+          std::vector{r.config->name, std::string(r.map), evaluation.routes[route].name});
+      for_each_brief([&](const Metric& metric, const NamedStatistic& statistic) {
+        row.push_back(cell(r.run->summary, metric, statistic));
+      });
     }
   }
   return rows;

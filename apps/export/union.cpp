@@ -6,22 +6,15 @@
 #include <cmath>
 #include <limits>
 
+#include "vantage/kit/hash.hpp"
+
 namespace vantage::exporting {
 namespace {
 
 constexpr double kCell = 1.0 / 256.0;  // [m]; at least twice any tolerance
 
-/// The finalizer of SplitMix64.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
-/// How far a stored coordinate may be from the map's coordinate: 2^-24 of the largest extent, and
-/// the rounding of doubles. The extent counts twice, because origins are rounded and viewpoints may
-/// lie outside.
+/// How far a stored coordinate may be from the map's: 2^-24 of the largest extent, which counts
+/// twice since origins are rounded and viewpoints may lie outside; and roundings of doubles.
 double error_of(const RegionMap& map) {
   Bounds3 bounds = bounds_of(map.points);
   for (const Point& p : map.viewpoints) bounds.extend(p);
@@ -37,7 +30,7 @@ std::size_t UnionOfMaps::slot_of(double x, double y, double z) const {
   // Cells are doubles, which never overflow here. + 0.0 makes -0 the same as 0.
   std::uint64_t key = 0;
   for (const double coordinate : {x, y, z}) {
-    key = mixed(key ^ std::bit_cast<std::uint64_t>(std::floor(coordinate / kCell) + 0.0));
+    key = scatter(key ^ std::bit_cast<std::uint64_t>(std::floor(coordinate / kCell) + 0.0));
   }
   return key & (slots_.size() - 1);
 }

@@ -10,6 +10,7 @@
 #include "terminal/input_options.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run_files.hpp"
 
 namespace vantage {
@@ -27,7 +28,8 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
                    const cli::Style& style) {
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
-      s.scans, run.stamp_rule, s.tracked, s.lost, s.recovered, s.switches, s.blocking_loads);
+      s.scans, run.stamp_rule, s.tracked, s.count("lost"), s.count("recovered"),
+      s.count("switched"), s.count("blocked"));
   if (run.skipped.not_later > 0) {
     std::cout << fmt::format("{} scans stamped no later than the one before were skipped\n",
                              run.skipped.not_later);
@@ -41,33 +43,20 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
         "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,
         1e3 * run.seconds_late);
   }
-  if (s.outside > 0) {
+  if (const std::size_t outside = s.count("outside"); outside > 0) {
     std::cout << fmt::format(
-        "{} scans began outside every region that has a map; the last map was kept\n", s.outside);
+        "{} scans began outside every region that has a map; the last map was kept\n", outside);
   }
   cli::TextTable table({"", "mean", "median", "p95", "p99", "max"});
-  const auto row = [&](const std::string& name, const Statistics& x, int digits,
-                       double scale = 1.0) {
-    const auto number = [&](double v) { return fmt::format("{:.{}f}", scale * v, digits); };
-    table.add(
-        {name, number(x.mean), number(x.median), number(x.p95), number(x.p99), number(x.max)});
-  };
-  if (s.error_m.count > 0) {
-    row("error [cm]", s.error_m, 2, 100.0);
-    row("error [deg]", s.error_deg, 3);
+  for (const Metric* metric : metrics_by_group()) {
+    if (metric->is_count()) continue;
+    const Statistics x = s[metric->key];
+    std::vector<std::string> row{heading(*metric)};
+    for (const double value : {x.mean, x.median, x.p95, x.p99, x.max}) {
+      row.push_back(x.count > 0 ? shown(*metric, value) : "-");
+    }
+    table.add(std::move(row));
   }
-  row("T_align [ms]", s.align_ms, 2);
-  row("stall [ms]", s.stall_ms, 3);
-  if (s.search_ms.count > 0) row("search [ms]", s.search_ms, 1);
-  row("T_load [ms]", s.load_ms, 2);
-  row("T_prepare [ms]", s.prepare_ms, 2);
-  row("N_point", s.map_points, 0);
-  row("iterations", s.iterations, 1);
-  row("fitness", s.fitness, 4);
-  row("NVTL", s.nvtl, 4);
-  row("coverage", s.coverage, 4);
-  row("LCP x 1e6", s.lcp, 4, 1e6);
-  row("sigma [cm]", s.sigma_m, 2, 100.0);
   std::cout << '\n' << table.to_string(style) << "\nwritten to " << out.string() << '\n';
 }
 
@@ -85,9 +74,12 @@ Result<void> run(const Options& options) {
     VANTAGE_TRY(inputs.initial_pose,
                 cli::parse_pose("--initial-pose", options.initial_pose, " or 'auto'"));
   }
+  const PluginLoader plugins = options.common.loader();
+  VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
+  VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
-    VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, config, options.common.loader()));
+    VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));
     inputs.observe = [&](const io::StampedScan& scan, const RunScan& result) {
       return recorder->add(scan, result);
     };
@@ -95,7 +87,7 @@ Result<void> run(const Options& options) {
   Run run;
   {
     cli::Progress progress("localizing (scans)", options.common.quiet);
-    VANTAGE_TRY(run, localize_scans(config, options.common.loader(), inputs,
+    VANTAGE_TRY(run, localize_scans(std::move(localizer), config.file, inputs,
                                     [&](std::size_t done, std::size_t total) {
                                       progress.update(done, total);
                                     }));

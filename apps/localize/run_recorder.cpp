@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "vantage/evaluation/metrics.hpp"
+
 namespace vantage {
 namespace {
 
@@ -16,7 +18,6 @@ using io::ros::Header;
 constexpr const char* kMapFrame = "map";
 constexpr const char* kScanFrame = "lidar";
 constexpr const char* kNoMaps = "the bundle holds prepared maps only, no points";
-constexpr double kDegrees = 180.0 / M_PI;
 // float32 is exact to 1 mm up to 16 km.
 constexpr double kFarFromOrigin = 10'000.0;
 
@@ -35,9 +36,6 @@ std::string text_of(const Point& p) { return fmt::format("{} {} {}", p.x(), p.y(
 class Values {
  public:
   void add(const std::string& name, const std::string& value) { values_.emplace_back(name, value); }
-  void add(const std::string& name, double value) { add(name, fmt::format("{}", value)); }
-  void add(const std::string& name, std::size_t value) { add(name, std::to_string(value)); }
-  void add(const std::string& name, bool value) { add(name, std::string(value ? "yes" : "no")); }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> take() && {
     return std::move(values_);
   }
@@ -49,36 +47,18 @@ class Values {
 void add_state(Values& values, const ScanReport& report) {
   values.add("tracking", std::string(to_string(report.tracking)));
   values.add("reason", report.reason);
-  values.add("has_pose", report.has_pose);
-  values.add("recovered", report.recovered);
-  values.add("switched", report.switched);
-  values.add("outside", report.outside);
-  values.add("blocked", report.blocked);
-}
-
-void add_times(Values& values, const ScanReport& report) {
-  values.add("align_ms", 1e3 * report.seconds_align);
-  values.add("search_ms", 1e3 * report.seconds_search);
-  values.add("stall_ms", 1e3 * report.seconds_stall);
-  values.add("load_ms", 1e3 * report.seconds_load);
-  values.add("prepare_ms", 1e3 * report.seconds_prepare);
-}
-
-void add_scores(Values& values, const ScanReport& report) {
-  values.add("map_points", report.map_points);
-  values.add("scan_points", report.scan_points);
-  if (const auto& alignment = report.alignment) {
-    values.add("iterations", std::size_t{alignment->iterations});
-    values.add("termination", std::string(to_string(alignment->termination)));
-    values.add("fitness", alignment->score.fitness);
-    values.add("nvtl", alignment->score.nvtl);
-    values.add("coverage", alignment->score.coverage);
-    values.add("lcp", report.lcp);
+  values.add("has_pose", std::string(report.has_pose ? "yes" : "no"));
+  if (report.alignment) {
+    values.add("termination", std::string(to_string(report.alignment->termination)));
   }
-  if (const auto& confidence = report.confidence) {
-    values.add("sigma_m", confidence->sigma_translation[0]);
-    values.add("sigma_deg", confidence->sigma_rotation[0] * kDegrees);
-    values.add("degenerate", std::size_t{confidence->degenerate});
+}
+
+void add_metrics(Values& values, const RunScan& scan) {
+  for (const Metric& metric : metrics()) {
+    if (metric.is(kNotInFiles)) continue;
+    if (const auto x = metric.value(scan)) {
+      values.add(std::string(metric.key), fmt::format("{}", *x));
+    }
   }
 }
 
@@ -89,31 +69,25 @@ Diagnostic::Level level_of(const ScanReport& report) {
 
 }  // namespace
 
-RunRecorder::RunRecorder(std::string name, io::ros::McapWriter writer, PluginPtr<MapStore> store,
-                         MapIndex index)
+RunRecorder::RunRecorder(std::string name, io::ros::McapWriter writer, Bundle bundle)
     : name_(std::move(name)),
       writer_(std::move(writer)),
-      store_(std::move(store)),
-      index_(std::move(index)),
-      origin_(origin_of(index_.map_bounds)),
-      has_maps_(std::any_of(index_.regions.begin(), index_.regions.end(),
-                            [](const RegionSummary& region) { return region.points > 0; })) {}
+      bundle_(std::move(bundle)),
+      origin_(origin_of(bundle_.index().map_bounds)),
+      has_maps_(bundle_.has_points()) {}
 
-Result<RunRecorder> RunRecorder::create(const std::filesystem::path& path, const Config& config,
-                                        const PluginLoader& loader) {
-  VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "recording"));
-  VANTAGE_TRY(auto store, loader.load<MapStore>(choice.choice()));
-  VANTAGE_TRY(auto index, store->index());
-  std::error_code ignored;  // creating the file reports what is wrong
+Result<RunRecorder> RunRecorder::create(const std::filesystem::path& path, Bundle bundle,
+                                        const std::string& config) {
+  std::error_code ignored;  // creating the file says what is wrong
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
   VANTAGE_TRY(auto writer, io::ros::McapWriter::create(path));
-  RunRecorder recorder(path.string(), std::move(writer), std::move(store), std::move(index));
+  RunRecorder recorder(path.string(), std::move(writer), std::move(bundle));
   VANTAGE_CHECK(recorder.describe(config));
   return recorder;
 }
 
-Result<void> RunRecorder::describe(const Config& config) {
-  VANTAGE_CHECK(writer_.add_metadata("vantage", {{"config", config.file},
+Result<void> RunRecorder::describe(const std::string& config) {
+  VANTAGE_CHECK(writer_.add_metadata("vantage", {{"config", config},
                                                  {"origin_x", fmt::format("{}", origin_.x())},
                                                  {"origin_y", fmt::format("{}", origin_.y())},
                                                  {"origin_z", fmt::format("{}", origin_.z())},
@@ -146,7 +120,7 @@ Result<void> RunRecorder::add(const io::StampedScan& scan, const RunScan& result
 }
 
 Result<void> RunRecorder::add_map(double stamp, RegionId region) {
-  VANTAGE_TRY(RegionMap map, store_->get(region));
+  VANTAGE_TRY(RegionMap map, bundle_.get(region));
   for (Point& p : map.points) p -= origin_;
   VANTAGE_TRY(const auto message,
               io::ros::write_point_cloud2({.stamp = stamp, .frame = kMapFrame}, map.points));
@@ -174,7 +148,8 @@ Result<void> RunRecorder::add_pose(const ScanReport& report) {
   VANTAGE_CHECK(writer_.write(channels_.tf, report.stamp, tf));
   VANTAGE_TRY(const auto stamped, io::ros::write_pose_stamped(header, pose));
   VANTAGE_CHECK(writer_.write(channels_.pose, report.stamp, stamped));
-  VANTAGE_TRY(const auto label, io::ros::write_string(index_.partition[report.region].label));
+  VANTAGE_TRY(const auto label,
+              io::ros::write_string(bundle_.index().partition[report.region].label));
   return writer_.write(channels_.region, report.stamp, label);
 }
 
@@ -182,14 +157,7 @@ Result<void> RunRecorder::add_diagnostics(const RunScan& result) {
   const ScanReport& report = result.report;
   Values values;
   add_state(values, report);
-  add_times(values, report);
-  add_scores(values, report);
-  values.add("dropped_points",
-             static_cast<std::size_t>(report.dropped_points + result.dropped_by_reader));
-  if (result.error) {
-    values.add("error_m", result.error->metres);
-    values.add("error_deg", result.error->degrees);
-  }
+  add_metrics(values, result);
   values.add("origin_m", text_of(origin_));
   if (!has_maps_) values.add("map", std::string(kNoMaps));
   const bool tracked = report.tracking == Tracking::tracked;

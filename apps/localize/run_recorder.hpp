@@ -7,11 +7,9 @@
 
 #include "io/ros/mcap_writer.hpp"
 #include "io/ros/message_writers.hpp"
-#include "vantage/engine/config.hpp"
-#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/bundle.hpp"
 #include "vantage/evaluation/run.hpp"
 #include "vantage/io/scan_source.hpp"
-#include "vantage/map_store.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -29,11 +27,11 @@ namespace vantage {
 /// say how many.
 class RunRecorder {
  public:
-  /// @param config  of the run; the region maps are read from its [store]
-  /// Errors: those of McapWriter::create (the file's folder is created if needed); those of
-  /// MapStore::index; a missing table or plugin.
-  [[nodiscard]] static Result<RunRecorder> create(const std::filesystem::path& path,
-                                                  const Config& config, const PluginLoader& loader);
+  /// @param bundle  of the run: the region maps are read from it
+  /// @param config  the file of the run's configuration
+  /// Errors: those of McapWriter::create, after the file's folder was created if need be.
+  [[nodiscard]] static Result<RunRecorder> create(const std::filesystem::path& path, Bundle bundle,
+                                                  const std::string& config);
 
   /// Errors: those of McapWriter::write and MapStore::get.
   [[nodiscard]] Result<void> add(const io::StampedScan& scan, const RunScan& result);
@@ -48,9 +46,8 @@ class RunRecorder {
     io::ros::McapWriter::ChannelId map = 0, scan = 0, pose = 0, region = 0, tf = 0, diagnostics = 0;
   };
 
-  RunRecorder(std::string name, io::ros::McapWriter writer, PluginPtr<MapStore> store,
-              MapIndex index);
-  [[nodiscard]] Result<void> describe(const Config& config);
+  RunRecorder(std::string name, io::ros::McapWriter writer, Bundle bundle);
+  [[nodiscard]] Result<void> describe(const std::string& config);
   [[nodiscard]] Result<void> add_map(double stamp, RegionId region);
   [[nodiscard]] Result<void> add_scan(const io::StampedScan& scan);
   [[nodiscard]] Result<void> add_pose(const ScanReport& report);
@@ -58,8 +55,7 @@ class RunRecorder {
 
   std::string name_;
   io::ros::McapWriter writer_;
-  PluginPtr<MapStore> store_;
-  MapIndex index_;
+  Bundle bundle_;
   Channels channels_;
   Point origin_ = Point::Zero();  // of the frame "map" in the map's own coordinates [m]
   bool has_maps_ = false;

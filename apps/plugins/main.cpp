@@ -188,7 +188,7 @@ int main(int argc, char** argv) {
   auto* create = app.add_subcommand("new", "a project of its own for a new plugin");
   create->add_option("KIND", options.kind, "what kind of plugin")
       ->required()
-      ->type_name("{partitioner,ground,visibility,store,matcher}");
+      ->type_name("{" + vantage::plugin_kinds(",") + "}");
   create->add_option("NAME", options.name, "name of the plugin, as in my_split")
       ->required()
       ->type_name("WORD");

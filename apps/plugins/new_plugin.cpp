@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <optional>
 
 #include "templates.hpp"
 
@@ -43,14 +44,7 @@ std::string class_name(const std::string& name, PluginKind kind) {
     result += upper && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     upper = false;
   }
-  switch (kind) {
-    case PluginKind::partitioner: return result + "Partitioner";
-    case PluginKind::ground: return result + "GroundFilter";
-    case PluginKind::visibility: return result + "Operator";
-    case PluginKind::store: return result + "Store";
-    case PluginKind::matcher: return result + "Matcher";
-  }
-  return result;
+  return result + with_kind(kind, [](const auto& traits) { return traits.class_suffix; });
 }
 
 /// Replaces every @key@ of the map.
@@ -90,16 +84,22 @@ std::string file_of(std::string_view path, const std::string& kind, const std::s
 
 }  // namespace
 
+std::string plugin_kinds(const std::string& between) {
+  std::string listed;
+  for_each_kind([&](const auto& kind) { listed += (listed.empty() ? "" : between) + kind.name; });
+  return listed;
+}
+
 Result<PluginKind> plugin_kind(const std::string& word) {
   std::vector<std::string> kinds;
-  std::string listed;
-  for (std::size_t k = 0; k < kPluginKinds; ++k) {
-    kinds.emplace_back(to_string(static_cast<PluginKind>(k)));
-    if (kinds.back() == word) return static_cast<PluginKind>(k);
-    listed += (listed.empty() ? "" : ", ") + kinds.back();
-  }
+  std::optional<PluginKind> found;
+  for_each_kind([&](const auto& kind) {
+    kinds.emplace_back(kind.name);
+    if (kinds.back() == word) found = kind.kind;
+  });
+  if (found) return *found;
   return fail(ErrorCode::invalid_input, "no kind '" + word + "'" + did_you_mean(word, kinds) +
-                                            " (there are: " + listed + ")");
+                                            " (there are: " + plugin_kinds(", ") + ")");
 }
 
 Result<void> write_plugin_project(PluginKind kind, const std::string& name,

@@ -16,6 +16,9 @@ namespace vantage {
 [[nodiscard]] Result<void> write_plugin_project(PluginKind kind, const std::string& name,
                                                 const std::filesystem::path& folder);
 
+/// The names of all kinds, in one line.
+[[nodiscard]] std::string plugin_kinds(const std::string& between);
+
 /// Errors: `invalid_input` for a word that is not a kind.
 [[nodiscard]] Result<PluginKind> plugin_kind(const std::string& word);
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "terminal/hash.hpp"
+#include "vantage/kit/hash.hpp"
 
 namespace vantage::simulation {
 

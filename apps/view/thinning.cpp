@@ -4,20 +4,14 @@
 #include <bit>
 #include <cmath>
 
+#include "vantage/kit/hash.hpp"
+
 namespace vantage::view {
 namespace {
 
 constexpr double kFinestCell = 0.01;  // [m]
 constexpr int kBits = 21;             // of a coordinate in a key
 constexpr double kNextShare = 0.75;
-
-/// The finalizer of SplitMix64, which puts the keys of neighbours far apart.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 }  // namespace
 
@@ -38,13 +32,13 @@ std::uint64_t PointTable::key_of(const Point& p) const noexcept {
 }
 
 bool PointTable::kept(std::uint64_t key) const noexcept {
-  return share_ >= 1.0 || std::ldexp(static_cast<double>(mixed(key)), -64) < share_;
+  return share_ >= 1.0 || std::ldexp(static_cast<double>(scatter(key)), -64) < share_;
 }
 
 std::size_t PointTable::slot_of(std::uint64_t key) const noexcept {
   const std::size_t mask = slots_.size() - 1;
-  // Uses the low bits: the high bits decide what is kept, and are small in a thinned table.
-  std::size_t slot = mixed(key) & mask;
+  // The low bits: the high ones say what is kept, and are small in a table that is thinned.
+  std::size_t slot = scatter(key) & mask;
   while (slots_[slot] != 0 && keys_[slots_[slot] - 1] != key) slot = (slot + 1) & mask;
   return slot;
 }

@@ -44,16 +44,13 @@ std::string emptied(std::string text, const Placeholders& placeholders) {
 
 Placeholders placeholders_of_this_build() {
   Placeholders placeholders{{"{plugin_dir}", fs::canonical(VANTAGE_PLUGIN_DIR).string()}};
-  for (std::size_t kind = 0; kind < kPluginKinds; ++kind) {
+  for_each_kind([&](const auto& kind) {
     std::string names;
     for (const PluginFile& file : test::built_plugins().list()) {
-      if (static_cast<std::size_t>(file.kind) == kind) {
-        names += (names.empty() ? "" : ", ") + file.name;
-      }
+      if (file.kind == kind.kind) names += (names.empty() ? "" : ", ") + file.name;
     }
-    const std::string name = to_string(static_cast<PluginKind>(kind));
-    placeholders.emplace_back("{" + name + " plugins}", names);
-  }
+    placeholders.emplace_back("{" + std::string(kind.name) + " plugins}", names);
+  });
   return placeholders;
 }
 

@@ -1,4 +1,4 @@
-// `vantage evaluate`: routes, opponents of equal size, gates; its numbers judged from outside.
+// `vantage evaluate`: routes, baselines of equal size, gates; its numbers judged from outside.
 #include <doctest/doctest.h>
 
 #include <map>
@@ -43,7 +43,7 @@ struct Evaluated {
   }
 };
 
-/// N_point of every region that a run was in.
+/// map_points of every region that a run was in.
 std::map<std::string, std::string> points_of_regions(const fs::path& scans_csv) {
   std::istringstream csv(test::read_text(scans_csv));
   std::map<std::string, std::string> points;
@@ -67,7 +67,7 @@ void replace_in_file(const fs::path& path, const std::string& what, const std::s
 
 }  // namespace
 
-TEST_CASE("evaluate: routes, opponents with equally many points, numbers that can be recomputed") {
+TEST_CASE("evaluate: routes, baselines with equally many points, numbers that can be recomputed") {
   const Evaluated world;
   const auto done = world.evaluate({"--scans", world.street.path("scans"), "--reference",
                                     world.street.path("reference.tum"), "--route", "there",
@@ -79,14 +79,14 @@ TEST_CASE("evaluate: routes, opponents with equally many points, numbers that ca
   const json& regions = summary["configs"][0];
   REQUIRE(regions["routes"].size() == 2);
   for (const json& route : regions["routes"]) {
-    for (const std::string opponent : {"random", "voxel", "radius"}) {
-      CAPTURE(opponent);
-      const json& run = route["opponents"][opponent];
+    for (const std::string baseline : {"random", "voxel", "radius"}) {
+      CAPTURE(baseline);
+      const json& run = route["baselines"][baseline];
       CHECK(run["scans"]["total"] == test::Street::kScans);
       const fs::path folder = out / "L10" / route["route"].get<std::string>();
       const auto own = points_of_regions(folder / "scans.csv");
       std::size_t shared = 0;
-      for (const auto& [region, points] : points_of_regions(folder / opponent / "scans.csv")) {
+      for (const auto& [region, points] : points_of_regions(folder / baseline / "scans.csv")) {
         if (const auto same = own.find(region); same != own.end()) {
           CHECK_MESSAGE(same->second == points, region);
           ++shared;
@@ -97,9 +97,9 @@ TEST_CASE("evaluate: routes, opponents with equally many points, numbers that ca
     }
     CHECK(fs::exists(out / "L10" / route["route"].get<std::string>() / "voxel" / "scans.csv"));
   }
-  CHECK_FALSE(regions.contains("no_opponents"));
+  CHECK_FALSE(regions.contains("no_baselines"));
   CHECK_FALSE(regions.contains("passed"));
-  CHECK(summary["configs"][1]["no_opponents"] == "its region maps hold every point within reach");
+  CHECK(summary["configs"][1]["no_baselines"] == "its region maps hold every point within reach");
   // The same drive twice: the same poses, whichever other thread was at work.
   CHECK(test::read_text(out / "L10/there/trajectory.tum") ==
         test::read_text(out / "L10/and_again/trajectory.tum"));
@@ -132,7 +132,7 @@ TEST_CASE("evaluate: routes, opponents with equally many points, numbers that ca
 TEST_CASE("evaluate: gates decide the exit code, and everything is written all the same") {
   const Evaluated world;
   auto done = world.evaluate(
-      {"--no-opponents", "--gate", "error=10cm,lost=0", "--gate", "wide:reduction<=0%"});
+      {"--no-baselines", "--gate", "error=10cm,lost=0", "--gate", "wide:reduction<=0%"});
   CHECK_MESSAGE(done.exit_code == 0, done.err);
   CHECK(done.out.find("pass  L10: error ") != std::string::npos);
   const fs::path summary = world.street.folder() / "evaluation/summary.json";
@@ -140,10 +140,10 @@ TEST_CASE("evaluate: gates decide the exit code, and everything is written all t
   CHECK(written["configs"][0]["passed"] == true);
   CHECK(written["configs"][0]["gates"].size() == 2);
   CHECK(written["configs"][1]["gates"].size() == 3);
-  CHECK(written["configs"][0]["no_opponents"] == "they were not asked for");
+  CHECK(written["configs"][0]["no_baselines"] == "they were not asked for");
 
   fs::remove(summary);
-  done = world.evaluate({"--no-opponents", "--gate", "L10:error=0.001mm"});
+  done = world.evaluate({"--no-opponents", "--gate", "L10:error=0.001mm"});  // as it was called
   CHECK(done.exit_code == 1);
   CHECK(done.out.find("FAIL  L10: error ") != std::string::npos);
   CHECK(done.err.find("1 of 2 configurations failed a gate") != std::string::npos);
@@ -162,16 +162,17 @@ TEST_CASE("evaluate: gates and names that mean nothing are told before any scan 
   };
   refused({"--gate", "eror=1cm"}, "did you mean 'error'");
   refused({"--gate", "L11:error=1cm"}, "no configuration is called 'L11'");
-  refused({"--baseline", "broad"}, "no configuration is called 'broad'");
+  refused({"--excess-over", "broad"}, "no configuration is called 'broad'");
+  refused({"--baseline", "broad"}, "no configuration is called 'broad'");  // as it was called
   refused({"--scans", world.street.path("scans")}, "--reference is given 1 times for 2 --scans");
   refused({"--route", "a/b"}, "which no folder can be");
 }
 
-TEST_CASE("evaluate: without the wide-area map there are no opponents, and that is said") {
+TEST_CASE("evaluate: without the wide-area map there are no baselines, and that is said") {
   const Evaluated world;
   fs::remove(world.street.folder() / "map.pcd");
   const auto done = world.evaluate({});
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
-  CHECK(done.out.find("L10 has no opponents: the wide-area map is not at hand") !=
+  CHECK(done.out.find("L10 has no baselines: the wide-area map is not at hand") !=
         std::string::npos);
 }

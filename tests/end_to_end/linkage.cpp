@@ -5,7 +5,11 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -23,6 +27,20 @@ std::string output_of(const std::string& command) {
     text.append(buffer.data(), n);
   }
   return text;
+}
+
+/// The names that nm prints for a file, as the linker knows them.
+std::set<std::string> symbols_of(const std::string& options, const fs::path& file) {
+  std::istringstream lines(output_of("nm --format=posix " + options + " '" + file.string() + "'"));
+  std::set<std::string> names;
+  for (std::string line; std::getline(lines, line);) {
+    names.insert(line.substr(0, line.find_first_of(" @")));
+  }
+  return names;
+}
+
+fs::path library(const std::string& name) {
+  return fs::path(VANTAGE_PLUGIN_DIR).parent_path() / name;
 }
 
 std::vector<fs::path> plugins() {
@@ -60,4 +78,50 @@ TEST_CASE("nothing that localize loads links Open3D or PCL") {
     CHECK_MESSAGE(libraries.find("libpcl") == std::string::npos, file.string());
     CHECK_MESSAGE(libraries.find("not found") == std::string::npos, libraries);
   }
+}
+
+TEST_CASE("a plugin has nothing of the engine, of toml++ or of Boost, linked or compiled in") {
+  const std::set<std::string> of_core =
+      symbols_of("-D --defined-only", library("libvantage_core.so"));
+  std::set<std::string> of_engine =
+      symbols_of("-D --defined-only", library("libvantage_engine.so"));
+  REQUIRE(of_core.size() > 50);
+  // Both also export what they made of the standard library's templates.
+  std::erase_if(of_engine, [&](const std::string& name) {
+    return of_core.contains(name) || name.find("7vantage") == std::string::npos;
+  });
+  REQUIRE(of_engine.size() > 50);
+  for (const fs::path& file : plugins()) {
+    CAPTURE(file.string());
+    const std::string libraries = output_of("ldd '" + file.string() + "'");
+    REQUIRE(libraries.find("libvantage_core") != std::string::npos);
+    for (const char* other : {"libvantage_engine", "libboost", "libtoml", "tomlplusplus"}) {
+      CHECK_MESSAGE(libraries.find(other) == std::string::npos, libraries);
+    }
+    const std::set<std::string> symbols = symbols_of("", file);
+    REQUIRE(symbols.contains("vantage_plugin"));
+    std::vector<std::string> foreign;
+    std::set_intersection(symbols.begin(), symbols.end(), of_engine.begin(), of_engine.end(),
+                          std::back_inserter(foreign));
+    for (const std::string& name : symbols) {
+      // Mangled: a namespace is its name behind the number of its letters.
+      if (name.find("4toml") != std::string::npos || name.find("5boost") != std::string::npos) {
+        foreign.push_back(name);
+      }
+    }
+    CHECK_MESSAGE(foreign.empty(), foreign.size() << " of " << symbols.size() << " symbols, first "
+                                                  << (foreign.empty() ? "" : foreign.front()));
+  }
+}
+
+TEST_CASE("what a plugin must see of core stays small: at most 3,000 lines") {
+  std::ptrdiff_t lines = 0;
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::path(VANTAGE_SOURCE_DIR) / "core/interfaces")) {
+    if (!entry.is_regular_file()) continue;
+    std::ifstream in(entry.path());
+    lines += std::count(std::istreambuf_iterator<char>(in), {}, '\n');
+  }
+  CHECK(lines > 1000);  // there is something to count
+  CHECK(lines <= 3000);
 }

@@ -195,7 +195,7 @@ Verdict judge(const Drive& drive, Part part, Verdict verdict) {
   const fs::path run = drive.localize(part);
   const auto summary = nlohmann::json::parse(read_text(run / "summary.json"));
   // Nobody can load ahead of a kidnapping: the regions around its end may be late.
-  CHECK(summary["scans"]["blocking_loads"] <= 6);
+  CHECK(summary["scans"]["blocked"] <= 6);
   const std::vector<Row> rows = read_csv(run / "scans.csv");
   const std::vector<Row> events = read_csv(drive.path("world/events.csv"));
   const auto reference = io::read_trajectory(drive.path("world/reference.tum")).value();
@@ -219,7 +219,7 @@ Verdict judge(const Drive& drive, Part part, Verdict verdict) {
     if (lost != called_lost) {
       MESSAGE(drive.name(), " scan ", i, " is ", lost ? "lost" : "fine", " and called ",
               row.at("tracking"), ": off by ", row.at("error_m"), " m, ", row.at("error_deg"),
-              " deg; mapped ", mapped, ", coverage ", row.at("coverage"), ", NVTL ", row.at("NVTL"),
+              " deg; mapped ", mapped, ", coverage ", row.at("coverage"), ", NVTL ", row.at("nvtl"),
               ", ", row.at("reason"));
     }
     if (events[i].at("kidnapped") == "1") {

@@ -139,40 +139,41 @@ def recompute(path):
     good = [e for e, t in zip(errors, tracked) if t and e is not None]
     far = [e is not None and (e[0] > 2.0 or e[1] > 5.0) for e in errors]
     lcp = statistics(
-        [float(r["fitness"]) / float(r["N_point"]) for r, t in zip(rows, tracked) if t and r["fitness"]]
+        [float(r["fitness"]) / float(r["map_points"])
+         for r, t in zip(rows, tracked) if t and r["fitness"] and r["map_points"]]
     )
+    def total(name):
+        return sum(int(row[name]) for row in rows)
+
+    seen = any(e is not None for e in errors)
     numbers = {
         "scans": {
             "total": len(rows),
             "tracked": sum(tracked),
             "lost": len(rows) - sum(tracked),
-            "recovered": sum(row["recovered"] == "1" for row in rows),
-            "switches": sum(switched) - (1 if switched and switched[0] else 0),
-            "blocking_loads": sum(row["blocked"] == "1" for row in rows),
+            "far_off": sum(far) if seen else None,
+            "wrong": sum(f and t for f, t in zip(far, tracked)) if good else None,
+            "recovered": total("recovered"),
+            "switched": sum(switched[1:]),
+            "outside": total("outside"),
+            "blocked": total("blocked"),
+            "dropped_points": total("dropped_points"),
         },
-        "T_align_ms": column("T_align_ms", everywhere),
-        "stall_ms": column("stall_ms", everywhere),
-        "T_load_ms": column("T_load_ms", switched),
-        "T_prepare_ms": column("T_prepare_ms", switched),
-        "held_bytes_max": max(int(row["held_bytes"]) for row in rows),
-        "N_point": column("N_point", everywhere),
-        "iterations": column("iterations"),
-        "fitness": column("fitness"),
-        "NVTL": column("NVTL"),
-        "coverage": column("coverage"),
-        "LCP": lcp,
+        "lcp": lcp,
         "error_m": statistics([e[0] for e in good]),
         "error_deg": statistics([e[1] for e in good]),
         "relative_error": {
             "next_scan": relative_errors(rows, truth, found, tracked, 0.0),
             "10m": relative_errors(rows, truth, found, tracked, 10.0),
         },
-        "scans_beyond_2m_or_5deg": sum(far),
-        "tracked_scans_beyond_2m_or_5deg": sum(f and t for f, t in zip(far, tracked)),
     }
+    of_all = ["map_points", "scan_points", "align_ms", "stall_ms", "search_ms", "load_ms", "prepare_ms",
+              "held_bytes", "reduction_used"]
+    of_tracked = ["iterations", "fitness", "nvtl", "coverage", "sigma_m", "sigma_deg", "degenerate", "correction_m"]
+    numbers |= {name: column(name, everywhere) for name in of_all}
+    numbers |= {name: column(name) for name in of_tracked}
     if not good:  # a run without a tracked scan says nothing of errors
-        for key in [k for k in numbers if "error" in k or "beyond" in k]:
-            del numbers[key]
+        del numbers["relative_error"]
     return numbers
 
 
@@ -240,7 +241,7 @@ def main(folder):
         configs[config["name"]] = table_1(config)
         compare_tree(config["name"], configs[config["name"]], config)
         for run in config["routes"]:
-            for name, found in [("observable", run), *run.get("opponents", {}).items()]:
+            for name, found in [("observable", run), *run.get("baselines", {}).items()]:
                 path = os.path.join(folder, config["name"], run["route"])
                 if name != "observable":
                     path = os.path.join(path, name)

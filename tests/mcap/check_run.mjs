@@ -102,8 +102,8 @@ rows.forEach((row, i) => {
   else assert.ok(row.reason.startsWith(`"${status.message.split(/[",]/)[0]}`), status.message);
   const values = Object.fromEntries(status.values.map(({ key, value }) => [key, value]));
   assert.equal(values.tracking, row.tracking);
-  for (const [name, column] of [["align_ms", "T_align_ms"], ["stall_ms", "stall_ms"],
-    ["fitness", "fitness"], ["nvtl", "NVTL"], ["coverage", "coverage"], ["sigma_m", "sigma_m"],
+  for (const [name, column] of [["align_ms", "align_ms"], ["stall_ms", "stall_ms"],
+    ["fitness", "fitness"], ["nvtl", "nvtl"], ["coverage", "coverage"], ["sigma_m", "sigma_m"],
     ["error_m", "error_m"], ["error_deg", "error_deg"]]) {
     if (row[column] === "") assert.equal(values[name], undefined, name);
     else near(Number(values[name]), Number(row[column]), 1e-4, `${row.stamp} ${name}`);
@@ -135,7 +135,7 @@ if (maps === "yes") {
   assert.deepEqual(messagesOf("/map").map(({ logTime }) => logTime), switches.map(({ stamp }) => stampOf(stamp)));
   messagesOf("/map").forEach(({ value }, i) => {
     assert.equal(value.header.frame_id, "map");
-    assert.equal(value.width, Number(switches[i].N_point), "points of the region map");
+    assert.equal(value.width, Number(switches[i].map_points), "points of the region map");
     // The sensor is in the middle of what it sees.
     const distances = pointsOf(value).map(([x, y]) =>
       Math.hypot(x + origin[0] - switches[i].x, y + origin[1] - switches[i].y));

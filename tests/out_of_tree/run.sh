@@ -50,11 +50,10 @@ for name in live offline; do
   cmake --build "$work/$name" >"$work/log" 2>&1 || { cat "$work/log"; fail "the example does not build"; }
 done
 "$vantage" simulate "$here/../../configs/simulate/demo.toml" --out "$work/campus" --quiet
-"$vantage" build "$here/../../configs/demo/L20.toml" --quiet \
+"$vantage" build "$here/../../configs/demo/L20.toml" --print-config \
   --set visibility.plugin=keep_all --set 'visibility.params={}' \
-  --set "map.files=[\"$work/campus/map.pcd\"]" --set store.params.root="$work/campus_maps" >/dev/null
-sed "s|params = { root = [^}]*}|params = { root = \"$work/campus_maps\" }|" \
-  "$here/../../configs/demo/L20.toml" >"$work/live.toml"
+  --set "map.files=[\"$work/campus/map.pcd\"]" --set store.params.root="$work/campus_maps" >"$work/live.toml"
+"$vantage" build "$work/live.toml" --quiet >/dev/null
 mkdir "$work/scans"
 find "$work/campus/scans" -name '*.pcd' | sort | head -n 8 | xargs cp -t "$work/scans"
 head -n 8 "$work/campus/scans/times.txt" >"$work/scans/times.txt"

@@ -71,6 +71,8 @@ RouteRun made_run(const MapIndex& index, const io::Trajectory& reference, double
     r.switched = i == 0 || r.region != last;
     last = r.region;
     r.map_points = index.regions[r.region.value].points;
+    scan.map = index.regions[r.region.value];
+    scan.wide_area_points = index.map_points;
     r.held_bytes = 40 * r.map_points;
     r.scan_points = 900;
     r.seconds_align = 0.004 + 0.003 * next();
@@ -147,9 +149,9 @@ Evaluation made_evaluation(const Made& made, PointCloud map, const io::Trajector
     };
     config.routes = runs(0.02 + 0.005 * static_cast<double>(c));
     if (c == 0) {
-      config.no_opponents = "its region maps hold every point within reach";
-    } else if (made.opponents) {
-      config.opponents = {{"random", runs(0.022)}, {"voxel", runs(0.021)}, {"radius", runs(0.08)}};
+      config.no_baselines = "its region maps hold every point within reach";
+    } else if (made.baselines) {
+      config.baselines = {{"random", runs(0.022)}, {"voxel", runs(0.021)}, {"radius", runs(0.08)}};
     }
     config.specimen = specimen_of(e.map, config.routes.front());
     e.configs.push_back(std::move(config));

@@ -12,7 +12,7 @@ struct Made {
   std::vector<std::string> configs{"wide", "L20"};
   std::vector<std::string> routes{"north"};
   std::size_t scans = 60, map_points = 20000;
-  bool opponents = true;
+  bool baselines = true;
 };
 
 /// An evaluation of configurations that were never run: a street with houses, a drive along it with

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <regex>
@@ -11,6 +12,7 @@
 #include "evaluate/report.hpp"
 #include "evaluation/json.hpp"
 #include "report/evaluation_fixture.hpp"
+#include "vantage/evaluation/metrics.hpp"
 
 namespace vantage::test {
 namespace {
@@ -62,6 +64,77 @@ std::string imbalance(const std::string& markup) {
   return open.empty() ? "" : "<" + open.back() + "> is never closed";
 }
 
+/// What is not HTML in a markup that closes what it opens; empty if nothing is.
+std::string invalid_html(const std::string& markup) {
+  const std::regex end_tag("</[a-zA-Z][a-zA-Z0-9]*[^>a-zA-Z0-9][^>]*>");
+  if (std::smatch found; std::regex_search(markup, found, end_tag)) {
+    return found.str() + " is no end tag";
+  }
+  static const std::map<std::string, std::set<std::string>> kParents{
+      {"li", {"ul", "ol"}},       {"dt", {"dl"}},          {"dd", {"dl"}},
+      {"tr", {"thead", "tbody"}}, {"th", {"tr"}},          {"td", {"tr"}},
+      {"thead", {"table"}},       {"tbody", {"table"}},    {"caption", {"table"}},
+      {"figcaption", {"figure"}}, {"summary", {"details"}}};
+  static const std::set<std::string> kBlocks{"p",     "div",    "ul",      "ol",     "dl",
+                                             "table", "figure", "section", "h1",     "h2",
+                                             "h3",    "pre",    "details", "header", "nav"};
+  static const std::set<std::string> kVoid{"meta", "link", "br", "input"};
+  std::set<std::string> ids;
+  std::vector<std::string> open;
+  const std::regex tag("<(/?)([a-zA-Z][a-zA-Z0-9]*)((?:[^>\"]|\"[^\"]*\")*)>");
+  const std::regex attribute("([a-zA-Z:-]+)(?:=(\"[^\"]*\"))?");
+  for (std::sregex_iterator it(markup.begin(), markup.end(), tag), end; it != end; ++it) {
+    const std::string name = (*it)[2], rest = (*it)[3];
+    if ((*it)[1] == "/") {
+      open.pop_back();
+      continue;
+    }
+    const std::string parent = open.empty() ? "" : open.back();
+    if (const auto parents = kParents.find(name);
+        parents != kParents.end() && !parents->second.contains(parent)) {
+      return "<" + name + "> in <" + parent + ">";
+    }
+    if (kBlocks.contains(name) && std::find(open.begin(), open.end(), "p") != open.end()) {
+      return "<" + name + "> in <p>";
+    }
+    std::set<std::string> names;
+    for (std::sregex_iterator a(rest.begin(), rest.end(), attribute); a != end; ++a) {
+      const std::string key = (*a)[1], value = (*a)[2];
+      if (!names.insert(key).second) return key + " is there twice in <" + name + rest + ">";
+      if (key == "id" && !ids.insert(value).second) return "id " + value + " is there twice";
+    }
+    if (!kVoid.contains(name) && !rest.ends_with("/")) open.push_back(name);
+  }
+  return {};
+}
+
+TEST_CASE("the page is valid HTML") {
+  const std::string markup =
+      markup_of(page_of(made_evaluation({.configs = {"wide", "L10"}, .routes = {"a", "b"}})));
+  CHECK(imbalance(markup).empty());
+  CHECK(invalid_html(markup) == "");
+  CHECK(markup.find("</th>") != std::string::npos);
+  // It can tell.
+  CHECK(invalid_html("<tr><th>x</th scope=\"row\"></tr>") == "</th scope=\"row\"> is no end tag");
+  CHECK(invalid_html("<p><ul></ul></p>") == "<ul> in <p>");
+  CHECK(invalid_html("<div><li>x</li></div>") == "<li> in <div>");
+  CHECK(invalid_html("<b id=\"a\"></b><i id=\"a\"></i>") == "id \"a\" is there twice");
+}
+
+TEST_CASE("the page names every metric and shows its statistics") {
+  const Evaluation e = made_evaluation({.configs = {"wide", "L10"}});
+  const std::string markup = markup_of(page_of(e));
+  for (const Metric& metric : metrics()) {
+    CAPTURE(metric.key);
+    CHECK(markup.find("<code>" + std::string(metric.key) + "</code>") != std::string::npos);
+    if (e.configs[0].routes[0].summary[metric.key].count == 0) continue;
+    const std::string path =
+        metric.is_count() ? "scans." + std::string(metric.key)
+                          : std::string(metric.key) + "." + std::string(headline(metric).name);
+    CHECK(markup.find("data-metric=\"" + path + "\"") != std::string::npos);
+  }
+}
+
 TEST_CASE("the page has every section, each in the navigation, and closes what it opens") {
   const std::string page = page_of(made_evaluation({.configs = {"wide", "L10", "L20"}}));
   for (const std::string id : {"verdict", "points", "accuracy", "regionmaps", "alignment",
@@ -104,10 +177,10 @@ TEST_CASE("names of any author stay text") {
                     image = "<img src=x onerror=alert(1)>";
   Evaluation e =
       made_evaluation({.configs = {"wide", script}, .routes = {image, "b\" onload=\"c"}});
-  e.configs[1].no_opponents = script;
+  e.configs[1].no_baselines = script;
   e.configs[1].index.config = "</pre>" + script;
   e.configs[0].routes[0].run.stamp_rule = image;
-  e.configs[1].opponents[0].name = image;
+  e.configs[1].baselines[0].name = image;
   e.configs[1].gates = {
       {.gate = {.text = script, .config = "", .metric = image, .unit = ""}, .route = image}};
   const std::string page = page_of(e);
@@ -163,8 +236,8 @@ TEST_CASE("every number of a run is the one at its path in the run's summary, in
   for (const EvaluatedConfig& config : e.configs) {
     for (std::size_t r = 0; r < e.routes.size(); ++r) {
       check(config, "observable", config.routes[r], e.routes[r].name);
-      for (const Opponent& opponent : config.opponents) {
-        check(config, opponent.name, opponent.routes[r], e.routes[r].name);
+      for (const Baseline& baseline : config.baselines) {
+        check(config, baseline.name, baseline.routes[r], e.routes[r].name);
       }
     }
   }
@@ -178,7 +251,7 @@ TEST_CASE("the page is the same each time, whatever the order of the map's point
 }
 
 TEST_CASE("a bundle without points, no map and no error still make a page") {
-  Evaluation e = made_evaluation({.configs = {"wide", "cells"}, .opponents = false});
+  Evaluation e = made_evaluation({.configs = {"wide", "cells"}, .baselines = false});
   e.map.clear();
   for (EvaluatedConfig& config : e.configs) {
     config.specimen.reset();
@@ -187,6 +260,8 @@ TEST_CASE("a bundle without points, no map and no error still make a page") {
     for (RouteRun& run : config.routes) {
       for (RunScan& scan : run.run.scans) {
         scan.error.reset();
+        scan.map = {.elements = 10, .bytes = 400};
+        scan.report.seconds_align = 0.0;
         scan.report.tracking = Tracking::lost;
         scan.report.alignment.reset();
       }
@@ -199,14 +274,15 @@ TEST_CASE("a bundle without points, no map and no error still make a page") {
   CHECK(markup_of(page).find("60 of 60 scans lost") != std::string::npos);
 }
 
-TEST_CASE("the terminal's table: a row each, opponents beneath, nothing measured is a dash") {
+TEST_CASE("the terminal's table: a row each, baselines beneath, nothing measured is a dash") {
   Evaluation e = made_evaluation({.configs = {"wide", "L10"}, .routes = {"north", "south"}});
   e.configs[0].routes[0].summary = RunSummary{};
   const auto rows = comparison(e);
   REQUIRE(rows.size() == 1 + 2 * (1 + 1 + 3));
   for (const auto& row : rows) CHECK(row.size() == rows.front().size());
   CHECK(rows[1][0] == "wide");
-  CHECK(rows[1][5] == "-");
+  CHECK(rows[1][3] == "-");
+  CHECK(rows[3][3] != "-");
   CHECK(rows[3][1] == "random");
 }
 

@@ -38,13 +38,14 @@ std::string title_of(const Evaluation& e, const std::string& what, std::size_t r
   return e.routes.size() == 1 ? what : fmt::format("{}, {}", what, e.routes[route].name);
 }
 
-/// The values of one quantity on all routes, so that the figures of all routes share an axis.
-std::vector<double> everything(const Evaluation& e, ScanValue value, bool opponents = true) {
+/// All values of something on all routes: figures of different routes share an axis.
+std::vector<double> everything(const Evaluation& e, std::string_view metric,
+                               bool baselines = true) {
   std::vector<double> all;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     for (const MapRun& r : runs_of(e, route)) {
-      if (!opponents && !r.own()) continue;
-      const auto sample = sample_of(r.run->run, value);
+      if (!baselines && !r.own()) continue;
+      const auto sample = sample_of(r.run->run, metric);
       all.insert(all.end(), sample.begin(), sample.end());
     }
   }
@@ -52,8 +53,8 @@ std::vector<double> everything(const Evaluation& e, ScanValue value, bool oppone
 }
 
 std::vector<std::string> boxes(const Evaluation& e, const std::string& what,
-                               const std::string& label, ScanValue value, bool from_zero) {
-  const Axis axis = report::axis_over(label, everything(e, value), from_zero);
+                               const std::string& label, std::string_view metric, bool from_zero) {
+  const Axis axis = report::axis_over(label, everything(e, metric), from_zero);
   std::vector<std::string> panels;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     RowPanel panel{.title = title_of(e, what, route), .x = axis, .rows = {}};
@@ -61,7 +62,7 @@ std::vector<std::string> boxes(const Evaluation& e, const std::string& what,
       panel.rows.push_back({.name = name_of(r),
                             .look = look_of(r),
                             .beneath = !r.own(),
-                            .sample = sample_of(r.run->run, value)});
+                            .sample = sample_of(r.run->run, metric)});
     }
     panels.push_back(to_svg(panel));
   }
@@ -69,7 +70,7 @@ std::vector<std::string> boxes(const Evaluation& e, const std::string& what,
 }
 
 std::vector<std::string> region_dots(const Evaluation& e, const std::string& what,
-                                     const std::string& label, ScanValue value) {
+                                     const std::string& label, std::string_view metric) {
   std::vector<RowPanel> panels;
   std::vector<double> all;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
@@ -77,7 +78,7 @@ std::vector<std::string> region_dots(const Evaluation& e, const std::string& wha
     panel.style = report::RowStyle::dots;
     for (const MapRun& r : runs_of(e, route)) {
       Row row{.name = name_of(r), .look = look_of(r), .beneath = !r.own(), .sample = {}};
-      for (const RegionMean& mean : by_region(r.run->run, value)) {
+      for (const RegionMean& mean : by_region(r.run->run, metric)) {
         row.sample.push_back(mean.mean);
         row.tips.push_back(fmt::format("{}: {:.4g}, {} scans",
                                        r.run->run.index.partition[mean.region].label, mean.mean,
@@ -107,8 +108,8 @@ double longest_way(const Evaluation& e, std::size_t route) {
 
 /// One curve per configuration over the distance travelled.
 std::vector<std::string> lines(const Evaluation& e, const std::string& what,
-                               const std::string& label, ScanValue value, bool from_zero) {
-  const Axis y = report::axis_over(label, everything(e, value, false), from_zero, 5);
+                               const std::string& label, std::string_view metric, bool from_zero) {
+  const Axis y = report::axis_over(label, everything(e, metric, false), from_zero, 5);
   std::vector<std::string> panels;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     LinePanel panel{
@@ -118,17 +119,17 @@ std::vector<std::string> lines(const Evaluation& e, const std::string& what,
         .curves = {}};
     for (const MapRun& r : runs_of(e, route)) {
       if (!r.own()) continue;
-      panel.curves.push_back({name_of(r), look_of(r), over_distance(r.run->run, value)});
+      panel.curves.push_back({name_of(r), look_of(r), over_distance(r.run->run, metric)});
     }
     panels.push_back(to_svg(panel, 560.0, 210.0));
   }
   return panels;
 }
 
-/// The share of one run's scans at or below each value, as a curve.
-Curve cumulative_curve(const MapRun& r, ScanValue value) {
+/// As panels that would be crossed: all routes' curves of what lies below a value.
+Curve cumulative_curve(const MapRun& r, std::string_view metric) {
   return {name_of(r), look_of(r),
-          report::thinned(report::cumulative(sample_of(r.run->run, value)), 240)};
+          report::thinned(report::cumulative(sample_of(r.run->run, metric)), 240)};
 }
 
 Axis share_axis() {
@@ -144,22 +145,22 @@ std::vector<std::string> cumulative_of_configs(const Evaluation& e, const Axis& 
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     LinePanel panel{title_of(e, "Error, all configurations", route), x, share_axis(), {}};
     for (const MapRun& r : runs_of(e, route)) {
-      if (r.own()) panel.curves.push_back(cumulative_curve(r, &error_cm));
+      if (r.own()) panel.curves.push_back(cumulative_curve(r, "error_m"));
     }
     panels.push_back(to_svg(panel, 560.0, 210.0));
   }
   return panels;
 }
 
-std::vector<std::string> cumulative_of_opponents(const Evaluation& e, const Axis& x) {
+std::vector<std::string> cumulative_of_baselines(const Evaluation& e, const Axis& x) {
   std::vector<std::string> panels;
   for (std::size_t c = 0; c < e.configs.size(); ++c) {
-    if (e.configs[c].opponents.empty()) continue;
+    if (e.configs[c].baselines.empty()) continue;
     for (std::size_t route = 0; route < e.routes.size(); ++route) {
       LinePanel panel{
-          title_of(e, e.configs[c].name + " and its opponents", route), x, share_axis(), {}};
+          title_of(e, e.configs[c].name + " and its baselines", route), x, share_axis(), {}};
       for (const MapRun& r : runs_of(e, route)) {
-        if (r.config_number == c) panel.curves.push_back(cumulative_curve(r, &error_cm));
+        if (r.config_number == c) panel.curves.push_back(cumulative_curve(r, "error_m"));
       }
       panels.push_back(to_svg(panel, 560.0, 190.0));
     }
@@ -167,7 +168,7 @@ std::vector<std::string> cumulative_of_opponents(const Evaluation& e, const Axis
   return panels;
 }
 
-bool has_reference(const Evaluation& e) { return !everything(e, &error_cm).empty(); }
+bool has_reference(const Evaluation& e) { return !everything(e, "error_m").empty(); }
 
 /// Puts figures side by side if each has only one panel.
 std::string side_by_side(const std::string& figures) {
@@ -176,7 +177,7 @@ std::string side_by_side(const std::string& figures) {
 
 constexpr const char* kReading =
     "Box: middle half of the scans with the median; whiskers: to the last scan within 1.5 boxes; "
-    "dots: beyond; diamond: mean. Opponents with equal numbers of points stand beneath their "
+    "dots: beyond; diamond: mean. Baselines with equal numbers of points stand beneath their "
     "configuration, with a mark of their own for the mean: circle random, square voxel, triangle "
     "radius.";
 
@@ -187,30 +188,29 @@ std::string alignment_figures(const Evaluation& e) {
       "<p>T<sub>align</sub> is the time of scan matching alone, after the map is in memory (Sec. "
       "3.3). It depends on the computer; compare configurations, not times.</p>\n";
   std::string figures =
-      report::figure(boxes(e, "T_align", "T_align [ms]", &align_ms, true),
+      report::figure(boxes(e, "T_align", "T_align [ms]", "align_ms", true),
                      fmt::format("Fig. 10 a. Alignment time. {}", kReading), "fig10a-align");
-  figures += report::figure(lines(e, "T_align over the way", "T_align [ms]", &align_ms, true),
+  figures += report::figure(lines(e, "T_align over the way", "T_align [ms]", "align_ms", true),
                             "Fig. 10 b. Alignment time over the way.", "fig10b-align");
   return html + side_by_side(figures);
 }
 
 std::string fitness_figures(const Evaluation& e) {
   std::string figures =
-      report::figure(boxes(e, "S_fitness", "S_fitness (Eq. 12), more is better", &fitness, false),
+      report::figure(boxes(e, "S_fitness", "S_fitness (Eq. 12), more is better", "fitness", false),
                      fmt::format("Fig. 11. Scan-matching fitness of tracked scans. {}", kReading),
                      "fig11-fitness");
   figures += report::figure(
-      boxes(e, "Coverage", "scan points with a voxel [%], more is better", &coverage_percent,
-            false),
+      boxes(e, "Coverage", "scan points with a voxel [%], more is better", "coverage", false),
       "Coverage: share of a scan’s points that have a voxel to be compared with.", "coverage");
   figures +=
-      report::figure(boxes(e, "NVTL", "NVTL, more is better", &nvtl, false),
+      report::figure(boxes(e, "NVTL", "NVTL, more is better", "nvtl", false),
                      "NVTL: mean over the matched points of the best voxel’s likelihood. It does "
                      "not see what is missing, either.",
                      "nvtl");
   if (has_reference(e)) {
     figures +=
-        report::figure(boxes(e, "Position error", "error [cm], less is better", &error_cm, true),
+        report::figure(boxes(e, "Position error", "error [cm], less is better", "error_m", true),
                        "Error against the reference, on the same scans.", "error-beside-fitness");
   }
   return "<p><strong>Fitness alone rewards deleting map.</strong> A scan point with no voxel near "
@@ -221,15 +221,15 @@ std::string fitness_figures(const Evaluation& e) {
 
 std::string lcp_figures(const Evaluation& e) {
   std::string figures =
-      report::figure(boxes(e, "LCP of scans", "LCP [10⁻⁶], more is better", &lcp_millionths, true),
+      report::figure(boxes(e, "LCP of scans", "LCP [10⁻⁶], more is better", "lcp", true),
                      fmt::format("Fig. 12 a. LCP of tracked scans. {}", kReading), "fig12a-lcp");
   figures += report::figure(
-      region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", &lcp_millionths),
+      region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", "lcp"),
       "Fig. 12 b. LCP of each local region: mean over the scans that were matched in it. Upright "
       "line: mean of the regions.",
       "fig12b-lcp");
   return "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). A positive one grows "
-         "with whatever makes a map smaller (a negative one falls), so that opponents of equal "
+         "with whatever makes a map smaller (a negative one falls), so that baselines of equal "
          "size have about the same: it tells a map’s size more than which points were kept.</p>\n" +
          side_by_side(figures);
 }
@@ -240,20 +240,20 @@ std::string error_figures(const Evaluation& e) {
       "<p>Errors against the reference of tracked scans, without aligning trajectories. A gap in a "
       "curve is a scan that was lost or has no reference.</p>\n";
   std::string figures =
-      report::figure(lines(e, "Position error over the way", "error [cm]", &error_cm, true),
+      report::figure(lines(e, "Position error over the way", "error [cm]", "error_m", true),
                      "Error over the way.", "error-way");
-  const Axis x = report::axis_over("error [cm]", everything(e, &error_cm), true, 8);
+  const Axis x = report::axis_over("error [cm]", everything(e, "error_m"), true, 8);
   figures += report::figure(cumulative_of_configs(e, x),
                             "Share of tracked scans with an error below x. Further left is better.",
                             "error-cumulative");
   std::string against;
-  if (const auto panels = cumulative_of_opponents(e, x); !panels.empty()) {
+  if (const auto panels = cumulative_of_baselines(e, x); !panels.empty()) {
     against = report::figure(panels, "Each configuration against as many points chosen otherwise.",
-                             "error-opponents");
+                             "error-baselines");
   }
-  figures += report::figure(boxes(e, "Position error", "error [cm]", &error_cm, true),
+  figures += report::figure(boxes(e, "Position error", "error [cm]", "error_m", true),
                             fmt::format("Position error. {}", kReading), "error-position");
-  figures += report::figure(boxes(e, "Rotation error", "error [°]", &error_deg, true),
+  figures += report::figure(boxes(e, "Rotation error", "error [°]", "error_deg", true),
                             "Rotation error.", "error-rotation");
   return html + side_by_side(figures) + against;
 }

@@ -183,7 +183,7 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   svg += fmt::format(
       "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" dx=\"8\">{} "
       "scans, {} lost, {} switches</tspan></text>\n",
-      escaped(report::shortened(title, 40)), s.scans, s.lost, s.switches);
+      escaped(report::shortened(title, 40)), s.scans, s.count("lost"), s.count("switched"));
   svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
                      window.height());
   svg += frame(window);
@@ -197,10 +197,11 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   }
   svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", reference);
   const std::vector<double> way = distances(run);
-  // Rings that would touch each other are made smaller, so that what they surround stays visible.
-  const double apart = way.empty() ? 0.0
-                                   : way.back() * window.pixels_per_metre() /
-                                         static_cast<double>(std::max<std::size_t>(s.switches, 1));
+  // Rings that would touch each other are smaller: what they are around has to be seen.
+  const double apart = way.empty()
+                           ? 0.0
+                           : way.back() * window.pixels_per_metre() /
+                                 static_cast<double>(std::max<std::size_t>(s.count("switched"), 1));
   const double ring = std::clamp(0.3 * apart, 2.6, 4.8);
   std::string above;  // drawn last, because it must not be covered
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
@@ -219,7 +220,7 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
           "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\">{}</circle>\n", x, y,
           ring, tip);
     }
-    const Number error = error_cm(scan);
+    const Number error = shown_value("error_m", scan);
     svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",
                        error ? fmt::format("e{}", class_of(*error)) : "unknown", x, y, tip);
   }

@@ -4,58 +4,37 @@
 #include <map>
 
 namespace vantage::page {
-namespace {
 
-template <class F>
-Number scored(const RunScan& scan, const F& value) {
-  if (!is_tracked(scan) || !scan.report.alignment) return {};
-  return value(scan.report);
-}
-
-}  // namespace
-
-Number align_ms(const RunScan& scan) { return 1e3 * scan.report.seconds_align; }
-Number fitness(const RunScan& scan) {
-  return scored(scan, [](const ScanReport& r) { return r.alignment->score.fitness; });
-}
-Number coverage_percent(const RunScan& scan) {
-  return scored(scan, [](const ScanReport& r) { return 100.0 * r.alignment->score.coverage; });
-}
-Number nvtl(const RunScan& scan) {
-  return scored(scan, [](const ScanReport& r) { return r.alignment->score.nvtl; });
-}
-Number lcp_millionths(const RunScan& scan) {
-  return scored(scan, [](const ScanReport& r) { return 1e6 * r.lcp; });
-}
-Number error_cm(const RunScan& scan) {
-  return scan.error && is_tracked(scan) ? Number{100.0 * scan.error->metres} : Number{};
-}
-Number error_deg(const RunScan& scan) {
-  return scan.error && is_tracked(scan) ? Number{scan.error->degrees} : Number{};
+Number shown_value(std::string_view metric, const RunScan& scan) {
+  const Metric* found = find_metric(metric);
+  if (found == nullptr || (found->is(kTrackedOnly) && !is_tracked(scan))) return {};
+  const Number x = found->value(scan);
+  return x ? Number(found->unit->scale * *x) : Number();
 }
 
-std::vector<double> sample_of(const Run& run, ScanValue value) {
+std::vector<double> sample_of(const Run& run, std::string_view metric) {
   std::vector<double> sample;
   for (const RunScan& scan : run.scans) {
-    if (const Number x = value(scan)) sample.push_back(*x);
+    if (const Number x = shown_value(metric, scan)) sample.push_back(*x);
   }
   return sample;
 }
 
-std::vector<Eigen::Vector2d> over_distance(const Run& run, ScanValue value) {
+std::vector<Eigen::Vector2d> over_distance(const Run& run, std::string_view metric) {
   const std::vector<double> way = distances(run);
   std::vector<Eigen::Vector2d> curve;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    curve.emplace_back(way[i],
-                       value(run.scans[i]).value_or(std::numeric_limits<double>::quiet_NaN()));
+    curve.emplace_back(
+        way[i],
+        shown_value(metric, run.scans[i]).value_or(std::numeric_limits<double>::quiet_NaN()));
   }
   return curve;
 }
 
-std::vector<RegionMean> by_region(const Run& run, ScanValue value) {
+std::vector<RegionMean> by_region(const Run& run, std::string_view metric) {
   std::map<RegionId, RegionMean> sums;
   for (const RunScan& scan : run.scans) {
-    const Number x = value(scan);
+    const Number x = shown_value(metric, scan);
     if (!x) continue;
     RegionMean& sum = sums[scan.report.region];
     sum.region = scan.report.region;

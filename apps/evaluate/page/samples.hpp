@@ -1,29 +1,23 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
+#include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run.hpp"
 
 namespace vantage::page {
 
 using Number = std::optional<double>;
-/// A quantity of a scan; none if it was not measured.
-using ScanValue = Number (*)(const RunScan&);
+/// The metric with this key of a scan, in the unit shown, as summarize() counts it; none if there
+/// is no such metric.
+[[nodiscard]] Number shown_value(std::string_view metric, const RunScan& scan);
 
-// The same scans as in summarize(): scores and errors of tracked scans only.
-[[nodiscard]] Number align_ms(const RunScan& scan);
-[[nodiscard]] Number fitness(const RunScan& scan);
-[[nodiscard]] Number coverage_percent(const RunScan& scan);
-[[nodiscard]] Number nvtl(const RunScan& scan);
-[[nodiscard]] Number lcp_millionths(const RunScan& scan);
-[[nodiscard]] Number error_cm(const RunScan& scan);
-[[nodiscard]] Number error_deg(const RunScan& scan);
+[[nodiscard]] std::vector<double> sample_of(const Run& run, std::string_view metric);
 
-[[nodiscard]] std::vector<double> sample_of(const Run& run, ScanValue value);
-
-/// The value of each scan over the distance travelled [m]; NaN if there is none.
-[[nodiscard]] std::vector<Eigen::Vector2d> over_distance(const Run& run, ScanValue value);
+/// The value of each scan over the way [m]; NaN where there is none.
+[[nodiscard]] std::vector<Eigen::Vector2d> over_distance(const Run& run, std::string_view metric);
 
 /// The mean of a value over each region's scans that have one, by region.
 struct RegionMean {
@@ -31,6 +25,6 @@ struct RegionMean {
   double mean = 0.0;
   std::size_t scans = 0;
 };
-[[nodiscard]] std::vector<RegionMean> by_region(const Run& run, ScanValue value);
+[[nodiscard]] std::vector<RegionMean> by_region(const Run& run, std::string_view metric);
 
 }  // namespace vantage::page

@@ -12,18 +12,18 @@ namespace vantage::page {
 
 inline constexpr std::string_view kOwnMap = "observable";
 
-/// A configuration's own maps, or those of an opponent, on one route.
+/// A configuration's own maps or an baseline's, on one route.
 struct MapRun {
   const EvaluatedConfig* config;
   std::size_t config_number;
-  std::string_view map;  ///< kOwnMap or the opponent's name
+  std::string_view map;  ///< kOwnMap or the baseline's name
   std::size_t route;
   const RouteRun* run;
 
   [[nodiscard]] bool own() const { return map == kOwnMap; }
 };
 
-/// All runs on one route: each configuration, followed by its opponents.
+/// All of one route: each configuration, its baselines after it.
 [[nodiscard]] std::vector<MapRun> runs_of(const Evaluation& evaluation, std::size_t route);
 
 [[nodiscard]] std::string verdict(const Evaluation& evaluation);

@@ -10,8 +10,9 @@
 #include <nanoflann.hpp>
 #include <utility>
 
-#include "terminal/hash.hpp"
 #include "vantage/engine/thinning.hpp"
+#include "vantage/kit/hash.hpp"
+#include "vantage/kit/kd_tree_points.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage {
@@ -66,19 +67,9 @@ IndexList one_a_voxel(PointsView map, const IndexList& candidates, double size) 
   return chosen;
 }
 
-struct CloudAdaptor {
-  PointsView points;
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return points[i][static_cast<Eigen::Index>(axis)];
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, CloudAdaptor>,
-                                                 CloudAdaptor, 3, std::uint32_t>;
+using Viewpoints = KdTreePoints<Point>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Viewpoints>,
+                                                 Viewpoints, 3, std::uint32_t>;
 
 tl::unexpected<Error> read_only() {
   return fail(ErrorCode::unsupported, "this store makes its maps itself; nothing can be put there");
@@ -100,7 +91,7 @@ Reach reach_of(PointsView map, PointsView viewpoints, const VisibilityConfig& vi
   if (viewpoints.empty()) return {};
   const double range = visibility.max_range.value_or(std::numeric_limits<double>::infinity());
   const Bounds3 around = bounds_of(viewpoints);
-  const CloudAdaptor cloud{viewpoints};
+  const Viewpoints cloud{viewpoints};
   const Tree tree(3, cloud);
   constexpr double kOutside = -1.0;
   const std::vector<double> squared = for_each_index(map.size(), [&](std::size_t i) {
@@ -144,7 +135,7 @@ IndexList radius_crop(const Reach& candidates, std::size_t count) {
   return least(candidates.indices, candidates.squared, count);
 }
 
-OpponentMaps::Chosen OpponentMaps::choose(RegionId region, const RegionMap& original) const {
+BaselineMaps::Chosen BaselineMaps::choose(RegionId region, const RegionMap& original) const {
   const Reach reach = reach_of(map_, original.viewpoints, visibility_, index_.partition, region);
   const std::size_t count = original.points.size();
   Chosen chosen;
@@ -159,7 +150,7 @@ OpponentMaps::Chosen OpponentMaps::choose(RegionId region, const RegionMap& orig
   return chosen;
 }
 
-Result<RegionMap> OpponentMaps::get(RegionId region, Thinning thinning) const {
+Result<RegionMap> BaselineMaps::get(RegionId region, Thinning thinning) const {
   VANTAGE_TRY(RegionMap map, original_.get(region));
   const std::lock_guard lock(mutex_);
   auto made = made_.find(region.value);
@@ -173,19 +164,19 @@ Result<RegionMap> OpponentMaps::get(RegionId region, Thinning thinning) const {
   return map;
 }
 
-Result<bool> OpponentMaps::holds_everything(RegionId region) const {
+Result<bool> BaselineMaps::holds_everything(RegionId region) const {
   VANTAGE_TRY(const RegionMap map, original_.get(region));
   const Reach reach = reach_of(map_, map.viewpoints, visibility_, index_.partition, region);
   return map.points.size() >= reach.indices.size();
 }
 
-Result<void> OpponentStore::begin(const MapIndex&) noexcept { return read_only(); }
-Result<void> OpponentStore::put(RegionId, const RegionMap&) noexcept { return read_only(); }
-Result<void> OpponentStore::commit() noexcept { return read_only(); }
-Result<MapIndex> OpponentStore::index() const noexcept {
+Result<void> BaselineStore::begin(const MapIndex&) noexcept { return read_only(); }
+Result<void> BaselineStore::put(RegionId, const RegionMap&) noexcept { return read_only(); }
+Result<void> BaselineStore::commit() noexcept { return read_only(); }
+Result<MapIndex> BaselineStore::index() const noexcept {
   return guarded([&]() -> Result<MapIndex> { return maps_.index(); });
 }
-Result<RegionMap> OpponentStore::get(RegionId region) const noexcept {
+Result<RegionMap> BaselineStore::get(RegionId region) const noexcept {
   return guarded([&] { return maps_.get(region, thinning_); });
 }
 

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 
+#include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/statistics.hpp"
 
 namespace vantage {
@@ -15,61 +15,48 @@ namespace {
 constexpr double kSameStamp = 1e-6;  // [s]
 constexpr std::size_t kResamples = 2000;
 
-double mean(std::span<const double> values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+/// What a metric counts in one run.
+std::size_t count_of(const Metric& metric, const ScanTable& table, std::size_t at) {
+  if (metric.key == "lost") return table.tracked[at] ? 0 : 1;
+  if (at == 0 && metric.is(kAfterFirst)) return 0;
+  return static_cast<std::size_t>(table.columns.find(metric.key)->second[at].value_or(0.0));
 }
 
-struct Quantity {
-  const char *name, *column, *unit;
-  double scale;  // from the column's unit
-  int digits;
-  Compared::Better better;
-  bool tracked;  // of tracked scans only
-};
-constexpr std::array kQuantities{
-    Quantity{"position error", "error_m", "cm", 100.0, 2, Compared::Better::less, true},
-    Quantity{"rotation error", "error_deg", "°", 1.0, 3, Compared::Better::less, true},
-    Quantity{"T_align", "T_align_ms", "ms", 1.0, 2, Compared::Better::less, false},
-    Quantity{"stall", "stall_ms", "ms", 1.0, 2, Compared::Better::less, false},
-    Quantity{"S_fitness", "fitness", "", 1.0, 4, Compared::Better::more, true},
-    Quantity{"coverage", "coverage", "%", 100.0, 2, Compared::Better::more, true},
-    Quantity{"NVTL", "NVTL", "", 1.0, 3, Compared::Better::more, true},
-    Quantity{"LCP", "LCP", "1e-6", 1e6, 3, Compared::Better::more, true},
-    Quantity{"map points", "N_point", "", 1.0, 0, Compared::Better::less, false},
-    Quantity{"memory", "held_bytes", "MB", 1e-6, 2, Compared::Better::less, false}};
+ComparedCount counted(const Comparison& c, const Metric& metric) {
+  ComparedCount n{.metric = &metric};
+  for (const ScanPair& pair : c.pairs) {
+    n.a += count_of(metric, c.a, pair.a);
+    n.b += count_of(metric, c.b, pair.b);
+  }
+  return n;
+}
 
-Compared compared(const Comparison& c, const Quantity& q) {
-  Compared result{.name = q.name,
-                  .column = q.column,
-                  .unit = q.unit,
-                  .digits = q.digits,
-                  .better = q.better,
-                  .pairs = {},
-                  .a = {},
-                  .b = {},
-                  .interval = {},
-                  .share_better = {}};
-  const auto& a = c.a.columns.at(q.column);
-  const auto& b = c.b.columns.at(q.column);
+Compared compared(const Comparison& c, const Metric& metric) {
+  Compared result{.metric = &metric};
+  const auto& a = c.a.columns.find(metric.key)->second;
+  const auto& b = c.b.columns.find(metric.key)->second;
+  const double scale = metric.unit->scale;
   std::vector<double> differences;
   std::size_t better = 0;
   for (std::size_t i = 0; i < c.pairs.size(); ++i) {
     const auto [at_a, at_b] = c.pairs[i];
     if (!a[at_a] || !b[at_b]) continue;
-    if (q.tracked && (!c.a.tracked[at_a] || !c.b.tracked[at_b])) continue;
-    const double x = q.scale * *a[at_a], y = q.scale * *b[at_b];
+    if (metric.is(kTrackedOnly) && (!c.a.tracked[at_a] || !c.b.tracked[at_b])) continue;
+    const double x = scale * *a[at_a], y = scale * *b[at_b];
     result.pairs.push_back(i);
     result.a.push_back(x);
     result.b.push_back(y);
     differences.push_back(y - x);
-    better += (q.better == Compared::Better::less ? y < x : y > x) ? 1 : 0;
+    better += (metric.better == Better::less ? y < x : y > x) ? 1 : 0;
   }
   if (differences.empty()) return result;
-  result.mean_a = mean(result.a);
-  result.mean_b = mean(result.b);
-  result.difference = mean(differences);
+  result.mean_a = statistics_of(result.a).mean;
+  result.mean_b = statistics_of(result.b).mean;
+  result.difference = statistics_of(differences).mean;
   result.interval = bootstrap_mean(differences);
-  result.share_better = static_cast<double>(better) / static_cast<double>(differences.size());
+  if (metric.better != Better::neither) {
+    result.share_better = static_cast<double>(better) / static_cast<double>(differences.size());
+  }
   return result;
 }
 
@@ -98,10 +85,6 @@ std::string stamps_text(const std::vector<double>& stamps) {
   return text + (stamps.size() > kMost ? ", ..." : "");
 }
 
-std::string with_unit(const Compared& q) {
-  return q.unit.empty() ? q.name : fmt::format("{} [{}]", q.name, q.unit);
-}
-
 }  // namespace
 
 Interval bootstrap_mean(std::span<const double> values) {
@@ -118,12 +101,7 @@ Interval bootstrap_mean(std::span<const double> values) {
 }
 
 Result<Comparison> compare(ScanTable a, ScanTable b) {
-  Comparison c{.a = std::move(a),
-               .b = std::move(b),
-               .pairs = {},
-               .only_a = {},
-               .only_b = {},
-               .quantities = {}};
+  Comparison c{.a = std::move(a), .b = std::move(b)};
   pair_up(c);
   if (c.pairs.empty()) {
     return fail(
@@ -134,17 +112,14 @@ Result<Comparison> compare(ScanTable a, ScanTable b) {
                     c.a.file.string()),
         SourceLocation{c.b.file.string(), c.b.lines.front(), 0});
   }
-  for (const ScanPair& pair : c.pairs) {
-    const auto count = [&](const ScanTable& table, std::size_t at, std::size_t run) {
-      c.lost[run] += table.tracked[at] ? 0 : 1;
-      c.switches[run] += at > 0 && table.columns.at("switched")[at].value_or(0.0) != 0.0 ? 1 : 0;
-      c.blocking[run] += table.columns.at("blocked")[at].value_or(0.0) != 0.0 ? 1 : 0;
-    };
-    count(c.a, pair.a, 0);
-    count(c.b, pair.b, 1);
-  }
-  for (const Quantity& q : kQuantities) {
-    Compared result = compared(c, q);
+  for (const Metric* metric : metrics_by_group()) {
+    if (metric->is_count()) {
+      if (!metric->is(kNotInFiles) || metric->key == "lost") {
+        c.counts.push_back(counted(c, *metric));
+      }
+      continue;
+    }
+    Compared result = compared(c, *metric);
     if (!result.pairs.empty()) c.quantities.push_back(std::move(result));
   }
   return c;
@@ -165,25 +140,23 @@ std::vector<std::vector<std::string>> rows_of(const Comparison& c) {
   std::vector<std::vector<std::string>> rows{
       {"", "scans", "A", "B", "B - A", "95 % interval", "B better [%]"}};
   for (const Compared& q : c.quantities) {
+    const int digits = q.metric->digits;
     const auto text = [&](double x, const char* sign = "") {
-      return q.digits == 0 && std::abs(x) < 0.5
+      return digits == 0 && std::abs(x) < 0.5
                  ? std::string("0")
-                 : fmt::format("{}{:.{}f}", x > 0.0 ? sign : "", x, q.digits);
+                 : fmt::format("{}{:.{}f}", x > 0.0 ? sign : "", x, digits);
     };
-    rows.push_back({with_unit(q), std::to_string(q.pairs.size()), text(q.mean_a), text(q.mean_b),
-                    text(q.difference, "+"),
+    rows.push_back({heading(*q.metric), std::to_string(q.pairs.size()), text(q.mean_a),
+                    text(q.mean_b), text(q.difference, "+"),
                     fmt::format("{} .. {}", text(q.interval.low, "+"), text(q.interval.high, "+")),
-                    fmt::format("{:.1f}", 100.0 * q.share_better.value_or(0.0))});
+                    q.share_better ? fmt::format("{:.1f}", 100.0 * *q.share_better) : ""});
   }
-  const auto counts = [&](const char* name, const std::array<std::size_t, 2>& n) {
-    rows.push_back(
-        {name, std::to_string(c.pairs.size()), std::to_string(n[0]), std::to_string(n[1]),
-         fmt::format("{:+d}", static_cast<long long>(n[1]) - static_cast<long long>(n[0])), "",
-         ""});
-  };
-  counts("lost scans", c.lost);
-  counts("switches", c.switches);
-  counts("blocking loads", c.blocking);
+  for (const ComparedCount& n : c.counts) {
+    rows.push_back({heading(*n.metric), std::to_string(c.pairs.size()), std::to_string(n.a),
+                    std::to_string(n.b),
+                    fmt::format("{:+d}", static_cast<long long>(n.b) - static_cast<long long>(n.a)),
+                    "", ""});
+  }
   return rows;
 }
 

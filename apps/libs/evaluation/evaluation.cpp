@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kOpponentSearch = 20.0;  // [m]
+constexpr double kBaselineSearch = 20.0;  // [m]
 
 /// What every step with one configuration uses.
 struct Job {
@@ -35,26 +35,26 @@ Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInput
   return RouteRun{std::move(run), std::move(summary)};
 }
 
-Result<Opponent> run_opponent(const Job& job, const OpponentMaps& maps, Thinning thinning) {
-  Opponent opponent{.name = std::string(to_string(thinning)), .routes = {}};
+Result<Baseline> run_baseline(const Job& job, const BaselineMaps& maps, Thinning thinning) {
+  Baseline baseline{.name = std::string(to_string(thinning)), .routes = {}};
   LocalizerParams params = job.config.localizer.value_or(LocalizerParams{});
   params.prefetch = false;  // choosing points in the background would disturb T_align
   // A search of the whole campus would first have to make the map of every region.
   params.recovery_radius =
-      std::min(params.recovery_radius.value_or(kOpponentSearch), kOpponentSearch);
+      std::min(params.recovery_radius.value_or(kBaselineSearch), kBaselineSearch);
   for (const NamedInputs& route : job.routes) {
     VANTAGE_TRY(auto matcher, job.options.loader.load<ScanMatcher>(*job.config.matcher));
-    VANTAGE_TRY(auto localizer,
-                Localizer::open(PluginPtr<MapStore>(new OpponentStore(maps, thinning)),
-                                std::move(matcher), params));
-    VANTAGE_TRY(opponent.routes.emplace_back(),
-                run_route(job, std::move(localizer), route, opponent.name));
+    VANTAGE_TRY(Bundle bundle,
+                Bundle::of(PluginPtr<MapStore>(new BaselineStore(maps, thinning)), baseline.name));
+    VANTAGE_TRY(auto localizer, Localizer::open(std::move(bundle), std::move(matcher), params));
+    VANTAGE_TRY(baseline.routes.emplace_back(),
+                run_route(job, std::move(localizer), route, baseline.name));
   }
-  return opponent;
+  return baseline;
 }
 
-/// Whether the map of every region driven through holds everything within reach.
-Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const OpponentMaps& maps) {
+/// Whether no region that was driven through leaves out anything within reach.
+Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const BaselineMaps& maps) {
   std::set<std::uint32_t> driven;
   for (const RouteRun& route : routes) {
     for (const RunScan& scan : route.run.scans) driven.insert(scan.report.region.value);
@@ -66,41 +66,43 @@ Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const Oppone
   return true;
 }
 
-/// Runs the opponents, or says why some or all of them are missing.
-Result<void> add_opponents(const Job& job, const MapStore& store, PointsView map,
+/// Runs the baselines, or says why some or all are missing.
+Result<void> add_baselines(const Job& job, const Bundle& bundle, PointsView map,
                            EvaluatedConfig& evaluated) {
-  if (evaluated.region_points.max == 0.0) {
-    evaluated.no_opponents = "the bundle stores no points, so there is no number to be equal to";
+  if (!stores_points(evaluated.index)) {
+    evaluated.no_baselines = "the bundle stores no points, so there is no number to be equal to";
     return {};
   }
-  const OpponentMaps maps(store, evaluated.index, map,
-                          job.config.visibility.value_or(VisibilityConfig{}));
+  // What the configuration leaves out, the bundle knows.
+  const Config& built_with = bundle.built_with() ? *bundle.built_with() : job.config;
+  const BaselineMaps maps(*bundle.store(), evaluated.index, map,
+                          built_with.visibility.value_or(VisibilityConfig{}));
   VANTAGE_TRY(const bool nothing, leave_nothing_out(evaluated.routes, maps));
   if (nothing) {
-    evaluated.no_opponents = "its region maps hold every point within reach";
+    evaluated.no_baselines = "its region maps hold every point within reach";
     return {};
   }
   for (const Thinning thinning : kThinnings) {
-    auto opponent = run_opponent(job, maps, thinning);
-    if (opponent) {
-      evaluated.opponents.push_back(*std::move(opponent));
+    auto baseline = run_baseline(job, maps, thinning);
+    if (baseline) {
+      evaluated.baselines.push_back(*std::move(baseline));
       continue;
     }
     // A map so thin that no scan can be matched against it is a result, not a failure.
-    if (!evaluated.no_opponents.empty()) evaluated.no_opponents += "; ";
-    evaluated.no_opponents +=
-        std::string(to_string(thinning)) + " left out: " + opponent.error().message;
+    if (!evaluated.no_baselines.empty()) evaluated.no_baselines += "; ";
+    evaluated.no_baselines +=
+        std::string(to_string(thinning)) + " left out: " + baseline.error().message;
   }
   return {};
 }
 
-/// The map of the region at the middle of the first route, if it has points.
-Result<std::optional<Specimen>> specimen_of(const MapStore& store,
+/// The region map where the first route is halfway, if it has points.
+Result<std::optional<Specimen>> specimen_of(const Bundle& bundle,
                                             const std::vector<RouteRun>& routes) {
   const auto& scans = routes.front().run.scans;
   if (scans.empty()) return std::nullopt;
   const RegionId region = scans[scans.size() / 2].report.region;
-  VANTAGE_TRY(RegionMap map, store.get(region));
+  VANTAGE_TRY(RegionMap map, bundle.get(region));
   if (map.points.empty()) return std::nullopt;
   return Specimen{region, std::move(map.points), std::move(map.viewpoints)};
 }
@@ -148,34 +150,38 @@ Result<EvaluatedConfig> evaluate(const Config& config, const std::string& name,
   const Job job{config, name, routes, options};
   EvaluatedConfig evaluated;
   evaluated.name = name;
-  VANTAGE_TRY(const StoreConfig choice, config.need(config.store, "store", "evaluating"));
-  VANTAGE_TRY(const PluginPtr<MapStore> store, options.loader.load<MapStore>(choice.choice()));
-  VANTAGE_TRY(evaluated.index, store->index());
+  VANTAGE_TRY(const Bundle bundle, Bundle::open(config, options.loader, "evaluating"));
+  evaluated.index = bundle.index();
   std::vector<double> points;
   for (const RegionSummary& region : evaluated.index.regions) {
-    points.push_back(static_cast<double>(region.points));
+    if (stores_points(evaluated.index)) points.push_back(static_cast<double>(region.points));
     evaluated.bundle_bytes += region.bytes;
   }
   evaluated.region_points = statistics_of(points);
   for (const NamedInputs& route : routes) {
-    VANTAGE_TRY(auto localizer, Localizer::open(config, options.loader));
+    VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, options.loader));
     VANTAGE_TRY(evaluated.routes.emplace_back(), run_route(job, std::move(localizer), route, ""));
   }
-  VANTAGE_TRY(evaluated.specimen, specimen_of(*store, evaluated.routes));
-  if (!options.opponents) {
-    evaluated.no_opponents = "they were not asked for";
+  VANTAGE_TRY(evaluated.specimen, specimen_of(bundle, evaluated.routes));
+  if (!options.baselines) {
+    evaluated.no_baselines = "they were not asked for";
   } else if (!map.missing.empty()) {
-    evaluated.no_opponents = map.missing;
+    evaluated.no_baselines = map.missing;
   } else {
-    VANTAGE_CHECK(add_opponents(job, *store, map.points, evaluated));
+    VANTAGE_CHECK(add_baselines(job, bundle, map.points, evaluated));
   }
   return evaluated;
 }
 
 }  // namespace
 
-double EvaluatedConfig::reduction() const {
-  if (index.map_points == 0) return 0.0;
+bool stores_points(const MapIndex& index) {
+  return std::any_of(index.regions.begin(), index.regions.end(),
+                     [](const RegionSummary& region) { return region.points > 0; });
+}
+
+std::optional<double> EvaluatedConfig::reduction() const {
+  if (index.map_points == 0 || !stores_points(index)) return {};
   return 1.0 - region_points.mean / static_cast<double>(index.map_points);
 }
 

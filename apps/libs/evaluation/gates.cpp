@@ -6,158 +6,192 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <span>
 
 #include "vantage/config_value.hpp"
 #include "vantage/evaluation/evaluation.hpp"
+#include "vantage/evaluation/metrics.hpp"
 
 namespace vantage {
 namespace {
 
-struct Unit {
-  std::string_view name;
-  double size;  // in the metric's own unit
-};
-constexpr std::array kLengths{Unit{"m", 1.0}, Unit{"cm", 1e-2}, Unit{"mm", 1e-3}};
-constexpr std::array kAngles{Unit{"deg", 1.0}, Unit{"rad", 180.0 / M_PI}};
-constexpr std::array kTimes{Unit{"ms", 1.0}, Unit{"s", 1e3}, Unit{"us", 1e-3}};
-constexpr std::array kBytes{Unit{"MB", 1e6}, Unit{"kB", 1e3}, Unit{"GB", 1e9}, Unit{"B", 1.0}};
-constexpr std::array kShares{Unit{"%", 1e-2}, Unit{"", 1.0}};
-constexpr std::array kPercents{Unit{"%", 1e-2}};
-constexpr std::array kNumbers{Unit{"", 1.0}};
+using Size = MetricUnit::Size;
+constexpr std::array kLengths{Size{"m", 1.0}, Size{"cm", 1e-2}, Size{"mm", 1e-3}};
+constexpr std::array kBytes{Size{"MB", 1e6}, Size{"kB", 1e3}, Size{"GB", 1e9}, Size{"B", 1.0}};
+constexpr std::array kShares{Size{"%", 1e-2}, Size{"", 1.0}};
+constexpr std::array kPercents{Size{"%", 1e-2}};
+constexpr std::array kNumbers{Size{"", 1.0}};
 
 /// What a gate is measured on.
 struct Case {
   const EvaluatedConfig& config;
   const RunSummary& summary;
-  const RunSummary* baseline;  // of the same route
+  const RunSummary* excess_over;  // of the same route
   std::size_t route;
 };
 using Value = std::optional<double>;
 
-struct Metric {
-  std::string_view name;
-  std::span<const Unit> units;
-  bool at_least;   // is better when larger
-  bool of_config;  // the same on every route
-  std::string_view meaning;
-  Value (*value)(const Case&);
+/// What a gate can limit.
+struct Measure {
+  std::string name;
+  std::span<const Size> units;
+  bool at_least;      // is better when larger
+  bool of_config;     // the same on every route
+  bool needs_points;  // not known of a bundle that stores none
+  bool in_help;
+  std::string meaning;
+  std::function<Value(const Case&)> value;
 };
 
 Value number(double x) { return x; }
 Value mean(const Statistics& s) { return s.count > 0 ? number(s.mean) : Value{}; }
-Value p95(const Statistics& s) { return s.count > 0 ? number(s.p95) : Value{}; }
-Value most(const Statistics& s) { return s.count > 0 ? number(s.max) : Value{}; }
 
 /// How far the mean error is above that of another run; none if one of the two has none.
 Value excess(const Case& c, const RunSummary* other) {
-  if (other == nullptr || c.summary.error_m.count == 0 || other->error_m.count == 0) return {};
-  return c.summary.error_m.mean - other->error_m.mean;
+  if (other == nullptr) return {};
+  const Value own = mean(c.summary["error_m"]), theirs = mean((*other)["error_m"]);
+  return own && theirs ? number(*own - *theirs) : Value{};
 }
 
-Value over_opponents(const Case& c) {
+Value over_baselines(const Case& c) {
   Value worst;
-  for (const Opponent& opponent : c.config.opponents) {
-    const Value over = excess(c, &opponent.routes[c.route].summary);
+  for (const Baseline& baseline : c.config.baselines) {
+    const Value over = excess(c, &baseline.routes[c.route].summary);
     if (over && (!worst || *over > *worst)) worst = over;
   }
   return worst;
 }
 
-constexpr std::array kMetrics{
-    Metric{"error", kLengths, false, false, "mean distance from the reference, tracked scans",
-           [](const Case& c) { return mean(c.summary.error_m); }},
-    Metric{"error_p95", kLengths, false, false, "95th percentile of that distance",
-           [](const Case& c) { return p95(c.summary.error_m); }},
-    Metric{"error_max", kLengths, false, false, "largest such distance",
-           [](const Case& c) { return most(c.summary.error_m); }},
-    Metric{"excess", kLengths, false, false, "mean error minus that of the baseline (--baseline)",
-           [](const Case& c) { return excess(c, c.baseline); }},
-    Metric{"over_opponents", kLengths, false, false,
-           "mean error minus that of the best opponent of equal size", over_opponents},
-    Metric{"rotation", kAngles, false, false, "mean angle from the reference, tracked scans",
-           [](const Case& c) { return mean(c.summary.error_deg); }},
-    Metric{"rotation_p95", kAngles, false, false, "95th percentile of that angle",
-           [](const Case& c) { return p95(c.summary.error_deg); }},
-    Metric{"rotation_max", kAngles, false, false, "largest such angle",
-           [](const Case& c) { return most(c.summary.error_deg); }},
-    Metric{"relative", kLengths, false, false, "mean error of the motion to the next scan",
-           [](const Case& c) { return mean(c.summary.relative_frame.m); }},
-    Metric{"relative_10m", kLengths, false, false, "mean error of the motion over 10 m",
-           [](const Case& c) { return mean(c.summary.relative_10m.m); }},
-    Metric{"lost", kNumbers, false, false, "scans that are not tracked",
-           [](const Case& c) { return number(static_cast<double>(c.summary.lost)); }},
-    Metric{"lost", kPercents, false, false, "share of the scans that are not tracked",
-           [](const Case& c) {
-             return number(static_cast<double>(c.summary.lost) /
-                           static_cast<double>(std::max<std::size_t>(c.summary.scans, 1)));
-           }},
-    Metric{"wrong", kNumbers, false, false, "tracked scans more than 2 m or 5 degrees off",
-           [](const Case& c) -> Value {
-             if (c.summary.error_m.count == 0) return {};
-             return static_cast<double>(c.summary.tracked_far_off);
-           }},
-    Metric{"blocking", kNumbers, false, false, "switches to a map that was not ready",
-           [](const Case& c) { return number(static_cast<double>(c.summary.blocking_loads)); }},
-    Metric{"stall", kTimes, false, false, "longest wait for a map",
-           [](const Case& c) { return most(c.summary.stall_ms); }},
-    Metric{"T_align", kTimes, false, false, "mean time of scan matching",
-           [](const Case& c) { return mean(c.summary.align_ms); }},
-    Metric{"T_align_p95", kTimes, false, false, "95th percentile of that time",
-           [](const Case& c) { return p95(c.summary.align_ms); }},
-    Metric{"coverage", kShares, true, false, "mean share of scan points with a voxel",
-           [](const Case& c) { return mean(c.summary.coverage); }},
-    Metric{"NVTL", kNumbers, true, false, "mean nearest voxel transformation likelihood",
-           [](const Case& c) { return mean(c.summary.nvtl); }},
-    Metric{"fitness", kNumbers, true, false, "mean S_fitness (Eq. 12)",
-           [](const Case& c) { return mean(c.summary.fitness); }},
-    Metric{"memory", kBytes, false, false, "most that ready maps take at once",
-           [](const Case& c) { return number(static_cast<double>(c.summary.held_bytes)); }},
-    Metric{"points", kNumbers, false, true, "mean number of points of a region map",
-           [](const Case& c) { return mean(c.config.region_points); }},
-    Metric{"reduction", kShares, true, true,
-           "share of the wide-area map's points that the mean region map does without",
-           [](const Case& c) { return number(c.config.reduction()); }},
-    Metric{"bytes", kBytes, false, true, "size of the bundle",
-           [](const Case& c) { return number(static_cast<double>(c.config.bundle_bytes)); }},
-};
-
-const Unit* find_unit(const Metric& metric, std::string_view name) {
-  const auto unit = std::find_if(metric.units.begin(), metric.units.end(),
-                                 [&](const Unit& u) { return u.name == name; });
-  return unit == metric.units.end() ? nullptr : &*unit;
+Measure measure_of(const Metric& metric, const NamedStatistic& statistic, bool headline) {
+  const std::string_view name = name_in_gates(metric);
+  return {.name = headline ? std::string(name) : fmt::format("{}_{}", name, statistic.name),
+          .units = metric.unit->limits,
+          .at_least = metric.better == Better::more,
+          .of_config = false,
+          .needs_points = metric.is(kNeedsPoints),
+          .in_help = headline,
+          .meaning = fmt::format("{}: {}", statistic.name, metric.doc),
+          .value = [key = metric.key, member = statistic.member](const Case& c) {
+            const Statistics s = c.summary[key];
+            return s.count > 0 ? number(s.*member) : Value{};
+          }};
 }
 
-struct Measure {
-  const Metric* metric;
-  const Unit* unit;
-};
-/// None if no metric of that name has the unit.
-std::optional<Measure> find_measure(std::string_view name, std::string_view unit) {
-  for (const Metric& metric : kMetrics) {
-    if (metric.name != name) continue;
-    if (const Unit* found = find_unit(metric, unit)) return Measure{&metric, found};
+Measure share_of(const Metric& metric) {
+  return {.name = std::string(metric.key),
+          .units = kPercents,
+          .at_least = false,
+          .of_config = false,
+          .needs_points = false,
+          .in_help = true,
+          .meaning = fmt::format("share of the scans: {}", metric.doc),
+          .value = [key = metric.key](const Case& c) {
+            const Statistics s = c.summary[key];
+            return s.count > 0 ? number(s.sum / static_cast<double>(c.summary.scans)) : Value{};
+          }};
+}
+
+void add_measures_of(const Metric& metric, std::vector<Measure>& all) {
+  all.push_back(measure_of(metric, headline(metric), true));
+  if (metric.is(kShareOfScans)) all.push_back(share_of(metric));
+  if (metric.is_count()) return;
+  for (const NamedStatistic& statistic : named_statistics()) {
+    all.push_back(measure_of(metric, statistic, false));
   }
-  return {};
 }
 
-std::string units_of(std::string_view name) {
+/// Everything that can be limited: each metric of scans, and what only a run or its maps have.
+std::vector<Measure> measures() {
+  std::vector<Measure> all;
+  for (const Metric* metric : metrics_by_group()) add_measures_of(*metric, all);
+  const auto add = [&](const char* name, std::span<const Size> units, const char* meaning,
+                       Value (*value)(const Case&)) -> Measure& {
+    return all.emplace_back(Measure{.name = name,
+                                    .units = units,
+                                    .at_least = false,
+                                    .of_config = false,
+                                    .needs_points = false,
+                                    .in_help = true,
+                                    .meaning = meaning,
+                                    .value = value});
+  };
+  add("excess", kLengths, "mean error minus that of the configuration --excess-over",
+      [](const Case& c) { return excess(c, c.excess_over); });
+  add("over_baselines", kLengths, "mean error minus that of the best baseline of equal size",
+      over_baselines);
+  add("relative", kLengths, "mean error of the motion to the next scan",
+      [](const Case& c) { return mean(c.summary.relative_frame.m); });
+  add("relative_10m", kLengths, "mean error of the motion over 10 m",
+      [](const Case& c) { return mean(c.summary.relative_10m.m); });
+  Measure& points = add("points", kNumbers, "mean number of points of a region map, all regions",
+                        [](const Case& c) { return mean(c.config.region_points); });
+  points.of_config = points.needs_points = true;
+  Measure& reduction =
+      add("reduction", kShares,
+          "share of the wide-area map's points that the mean region map does without, all regions",
+          [](const Case& c) { return c.config.reduction(); });
+  reduction.of_config = reduction.needs_points = reduction.at_least = true;
+  add("bytes", kBytes, "size of the bundle", [](const Case& c) {
+    return number(static_cast<double>(c.config.bundle_bytes));
+  }).of_config = true;
+  return all;
+}
+
+/// Names that gates had before.
+struct Alias {
+  std::string_view old, now;
+};
+constexpr std::array kAliases{
+    Alias{"T_align", "align"},    Alias{"rotation", "error"},
+    Alias{"NVTL", "nvtl"},        Alias{"memory", "held"},
+    Alias{"blocking", "blocked"}, Alias{"over_opponents", "over_baselines"}};
+
+/// "align_p95" for "T_align_p95".
+std::string name_now(std::string_view name) {
+  for (const Alias& alias : kAliases) {
+    const bool whole = name.size() == alias.old.size() || name[alias.old.size()] == '_';
+    if (name.starts_with(alias.old) && whole) {
+      return std::string(alias.now) + std::string(name.substr(alias.old.size()));
+    }
+  }
+  return std::string(name);
+}
+
+const Size* find_unit(const Measure& measure, std::string_view name) {
+  const auto unit = std::find_if(measure.units.begin(), measure.units.end(),
+                                 [&](const Size& u) { return u.name == name; });
+  return unit == measure.units.end() ? nullptr : &*unit;
+}
+
+/// nullptr if no measure of that name has the unit.
+const Measure* find_measure(const std::vector<Measure>& all, std::string_view name,
+                            std::string_view unit) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Measure& measure) {
+    return measure.name == name && find_unit(measure, unit) != nullptr;
+  });
+  return found == all.end() ? nullptr : &*found;
+}
+
+std::string units_of(const std::vector<Measure>& all, std::string_view name) {
   std::vector<std::string> units;
-  for (const Metric& metric : kMetrics) {
-    if (metric.name != name) continue;
-    for (const Unit& unit : metric.units) {
+  for (const Measure& measure : all) {
+    if (measure.name != name) continue;
+    for (const Size& unit : measure.units) {
       units.emplace_back(unit.name.empty() ? "a plain number" : unit.name);
     }
   }
   return fmt::format("{}", fmt::join(units, ", "));
 }
 
-std::vector<std::string> names() {
-  std::vector<std::string> all;
-  for (const Metric& metric : kMetrics) {
-    if (all.empty() || all.back() != metric.name) all.emplace_back(metric.name);
+/// @param all  also those that the help does not list
+std::vector<std::string> names_of(const std::vector<Measure>& measures, bool all) {
+  std::vector<std::string> names;
+  for (const Measure& measure : measures) {
+    const bool known = std::find(names.begin(), names.end(), measure.name) != names.end();
+    if ((all || measure.in_help) && !known) names.push_back(measure.name);
   }
-  return all;
+  return names;
 }
 
 tl::unexpected<Error> bad_gate(std::string_view text, const std::string& why) {
@@ -174,10 +208,13 @@ Result<Gate> parse_gate(std::string_view text) {
   const char before = text[sign - 1];
   const bool signed_limit = before == '<' || before == '>';
   gate.metric = text.substr(0, signed_limit ? sign - 1 : sign);
-  const std::vector<std::string> known = names();
+  gate.metric = name_now(gate.metric);
+  const std::vector<Measure> all = measures();
+  const std::vector<std::string> known = names_of(all, true);
   if (std::find(known.begin(), known.end(), gate.metric) == known.end()) {
-    return bad_gate(text, fmt::format("there is no metric '{}'{}; there are {}", gate.metric,
-                                      did_you_mean(gate.metric, known), fmt::join(known, ", ")));
+    return bad_gate(
+        text, fmt::format("there is no metric '{}'{}; there are {}", gate.metric,
+                          did_you_mean(gate.metric, known), fmt::join(names_of(all, false), ", ")));
   }
   const std::string_view value = text.substr(sign + 1);
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), gate.limit);
@@ -185,20 +222,20 @@ Result<Gate> parse_gate(std::string_view text) {
     return bad_gate(text, fmt::format("expected a number after '=', not '{}'", value));
   }
   gate.unit = value.substr(static_cast<std::size_t>(end - value.data()));
-  const auto measure = find_measure(gate.metric, gate.unit);
-  if (!measure) {
+  const Measure* measure = find_measure(all, gate.metric, gate.unit);
+  if (measure == nullptr) {
     return bad_gate(text, fmt::format("{} '{}' is none of {}: {}",
                                       gate.unit.empty() ? "the empty unit" : "the unit", gate.unit,
-                                      gate.metric, units_of(gate.metric)));
+                                      gate.metric, units_of(all, gate.metric)));
   }
-  gate.at_least = signed_limit ? before == '>' : measure->metric->at_least;
+  gate.at_least = signed_limit ? before == '>' : measure->at_least;
   return gate;
 }
 
 GateResult judge(const Gate& gate, const Measure& measure, const Case& c, std::string route) {
   GateResult result{.gate = gate, .route = std::move(route)};
-  if (const Value value = measure.metric->value(c)) {
-    result.value = *value / measure.unit->size;
+  if (const Value value = measure.value(c)) {
+    result.value = *value / find_unit(measure, gate.unit)->size;
     result.holds = gate.at_least ? *result.value >= gate.limit : *result.value <= gate.limit;
   }
   return result;
@@ -229,32 +266,51 @@ Result<std::vector<Gate>> parse_gates(std::string_view text) {
 
 std::string gate_help() {
   std::string help;
-  for (const Metric& metric : kMetrics) {
+  for (const Measure& measure : measures()) {
+    if (!measure.in_help) continue;
     std::vector<std::string_view> units;
-    for (const Unit& unit : metric.units) {
+    for (const Size& unit : measure.units) {
       if (!unit.name.empty()) units.push_back(unit.name);
     }
-    help += fmt::format("  {:<15}{}  {:<12}{}\n", metric.name,
-                        metric.at_least ? ">=" : "<=", fmt::format("{}", fmt::join(units, " ")),
-                        metric.meaning);
+    help += fmt::format("  {:<15}{}  {:<12}{}\n", measure.name,
+                        measure.at_least ? ">=" : "<=", fmt::format("{}", fmt::join(units, " ")),
+                        measure.meaning);
   }
-  return help;
+  return help +
+         "  _mean, _rmse, _std, _min, _median, _p95, _p99 or _max after a name takes that "
+         "statistic: error_p95=1cm\n";
+}
+
+Result<void> check_measurable(const std::vector<Gate>& gates, const std::string& config,
+                              const MapIndex& index) {
+  if (stores_points(index)) return {};
+  const std::vector<Measure> all = measures();
+  for (const Gate& gate : gates) {
+    if (!gate.config.empty() && gate.config != config) continue;
+    const Measure* measure = find_measure(all, gate.metric, gate.unit);
+    if (measure == nullptr || !measure->needs_points) continue;
+    return bad_gate(gate.text, fmt::format("the bundle of '{}' stores no points, so that its {} is "
+                                           "not known",
+                                           config, gate.metric));
+  }
+  return {};
 }
 
 std::vector<GateResult> judge(const std::vector<Gate>& gates, const EvaluatedConfig& config,
                               const std::vector<std::string>& routes,
-                              const EvaluatedConfig* baseline) {
+                              const EvaluatedConfig* excess_over) {
   std::vector<GateResult> results;
+  const std::vector<Measure> all = measures();
   for (const Gate& gate : gates) {
     if (!gate.config.empty() && gate.config != config.name) continue;
-    const auto measure = find_measure(gate.metric, gate.unit);
-    if (!measure) continue;  // parse_gates never makes such a gate
+    const Measure* measure = find_measure(all, gate.metric, gate.unit);
+    if (measure == nullptr) continue;  // parse_gates makes no such gate
     for (std::size_t r = 0; r < routes.size(); ++r) {
       const Case c{.config = config,
                    .summary = config.routes[r].summary,
-                   .baseline = baseline ? &baseline->routes[r].summary : nullptr,
+                   .excess_over = excess_over ? &excess_over->routes[r].summary : nullptr,
                    .route = r};
-      if (measure->metric->of_config) {
+      if (measure->of_config) {
         results.push_back(judge(gate, *measure, c, ""));
         break;
       }

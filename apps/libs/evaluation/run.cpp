@@ -125,11 +125,16 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
   auto report = localizer.localize(
       {.stamp = scan.stamp, .points = scan.points, .odometry = odometry, .seconds = scan.seconds});
   if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
-  RunScan done{*std::move(report), scan.dropped, {}, {}};
+  RunScan done{.report = *std::move(report),
+               .dropped_by_reader = scan.dropped,
+               .reference = {},
+               .error = {}};
   if (inputs.reference) done.reference = io::pose_at(*inputs.reference, scan.stamp);
   if (done.reference && done.report.has_pose) {
     done.error = error_of(done.report.T_map_scan, *done.reference);
   }
+  done.map = localizer.index().regions[done.report.region.value];
+  done.wide_area_points = localizer.index().map_points;
   return done;
 }
 }  // namespace

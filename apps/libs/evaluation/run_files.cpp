@@ -2,17 +2,22 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "evaluation/json.hpp"
+#include "vantage/evaluation/metrics.hpp"
+#include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
 namespace {
 
-constexpr double kDegrees = 180.0 / M_PI;
+namespace fs = std::filesystem;
 
 /// Quotes a text by RFC 4180.
 std::string quoted(const std::string& text) {
@@ -24,54 +29,112 @@ std::string quoted(const std::string& text) {
   return cell + '"';
 }
 
-std::string cell(const std::optional<double>& x) { return x ? fmt::format("{}", *x) : ""; }
+std::string cell(const Metric& metric, const RunScan& scan) {
+  const std::optional<double> x = metric.value(scan);
+  if (!x) return {};
+  const int digits = metric.unit->digits_in_files;
+  return digits < 0 ? fmt::format("{}", *x) : fmt::format("{:.{}f}", *x, digits);
+}
+
+std::string cells(const std::optional<Pose>& T) {
+  if (!T) return std::string(6, ',');
+  const auto& [q, t] = *T;
+  return fmt::format("{},{},{},{},{},{},{}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+/// Columns that are no metric.
+struct TextColumns {
+  std::string_view before;  ///< the metric that follows them; empty: they are the last
+  std::string_view names;
+  std::string (*cells)(const Run&, const RunScan&, double way);
+};
+constexpr std::array kTextColumns{
+    TextColumns{"recovered", "stamp,tracking",
+                [](const Run&, const RunScan& scan, double) {
+                  return fmt::format("{:.9f},{}", scan.report.stamp,
+                                     to_string(scan.report.tracking));
+                }},
+    TextColumns{"switched", "region",
+                [](const Run& run, const RunScan& scan, double) {
+                  return run.index.partition[scan.report.region].label;
+                }},
+    TextColumns{"fitness", "termination",
+                [](const Run&, const RunScan& scan, double) {
+                  const auto& a = scan.report.alignment;
+                  return std::string(a ? to_string(a->termination) : "");
+                }},
+    TextColumns{"error_m", "x,y,z,qx,qy,qz,qw",
+                [](const Run&, const RunScan& scan, double) {
+                  const ScanReport& r = scan.report;
+                  return cells(r.has_pose ? std::optional(r.T_map_scan) : std::nullopt);
+                }},
+    TextColumns{"held_bytes", "distance_m,ref_x,ref_y,ref_z,ref_qx,ref_qy,ref_qz,ref_qw",
+                [](const Run&, const RunScan& scan, double way) {
+                  return fmt::format("{:.4f},{}", way, cells(scan.reference));
+                }},
+    TextColumns{"", "reason", [](const Run&, const RunScan& scan, double) {
+                  return quoted(scan.report.reason);
+                }}};
+
+/// Calls `text` and `metric` for every column of scans.csv in their order.
+template <class Text, class Number>
+void for_each_column(const Text& text, const Number& number) {
+  for (const Metric& metric : metrics()) {
+    if (metric.is(kNotInFiles)) continue;
+    for (const TextColumns& columns : kTextColumns) {
+      if (columns.before == metric.key) text(columns);
+    }
+    number(metric);
+  }
+  text(kTextColumns.back());
+}
+
+/// Cells with commas between them.
+class Line {
+ public:
+  void add(std::string_view cells) {
+    if (!text_.empty()) text_ += ',';
+    text_ += cells;
+  }
+  [[nodiscard]] std::string take() && { return std::move(text_) + '\n'; }
+
+ private:
+  std::string text_;
+};
+
+struct File {
+  fs::path path;
+  std::string content;
+};
+
+/// Every file is on the disk under a temporary name before the first gets its own, so that a full
+/// disk leaves all of them as they were.
+Result<void> write_together(const std::vector<File>& files) {
+  std::vector<io::OutputFile> open;
+  for (const File& file : files) {
+    VANTAGE_TRY(io::OutputFile made, io::OutputFile::create(file.path));
+    open.push_back(std::move(made));
+    VANTAGE_CHECK(open.back().write(file.content));
+    VANTAGE_CHECK(open.back().finish());
+  }
+  for (io::OutputFile& file : open) VANTAGE_CHECK(file.commit());
+  return {};
+}
 
 }  // namespace
 
 std::string to_csv(const Run& run) {
-  std::string csv =
-      "stamp,tracking,recovered,region,switched,outside,blocked,N_point,N_scan,N_dropped,T_align_"
-      "ms,"
-      "stall_ms,search_ms,T_load_ms,T_prepare_ms,iterations,termination,fitness,NVTL,coverage,LCP,"
-      "sigma_m,sigma_deg,degenerate,correction_m,x,y,z,qx,qy,qz,qw,error_m,error_deg,"
-      "distance_m,ref_x,ref_y,ref_z,ref_qx,ref_qy,ref_qz,ref_qw,held_bytes,reason\n";
+  Line header;
+  for_each_column([&](const TextColumns& columns) { header.add(columns.names); },
+                  [&](const Metric& metric) { header.add(metric.key); });
+  std::string csv = std::move(header).take();
   const std::vector<double> way = distances(run);
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const RunScan& scan = run.scans[i];
-    const ScanReport& r = scan.report;
-    const auto& a = r.alignment;
-    const auto score = [&](double ScanScore::*member) {
-      return cell(a ? std::optional(a->score.*member) : std::nullopt);
-    };
-    const auto pose = [](const std::optional<Pose>& T) {
-      if (!T) return std::string(6, ',');
-      const auto& [q, t] = *T;
-      return fmt::format("{},{},{},{},{},{},{}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-    };
-    csv += fmt::format("{:.9f},{},{:d},{},{:d},{:d},{:d},{},{},{},", r.stamp, to_string(r.tracking),
-                       r.recovered, run.index.partition[r.region].label, r.switched, r.outside,
-                       r.blocked, r.map_points, r.scan_points,
-                       r.dropped_points + scan.dropped_by_reader);
-    csv += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{},{},{},{},{},",
-                       1e3 * r.seconds_align, 1e3 * r.seconds_stall, 1e3 * r.seconds_search,
-                       1e3 * r.seconds_load, 1e3 * r.seconds_prepare,
-                       a ? std::to_string(a->iterations) : "", a ? to_string(a->termination) : "",
-                       score(&ScanScore::fitness), score(&ScanScore::nvtl),
-                       score(&ScanScore::coverage), cell(a ? std::optional(r.lcp) : std::nullopt));
-    const auto& c = r.confidence;
-    csv += fmt::format(
-        "{},{},{},{},", cell(c ? std::optional(c->sigma_translation[0]) : std::nullopt),
-        cell(c ? std::optional(c->sigma_rotation[0] * kDegrees) : std::nullopt),
-        c ? std::to_string(c->degenerate) : "",
-        cell(a && r.has_pose
-                 ? std::optional(
-                       (a->T_map_scan.translation - r.T_map_scan_predicted.translation).norm())
-                 : std::nullopt));
-    csv += fmt::format("{},{},{},{:.4f},{},{},{}\n",
-                       pose(r.has_pose ? std::optional(r.T_map_scan) : std::nullopt),
-                       cell(scan.error ? std::optional(scan.error->metres) : std::nullopt),
-                       cell(scan.error ? std::optional(scan.error->degrees) : std::nullopt), way[i],
-                       pose(scan.reference), r.held_bytes, quoted(r.reason));
+    Line line;
+    for_each_column([&](const TextColumns& columns) { line.add(columns.cells(run, scan, way[i])); },
+                    [&](const Metric& metric) { line.add(cell(metric, scan)); });
+    csv += std::move(line).take();
   }
   return csv;
 }
@@ -84,14 +147,11 @@ Result<void> write_run(const Run& run, const RunSummary& summary,
     return fail(ErrorCode::io_failure, "cannot create the output folder: " + error.message(),
                 SourceLocation{folder.string(), 0, 0});
   }
-  // All three are written before the first one appears under its name.
-  VANTAGE_TRY(auto csv, io::OutputFile::create(folder / "scans.csv"));
-  VANTAGE_CHECK(csv.write(to_csv(run)));
-  VANTAGE_TRY(auto json, io::OutputFile::create(folder / "summary.json"));
-  VANTAGE_CHECK(json.write(to_json(run, summary).dump(2) + "\n"));
-  VANTAGE_CHECK(io::write_tum(folder / "trajectory.tum", trajectory_of(run)));
-  VANTAGE_CHECK(csv.commit());
-  return json.commit();
+  const fs::path trajectory = folder / "trajectory.tum";
+  VANTAGE_TRY(std::string poses, io::to_tum(trajectory, trajectory_of(run)));
+  return write_together({{folder / "scans.csv", to_csv(run)},
+                         {folder / "summary.json", to_json(run, summary).dump(2) + "\n"},
+                         {trajectory, std::move(poses)}});
 }
 
 }  // namespace vantage

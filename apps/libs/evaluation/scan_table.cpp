@@ -7,6 +7,7 @@
 #include <set>
 
 #include "io/text.hpp"
+#include "vantage/evaluation/metrics.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage {
@@ -147,6 +148,16 @@ Result<void> read_stamps(const CsvTable& csv, const std::string& file, ScanTable
   return {};
 }
 
+Result<void> read_numbers(const CsvTable& csv, const std::string& file, const std::string& wanted,
+                          ScanTable& table) {
+  VANTAGE_TRY(const std::size_t at, column(csv, wanted, file));
+  auto& values = table.columns[wanted];
+  for (const CsvTable::Row& row : csv.rows) {
+    VANTAGE_TRY(values.emplace_back(), number(row, at, wanted, file));
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<CsvTable> parse_csv(std::string_view content, const std::string& file) {
@@ -170,13 +181,6 @@ Result<CsvTable> parse_csv(std::string_view content, const std::string& file) {
   return table;
 }
 
-const std::vector<std::string>& number_columns() {
-  static const std::vector<std::string> kColumns{
-      "error_m", "error_deg", "T_align_ms", "stall_ms", "fitness", "NVTL",      "coverage",
-      "LCP",     "N_point",   "held_bytes", "switched", "blocked", "distance_m"};
-  return kColumns;
-}
-
 Result<ScanTable> read_scans(const fs::path& path) {
   std::error_code error;
   const bool folder = fs::is_directory(path, error);
@@ -192,12 +196,10 @@ Result<ScanTable> read_scans(const fs::path& path) {
   ScanTable table{.file = file, .stamps = {}, .tracked = {}, .lines = {}, .columns = {}};
   VANTAGE_CHECK(read_stamps(csv, name, table));
   if (csv.rows.empty()) return corrupt("no scan", name, 1);
-  for (const std::string& wanted : number_columns()) {
-    VANTAGE_TRY(const std::size_t at, column(csv, wanted, name));
-    auto& values = table.columns[wanted];
-    for (const CsvTable::Row& row : csv.rows) {
-      VANTAGE_TRY(values.emplace_back(), number(row, at, wanted, name));
-    }
+  VANTAGE_CHECK(read_numbers(csv, name, "distance_m", table));
+  for (const Metric& metric : metrics()) {
+    if (metric.is(kNotInFiles)) continue;
+    VANTAGE_CHECK(read_numbers(csv, name, std::string(metric.key), table));
   }
   return table;
 }

@@ -23,6 +23,7 @@ Statistics statistics_of(std::span<const double> sample) {
     sum += x;
     squares += x * x;
   }
+  s.sum = sum;
   s.mean = sum / n;
   s.rmse = std::sqrt(squares / n);
   double spread = 0;

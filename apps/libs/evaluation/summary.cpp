@@ -2,23 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <vector>
+
+#include "vantage/evaluation/metrics.hpp"
 
 namespace vantage {
 namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
-constexpr double kLostMetres = 2.0, kLostDegrees = 5.0;
 
-/// A column of a statistic over the scans for which `value` gives a number.
-template <class F>
-Statistics over(const Run& run, const F& value) {
+/// The values of a metric that count for a run.
+std::vector<double> sample_of(const Run& run, const Metric& metric) {
   std::vector<double> sample;
-  for (const RunScan& scan : run.scans) {
-    if (const std::optional<double> x = value(scan)) sample.push_back(*x);
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    if (i == 0 && metric.is(kAfterFirst)) continue;
+    if (metric.is(kTrackedOnly) && !is_tracked(run.scans[i])) continue;
+    if (const auto x = metric.value(run.scans[i])) sample.push_back(*x);
   }
-  return statistics_of(sample);
+  return sample;
 }
 
 /// Share of the errors along the axes within 1, 2 and 3 standard deviations; a normal distribution
@@ -67,69 +68,28 @@ RelativeErrors relative_errors(const Run& run, double step) {
 }  // namespace
 
 RunSummary summarize(const Run& run) {
-  using Number = std::optional<double>;
   RunSummary s;
   s.scans = run.scans.size();
-  for (const RunScan& scan : run.scans) {
-    s.tracked += is_tracked(scan) ? 1 : 0;
-    s.recovered += scan.report.recovered ? 1 : 0;
-    s.switches += scan.report.switched ? 1 : 0;
-    s.blocking_loads += scan.report.blocked ? 1 : 0;
-    s.outside += scan.report.outside ? 1 : 0;
-    s.dropped_points += scan.report.dropped_points + scan.dropped_by_reader;
-    s.held_bytes = std::max(s.held_bytes, scan.report.held_bytes);
-    if (scan.error && (scan.error->metres > kLostMetres || scan.error->degrees > kLostDegrees)) {
-      ++s.far_off;
-      s.tracked_far_off += is_tracked(scan) ? 1 : 0;
-    }
+  s.tracked =
+      static_cast<std::size_t>(std::count_if(run.scans.begin(), run.scans.end(), is_tracked));
+  for (const Metric& metric : metrics()) {
+    s.of_metrics.push_back(statistics_of(sample_of(run, metric)));
   }
-  s.lost = s.scans - s.tracked;
-  // The first map is made ready at the start; that is not a switch.
-  if (!run.scans.empty() && run.scans.front().report.switched) --s.switches;
-
-  const auto error = [&](double PoseError::*member) {
-    return over(run, [=](const RunScan& scan) -> Number {
-      if (!scan.error || !is_tracked(scan)) return {};
-      return (*scan.error).*member;
-    });
-  };
-  s.error_m = error(&PoseError::metres);
-  s.error_deg = error(&PoseError::degrees);
   s.relative_frame = relative_errors(run, 0.0);
   s.relative_10m = relative_errors(run, 10.0);
-
-  s.align_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_align; });
-  s.stall_ms = over(run, [](const RunScan& x) -> Number { return 1e3 * x.report.seconds_stall; });
-  s.search_ms = over(run, [](const RunScan& x) -> Number {
-    if (x.report.seconds_search <= 0.0) return {};
-    return 1e3 * x.report.seconds_search;
-  });
-  const auto at_switches = [&](double ScanReport::*member) {
-    return over(run, [=](const RunScan& x) -> Number {
-      if (!x.report.switched) return {};
-      return 1e3 * x.report.*member;
-    });
-  };
-  s.load_ms = at_switches(&ScanReport::seconds_load);
-  s.prepare_ms = at_switches(&ScanReport::seconds_prepare);
-  s.map_points = over(
-      run, [](const RunScan& x) -> Number { return static_cast<double>(x.report.map_points); });
-
-  const auto tracked = [&](const auto& value) {
-    return over(run, [&](const RunScan& x) -> Number {
-      if (!is_tracked(x) || !x.report.alignment) return {};
-      return value(x.report);
-    });
-  };
-  s.iterations =
-      tracked([](const ScanReport& r) { return static_cast<double>(r.alignment->iterations); });
-  s.fitness = tracked([](const ScanReport& r) { return r.alignment->score.fitness; });
-  s.nvtl = tracked([](const ScanReport& r) { return r.alignment->score.nvtl; });
-  s.coverage = tracked([](const ScanReport& r) { return r.alignment->score.coverage; });
-  s.lcp = tracked([](const ScanReport& r) { return r.lcp; });
-  s.sigma_m = tracked([](const ScanReport& r) { return r.confidence->sigma_translation[0]; });
   s.within_sigmas_translation = within_sigmas(run, &PoseError::translation, 0);
   s.within_sigmas_rotation = within_sigmas(run, &PoseError::rotation, 3);
   return s;
 }
+
+Statistics RunSummary::operator[](std::string_view key) const {
+  const Metric* metric = find_metric(key);
+  const auto at = static_cast<std::size_t>(metric - metrics().data());
+  return metric != nullptr && at < of_metrics.size() ? of_metrics[at] : Statistics{};
+}
+
+std::size_t RunSummary::count(std::string_view key) const {
+  return static_cast<std::size_t>((*this)[key].sum);
+}
+
 }  // namespace vantage

@@ -181,8 +181,8 @@ Result<Trajectory> parse_trajectory(std::string_view content, const std::string&
   return trajectory;
 }
 
-Result<void> write_tum(const std::filesystem::path& path, const Trajectory& trajectory) {
-  VANTAGE_CHECK(check(path, trajectory));
+Result<std::string> to_tum(const std::filesystem::path& file, const Trajectory& trajectory) {
+  VANTAGE_CHECK(check(file, trajectory));
   std::string text;
   for (const auto& [stamp, pose] : trajectory) {
     const auto& t = pose.translation;
@@ -190,6 +190,11 @@ Result<void> write_tum(const std::filesystem::path& path, const Trajectory& traj
     fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}\n", stamp, t.x(), t.y(),
                    t.z(), q.x(), q.y(), q.z(), q.w());
   }
+  return text;
+}
+
+Result<void> write_tum(const std::filesystem::path& path, const Trajectory& trajectory) {
+  VANTAGE_TRY(const std::string text, to_tum(path, trajectory));
   return write_text_atomically(path, text);
 }
 

@@ -407,7 +407,7 @@ std::string to_svg(const LinePanel& panel, double width, double height) {
   svg += y_axis(panel.y, area) + x_axis(panel.x, area);
   svg += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n", area.left, area.bottom,
                      area.right);
-  // The curves of a configuration lie above those of its opponents.
+  // The curves of a configuration lie above those of its baselines.
   for (auto curve = panel.curves.rbegin(); curve != panel.curves.rend(); ++curve) {
     svg += drawn(*curve, panel, area);
   }

@@ -44,8 +44,10 @@ std::string body_row(const Table& table, const TableRow& row) {
     const Cell& cell = row.cells[c];
     const bool name = c < table.name_columns;
     const char* const look = name ? " class=\"name\"" : cell.best ? " class=\"best\"" : "";
-    html += fmt::format("<{0}{1}{2}>{3}</{0}>", c == 0 && name ? "th scope=\"row\"" : "td", look,
-                        data_of(cell), escaped(cell.text));
+    const bool heads_row = c == 0 && name;
+    html +=
+        fmt::format("<{}{}{}{}>{}</{}>", heads_row ? "th" : "td", heads_row ? " scope=\"row\"" : "",
+                    look, data_of(cell), escaped(cell.text), heads_row ? "th" : "td");
   }
   return html + "</tr>\n";
 }

@@ -11,24 +11,16 @@
 #include <tuple>
 #include <utility>
 
+#include "vantage/kit/hash.hpp"
+
 namespace vantage {
 namespace {
 
-/// The finalizer of SplitMix64 (Steele, Lea and Flood, 2014): a bijection that scatters bits.
-std::uint64_t scattered(std::uint64_t x) noexcept {
-  x += 0x9e3779b97f4a7c15U;
-  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
-  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
-  return x ^ (x >> 31U);
-}
-
 std::uint64_t voxel_of(const Point& p, double size) noexcept {
-  std::uint64_t hash = 0;
-  for (const double x : p) {
-    const double cell = std::floor(x / size) + 0.0;  // no -0
-    hash = scattered(hash ^ scattered(std::bit_cast<std::uint64_t>(cell)));
-  }
-  return std::max<std::uint64_t>(1, hash);
+  const auto bits = [&](double x) {
+    return std::bit_cast<std::uint64_t>(std::floor(x / size) + 0.0);  // no -0
+  };
+  return std::max<std::uint64_t>(1, hash(0, bits(p.x()), bits(p.y()), bits(p.z())));
 }
 
 /// Whether there are at least `count` different voxels.

@@ -1,9 +1,16 @@
 #include "vantage/engine/viewpoints.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+#include <variant>
+
+#include "build/viewpoint_origin.hpp"
+#include "vantage/overloaded.hpp"
+
+#include "vantage/kit/hash.hpp"
 
 namespace vantage {
 namespace {
@@ -15,12 +22,7 @@ struct VoxelKey {
 
 struct Hash {
   std::size_t operator()(const VoxelKey& key) const noexcept {
-    std::uint64_t h = 0;
-    for (const std::int64_t k : {key.z, key.y, key.x}) {
-      h = (h ^ static_cast<std::uint64_t>(k)) * 0x9e3779b97f4a7c15U;
-      h ^= h >> 32U;
-    }
-    return h;
+    return CellHash{}(std::array{key.z, key.y, key.x});
   }
 };
 
@@ -112,17 +114,29 @@ Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
 template <class NumberOf>
 Result<PointCloud> viewpoints(PointsView points, std::size_t count, const NumberOf& number_of,
                               const ViewpointParams& params) {
-  const bool driven = params.source == ViewpointSource::trajectory;
-  VANTAGE_TRY(const PointCloud places,
-              driven ? nearest_to_centres(points, count, number_of, params.voxel_size)
-                     : centroids(points, count, number_of, params.voxel_size));
-  PointCloud result;
-  result.reserve(places.size() * params.height_offsets.size());
-  for (const double offset : params.height_offsets) {
-    const double height = driven ? offset : params.sensor_height + offset;
-    for (const Point& q : places) result.emplace_back(q.x(), q.y(), q.z() + height);
-  }
-  return result;
+  const auto raised = [&](const PointCloud& places, double sensor_height) {
+    PointCloud result;
+    result.reserve(places.size() * params.height_offsets.size());
+    for (const double offset : params.height_offsets) {
+      const double height = sensor_height + offset;
+      for (const Point& q : places) result.emplace_back(q.x(), q.y(), q.z() + height);
+    }
+    return result;
+  };
+  const auto over_ground = [&](double sensor_height) -> Result<PointCloud> {
+    VANTAGE_TRY(const PointCloud places, centroids(points, count, number_of, params.voxel_size));
+    return raised(places, sensor_height);  // Eq. 5
+  };
+  const auto along = [&]() -> Result<PointCloud> {
+    VANTAGE_TRY(const PointCloud places,
+                nearest_to_centres(points, count, number_of, params.voxel_size));
+    return raised(places, 0.0);  // the sensor was there
+  };
+  return std::visit(
+      Overloaded{[&](const OverGround& over) { return over_ground(over.sensor_height); },
+                 [&](const OverReachableGround& over) { return over_ground(over.sensor_height); },
+                 [&](const AlongTrajectory&) { return along(); }},
+      origin_of(params));
 }
 
 bool has_twice(std::vector<double> values) {
@@ -220,6 +234,15 @@ Result<void> ViewpointParams::validate() const {
                    "the sensor's own path: leave it out, or say 'height_offsets'");
   }
   return {};
+}
+
+ViewpointOrigin origin_of(const ViewpointParams& params) {
+  switch (params.source) {
+    case ViewpointSource::trajectory: return AlongTrajectory{params.lateral_offsets};
+    case ViewpointSource::ground: break;
+  }
+  if (params.reachable) return OverReachableGround{params.sensor_height, params.max_step};
+  return OverGround{params.sensor_height};
 }
 
 }  // namespace vantage

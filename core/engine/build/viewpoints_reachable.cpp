@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "vantage/engine/viewpoints.hpp"
+#include "vantage/kit/hash.hpp"
 
 namespace vantage {
 namespace {
@@ -23,9 +24,7 @@ struct Column {
 
 struct Hash {
   std::size_t operator()(const Column& column) const noexcept {
-    std::uint64_t h = static_cast<std::uint64_t>(column.y) * 0x9e3779b97f4a7c15U;
-    h = (h ^ (h >> 32U) ^ static_cast<std::uint64_t>(column.x)) * 0x9e3779b97f4a7c15U;
-    return h ^ (h >> 32U);
+    return CellHash{}(std::array{column.y, column.x});
   }
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "bundle/built_as_asked.hpp"
 #include "bundle/find_store.hpp"
 
 namespace vantage {
@@ -67,7 +68,12 @@ Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
                             std::string_view job) {
   VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", job));
   VANTAGE_TRY(auto opened, plugins.load<MapStore>(store.choice()));
-  return of(std::move(opened), config.file);
+  VANTAGE_TRY(Bundle bundle, of(std::move(opened), config.file));
+  if (auto checked = check_built_as_asked(config, bundle.index(), plugins); !checked) {
+    return fail(std::move(checked).error().during(
+        config.file.empty() ? "opening the bundle" : "opening the bundle of " + config.file));
+  }
+  return bundle;
 }
 
 const std::string& Bundle::name() const noexcept { return state_->name; }

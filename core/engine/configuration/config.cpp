@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 namespace vantage {
 namespace {
@@ -108,6 +109,17 @@ Result<void> apply_override(Table& root, const std::string& text) {
   return {};
 }
 
+/// Calls f(kind, section) for the table of each kind of plugin, whether it is there or not.
+template <class C, class F>
+void for_each_plugin_section(C& config, const F& f) {
+  constexpr std::tuple kSections{&Config::partitioner, &Config::ground, &Config::visibility,
+                                 &Config::store, &Config::matcher};
+  static_assert(std::tuple_size_v<decltype(kSections)> == kPluginKinds);
+  for_each_kind([&]<class Interface>(const Kind<Interface>& kind) {
+    f(kind, config.*std::get<static_cast<std::size_t>(kind_of<Interface>())>(kSections));
+  });
+}
+
 /// Gives a plugin's section the places that errors about it point at.
 template <class Section>
 void locate_section(std::optional<Section>& section, const Table& root, std::string_view name) {
@@ -116,6 +128,12 @@ void locate_section(std::optional<Section>& section, const Table& root, std::str
   const Value* library = table.find("library");
   section->where = library == nullptr ? table.find("plugin")->where : library->where;
   if (table.find("params") == nullptr) section->params.where = table.where;
+}
+
+const PluginChoice& choice_of(const PluginChoice& choice) { return choice; }
+template <class Section>
+PluginChoice choice_of(const Section& section) {
+  return section.choice();
 }
 
 /// Turns toml++'s "Error while parsing X: what" into the word order of this project's errors.
@@ -199,11 +217,9 @@ Result<void> Config::validate() const {
 Result<Config> parse_config(const Table& table) {
   VANTAGE_TRY(Config config, parse<Config>(table));
   config.file = table.where.file;
-  locate_section(config.partitioner, table, "partitioner");
-  locate_section(config.ground, table, "ground");
-  locate_section(config.visibility, table, "visibility");
-  locate_section(config.store, table, "store");
-  locate_section(config.matcher, table, "matcher");
+  config.written = table;
+  for_each_plugin_section(
+      config, [&](const auto& kind, auto& section) { locate_section(section, table, kind.name); });
   return config;
 }
 
@@ -217,22 +233,17 @@ Result<Config> load_config(const std::filesystem::path& file,
 
 Result<std::string> effective_config(const Config& config, const PluginLoader& plugins) {
   Config effective = config;
-  const auto fill = [&](PluginKind kind, std::optional<PluginChoice>& choice) -> Result<void> {
-    if (!choice) return {};
-    VANTAGE_TRY(choice->params, plugins.effective_params(kind, *choice));
-    return {};
-  };
-  VANTAGE_CHECK(fill(PluginKind::partitioner, effective.partitioner));
-  VANTAGE_CHECK(fill(PluginKind::ground, effective.ground));
-  VANTAGE_CHECK(fill(PluginKind::matcher, effective.matcher));
-  if (effective.visibility) {
-    VANTAGE_TRY(effective.visibility->params,
-                plugins.effective_params(PluginKind::visibility, effective.visibility->choice()));
-  }
-  if (effective.store) {
-    VANTAGE_TRY(effective.store->params,
-                plugins.effective_params(PluginKind::store, effective.store->choice()));
-  }
+  Result<void> filled{};
+  for_each_plugin_section(effective, [&](const auto& kind, auto& section) {
+    if (!filled || !section) return;
+    auto params = plugins.effective_params(kind.kind, choice_of(*section));
+    if (params) {
+      section->params = *std::move(params);
+    } else {
+      filled = fail(std::move(params).error());
+    }
+  });
+  VANTAGE_CHECK(filled);
   return to_toml(to_table(effective));
 }
 

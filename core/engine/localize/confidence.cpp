@@ -7,6 +7,8 @@
 namespace vantage {
 namespace {
 
+// A direction known worse than this counts as degenerate. It is also the unit in which metres and
+// radians compare, so it is no threshold of a user: the covariance says the same in numbers.
 constexpr double kVagueMetres = 0.5;
 constexpr double kVagueRadians = 5.0 * std::numbers::pi / 180.0;
 
@@ -23,7 +25,7 @@ PoseConfidence confidence_of(const Alignment& alignment, double scale) {
   const Matrix6 information =
       limits.asDiagonal() * Matrix6(alignment.hessian / scale) * limits.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6> known(information);
-  constexpr double kUnknown = 1e-4;
+  constexpr double kUnknown = 1e-4;  // variance of 10^4 limits squared: 50 m, 500 degrees
   const Matrix6 covariance = known.eigenvectors() *
                              known.eigenvalues().cwiseMax(kUnknown).cwiseInverse().asDiagonal() *
                              known.eigenvectors().transpose();

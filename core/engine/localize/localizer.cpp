@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,38 +25,37 @@ const char* to_string(Tracking tracking) noexcept {
 
 namespace {
 
-/// The radius in which to search for a sensor that has been lost for this many scans. It doubles
-/// from search to search. Once the radius covers everything, only some scans search, because it
-/// takes long.
-std::optional<double> search_radius(std::uint32_t lost_scans, double everywhere) {
-  constexpr double kFirst = 4.0;
-  constexpr std::uint32_t kPause = 4;
-  const double radius = std::ldexp(kFirst, static_cast<int>(std::min(lost_scans, 60U)) - 1);
+constexpr std::string_view kJob = "localization";  // what a missing table would be for
+
+/// How far a sensor that has been lost for so many scans is looked for: twice as far each time.
+/// Once that is everywhere, only now and then, because it takes long.
+std::optional<double> search_radius(std::uint32_t lost_scans, double everywhere,
+                                    const LocalizerParams& params) {
+  const double radius =
+      std::ldexp(params.search_first_radius, static_cast<int>(std::min(lost_scans, 60U)) - 1);
   if (radius < 2.0 * everywhere) return std::min(radius, everywhere);
-  if (lost_scans % kPause == 0) return everywhere;
+  if (lost_scans % params.search_pause == 0) return everywhere;
   return {};
 }
 
 }  // namespace
 
 struct Localizer::State {
-  State(PluginPtr<MapStore> the_store, PluginPtr<ScanMatcher> the_matcher, MapIndex the_index,
-        const LocalizerParams& the_params)
-      : store(std::move(the_store)),
+  State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher, const LocalizerParams& the_params)
+      : bundle(std::move(the_bundle)),
         matcher(std::move(the_matcher)),
-        index(std::move(the_index)),
         params(the_params),
         ahead(index),
-        maps(store, matcher,
+        maps(bundle.store(), matcher,
              {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
               .background = params.prefetch}) {}
 
-  PluginPtr<MapStore> store;
+  Bundle bundle;
   PluginPtr<ScanMatcher> matcher;
-  MapIndex index;
+  const MapIndex& index = bundle.index();
   LocalizerParams params;
   RegionsAhead ahead;
-  RegionMaps maps;  // uses store and matcher
+  RegionMaps maps;  // uses bundle and matcher
 
   std::optional<Pose> initial;  // given, not yet used
   bool anywhere = false;        // start_anywhere, not found yet
@@ -148,8 +148,8 @@ struct Localizer::State {
   /// A search tries so many places that some fit passably by chance. What it finds must fit nearly
   /// as well as earlier scans did.
   [[nodiscard]] bool is_find(const Alignment& alignment) const {
-    constexpr double kNearly = 0.8;
-    return doubt(alignment).empty() && alignment.score.nvtl >= kNearly * usual_nvtl;
+    return doubt(alignment).empty() &&
+           alignment.score.nvtl >= params.search_nvtl_share * usual_nvtl;
   }
 
   /// Matches at the prediction and judges the result.
@@ -178,7 +178,14 @@ struct Localizer::State {
 
   /// Where to search for a lost sensor; some scans do not search at all.
   [[nodiscard]] std::optional<SearchArea> search_area(const Pose& predicted) const {
+    // Nearer than this the sensor is around its prediction: that is tried too, on a finer grid.
+    constexpr double kNear = 10.0;
     SearchArea area;
+    area.spacing = params.search_spacing;
+    area.headings = params.search_headings;
+    area.scored_points = params.search_scored_points;
+    area.aligned_points = params.search_aligned_points;
+    area.starts = params.search_starts;
     if (anywhere) return area;
     area.centre = predicted.translation;
     // The distance to the farthest place of the map.
@@ -189,11 +196,11 @@ struct Localizer::State {
                                   .head<2>()
                                   .norm();
     const auto radius = search_radius(
-        lost_scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)));
+        lost_scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)), params);
     if (!radius || *radius <= 0.0) return {};
     area.radius = *radius;
-    if (area.radius < 10.0) {
-      area.spacing = 1.0;
+    if (area.radius < kNear) {
+      area.spacing = 0.5 * params.search_spacing;
       area.guess = predicted;
     }
     return area;
@@ -222,7 +229,7 @@ struct Localizer::State {
   void judge(ScanReport& report) {
     const bool fits = report.reason.empty();
     if (!lost && fits) {
-      constexpr double kNew = 0.1;
+      constexpr double kNew = 0.1;  // the usual value is that of about the last ten scans
       const double nvtl = report.alignment->score.nvtl;
       usual_nvtl = usual_nvtl == 0.0 ? nvtl : std::lerp(usual_nvtl, nvtl, kNew);
       report.tracking = Tracking::tracked;
@@ -246,29 +253,26 @@ Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
-Result<Localizer> Localizer::open(PluginPtr<MapStore> store, PluginPtr<ScanMatcher> matcher,
+Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                   const LocalizerParams& params) {
-  VANTAGE_TRY(MapIndex index, store->index());
-  if (index.regions.size() != index.partition.size()) {
-    return fail(ErrorCode::corrupt_data,
-                "the bundle's index has " + std::to_string(index.regions.size()) +
-                    " summaries for " + std::to_string(index.partition.size()) + " regions");
-  }
-  if (std::all_of(index.regions.begin(), index.regions.end(),
+  const auto& regions = bundle.index().regions;
+  if (std::all_of(regions.begin(), regions.end(),
                   [](const RegionSummary& region) { return region.empty(); })) {
     return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
   }
-  return Localizer(
-      std::make_unique<State>(std::move(store), std::move(matcher), std::move(index), params));
+  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), params));
+}
+
+Result<Localizer> Localizer::open(Bundle bundle, const Config& config,
+                                  const PluginLoader& plugins) {
+  VANTAGE_TRY(const PluginChoice choice, config.need(config.matcher, "matcher", kJob));
+  VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
+  return open(std::move(bundle), std::move(matcher), config.localizer.value_or(LocalizerParams{}));
 }
 
 Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {
-  constexpr std::string_view kJob = "localization";
-  VANTAGE_TRY(const StoreConfig store_config, config.need(config.store, "store", kJob));
-  VANTAGE_TRY(const PluginChoice matcher_choice, config.need(config.matcher, "matcher", kJob));
-  VANTAGE_TRY(auto store, plugins.load<MapStore>(store_config.choice()));
-  VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(matcher_choice));
-  return open(std::move(store), std::move(matcher), config.localizer.value_or(LocalizerParams{}));
+  VANTAGE_TRY(Bundle bundle, Bundle::open(config, plugins, kJob));
+  return open(std::move(bundle), config, plugins);
 }
 
 const MapIndex& Localizer::index() const noexcept { return state_->index; }

@@ -14,10 +14,9 @@
 namespace vantage {
 namespace {
 
-constexpr int kHeadings = 36;
-constexpr std::size_t kScoredPoints = 120, kAlignedPoints = 500;
-constexpr std::size_t kAligned = 150, kAlignedWhole = 5;
-// Starts closer to each other than this lead to the same pose.
+// The whole scan is aligned from few poses, because each takes as long as a tracked scan.
+constexpr std::size_t kAlignedWhole = 5;
+// Starts nearer to each other than this count as one: a matcher leads from both to the same pose.
 constexpr double kSameMetres = 2.0, kSameRadians = std::numbers::pi / 9.0;
 
 /// A pose to try, and the evidence for it.
@@ -72,6 +71,8 @@ PointCloud every_nth(PointsView points, std::size_t most) {
 
 /// The part of a scan that stands up. The ground matches at any heading and says nothing.
 PointCloud upright_part(PointsView scan) {
+  // A cell's ground is the lowest point in it and its neighbours: a wall has ground in front of it
+  // within 8 m. What lies half a metre above is no curb.
   constexpr double kCell = 4.0, kAbove = 0.5;
   std::map<Cell, double> lowest;
   for (const Point& p : scan) {
@@ -104,13 +105,13 @@ PointCloud places_in(const ReadyRegion& region, const SearchArea& area) {
 
 /// The best headings at each place.
 Result<std::vector<Start>> score_places(RegionId region, const MatchTarget& target, PointsView scan,
-                                        const PointCloud& places) {
+                                        const PointCloud& places, std::uint32_t headings) {
   std::vector<Start> starts(places.size());
   std::vector<Result<void>> outcomes(places.size());
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t k) {
     starts[k].region = region;
-    for (int heading = 0; heading < kHeadings; ++heading) {
-      const double yaw = 2.0 * std::numbers::pi * heading / kHeadings;
+    for (std::uint32_t heading = 0; heading < headings; ++heading) {
+      const double yaw = 2.0 * std::numbers::pi * heading / headings;
       const Pose pose = pose_from_xyz_rpy(places[k], {0.0, 0.0, yaw});
       const auto score = target.score(scan, pose);
       if (!score) {
@@ -164,9 +165,9 @@ std::vector<Start> starts_at(const std::vector<Hypothesis>& hypotheses) {
 Result<std::vector<Hypothesis>> search_pose(const MapIndex& index, const RegionMaps& maps,
                                             PointsView scan, const SearchArea& area) {
   PointCloud upright = upright_part(scan);
-  if (upright.size() < kScoredPoints / 2) upright.assign(scan.begin(), scan.end());
+  if (upright.size() < area.scored_points / 2) upright.assign(scan.begin(), scan.end());
   if (upright.empty()) return std::vector<Hypothesis>{};
-  const PointCloud scored = every_nth(upright, kScoredPoints);
+  const PointCloud scored = every_nth(upright, area.scored_points);
 
   std::vector<Start> starts;
   for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
@@ -178,12 +179,13 @@ Result<std::vector<Hypothesis>> search_pose(const MapIndex& index, const RegionM
     VANTAGE_TRY(const auto ready, maps.borrow(region));
     PointCloud places = places_in(*ready, area);
     if (area.guess) places.push_back(area.guess->translation);
-    VANTAGE_TRY(std::vector<Start> here, score_places(region, *ready->target, scored, places));
+    VANTAGE_TRY(std::vector<Start> here,
+                score_places(region, *ready->target, scored, places, area.headings));
     starts.insert(starts.end(), here.begin(), here.end());
-    starts = best_of(std::move(starts), kAligned);
+    starts = best_of(std::move(starts), area.starts);
   }
 
-  VANTAGE_TRY(const auto coarse, align_from(maps, every_nth(scan, kAlignedPoints), starts));
+  VANTAGE_TRY(const auto coarse, align_from(maps, every_nth(scan, area.aligned_points), starts));
   starts = best_of(starts_at(coarse), kAlignedWhole);
   VANTAGE_TRY(std::vector<Hypothesis> found, align_from(maps, scan, starts));
   const std::vector<Start> best = best_of(starts_at(found), kAlignedWhole);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -10,13 +12,16 @@
 
 namespace vantage {
 
-/// Where to search for a lost sensor.
+/// Where to search for a lost sensor, and how thoroughly.
 struct SearchArea {
   Point centre = Point::Zero();                             ///< map frame [m]
   double radius = std::numeric_limits<double>::infinity();  ///< in plan view [m]
   double spacing = 2.0;                                     ///< of the places that are tried [m]
   double height = 0.0;        ///< of the sensor above the viewpoints [m]
   std::optional<Pose> guess;  ///< T_map_scan; tried with every heading, too
+  std::uint32_t headings = 36;
+  std::size_t scored_points = 120, aligned_points = 500;  ///< of the scan
+  std::size_t starts = 150;                               ///< places that are aligned from
 };
 
 struct Hypothesis {
@@ -30,8 +35,8 @@ struct Hypothesis {
 }
 
 /// Finds poses from which a scan may have been taken. It tries places where a sensor can be (the
-/// regions' viewpoints), upright, with headings all around. It scores a hundred points of the scan
-/// there, aligns a few hundred points from the best places, and aligns the whole scan from the best
+/// regions' viewpoints), upright, with headings all around. It scores some points of the scan
+/// there, aligns more points from the best places, and aligns the whole scan from the best
 /// of those.
 /// Regions are searched one after the other. Besides the maps that `maps` holds, only the current
 /// one is in memory. The answer does not depend on the number of threads.

@@ -1,15 +1,12 @@
 #include "vantage/kit/atomic_file.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <utility>
-
-#include "vantage/kit/file_content.hpp"
 
 namespace vantage::io {
 namespace {
@@ -27,16 +24,16 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
   OutputFile file;
   file.path_ = path;
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  for (unsigned attempt = 0; file.descriptor_ < 0; ++attempt) {
-    file.temporary_ = folder / fmt::format(".vantage-{}-{}.tmp", ::getpid(), attempt);
-    file.descriptor_ =
-        ::open(file.temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file.descriptor_ >= 0 || errno == EEXIST || errno == EINTR) continue;
+  for (unsigned attempt = 0; !file.descriptor_.open(); ++attempt) {
+    file.temporary_ = folder / (".vantage-" + std::to_string(::getpid()) + "-" +
+                                std::to_string(attempt) + ".tmp");
+    file.descriptor_ = Descriptor::of(file.temporary_, O_WRONLY | O_CREAT | O_EXCL);
+    if (file.descriptor_.open() || errno == EEXIST) continue;
     const int reason = errno;
     return fail(
         reason == ENOENT || reason == ENOTDIR ? ErrorCode::not_found : ErrorCode::io_failure,
-        fmt::format("cannot be written: no file can be created in the folder {} ({})",
-                    folder.string(), system_message(reason)),
+        "cannot be written: no file can be created in the folder " + folder.string() + " (" +
+            system_message(reason) + ")",
         where);
   }
   file.buffer_.reserve(kBufferSize);
@@ -46,7 +43,7 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : path_(std::move(other.path_)),
       temporary_(std::move(other.temporary_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
+      descriptor_(std::move(other.descriptor_)),
       buffer_(std::move(other.buffer_)),
       failure_(std::move(other.failure_)) {}
 
@@ -55,7 +52,7 @@ OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
   discard();
   path_ = std::move(other.path_);
   temporary_ = std::move(other.temporary_);
-  descriptor_ = std::exchange(other.descriptor_, -1);
+  descriptor_ = std::move(other.descriptor_);
   buffer_ = std::move(other.buffer_);
   failure_ = std::move(other.failure_);
   return *this;
@@ -64,8 +61,8 @@ OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
 OutputFile::~OutputFile() { discard(); }
 
 void OutputFile::discard() noexcept {
-  if (descriptor_ < 0) return;
-  ::close(std::exchange(descriptor_, -1));
+  if (!descriptor_.open()) return;
+  descriptor_.close();
   ::unlink(temporary_.c_str());
 }
 
@@ -79,12 +76,8 @@ tl::unexpected<Error> OutputFile::abandon(std::string message) {
 }
 
 Result<void> OutputFile::flush() {
-  std::string_view rest = buffer_;
-  while (!rest.empty()) {
-    const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return abandon(fmt::format("writing failed ({})", system_message(errno)));
-    rest.remove_prefix(static_cast<std::size_t>(written));
+  if (const int reason = write_all(descriptor_, buffer_); reason != 0) {
+    return abandon("writing failed (" + system_message(reason) + ")");
   }
   buffer_.clear();
   return {};
@@ -92,7 +85,7 @@ Result<void> OutputFile::flush() {
 
 Result<void> OutputFile::write(std::string_view content) {
   if (failure_) return fail(*failure_);
-  if (descriptor_ < 0) {
+  if (!descriptor_.open()) {
     return fail(ErrorCode::invalid_input, "write to an output file that is already in place",
                 SourceLocation{path_.string(), 0, 0});
   }
@@ -105,28 +98,26 @@ Result<void> OutputFile::write(std::string_view content) {
   return {};
 }
 
-Result<void> OutputFile::commit() {
+Result<void> OutputFile::finish() {
   if (failure_) return fail(*failure_);
-  if (descriptor_ < 0) {
+  if (!descriptor_.open()) {
     return fail(ErrorCode::invalid_input, "commit of an output file that is already in place",
                 SourceLocation{path_.string(), 0, 0});
   }
   VANTAGE_CHECK(flush());
-  if (::fsync(descriptor_) != 0) {
-    return abandon(fmt::format("writing to the disk failed ({})", system_message(errno)));
+  if (::fsync(descriptor_.get()) != 0) {
+    return abandon("writing to the disk failed (" + system_message(errno) + ")");
   }
+  return {};
+}
+
+Result<void> OutputFile::commit() {
+  VANTAGE_CHECK(finish());
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
-    return abandon(
-        fmt::format("the finished file cannot be put in place ({})", system_message(errno)));
+    return abandon("the finished file cannot be put in place (" + system_message(errno) + ")");
   }
-  ::close(std::exchange(descriptor_, -1));
-  // Makes the new name itself survive a power cut. It is not an error if the folder cannot be
-  // synced.
-  const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
-  if (const int handle = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); handle >= 0) {
-    ::fsync(handle);
-    ::close(handle);
-  }
+  descriptor_.close();
+  flush_name(path_);
   return {};
 }
 

@@ -1,7 +1,6 @@
 #include "vantage/kit/atomic_folder.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "vantage/kit/file_content.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage::io {
 namespace {
@@ -41,7 +40,8 @@ Result<OutputFolder> OutputFolder::create(const fs::path& path, Existing existin
   }
   const fs::path above = folder_above(folder.path_);
   for (unsigned attempt = 0;; ++attempt) {
-    const fs::path temporary = above / fmt::format(".vantage-{}-{}.partial", ::getpid(), attempt);
+    const fs::path temporary = above / (".vantage-" + std::to_string(::getpid()) + "-" +
+                                        std::to_string(attempt) + ".partial");
     if (::mkdir(temporary.c_str(), 0777) == 0) {
       folder.temporary_ = temporary;
       return folder;
@@ -50,8 +50,8 @@ Result<OutputFolder> OutputFolder::create(const fs::path& path, Existing existin
     const int reason = errno;
     return error_at(
         path, reason == ENOENT || reason == ENOTDIR ? ErrorCode::not_found : ErrorCode::io_failure,
-        fmt::format("cannot be written: no folder can be created in {} ({})", above.string(),
-                    system_message(reason)));
+        "cannot be written: no folder can be created in " + above.string() + " (" +
+            system_message(reason) + ")");
   }
 }
 
@@ -75,17 +75,10 @@ Result<void> OutputFolder::commit() {
   }
   if (status != 0) {
     const int reason = errno;
-    return error_at(
-        path_, reason == EEXIST ? ErrorCode::already_exists : ErrorCode::io_failure,
-        fmt::format("the finished folder cannot be put in place ({})", system_message(reason)));
+    return error_at(path_, reason == EEXIST ? ErrorCode::already_exists : ErrorCode::io_failure,
+                    "the finished folder cannot be put in place (" + system_message(reason) + ")");
   }
-  // Makes the new name itself survive a power cut. It is not an error if the folder cannot be
-  // synced.
-  const fs::path above = folder_above(path_);
-  if (const int handle = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); handle >= 0) {
-    ::fsync(handle);
-    ::close(handle);
-  }
+  flush_name(path_);
   return {};
 }
 

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <nanoflann.hpp>
 #include <optional>
 #include <utility>
+
+#include "vantage/kit/numbers.hpp"
 
 namespace vantage {
 namespace {
@@ -21,10 +22,7 @@ constexpr std::size_t kMaxCells = 100'000'000;
 constexpr std::size_t kRunsBeforeJoining = 4'000'000;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-std::string number(double x) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
-}
+std::string place(double x, double y) { return "(" + shortest(x) + ", " + shortest(y) + ")"; }
 
 /// Cells first <= i < last of row j.
 struct Run {
@@ -39,8 +37,7 @@ struct Block {
 };
 
 HalfOpenBox box_of(const PlanRaster& raster, const Block& block) {
-  return {{raster.edge(block.first), raster.edge(block.bottom)},
-          {raster.edge(block.last), raster.edge(block.top)}};
+  return {raster.corner(block.first, block.bottom), raster.corner(block.last, block.top)};
 }
 
 /// Joins the cells of one region into blocks, sorted by their lower left corner.
@@ -266,46 +263,68 @@ Result<void> check_seeds(std::span<const Seed> seeds, std::size_t regions) {
 }
 
 tl::unexpected<Error> too_many_cells(const NearestParams& params) {
-  return fail(ErrorCode::invalid_input, "cell_size = " + number(params.cell_size) +
-                                            " m and fill_radius = " + number(params.fill_radius) +
+  return fail(ErrorCode::invalid_input, "cell_size = " + shortest(params.cell_size) +
+                                            " m and fill_radius = " + shortest(params.fill_radius) +
                                             " m make more than " + std::to_string(kMaxCells) +
                                             " cells");
+}
+
+/// Whether the cells of all places have an index, and are wider than the rounding of coordinates.
+bool fits(const Bounds3& bounds, double cell_size, const Vector2d& origin) {
+  const auto farthest = [&](const Vector2d& from) {
+    return std::max((bounds.min.head<2>() - from).cwiseAbs().maxCoeff(),
+                    (bounds.max.head<2>() - from).cwiseAbs().maxCoeff());
+  };
+  const double largest = std::max(farthest(Vector2d::Zero()), origin.cwiseAbs().maxCoeff());
+  return farthest(origin) / cell_size < kMaxIndex &&
+         cell_size > 8.0 * std::numeric_limits<double>::epsilon() * largest;
+}
+
+std::string too_small(const CellWidth& width, const Bounds3& bounds) {
+  return std::string(width.key) + " = " + shortest(width.value) +
+         " m is too small for a map from " + place(bounds.min.x(), bounds.min.y()) + " to " +
+         place(bounds.max.x(), bounds.max.y()) + " m";
 }
 
 }  // namespace
 
 Result<PlanRaster> PlanRaster::over(const Bounds3& bounds, double cell_size) {
-  const double farthest = std::max(bounds.min.head<2>().cwiseAbs().maxCoeff(),
-                                   bounds.max.head<2>().cwiseAbs().maxCoeff());
-  if (!(farthest / cell_size < kMaxIndex) ||
-      !(cell_size > 8.0 * std::numeric_limits<double>::epsilon() * farthest)) {
-    return fail(ErrorCode::invalid_input,
-                "cell_size = " + number(cell_size) + " m is too small for a map from (" +
-                    number(bounds.min.x()) + ", " + number(bounds.min.y()) + ") to (" +
-                    number(bounds.max.x()) + ", " + number(bounds.max.y()) +
-                    ") m: cells are counted from the origin, their indices must stay below 2^31 " +
-                    "and a cell must be wider than the rounding of coordinates");
-  }
-  return PlanRaster(cell_size);
+  const Vector2d origin = Vector2d::Zero();
+  if (fits(bounds, cell_size, origin)) return PlanRaster(cell_size, origin);
+  return fail(ErrorCode::invalid_input,
+              too_small({cell_size, "cell_size"}, bounds) +
+                  ": cells are counted from the origin, their indices must stay below 2^31 and a "
+                  "cell must be wider than the rounding of coordinates");
 }
 
-double PlanRaster::edge(std::int64_t i) const noexcept {
-  return static_cast<double>(i) * cell_size_;  // rounded once
+Result<PlanRaster> PlanRaster::over(const Bounds3& bounds, const CellWidth& width,
+                                    const Vector2d& origin) {
+  if (fits(bounds, width.value, origin)) return PlanRaster(width.value, origin);
+  return fail(ErrorCode::invalid_input,
+              too_small(width, bounds) + " with the grid's origin at " +
+                  place(origin.x(), origin.y()) +
+                  " m: cell indices must stay below 2^31 and a cell must be wider than the "
+                  "rounding of coordinates");
+}
+
+double PlanRaster::edge(Eigen::Index axis, std::int64_t i) const noexcept {
+  return std::fma(static_cast<double>(i), cell_size_, origin_[axis]);  // rounded once
 }
 
 PlanCell PlanRaster::cell_of(const Vector2d& xy) const noexcept {
-  // The quotient is rounded, so the edges decide.
-  const auto index = [&](double x) {
-    auto i = static_cast<std::int64_t>(std::floor(x / cell_size_));
-    while (x < edge(i)) --i;
-    while (x >= edge(i + 1)) ++i;
+  // The quotient of Eq. 11 rounds, the edges decide.
+  const auto index = [&](Eigen::Index axis) {
+    const double x = xy[axis];
+    auto i = static_cast<std::int64_t>(std::floor((x - origin_[axis]) / cell_size_));
+    while (x < edge(axis, i)) --i;
+    while (x >= edge(axis, i + 1)) ++i;
     return static_cast<std::int32_t>(i);
   };
-  return {index(xy.y()), index(xy.x())};
+  return {.j = index(1), .i = index(0)};
 }
 
 Vector2d PlanRaster::centre(const PlanCell& cell) const noexcept {
-  return {(cell.i + 0.5) * cell_size_, (cell.j + 0.5) * cell_size_};
+  return origin_ + cell_size_ * Vector2d(cell.i + 0.5, cell.j + 0.5);
 }
 
 std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster) {

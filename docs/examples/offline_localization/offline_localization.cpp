@@ -22,7 +22,7 @@ Result<void> run(const char* config_file, const char* bag, const char* topic, co
   VANTAGE_TRY(const Run run, localize_scans(std::move(localizer), config_file, inputs));
   const RunSummary summary = summarize(run);
   std::printf("%zu of %zu scans tracked, error %.3f m (median)\n", summary.tracked, summary.scans,
-              summary.error_m.median);
+              summary["error_m"].median);
   return {};
 }
 

@@ -1,12 +1,15 @@
 #include "common/tiles.hpp"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
 
 #include <tbb/parallel_for.h>
+
+#include "vantage/kit/hash.hpp"
 
 namespace vantage::terrain {
 namespace {
@@ -62,10 +65,7 @@ class Tiles {
  private:
   struct Hash {
     std::size_t operator()(const Cell& cell) const noexcept {
-      const std::uint64_t key =
-          (static_cast<std::uint64_t>(cell.y) << 32U) ^ static_cast<std::uint64_t>(cell.x);
-      const std::uint64_t h = (key ^ (key >> 31U)) * 0x9e3779b97f4a7c15U;
-      return h ^ (h >> 32U);
+      return CellHash{}(std::array{cell.x, cell.y});
     }
   };
   [[nodiscard]] Cell tile_of(const Point& p) const noexcept {

@@ -10,9 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/minimum_raster.hpp"
 #include "common/tiles.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
 
 namespace vantage::pmf {
 namespace {
@@ -38,6 +39,7 @@ struct Window {
   double threshold;    ///< dh of Zhang et al., Eq. 5 [m]
 };
 
+/// Progressive morphological filter (Zhang et al. 2003) on a raster of minima.
 struct Params {
   double cell_size = 1.0;
   double max_window = 33.0;
@@ -52,8 +54,7 @@ struct Params {
     constexpr Source kFilter{{}, "Zhang et al. 2003"};
     constexpr Source kWindows{{}, "Zhang et al. 2003, Eqs. 4-5"};
     return std::tuple{
-        optional("cell_size", &Params::cell_size, "m", "width of a cell of the raster of minima",
-                 positive, kFilter),
+        terrain::cell_size_field(&Params::cell_size, kFilter),
         optional("max_window", &Params::max_window, "m",
                  "width of the largest window: wider than the widest object, narrower than hills",
                  positive, kWindows),
@@ -62,15 +63,12 @@ struct Params {
                  kWindows),
         optional("base", &Params::base, "cells", "how fast the windows grow", at_least(1.0),
                  kWindows),
-        optional("slope", &Params::slope, "", "steepest terrain, rise over run", non_negative,
-                 kFilter),
+        terrain::slope_field(&Params::slope, kFilter),
         optional("initial_distance", &Params::initial_distance, "m",
                  "how far from the ground's surface a point may be", non_negative, kFilter),
         optional("max_distance", &Params::max_distance, "m",
                  "a larger drop between two windows is never terrain", non_negative, kFilter),
-        optional("outlier_ratio", &Params::outlier_ratio, "",
-                 "a low cell is an outlier if a higher one nearby has so many times its support",
-                 at_least(1.0)),
+        terrain::outlier_ratio_field(&Params::outlier_ratio),
     };
   }
 
@@ -113,6 +111,8 @@ struct Params {
     if (all.empty()) all.push_back({static_cast<std::size_t>(widest), initial_distance});
     return all;
   }
+
+  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const;
 };
 
 /// How far the ground that a cell is compared with may be from the cell [cells].
@@ -273,36 +273,19 @@ class Filter {
   std::size_t width_, height_;
 };
 
-/// Progressive morphological filter (Zhang et al. 2003) on a raster of minima.
-class Pmf final : public GroundFilter {
- public:
-  using Params = pmf::Params;
-
-  static Result<std::unique_ptr<GroundFilter>> create(const Params& params) {
-    return std::make_unique<Pmf>(params);
-  }
-  explicit Pmf(const Params& params) : params_(params) {}
-
-  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
-    return guarded([&]() -> Result<IndexList> {
-      const std::vector<Window> windows = params_.windows();
-      return terrain::ground_by_tiles(
-          cloud,
-          {.cell_size = params_.cell_size,
-           .window = {.radius = windows.back().radius, .key = "max_window"},
-           .reach = reach_of_filter(windows)},
-          [&](MinimumRaster& raster, const terrain::Found& found) {
-            Filter(raster, params_).run(found);
-          });
-    });
-  }
-
- private:
-  Params params_;
-};
+Result<IndexList> Params::ground(PointsView cloud) const {
+  const std::vector<Window> all = windows();
+  return terrain::ground_by_tiles(cloud,
+                                  {.cell_size = cell_size,
+                                   .window = {.radius = all.back().radius, .key = "max_window"},
+                                   .reach = reach_of_filter(all)},
+                                  [&](MinimumRaster& raster, const terrain::Found& found) {
+                                    Filter(raster, *this).run(found);
+                                  });
+}
 
 }  // namespace
 }  // namespace vantage::pmf
 
-VANTAGE_PLUGIN(vantage::GroundFilter, vantage::pmf::Pmf, "pmf",
+VANTAGE_PLUGIN(vantage::GroundFilter, vantage::GroundFilterOf<vantage::pmf::Params>, "pmf",
                "progressive morphological filter (Zhang et al. 2003)");

@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/minimum_raster.hpp"
 #include "common/tiles.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
 
 namespace vantage::smrf {
 namespace {
@@ -22,6 +23,7 @@ using terrain::MinimumRaster;
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 constexpr double kMaxRadius = 10'000;  // [cells]
 
+/// Simple morphological filter (Pingel et al. 2013).
 struct Params {
   double cell_size = 1.0;
   double max_radius = 18.0;
@@ -33,21 +35,17 @@ struct Params {
   static constexpr auto schema() {
     constexpr Source kFilter{{}, "Pingel et al. 2013"};
     return std::tuple{
-        optional("cell_size", &Params::cell_size, "m", "width of a cell of the raster of minima",
-                 positive, kFilter),
+        terrain::cell_size_field(&Params::cell_size, kFilter),
         optional("max_radius", &Params::max_radius, "m",
                  "half the width of the largest window: wider than the widest object", positive,
                  kFilter),
-        optional("slope", &Params::slope, "", "steepest terrain, rise over run", non_negative,
-                 kFilter),
+        terrain::slope_field(&Params::slope, kFilter),
         optional("elevation_threshold", &Params::elevation_threshold, "m",
                  "how far from level ground a point may be", non_negative, kFilter),
         optional("elevation_scale", &Params::elevation_scale, "m",
                  "how much farther where the ground slopes, times its rise over run", non_negative,
                  kFilter),
-        optional("outlier_ratio", &Params::outlier_ratio, "",
-                 "a low cell is an outlier if a higher one nearby has so many times its support",
-                 at_least(1.0)),
+        terrain::outlier_ratio_field(&Params::outlier_ratio),
     };
   }
 
@@ -67,6 +65,8 @@ struct Params {
   [[nodiscard]] std::size_t radius() const {
     return static_cast<std::size_t>(std::ceil(max_radius / cell_size - 1e-9));
   }
+
+  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const;
 };
 
 /// How far ground may be from the cell that it fills [cells]: the largest window is wider than any
@@ -194,34 +194,18 @@ void find_ground(MinimumRaster& raster, const Params& params, const terrain::Fou
   });
 }
 
-/// Simple morphological filter (Pingel et al. 2013).
-class Smrf final : public GroundFilter {
- public:
-  using Params = smrf::Params;
-
-  static Result<std::unique_ptr<GroundFilter>> create(const Params& params) {
-    return std::make_unique<Smrf>(params);
-  }
-  explicit Smrf(const Params& params) : params_(params) {}
-
-  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
-    return guarded([&]() -> Result<IndexList> {
-      return terrain::ground_by_tiles(cloud,
-                                      {.cell_size = params_.cell_size,
-                                       .window = {.radius = params_.radius(), .key = "max_radius"},
-                                       .reach = reach_of_filter(params_.radius())},
-                                      [&](MinimumRaster& raster, const terrain::Found& found) {
-                                        find_ground(raster, params_, found);
-                                      });
-    });
-  }
-
- private:
-  Params params_;
-};
+Result<IndexList> Params::ground(PointsView cloud) const {
+  return terrain::ground_by_tiles(cloud,
+                                  {.cell_size = cell_size,
+                                   .window = {.radius = radius(), .key = "max_radius"},
+                                   .reach = reach_of_filter(radius())},
+                                  [&](MinimumRaster& raster, const terrain::Found& found) {
+                                    find_ground(raster, *this, found);
+                                  });
+}
 
 }  // namespace
 }  // namespace vantage::smrf
 
-VANTAGE_PLUGIN(vantage::GroundFilter, vantage::smrf::Smrf, "smrf",
+VANTAGE_PLUGIN(vantage::GroundFilter, vantage::GroundFilterOf<vantage::smrf::Params>, "smrf",
                "simple morphological filter (Pingel et al. 2013)");

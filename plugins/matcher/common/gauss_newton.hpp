@@ -1,18 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
+#include "common/steps.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage::matching {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// E = 1/2 sum_i rho(d_i^T A_i d_i) at one pose, with its gradient and Gauss-Newton Hessian in
 /// [translation; rotation vector] for x = t + dt + exp([w]x) y, y = R p: J_i = [I, -[y_i]x].
@@ -51,18 +48,6 @@ struct NormalEquations {
   }
 };
 
-struct StepOptions {
-  std::uint32_t max_iterations = 30;
-  double translation_epsilon = 1e-3;  ///< [m]
-  double rotation_epsilon = 1e-4;     ///< [rad]
-  double max_step_translation = 0.5;  ///< [m]
-  double max_step_rotation = 0.1;     ///< [rad]
-
-  [[nodiscard]] bool negligible(const Vector6& step) const noexcept {
-    return step.head<3>().norm() < translation_epsilon && step.tail<3>().norm() < rotation_epsilon;
-  }
-};
-
 struct Minimum {
   Pose T_local_scan;
   NormalEquations at;  ///< at that pose
@@ -75,13 +60,10 @@ struct Minimum {
 [[nodiscard]] std::optional<Vector6> gauss_newton_step(const NormalEquations& at,
                                                        const StepOptions& options);
 
-/// The pose moved by [translation; rotation vector about the sensor], its rotation renormalized.
-[[nodiscard]] Pose moved(const Pose& pose, const Vector6& step);
-
-/// Takes Gauss-Newton steps until one is negligible, and searches for matches anew at each pose.
-/// @param at_start   the equations at `start`
-/// @param linearize  returns the equations for a pose and the number of steps that led there
-/// @param settled    the number of steps after which `linearize` no longer depends on that number
+/// Gauss-Newton steps until one is negligible, matches looked for anew at each pose.
+/// @param at_start  the equations at `start`
+/// @param linearize  gives them for a pose and the number of steps that led there
+/// @param settled  the number of steps from which on `linearize` does not depend on it any more
 template <class Linearize>
 [[nodiscard]] Minimum minimize(const Pose& start, const NormalEquations& at_start,
                                const StepOptions& options, std::uint32_t settled,

@@ -7,16 +7,16 @@
 #include <string>
 #include <tuple>
 
-#include "common/gauss_newton.hpp"
 #include "common/kernel.hpp"
 #include "common/point_tree.hpp"
+#include "common/step_params.hpp"
 #include "vantage/params.hpp"
 
 namespace vantage::matching {
 
-/// The parameters that icp and gicp have in common. A plugin's Params derive from this struct and
-/// begin their schema with their own fields.
-struct MatchingParams {
+/// What icp and gicp have in common. A plugin's Params derive from it and begin their schema with
+/// their own fields.
+struct MatchingParams : StepParams {
   double map_voxel = 0.25;
   std::uint32_t neighbours = 10;
   double sigma = 0.05;
@@ -24,19 +24,12 @@ struct MatchingParams {
   std::optional<double> final_distance;
   Kernel kernel = Kernel::geman_mcclure;
   double kernel_scale = 3.0;
-  std::uint32_t max_iterations = 30;
-  double translation_epsilon = 1e-3;
-  double rotation_epsilon = 1e-4;
-  double max_step_translation = 0.5;
-  double max_step_rotation = 0.1;
-  std::uint32_t min_matches = 20;
-  double min_coverage = 0.05;
 
   /// @tparam Params  the struct that derives from this one
   template <class Params>
   [[nodiscard]] static constexpr auto fields() {
     const auto of = []<class T>(T MatchingParams::*member) -> T Params::* { return member; };
-    return std::tuple{
+    constexpr std::tuple own{
         optional("map_voxel", of(&MatchingParams::map_voxel), "m",
                  "the map is thinned to the centroids of voxels of this edge; 0: it is not",
                  non_negative),
@@ -52,22 +45,13 @@ struct MatchingParams {
         optional("kernel", of(&MatchingParams::kernel), "",
                  "robust loss of a squared normalized residual", Source{{}, "Babin et al. 2019"}),
         optional("kernel_scale", of(&MatchingParams::kernel_scale), "",
-                 "residual at which the loss turns, in standard deviations", positive),
-        optional("max_iterations", of(&MatchingParams::max_iterations), "",
-                 "limit of Gauss-Newton steps", at_least(1)),
-        optional("translation_epsilon", of(&MatchingParams::translation_epsilon), "m",
-                 "a step shorter than this, and than rotation_epsilon, is the last", positive),
-        optional("rotation_epsilon", of(&MatchingParams::rotation_epsilon), "rad",
-                 "a step shorter than this, and than translation_epsilon, is the last", positive),
-        optional("max_step_translation", of(&MatchingParams::max_step_translation), "m",
-                 "longer steps are shortened to this", positive),
-        optional("max_step_rotation", of(&MatchingParams::max_step_rotation), "rad",
-                 "longer steps are shortened to this", positive),
-        optional("min_matches", of(&MatchingParams::min_matches), "points",
-                 "with fewer scan points that have a match there is no answer", at_least(1)),
-        optional("min_coverage", of(&MatchingParams::min_coverage), "",
-                 "with a smaller share of scan points that have a match there is no answer",
-                 between(0.0, 1.0))};
+                 "residual at which the loss turns, in standard deviations", positive)};
+    return std::tuple_cat(
+        own, step_fields<Params>(
+                 {.max_iterations = "limit of Gauss-Newton steps",
+                  .min_matches = "with fewer scan points that have a match there is no answer",
+                  .min_coverage =
+                      "with a smaller share of scan points that have a match there is no answer"}));
   }
 
   [[nodiscard]] Result<void> validate() const {
@@ -79,13 +63,6 @@ struct MatchingParams {
     return {};
   }
 
-  [[nodiscard]] StepOptions steps() const noexcept {
-    return {.max_iterations = max_iterations,
-            .translation_epsilon = translation_epsilon,
-            .rotation_epsilon = rotation_epsilon,
-            .max_step_translation = max_step_translation,
-            .max_step_rotation = max_step_rotation};
-  }
   [[nodiscard]] RobustLoss loss() const noexcept {
     return {.kernel = kernel, .scale = kernel_scale};
   }

@@ -6,22 +6,12 @@
 #include <cmath>
 #include <nanoflann.hpp>
 
+#include "vantage/kit/kd_tree_points.hpp"
+
 namespace vantage::matching {
 namespace {
 
-/// nanoflann prescribes the names.
-struct Cloud {
-  PointsView points;
-
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return points[i][static_cast<Eigen::Index>(axis)];
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box& /*unused*/) const {
-    return false;
-  }
-};
+using Cloud = KdTreePoints<Point>;
 
 /// The nearest point and the distance of the second nearest. Of equally near points, the one with
 /// the lowest index counts.

@@ -13,13 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "common/answer.hpp"
 #include "common/gauss_newton.hpp"
-#include "common/guards.hpp"
 #include "common/parallel.hpp"
 #include "common/params.hpp"
 #include "common/surfel_map.hpp"
-#include "common/workspace_pool.hpp"
-#include "vantage/plugin.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/scan_score.hpp"
 
@@ -102,12 +100,10 @@ class SurfelTarget final : public MatchTarget {
 
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& T_map_scan_guess) const noexcept override {
-    return guarded([&]() -> Result<Alignment> {
-      VANTAGE_CHECK(check_scan(scan, T_map_scan_guess));
-      const Lease workspace(workspaces_);
-      begin(scan, *workspace);
+    const auto align_with = [&](Workspace& workspace) -> Result<Alignment> {
+      begin(scan, workspace);
       const auto linearized = [&](const Pose& pose, std::uint32_t steps) {
-        return linearize(scan, pose, params_.distance_after(steps), *workspace);
+        return linearize(scan, pose, params_.distance_after(steps), workspace);
       };
       const Pose start = map_.to_local(T_map_scan_guess);
       const NormalEquations at_start = linearized(start, 0);
@@ -118,18 +114,17 @@ class SurfelTarget final : public MatchTarget {
       return Alignment{.T_map_scan = map_.to_map(minimum.T_local_scan),
                        .termination = minimum.termination,
                        .iterations = minimum.iterations,
-                       .score = score(scan, minimum.T_local_scan, *workspace),
+                       .score = score(scan, minimum.T_local_scan, workspace),
                        .hessian = minimum.at.hessian};
-    });
+    };
+    return answer_with<Alignment>(workspaces_, scan, T_map_scan_guess, align_with);
   }
 
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
-    return guarded([&]() -> Result<ScanScore> {
-      VANTAGE_CHECK(check_scan(scan, T_map_scan));
-      const Lease workspace(workspaces_);
-      begin(scan, *workspace);
-      return score(scan, map_.to_local(T_map_scan), *workspace);
+    return answer_with<ScanScore>(workspaces_, scan, T_map_scan, [&](Workspace& workspace) {
+      begin(scan, workspace);
+      return score(scan, map_.to_local(T_map_scan), workspace);
     });
   }
 
@@ -138,13 +133,11 @@ class SurfelTarget final : public MatchTarget {
   [[nodiscard]] std::size_t elements() const noexcept override { return map_.points().size(); }
 
  private:
-  using Lease = typename WorkspacePool<Workspace>::Lease;
   static constexpr std::size_t kPointChunk = 256;
 
   [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
                                            const char* where) const {
-    const LeastOverlap least{params_.min_matches, params_.min_coverage};
-    return least.check(matched, points, "a map point near", where);
+    return params_.least_overlap().check(matched, points, "a map point near", where);
   }
 
   void begin(PointsView scan, Workspace& workspace) const {
@@ -220,35 +213,20 @@ class SurfelTarget final : public MatchTarget {
   mutable WorkspacePool<Workspace> workspaces_;
 };
 
-/// The matcher of a Residual. Its `kPlanesOnly` says which surfels it needs (see SurfelMap).
-/// @tparam MatcherParams  derives from MatchingParams
-template <class MatcherParams, class Residual>
-class SurfelMatcher final : public ScanMatcher {
- public:
-  using Params = MatcherParams;
-
-  [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
-    // The scores are computed with ndt's defaults, so that they can be compared with those of ndt.
+/// The matcher of a Residual, which says as `kPlanesOnly` which surfels it needs (see SurfelMap):
+/// what ScanMatcherOf takes.
+/// @tparam Params  derives from MatchingParams
+template <class Params, class Residual>
+struct SurfelMatching : Params {
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const {
+    // The scores are those of ndt at its defaults, so that they are comparable.
     VANTAGE_TRY(const NdtCoefficients coefficients, NdtCoefficients::derive(0.55, 1.0));
-    return std::make_unique<SurfelMatcher>(params, coefficients);
+    VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = this->map_voxel,
+                                                          .neighbours = this->neighbours,
+                                                          .planes_only = Residual::kPlanesOnly}));
+    return std::make_unique<SurfelTarget<Residual>>(std::move(surfels), *this, coefficients,
+                                                    Residual(*this));
   }
-  SurfelMatcher(const Params& params, const NdtCoefficients& coefficients)
-      : params_(params), coefficients_(coefficients) {}
-
-  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
-      PointsView map) const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = params_.map_voxel,
-                                                            .neighbours = params_.neighbours,
-                                                            .planes_only = Residual::kPlanesOnly}));
-      return std::make_unique<SurfelTarget<Residual>>(std::move(surfels), params_, coefficients_,
-                                                      Residual(params_));
-    });
-  }
-
- private:
-  Params params_;
-  NdtCoefficients coefficients_;
 };
 
 }  // namespace vantage::matching

@@ -2,7 +2,7 @@
 #include <tuple>
 
 #include "common/surfel_target.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
 
 namespace vantage::gicp {
 namespace {
@@ -69,7 +69,7 @@ class PlaneToPlane {
 };
 
 /// Generalized ICP, plane to plane (Segal et al. 2009).
-using Gicp = SurfelMatcher<Params, PlaneToPlane>;
+using Gicp = ScanMatcherOf<SurfelMatching<Params, PlaneToPlane>>;
 
 }  // namespace
 }  // namespace vantage::gicp

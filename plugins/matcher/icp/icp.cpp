@@ -1,5 +1,5 @@
 #include "common/surfel_target.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
 
 namespace vantage::icp {
 namespace {
@@ -35,7 +35,7 @@ class PointToPlane {
 };
 
 /// Point-to-plane ICP (Chen and Medioni 1992).
-using Icp = SurfelMatcher<Params, PointToPlane>;
+using Icp = ScanMatcherOf<SurfelMatching<Params, PointToPlane>>;
 
 }  // namespace
 }  // namespace vantage::icp

@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "common/guards.hpp"
-#include "common/workspace_pool.hpp"
+#include "common/answer.hpp"
+#include "common/step_params.hpp"
 #include "excerpt.hpp"
 #include "newton.hpp"
 #include "objective.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
 
 namespace vantage::ndt {
 namespace {
@@ -21,25 +21,21 @@ namespace {
 constexpr std::size_t kCoarsePoints = 1024;
 constexpr double kCoarseEpsilon = 10.0;
 
-struct Params {
+/// Normal distributions transform, point to distribution (Magnusson 2009).
+struct Params : matching::StepParams {
+  Params() { max_iterations = 35; }
+
   double resolution = 1.0;
   Neighbours neighbours = Neighbours::direct7;
   Optimizer optimizer = Optimizer::newton;
   double outlier_ratio = 0.55;
   std::uint32_t min_points_per_voxel = 6;
   double eigenvalue_floor = 0.01;
-  std::uint32_t max_iterations = 35;
-  double translation_epsilon = 1e-3;
-  double rotation_epsilon = 1e-4;
-  double max_step_translation = 0.5;
-  double max_step_rotation = 0.1;
-  std::uint32_t min_matches = 20;
-  double min_coverage = 0.05;
   std::optional<double> d1, d2, d3;
 
   static constexpr auto schema() {
     constexpr Source kCoefficients{"Eq. 12", "Magnusson 2009, Eqs. 6.8-6.9"};
-    return std::tuple{
+    constexpr std::tuple map_and_search{
         optional("resolution", &Params::resolution, "m", "edge of a voxel", positive,
                  Source{{}, "Magnusson 2009, ch. 6"}),
         optional("neighbours", &Params::neighbours, "",
@@ -52,22 +48,8 @@ struct Params {
                  "a voxel with fewer has no distribution", at_least(3)),
         optional("eigenvalue_floor", &Params::eigenvalue_floor, "",
                  "covariance eigenvalues are at least this share of the largest",
-                 Range{.min = 0.0, .max = 1.0, .min_open = true}),
-        optional("max_iterations", &Params::max_iterations, "", "limit of Newton steps",
-                 at_least(1)),
-        optional("translation_epsilon", &Params::translation_epsilon, "m",
-                 "a step shorter than this, and than rotation_epsilon, is the last", positive),
-        optional("rotation_epsilon", &Params::rotation_epsilon, "rad",
-                 "a step shorter than this, and than translation_epsilon, is the last", positive),
-        optional("max_step_translation", &Params::max_step_translation, "m",
-                 "longer steps are shortened to this", positive),
-        optional("max_step_rotation", &Params::max_step_rotation, "rad",
-                 "longer steps are shortened to this", positive),
-        optional("min_matches", &Params::min_matches, "points",
-                 "with fewer scan points that have a voxel there is no answer", at_least(1)),
-        optional("min_coverage", &Params::min_coverage, "",
-                 "with a smaller share of scan points that have a voxel there is no answer",
-                 between(0.0, 1.0)),
+                 Range{.min = 0.0, .max = 1.0, .min_open = true})};
+    constexpr std::tuple scoring{
         optional("d1", &Params::d1, "",
                  "coefficient of S_fitness, given with d2 and d3; derived if left out",
                  kCoefficients),
@@ -77,6 +59,14 @@ struct Params {
         optional("d3", &Params::d3, "",
                  "coefficient of S_fitness, given with d1 and d2; derived if left out",
                  kCoefficients)};
+    return std::tuple_cat(
+        map_and_search,
+        step_fields<Params>(
+            {.max_iterations = "limit of Newton steps",
+             .min_matches = "with fewer scan points that have a voxel there is no answer",
+             .min_coverage =
+                 "with a smaller share of scan points that have a voxel there is no answer"}),
+        scoring);
   }
 
   [[nodiscard]] VoxelOptions voxels() const {
@@ -85,14 +75,7 @@ struct Params {
             .eigenvalue_floor = eigenvalue_floor};
   }
 
-  [[nodiscard]] NewtonOptions newton() const {
-    return {.optimizer = optimizer,
-            .max_iterations = max_iterations,
-            .translation_epsilon = translation_epsilon,
-            .rotation_epsilon = rotation_epsilon,
-            .max_step_translation = max_step_translation,
-            .max_step_rotation = max_step_rotation};
-  }
+  [[nodiscard]] NewtonOptions newton() const { return {steps(), optimizer}; }
 
   [[nodiscard]] Result<NdtCoefficients> coefficients() const {
     if (d1 && d2 && d3) return NdtCoefficients{*d1, *d2, *d3};
@@ -113,6 +96,13 @@ struct Params {
     }
     return {};
   }
+
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const;
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
+      std::span<const std::byte> prepared) const;
+
+ private:
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> target_of(VoxelMap map) const;
 };
 
 class NdtTarget final : public MatchTarget {
@@ -122,21 +112,19 @@ class NdtTarget final : public MatchTarget {
 
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& T_map_scan_guess) const noexcept override {
-    return guarded([&]() -> Result<Alignment> {
-      VANTAGE_CHECK(matching::check_scan(scan, T_map_scan_guess));
-      const Lease workspace(workspaces_);
-      objective_.begin(scan, *workspace);
+    const auto align_with = [&](Workspace& workspace) -> Result<Alignment> {
+      objective_.begin(scan, workspace);
       const Pose guess = objective_.to_local(T_map_scan_guess);
-      const Start start = nearer(guess, scan.size(), *workspace);
+      const Start start = nearer(guess, scan.size(), workspace);
       NewtonOptions options = params_.newton();
       options.max_iterations -= start.iterations;
       const Derivatives at_start =
-          objective_.derivatives(start.T_local_scan, *workspace, extent_of(options));
+          objective_.derivatives(start.T_local_scan, workspace, extent_of(options));
       VANTAGE_CHECK(check_overlap(at_start.matched, scan.size(), "at the guess"));
 
-      Minimum minimum = minimize(objective_, start.T_local_scan, at_start, options, *workspace);
+      Minimum minimum = minimize(objective_, start.T_local_scan, at_start, options, workspace);
       if (options.optimizer != Optimizer::newton) {
-        minimum.at = objective_.derivatives(minimum.T_local_scan, *workspace);
+        minimum.at = objective_.derivatives(minimum.T_local_scan, workspace);
       }
       VANTAGE_CHECK(check_overlap(minimum.at.matched, scan.size(), "at the solution"));
       return Alignment{.T_map_scan = objective_.to_map(minimum.T_local_scan),
@@ -144,17 +132,17 @@ class NdtTarget final : public MatchTarget {
                        .iterations = start.iterations + minimum.iterations,
                        .score = minimum.at.score,
                        .hessian = minimum.at.hessian};
-    });
+    };
+    return matching::answer_with<Alignment>(workspaces_, scan, T_map_scan_guess, align_with);
   }
 
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
-    return guarded([&]() -> Result<ScanScore> {
-      VANTAGE_CHECK(matching::check_scan(scan, T_map_scan));
-      const Lease workspace(workspaces_);
-      objective_.begin(scan, *workspace);
-      return objective_.score(objective_.to_local(T_map_scan), *workspace);
-    });
+    return matching::answer_with<ScanScore>(
+        workspaces_, scan, T_map_scan, [&](Workspace& workspace) {
+          objective_.begin(scan, workspace);
+          return objective_.score(objective_.to_local(T_map_scan), workspace);
+        });
   }
 
   [[nodiscard]] std::size_t bytes() const noexcept override {
@@ -173,8 +161,6 @@ class NdtTarget final : public MatchTarget {
   }
 
  private:
-  using Lease = matching::WorkspacePool<Workspace>::Lease;
-
   struct Start {
     Pose T_local_scan;
     std::uint32_t iterations = 0;  // spent on this start
@@ -187,17 +173,15 @@ class NdtTarget final : public MatchTarget {
     options.translation_epsilon *= kCoarseEpsilon;
     options.rotation_epsilon *= kCoarseEpsilon;
     const Derivatives at = objective_.derivatives(guess, workspace, extent_of(options));
-    if (at.matched * options.stride < least().of(points)) return {guess};  // too few: next, use all
+    if (at.matched * options.stride < params_.least_overlap().of(points))
+      return {guess};  // all are asked next
     const Minimum coarse = minimize(objective_, guess, at, options, workspace);
     return {coarse.T_local_scan, coarse.iterations};
   }
 
-  [[nodiscard]] matching::LeastOverlap least() const {
-    return {params_.min_matches, params_.min_coverage};
-  }
   [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
                                            const char* where) const {
-    return least().check(matched, points, "a map voxel", where);
+    return params_.least_overlap().check(matched, points, "a map voxel", where);
   }
 
   Objective objective_;
@@ -205,46 +189,23 @@ class NdtTarget final : public MatchTarget {
   mutable matching::WorkspacePool<Workspace> workspaces_;
 };
 
-/// Normal distributions transform, point to distribution (Magnusson 2009).
-class Ndt final : public ScanMatcher {
- public:
-  using Params = ndt::Params;
+Result<std::unique_ptr<MatchTarget>> Params::target_of(VoxelMap map) const {
+  VANTAGE_TRY(const NdtCoefficients derived, coefficients());
+  return std::make_unique<NdtTarget>(Objective(std::move(map), neighbours, derived), *this);
+}
 
-  [[nodiscard]] static Result<std::unique_ptr<ScanMatcher>> create(const Params& params) {
-    VANTAGE_TRY(const NdtCoefficients coefficients, params.coefficients());
-    return std::make_unique<Ndt>(params, coefficients);
-  }
-  Ndt(const Params& params, const NdtCoefficients& coefficients)
-      : params_(params), coefficients_(coefficients) {}
+Result<std::unique_ptr<MatchTarget>> Params::prepare(PointsView map) const {
+  VANTAGE_TRY(VoxelMap built, VoxelMap::build(map, voxels()));
+  return target_of(std::move(built));
+}
 
-  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
-      PointsView map) const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(VoxelMap voxels, VoxelMap::build(map, params_.voxels()));
-      return target_of(std::move(voxels));
-    });
-  }
-
-  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
-      std::span<const std::byte> prepared) const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
-      VANTAGE_TRY(VoxelMap voxels, decode(prepared, params_.voxels()));
-      return target_of(std::move(voxels));
-    });
-  }
-
- private:
-  [[nodiscard]] std::unique_ptr<MatchTarget> target_of(VoxelMap voxels) const {
-    return std::make_unique<NdtTarget>(
-        Objective(std::move(voxels), params_.neighbours, coefficients_), params_);
-  }
-
-  Params params_;
-  NdtCoefficients coefficients_;
-};
+Result<std::unique_ptr<MatchTarget>> Params::restore(std::span<const std::byte> prepared) const {
+  VANTAGE_TRY(VoxelMap stored, decode(prepared, voxels()));
+  return target_of(std::move(stored));
+}
 
 }  // namespace
 }  // namespace vantage::ndt
 
-VANTAGE_PLUGIN(vantage::ScanMatcher, vantage::ndt::Ndt, "ndt",
+VANTAGE_PLUGIN(vantage::ScanMatcher, vantage::ScanMatcherOf<vantage::ndt::Params>, "ndt",
                "normal distributions transform, point to distribution (Magnusson 2009)");

@@ -20,14 +20,9 @@ constexpr auto enum_names(Optimizer /*unused*/) {
                     std::pair{"gauss_newton"sv, Optimizer::gauss_newton}};
 }
 
-struct NewtonOptions {
+struct NewtonOptions : matching::StepOptions {
   Optimizer optimizer = Optimizer::newton;
-  std::size_t stride = 1;  ///< only one in so many batches of points is used
-  std::uint32_t max_iterations = 35;
-  double translation_epsilon = 1e-3;  ///< [m]
-  double rotation_epsilon = 1e-4;     ///< [rad]
-  double max_step_translation = 0.5;  ///< [m]
-  double max_step_rotation = 0.1;     ///< [rad]
+  std::size_t stride = 1;  ///< one in so many batches of points stands for all
 };
 
 /// What the steps need from the objective.

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/steps.hpp"
 #include "kernel.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/scan_score.hpp"
@@ -29,8 +30,7 @@ constexpr auto enum_names(Neighbours /*unused*/) {
       std::pair{"direct7"sv, Neighbours::direct7}, std::pair{"direct1"sv, Neighbours::direct1}};
 }
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using matching::Matrix6, matching::Vector6;
 
 /// The objective and its derivatives at one pose, in [translation; rotation vector].
 struct Derivatives {

@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <charconv>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -9,8 +9,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "vantage/kit/hash.hpp"
+#include "vantage/kit/numbers.hpp"
+#include "vantage/kit/plugin_of.hpp"
 #include "vantage/kit/raster_partition.hpp"
-#include "vantage/plugin.hpp"
 
 namespace {
 
@@ -20,11 +22,6 @@ using vantage::ErrorCode, vantage::fail, vantage::PointsView, vantage::Result;
 /// The path is divided into steps of this share of a segment.
 constexpr std::uint32_t kStepsPerSegment = 16;
 constexpr double kMaxSegments = 1'000'000;
-
-std::string number(double x) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
-}
 
 double distance(const Vector2d& a, const Vector2d& b) noexcept {
   return std::hypot(b.x() - a.x(), b.y() - a.y());
@@ -93,7 +90,7 @@ class Driven {
     const Bucket here = bucket(p);
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
-        const auto found = buckets_.find({here.x + dx, here.y + dy});
+        const auto found = buckets_.find({here[0] + dx, here[1] + dy});
         if (found == buckets_.end()) continue;
         for (const std::uint32_t step : found->second) {
           const double d = distance(steps_[step].middle, p);
@@ -107,22 +104,15 @@ class Driven {
   }
 
  private:
-  struct Bucket {
-    double x, y;
-    friend bool operator==(const Bucket&, const Bucket&) = default;
-  };
-  struct Hash {
-    std::size_t operator()(const Bucket& b) const noexcept {
-      return std::hash<double>{}(b.x) * 0x9e3779b97f4a7c15U ^ std::hash<double>{}(b.y);
-    }
-  };
+  using Bucket = std::array<double, 2>;  // whole numbers
+
   [[nodiscard]] Bucket bucket(const Vector2d& p) const noexcept {
     return {std::floor(p.x() / radius_), std::floor(p.y() / radius_)};
   }
 
   const std::vector<Step>& steps_;
   double radius_;
-  std::unordered_map<Bucket, std::vector<std::uint32_t>, Hash> buckets_;
+  std::unordered_map<Bucket, std::vector<std::uint32_t>, vantage::CellHash> buckets_;
 };
 
 /// For each step, the earlier step at the same place, if there is one. Path that lies less than a
@@ -192,56 +182,32 @@ std::vector<vantage::Seed> seeds_of(const std::vector<Step>& steps,
   return seeds;
 }
 
-std::vector<std::string> labels_of(std::uint32_t count) {
-  const std::size_t digits = std::max<std::size_t>(3, std::to_string(count - 1).size());
-  std::vector<std::string> labels;
-  for (std::uint32_t s = 0; s < count; ++s) {
-    const std::string text = std::to_string(s);
-    labels.push_back("segment_" + std::string(digits - text.size(), '0') + text);
-  }
-  return labels;
-}
+/// Segments of the driven path; the nearest one owns a place.
+struct Trajectory {
+  double segment_length{};
+  double cell_size = 1.0;
+  std::optional<double> revisit_distance, fill_radius;
 
-/// Segments of the driven path; the nearest segment owns a place.
-class Trajectory final : public vantage::Partitioner {
- public:
-  struct Params {
-    double segment_length{};
-    double cell_size = 1.0;
-    std::optional<double> revisit_distance, fill_radius;
-
-    static constexpr auto schema() {
-      return std::tuple{
-          vantage::required("segment_length", &Params::segment_length, "m",
-                            "length of path that makes a region", vantage::positive),
-          vantage::optional("cell_size", &Params::cell_size, "m",
-                            "width of the cells that regions are made of", vantage::positive),
-          vantage::optional("revisit_distance", &Params::revisit_distance, "m",
-                            "path this near to path driven before is the same place; half a "
-                            "segment_length if left out, 0 for never",
-                            vantage::non_negative),
-          vantage::optional(
-              "fill_radius", &Params::fill_radius, "m",
-              "places of the map's box this near to the path, where it was driven first, "
-              "are owned though they hold no point; half a segment_length if left out",
-              vantage::non_negative),
-      };
-    }
-  };
-
-  static Result<std::unique_ptr<vantage::Partitioner>> create(const Params& params) {
-    return std::make_unique<Trajectory>(params);
-  }
-  explicit Trajectory(const Params& params) : params_(params) {}
-
-  [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView trajectory, const vantage::MapSurvey&) const noexcept override {
-    return vantage::guarded([&] { return corridors(map, trajectory); });
+  static constexpr auto schema() {
+    return std::tuple{
+        vantage::required("segment_length", &Trajectory::segment_length, "m",
+                          "length of path that makes a region", vantage::positive),
+        vantage::optional("cell_size", &Trajectory::cell_size, "m",
+                          "width of the cells that regions are made of", vantage::positive),
+        vantage::optional("revisit_distance", &Trajectory::revisit_distance, "m",
+                          "path this near to path driven before is the same place; half a "
+                          "segment_length if left out, 0 for never",
+                          vantage::non_negative),
+        vantage::optional(
+            "fill_radius", &Trajectory::fill_radius, "m",
+            "places of the map's box this near to the path, where it was driven first, "
+            "are owned though they hold no point; half a segment_length if left out",
+            vantage::non_negative),
+    };
   }
 
- private:
-  [[nodiscard]] Result<vantage::Partition> corridors(PointsView map, PointsView trajectory) const {
-    VANTAGE_CHECK(vantage::check_points(map, "the map"));
+  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView trajectory,
+                                                     const vantage::MapSurvey&) const {
     if (trajectory.empty()) {
       return fail(ErrorCode::invalid_input,
                   "partitioner 'trajectory' cuts along the driven path, but there is none: name "
@@ -249,27 +215,26 @@ class Trajectory final : public vantage::Partitioner {
     }
     VANTAGE_CHECK(vantage::check_points(trajectory, "the trajectory (map.trajectory)"));
 
-    const double half = 0.5 * params_.segment_length;
-    const double step = params_.segment_length / kStepsPerSegment;
+    const double half = 0.5 * segment_length;
+    const double step = segment_length / kStepsPerSegment;
     const std::vector<Vector2d> path = thinned(trajectory, 0.5 * step);
     const double length = length_of(path);
-    if (!(length / params_.segment_length < kMaxSegments)) {
-      return fail(ErrorCode::invalid_input, "segment_length = " + number(params_.segment_length) +
-                                                " m is too small for a trajectory of " +
-                                                number(length) + " m: at most 1000000 segments");
+    if (!(length / segment_length < kMaxSegments)) {
+      return fail(ErrorCode::invalid_input,
+                  "segment_length = " + vantage::shortest(segment_length) +
+                      " m is too small for a trajectory of " + vantage::shortest(length) +
+                      " m: at most 1000000 segments");
     }
     const std::vector<Step> steps = steps_of(path, step);
-    const auto twin = revisited(steps, step, params_.revisit_distance.value_or(half));
+    const auto twin = revisited(steps, step, revisit_distance.value_or(half));
     const Segments segments = segments_of(twin);
     return vantage::partition_by_nearest(
-        map, seeds_of(steps, twin, segments), labels_of(segments.count),
-        {.cell_size = params_.cell_size, .fill_radius = params_.fill_radius.value_or(half)});
+        map, seeds_of(steps, twin, segments), vantage::numbered("segment_", segments.count),
+        {.cell_size = cell_size, .fill_radius = fill_radius.value_or(half)});
   }
-
-  Params params_;
 };
 
 }  // namespace
 
-VANTAGE_PLUGIN(vantage::Partitioner, Trajectory, "trajectory",
+VANTAGE_PLUGIN(vantage::Partitioner, vantage::PartitionerOf<Trajectory>, "trajectory",
                "segments of the driven path; the nearest owns a place");

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <queue>
 
+#include "vantage/kit/kd_tree_points.hpp"
+
 namespace vantage::visibility_clusters {
 namespace {
 
@@ -26,20 +28,7 @@ std::size_t common(const Voxels& a, const Voxels& b) {
   return count;
 }
 
-/// nanoflann prescribes the names.
-struct Places {
-  std::span<const Vector2d> places;
-
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return places.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t k, std::size_t axis) const {
-    return places[k][static_cast<Eigen::Index>(axis)];
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box& /*unused*/) const {
-    return false;
-  }
-};
-
+using Places = KdTreePoints<Vector2d>;
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Places>,
                                                  Places, 2, std::uint32_t>;
 

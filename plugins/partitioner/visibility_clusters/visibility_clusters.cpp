@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -13,8 +12,10 @@
 #include <vector>
 
 #include "clustering.hpp"
+#include "vantage/kit/hash.hpp"
+#include "vantage/kit/numbers.hpp"
+#include "vantage/kit/plugin_of.hpp"
 #include "vantage/kit/raster_partition.hpp"
-#include "vantage/plugin.hpp"
 
 namespace {
 
@@ -24,13 +25,8 @@ namespace clusters = vantage::visibility_clusters;
 
 constexpr std::size_t kNeighbours = 8;  // the number of neighbours of a cell in a square grid
 
-std::string number(double x) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
-}
-
-/// Drops the last bits of a viewpoint. A viewpoint is a mean of points, and the last bits of a sum
-/// depend on the order of the points, which must not matter.
+/// A viewpoint is a mean of points, and the last bits of a sum depend on its order: here they are
+/// dropped, so that the order of the map's points does not matter.
 vantage::Point rounded(const vantage::Point& viewpoint) {
   constexpr double kPerMetre = 0x1p20;
   return viewpoint.unaryExpr([](double x) { return std::nearbyint(x * kPerMetre) / kPerMetre; });
@@ -55,25 +51,15 @@ Result<vantage::PointCloud> sorted_viewpoints(const vantage::MapSurvey& survey) 
 /// The number of the voxel of every map point.
 Result<std::vector<std::uint32_t>> voxels_of(PointsView map, double size) {
   using Voxel = std::array<double, 3>;
-  struct Hash {
-    std::size_t operator()(const Voxel& v) const noexcept {
-      std::uint64_t h = 0;
-      for (const double x : v) {
-        h = (h ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(x))) * 0x9e3779b97f4a7c15U;
-        h ^= h >> 32U;
-      }
-      return h;
-    }
-  };
   const vantage::Bounds3 bounds = vantage::bounds_of(map);
   const double farthest =
       std::max(bounds.min.cwiseAbs().maxCoeff(), bounds.max.cwiseAbs().maxCoeff());
   if (!(farthest / size < 0x1p50)) {
-    return fail(ErrorCode::invalid_input, "voxel_size = " + number(size) +
+    return fail(ErrorCode::invalid_input, "voxel_size = " + vantage::shortest(size) +
                                               " m is too small for a map that lies up to " +
-                                              number(farthest) + " m from the origin");
+                                              vantage::shortest(farthest) + " m from the origin");
   }
-  std::unordered_map<Voxel, std::uint32_t, Hash> numbers;
+  std::unordered_map<Voxel, std::uint32_t, vantage::CellHash> numbers;
   std::vector<std::uint32_t> voxels;
   voxels.reserve(map.size());
   for (const vantage::Point& p : map) {
@@ -111,73 +97,47 @@ Result<std::vector<clusters::Voxels>> seen_from(const vantage::PointCloud& viewp
   return seen;
 }
 
-std::vector<std::string> labels_of(std::uint32_t count) {
-  const std::size_t digits = std::max<std::size_t>(3, std::to_string(count - 1).size());
-  std::vector<std::string> labels;
-  for (std::uint32_t g = 0; g < count; ++g) {
-    const std::string text = std::to_string(g);
-    labels.push_back("group_" + std::string(digits - text.size(), '0') + text);
-  }
-  return labels;
-}
+/// Groups of viewpoints that see alike; the nearest viewpoint's group owns a place.
+struct VisibilityClusters {
+  double min_overlap{};
+  double voxel_size = 2.0, cell_size = 2.0;
+  std::optional<double> max_width, fill_radius;
 
-/// Groups of viewpoints that see similar parts of the map; the nearest viewpoint's group owns a
-/// place.
-class VisibilityClusters final : public vantage::Partitioner {
- public:
-  struct Params {
-    double min_overlap{};
-    double voxel_size = 2.0, cell_size = 2.0;
-    std::optional<double> max_width, fill_radius;
-
-    static constexpr auto schema() {
-      return std::tuple{
-          vantage::required("min_overlap", &Params::min_overlap, "",
-                            "groups are joined while the mean Jaccard index of what is seen from "
-                            "a viewpoint of each is not below this",
-                            vantage::strictly_between(0.0, 1.0)),
-          vantage::optional("voxel_size", &Params::voxel_size, "m",
-                            "width of the voxels in which what is seen is compared",
-                            vantage::positive),
-          vantage::optional("max_width", &Params::max_width, "m",
-                            "a group's viewpoints reach over no more than this in x and in y; no "
-                            "limit if left out",
-                            vantage::positive),
-          vantage::optional("cell_size", &Params::cell_size, "m",
-                            "width of the cells that regions are made of", vantage::positive),
-          vantage::optional("fill_radius", &Params::fill_radius, "m",
-                            "places of the map's box this near to a viewpoint are owned though "
-                            "they hold no point; two cell_size if left out",
-                            vantage::non_negative),
-      };
-    }
-  };
-
-  static Result<std::unique_ptr<vantage::Partitioner>> create(const Params& params) {
-    return std::make_unique<VisibilityClusters>(params);
-  }
-  explicit VisibilityClusters(const Params& params) : params_(params) {}
-
-  [[nodiscard]] Result<vantage::Partition> partition(
-      PointsView map, PointsView, const vantage::MapSurvey& survey) const noexcept override {
-    return vantage::guarded([&] { return groups(map, survey); });
+  static constexpr auto schema() {
+    return std::tuple{
+        vantage::required("min_overlap", &VisibilityClusters::min_overlap, "",
+                          "groups are joined while the mean Jaccard index of what is seen from "
+                          "a viewpoint of each is not below this",
+                          vantage::strictly_between(0.0, 1.0)),
+        vantage::optional("voxel_size", &VisibilityClusters::voxel_size, "m",
+                          "width of the voxels in which what is seen is compared",
+                          vantage::positive),
+        vantage::optional("max_width", &VisibilityClusters::max_width, "m",
+                          "a group's viewpoints reach over no more than this in x and in y; no "
+                          "limit if left out",
+                          vantage::positive),
+        vantage::optional("cell_size", &VisibilityClusters::cell_size, "m",
+                          "width of the cells that regions are made of", vantage::positive),
+        vantage::optional("fill_radius", &VisibilityClusters::fill_radius, "m",
+                          "places of the map's box this near to a viewpoint are owned though "
+                          "they hold no point; two cell_size if left out",
+                          vantage::non_negative),
+    };
   }
 
- private:
-  [[nodiscard]] Result<vantage::Partition> groups(PointsView map,
-                                                  const vantage::MapSurvey& survey) const {
-    VANTAGE_CHECK(vantage::check_points(map, "the map"));
-    // What the last step would refuse is refused before the costly work.
-    VANTAGE_CHECK(vantage::PlanRaster::over(vantage::bounds_of(map), params_.cell_size));
+  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
+                                                     const vantage::MapSurvey& survey) const {
+    // What the last step will refuse is refused before anything is computed.
+    VANTAGE_CHECK(vantage::PlanRaster::over(vantage::bounds_of(map), cell_size));
     VANTAGE_TRY(const vantage::PointCloud viewpoints, sorted_viewpoints(survey));
-    VANTAGE_TRY(const auto voxels, voxels_of(map, params_.voxel_size));
+    VANTAGE_TRY(const auto voxels, voxels_of(map, voxel_size));
     VANTAGE_TRY(const auto seen, seen_from(viewpoints, voxels, survey));
 
     std::vector<Vector2d> places;
     for (const vantage::Point& viewpoint : viewpoints) places.emplace_back(viewpoint.head<2>());
     const clusters::GroupLimits limits{
-        .min_overlap = params_.min_overlap,
-        .max_width = params_.max_width.value_or(std::numeric_limits<double>::infinity())};
+        .min_overlap = min_overlap,
+        .max_width = max_width.value_or(std::numeric_limits<double>::infinity())};
     const clusters::Groups found =
         clusters::group(places, seen, clusters::neighbours_of(places, kNeighbours), limits);
 
@@ -186,15 +146,13 @@ class VisibilityClusters final : public vantage::Partitioner {
       seeds.push_back({places[v], places[v], found.of_viewpoint[v]});
     }
     return vantage::partition_by_nearest(
-        map, seeds, labels_of(found.count),
-        {.cell_size = params_.cell_size,
-         .fill_radius = params_.fill_radius.value_or(2.0 * params_.cell_size)});
+        map, seeds, vantage::numbered("group_", found.count),
+        {.cell_size = cell_size, .fill_radius = fill_radius.value_or(2.0 * cell_size)});
   }
-
-  Params params_;
 };
 
 }  // namespace
 
-VANTAGE_PLUGIN(vantage::Partitioner, VisibilityClusters, "visibility_clusters",
+VANTAGE_PLUGIN(vantage::Partitioner, vantage::PartitionerOf<VisibilityClusters>,
+               "visibility_clusters",
                "groups of viewpoints that see alike; the nearest viewpoint's group owns a place");

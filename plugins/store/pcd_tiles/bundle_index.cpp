@@ -5,7 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
+#include "index_format.hpp"
+#include "vantage/kit/checksum.hpp"
 #include "written_index.hpp"
 
 namespace vantage::pcd_tiles {
@@ -13,7 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kChecksum = "checksum";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- writing
@@ -22,35 +25,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 Json number(double x) {
   if (std::isinf(x)) return x < 0 ? "-inf" : "inf";
   return x;
-}
-
-template <class Vector>
-Json numbers(const Vector& v) {
-  Json array = Json::array();
-  for (const double x : v) array.push_back(number(x));
-  return array;
-}
-
-Json footprint(const HalfOpenBox& box) {
-  Json json = Json::object();
-  json["box"] = {{"min", numbers(box.min)}, {"max", numbers(box.max)}};
-  return json;
-}
-
-Json footprint(const ConvexPolygon& polygon) {
-  Json corners = Json::array();
-  for (const Eigen::Vector2d& corner : polygon.corners) corners.push_back(numbers(corner));
-  Json json = Json::object();
-  json["polygon"] = std::move(corners);
-  return json;
-}
-
-Json footprint(const BoxUnion& shape) {
-  Json boxes = Json::array();
-  for (const HalfOpenBox& box : shape.boxes) boxes.push_back(footprint(box)["box"]);
-  Json json = Json::object();
-  json["boxes"] = std::move(boxes);
-  return json;
 }
 
 std::string hexadecimal(std::uint64_t x) {
@@ -63,181 +37,192 @@ std::string hexadecimal(std::uint64_t x) {
 /// Precondition: valid UTF-8 throughout.
 std::uint64_t checksum_of(Json index) {
   index.erase(kChecksum);
-  Checksum sum;
-  for (const char c : index.dump()) sum.add(c);
+  Fnv1a sum;
+  sum.add(index.dump());
   return sum.value();
 }
 
+/// The writer. Values are put into the JSON at hand.
+class Writer {
+ public:
+  explicit Writer(Json& at) noexcept : at_(&at) {}
+
+  template <class Visit>
+  void member(const char* key, const Visit& visit) {
+    Json& object = *at_;
+    Json value;
+    at_ = &value;
+    visit();
+    at_ = &object;
+    object[key] = std::move(value);
+  }
+  template <class Visit>
+  bool member_if(const char* key, bool is_there, const Visit& visit) {
+    if (is_there) member(key, visit);
+    return is_there;
+  }
+  template <class Visit>
+  void object(const Visit& visit) {
+    *at_ = Json::object();
+    visit();
+  }
+  template <class Element, class Visit>
+  void list(std::vector<Element>& elements, const Visit& visit) {
+    Json& array = *at_;
+    array = Json::array();
+    for (Element& element : elements) {
+      Json value;
+      at_ = &value;
+      visit(element);
+      array.push_back(std::move(value));
+    }
+    at_ = &array;
+  }
+  template <class Vector>
+  void numbers(const Vector& v) {
+    *at_ = Json::array();
+    for (const double x : v) at_->push_back(number(x));
+  }
+  void text(const std::string& text) { *at_ = text; }
+  void count(std::uint64_t value, std::uint64_t /*max*/) { *at_ = value; }
+  void checksum(std::uint64_t value) { *at_ = hexadecimal(value); }
+  void version(bool with_views) { *at_ = with_views ? kVersionWithViews : kVersion; }
+  template <class Reason>
+  void check(bool /*ok*/, const char* /*key*/, const Reason& /*reason*/) noexcept {}
+
+ private:
+  Json* at_;
+};
+
 // ---- reading
 
-/// A JSON value that knows its name and file, for error messages.
-struct Node {
-  const Json* value;
-  std::string name;
-  const std::string* file;
+/// The reader of any JSON. It knows the name of the value at hand, for error messages.
+class Reader {
+ public:
+  Reader(const Json& root, const std::string& file) : at_(&root), file_(file) {}
 
-  [[nodiscard]] tl::unexpected<Error> refuse(const std::string& reason) const {
-    return fail(ErrorCode::corrupt_data, (name.empty() ? "the index" : "'" + name + "'") + reason,
-                SourceLocation{*file, 0, 0});
-  }
-  [[nodiscard]] tl::unexpected<Error> expected(const std::string& what) const {
-    return refuse(" must be " + what + ", found " + std::string(value->type_name()));
-  }
+  [[nodiscard]] const std::optional<Error>& error() const noexcept { return error_; }
 
-  [[nodiscard]] Result<Node> operator[](const std::string& key) const {
-    if (!value->is_object()) return expected("an object");
-    const auto found = value->find(key);
-    if (found == value->end()) return refuse(" has no member '" + key + "'");
-    return Node{&*found, name.empty() ? key : name + "." + key, file};
+  template <class Visit>
+  void member(const char* key, const Visit& visit) {
+    if (error_) return;
+    if (!at_->is_object()) return expected("an object");
+    const auto found = at_->find(key);
+    if (found == at_->end()) return refuse(std::string(" has no member '") + key + "'");
+    visit_at(*found, name_.empty() ? key : name_ + "." + key, visit);
   }
-  [[nodiscard]] bool has(const std::string& key) const {
-    return value->is_object() && value->contains(key);
+  template <class Visit>
+  bool member_if(const char* key, bool /*is_there*/, const Visit& visit) {
+    if (error_) return true;  // whatever is missing is not the first error
+    if (!at_->is_object() || !at_->contains(key)) return false;
+    member(key, visit);
+    return true;
   }
-  [[nodiscard]] Node at(std::size_t i) const {
-    return {&(*value)[i], name + "[" + std::to_string(i) + "]", file};
+  template <class Visit>
+  void object(const Visit& visit) {
+    visit();  // the first member asks what it is a member of
   }
-
-  [[nodiscard]] Result<double> number() const {
-    if (value->is_string() && *value == "inf") return kInfinity;
-    if (value->is_string() && *value == "-inf") return -kInfinity;
-    if (!value->is_number()) return expected("a number");
-    return value->get<double>();
+  template <class Element, class Visit>
+  void list(std::vector<Element>& elements, const Visit& visit) {
+    if (error_) return;
+    if (!at_->is_array()) return expected("an array");
+    const Json& array = *at_;
+    elements.reserve(array.size());
+    for (std::size_t i = 0; i < array.size() && !error_; ++i) {
+      Element& element = elements.emplace_back();
+      visit_at(array[i], name_ + "[" + std::to_string(i) + "]", [&] { visit(element); });
+    }
   }
-  [[nodiscard]] Result<std::uint64_t> count(std::uint64_t max) const {
-    if (!value->is_number_unsigned() || value->get<std::uint64_t>() > max) {
+  template <class Vector>
+  void numbers(Vector& v) {
+    if (error_) return;
+    const auto size = static_cast<std::size_t>(v.size());
+    if (!at_->is_array() || at_->size() != size) {
+      return refuse(" must be an array of " + std::to_string(size) + " numbers");
+    }
+    const Json& array = *at_;
+    for (std::size_t i = 0; i < size; ++i) {
+      visit_at(array[i], name_ + "[" + std::to_string(i) + "]",
+               [&] { v[static_cast<Eigen::Index>(i)] = read_number(); });
+    }
+  }
+  void text(std::string& text) {
+    if (error_) return;
+    if (!at_->is_string()) return expected("a string");
+    text = at_->get<std::string>();
+  }
+  void count(std::uint64_t& value, std::uint64_t max) {
+    if (error_) return;
+    if (!at_->is_number_unsigned() || at_->get<std::uint64_t>() > max) {
       return refuse(" must be an integer from 0 to " + std::to_string(max));
     }
-    return value->get<std::uint64_t>();
+    value = at_->get<std::uint64_t>();
   }
-  [[nodiscard]] Result<std::string> text() const {
-    if (!value->is_string()) return expected("a string");
-    return value->get<std::string>();
-  }
-  template <int N>
-  [[nodiscard]] Result<Eigen::Matrix<double, N, 1>> vector() const {
-    if (!value->is_array() || value->size() != N) {
-      return refuse(" must be an array of " + std::to_string(N) + " numbers");
+  void checksum(std::uint64_t& value) {
+    std::string digits;
+    text(digits);
+    if (error_) return;
+    const auto [end, error] =
+        std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
+    if (error != std::errc() || end != digits.data() + digits.size() || digits.size() != 16) {
+      refuse(" must be 16 hexadecimal digits, not '" + digits + "'");
     }
-    Eigen::Matrix<double, N, 1> v;
-    for (std::size_t i = 0; i < N; ++i) {
-      VANTAGE_TRY(v[static_cast<Eigen::Index>(i)], at(i).number());
-    }
-    return v;
   }
+  /// Versions count up from 1.
+  void version(bool /*with_views*/) {
+    if (error_ || *at_ == kVersion || *at_ == kVersionWithViews) return;
+    const std::string is = at_->dump(-1, ' ', true, Json::error_handler_t::replace);
+    const std::string here = std::to_string(kVersion) + " or " + std::to_string(kVersionWithViews);
+    if (!at_->is_number_unsigned() || *at_ == 0U) {
+      return refuse(" must be " + here + ", not " + is);
+    }
+    const bool older = at_->get<std::uint64_t>() < kVersion;
+    refuse(" is " + is + ", and " + here + " is needed: the bundle was built by " +
+           (older ? "an older" : "a newer") + " version; remove it and build it again");
+  }
+  /// @param key  of the member that is wrong; nullptr for the value at hand
+  template <class Reason>
+  void check(bool ok, const char* key, const Reason& reason) {
+    if (ok || error_) return;
+    if (key != nullptr) {
+      member(key, [&] { refuse(reason()); });
+    } else {
+      refuse(reason());
+    }
+  }
+
+ private:
+  template <class Visit>
+  void visit_at(const Json& value, std::string name, const Visit& visit) {
+    const Json* const before = std::exchange(at_, &value);
+    name_.swap(name);
+    visit();
+    name_.swap(name);
+    at_ = before;
+  }
+  [[nodiscard]] double read_number() {
+    if (at_->is_string() && *at_ == "inf") return kInfinity;
+    if (at_->is_string() && *at_ == "-inf") return -kInfinity;
+    if (at_->is_number()) return at_->get<double>();
+    expected("a number");
+    return 0.0;
+  }
+  void refuse(const std::string& reason) {
+    if (error_) return;
+    error_ = Error{.code = ErrorCode::corrupt_data,
+                   .message = (name_.empty() ? "the index" : "'" + name_ + "'") + reason,
+                   .where = SourceLocation{file_, 0, 0},
+                   .context = {}};
+  }
+  void expected(const std::string& what) {
+    refuse(" must be " + what + ", found " + at_->type_name());
+  }
+
+  const Json* at_;
+  std::string name_;
+  const std::string& file_;
+  std::optional<Error> error_;
 };
-
-Result<std::uint64_t> checksum(const Node& node) {
-  VANTAGE_TRY(const std::string text, node.text());
-  std::uint64_t x = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x, 16);
-  if (error != std::errc() || end != text.data() + text.size() || text.size() != 16) {
-    return node.refuse(" must be 16 hexadecimal digits, not '" + text + "'");
-  }
-  return x;
-}
-
-Result<HalfOpenBox> box(const Node& node) {
-  VANTAGE_TRY(const Node min, node["min"]);
-  VANTAGE_TRY(const Node max, node["max"]);
-  HalfOpenBox result;
-  VANTAGE_TRY(result.min, min.vector<2>());
-  VANTAGE_TRY(result.max, max.vector<2>());
-  return result;
-}
-
-Result<Footprint> footprint(const Node& node) {
-  if (node.has("box")) {
-    VANTAGE_TRY(const Node shape, node["box"]);
-    return box(shape);
-  }
-  if (node.has("boxes")) {
-    VANTAGE_TRY(const Node boxes, node["boxes"]);
-    if (!boxes.value->is_array()) return boxes.expected("an array");
-    BoxUnion shape;
-    for (std::size_t i = 0; i < boxes.value->size(); ++i) {
-      VANTAGE_TRY(shape.boxes.emplace_back(), box(boxes.at(i)));
-    }
-    return shape;
-  }
-  if (!node.has("polygon")) return node.refuse(" must have a member 'box', 'boxes' or 'polygon'");
-  VANTAGE_TRY(const Node corners, node["polygon"]);
-  if (!corners.value->is_array()) return corners.expected("an array");
-  ConvexPolygon polygon;
-  for (std::size_t i = 0; i < corners.value->size(); ++i) {
-    VANTAGE_TRY(const Eigen::Vector2d corner, corners.at(i).vector<2>());
-    polygon.corners.push_back(corner);
-  }
-  return polygon;
-}
-
-struct ReadRegion {
-  Region region;
-  TileInfo tile;
-};
-
-Result<ReadRegion> region(const Node& node) {
-  ReadRegion result;
-  VANTAGE_TRY(const Node label, node["label"]);
-  VANTAGE_TRY(result.region.label, label.text());
-  VANTAGE_TRY(const Node shape, node["footprint"]);
-  VANTAGE_TRY(result.region.footprint, footprint(shape));
-  VANTAGE_TRY(const Node height, node["height"]);
-  VANTAGE_TRY(const Eigen::Vector2d interval, height.vector<2>());
-  result.region.height = {interval[0], interval[1]};
-
-  constexpr auto kAny = std::numeric_limits<std::uint64_t>::max();
-  VANTAGE_TRY(const Node points, node["points"]);
-  VANTAGE_TRY(result.tile.points, points.count(kMaxPoints));
-  VANTAGE_TRY(const Node viewpoints, node["viewpoints"]);
-  VANTAGE_TRY(result.tile.viewpoints, viewpoints.count(kMaxPoints));
-  VANTAGE_TRY(const Node elements, node["elements"]);
-  VANTAGE_TRY(result.tile.elements, elements.count(kAny));
-  VANTAGE_TRY(const Node prepared_bytes, node["prepared_bytes"]);
-  VANTAGE_TRY(result.tile.prepared_bytes, prepared_bytes.count(kMaxPreparedBytes));
-  if (result.tile.elements > 0 && result.tile.prepared_bytes == 0) {
-    return elements.refuse(" must be 0 without prepared bytes");
-  }
-  if (node.has("max_views")) {
-    VANTAGE_TRY(const Node max_views, node["max_views"]);
-    VANTAGE_TRY(const std::uint64_t most,
-                max_views.count(std::numeric_limits<std::uint32_t>::max()));
-    if (most == 0 || result.tile.points == 0) {
-      return max_views.refuse(" must be above 0, and left out where no point is");
-    }
-    result.tile.max_views = static_cast<std::uint32_t>(most);
-  }
-  VANTAGE_TRY(const Node origin, node["origin"]);
-  VANTAGE_TRY(result.tile.origin, origin.vector<3>());
-  if (!result.tile.origin.allFinite()) return origin.refuse(" must be finite");
-  VANTAGE_TRY(const Node bytes, node["bytes"]);
-  VANTAGE_TRY(result.tile.bytes, bytes.count(kAny));
-  const std::uint64_t expected = file_size(result.tile);
-  if (result.tile.bytes != expected) {
-    return bytes.refuse(" must be " + std::to_string(expected) + " for what the file holds, not " +
-                        std::to_string(result.tile.bytes));
-  }
-  VANTAGE_TRY(const Node file, node["file"]);
-  VANTAGE_TRY(const std::string file_name, file.text());
-  if (file_name != tile_name(result.region)) {
-    return file.refuse(" must be '" + tile_name(result.region) + "', not '" + file_name + "'");
-  }
-  VANTAGE_TRY(const Node sum, node["checksum"]);
-  VANTAGE_TRY(result.tile.checksum, checksum(sum));
-  return result;
-}
-
-/// Versions count up from 1.
-Result<void> check_version(const Node& node) {
-  if (*node.value == kVersion || *node.value == kVersionWithViews) return {};
-  const std::string is = node.value->dump(-1, ' ', true, Json::error_handler_t::replace);
-  const std::string here = std::to_string(kVersion) + " or " + std::to_string(kVersionWithViews);
-  if (!node.value->is_number_unsigned() || *node.value == 0U) {
-    return node.refuse(" must be " + here + ", not " + is);
-  }
-  const bool older = node.value->get<std::uint64_t>() < kVersion;
-  return node.refuse(" is " + is + ", and " + here + " is needed: the bundle was built by " +
-                     (older ? "an older" : "a newer") + " version; remove it and build it again");
-}
 
 SourceLocation place_of(std::string_view text, std::size_t byte, const std::string& file) {
   const std::string_view before = text.substr(0, std::min(byte == 0 ? 0 : byte - 1, text.size()));
@@ -269,39 +254,35 @@ Result<void> check_writable(const MapIndex& index) {
   return {};
 }
 
+Result<BundleIndex> bundle_of(IndexContent content) {
+  BundleIndex index;
+  index.map.map_points = content.map_points;
+  index.map.map_bounds = content.map_bounds;
+  index.map.config = std::move(content.config);
+  std::vector<Region> regions;
+  regions.reserve(content.regions.size());
+  for (IndexedRegion& one : content.regions) {
+    regions.push_back(std::move(one.region));
+    index.map.regions.push_back(one.tile.summary());
+    index.tiles.push_back(one.tile);
+  }
+  VANTAGE_TRY(index.map.partition, Partition::from(std::move(regions)));
+  return index;
+}
+
 Result<std::string> to_json(const BundleIndex& index) {
   const MapIndex& map = index.map;
   VANTAGE_CHECK(check_writable(map));
-  Json regions = Json::array();
+  IndexContent content{.map_points = map.map_points,
+                       .map_bounds = map.map_bounds,
+                       .config = map.config,
+                       .regions = {}};
   for (std::size_t r = 0; r < map.partition.size(); ++r) {
-    const Region& region = map.partition.regions()[r];
-    const TileInfo& tile = index.tiles.at(r);
-    Json one = {{"label", region.label},
-                {"file", tile_name(region)},
-                {"footprint",
-                 std::visit([](const auto& shape) { return footprint(shape); }, region.footprint)},
-                {"height", {number(region.height.min), number(region.height.max)}},
-                {"points", tile.points},
-                {"viewpoints", tile.viewpoints},
-                {"elements", tile.elements},
-                {"prepared_bytes", tile.prepared_bytes}};
-    if (tile.max_views > 0) one["max_views"] = tile.max_views;
-    one["bytes"] = tile.bytes;
-    one["origin"] = numbers(tile.origin);
-    one["checksum"] = hexadecimal(tile.checksum);
-    regions.push_back(std::move(one));
+    content.regions.push_back({map.partition.regions()[r], index.tiles.at(r)});
   }
-  const bool with_views = std::any_of(index.tiles.begin(), index.tiles.end(),
-                                      [](const TileInfo& tile) { return tile.max_views > 0; });
-  Json json = {
-      {"format", kFormat},
-      {"version", with_views ? kVersionWithViews : kVersion},
-      {"map",
-       {{"points", map.map_points},
-        {"bounds", {{"min", numbers(map.map_bounds.min)}, {"max", numbers(map.map_bounds.max)}}}}},
-      {"config", map.config},
-      {"regions", std::move(regions)},
-  };
+  Json json = Json::object();
+  Writer writer(json);
+  describe(writer, content);
   json[kChecksum] = hexadecimal(checksum_of(json));
   return json.dump(1) + "\n";
 }
@@ -319,43 +300,19 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
                 SourceLocation{file, 0, 0});
   }
 
-  const Node root{&json, "", &file};
-  VANTAGE_TRY(const Node format, root["format"]);
-  if (*format.value != kFormat) return format.refuse(" must be '" + std::string(kFormat) + "'");
-  VANTAGE_TRY(const Node version, root["version"]);
-  VANTAGE_CHECK(check_version(version));
-
-  BundleIndex index;
-  VANTAGE_TRY(const Node map, root["map"]);
-  VANTAGE_TRY(const Node map_points, map["points"]);
-  VANTAGE_TRY(index.map.map_points, map_points.count(std::numeric_limits<std::uint64_t>::max()));
-  VANTAGE_TRY(const Node bounds, map["bounds"]);
-  VANTAGE_TRY(const Node min, bounds["min"]);
-  VANTAGE_TRY(const Node max, bounds["max"]);
-  VANTAGE_TRY(index.map.map_bounds.min, min.vector<3>());
-  VANTAGE_TRY(index.map.map_bounds.max, max.vector<3>());
-  VANTAGE_TRY(const Node config, root["config"]);
-  VANTAGE_TRY(index.map.config, config.text());
-
-  VANTAGE_TRY(const Node list, root["regions"]);
-  if (!list.value->is_array()) return list.expected("an array");
-  std::vector<Region> regions;
-  for (std::size_t r = 0; r < list.value->size(); ++r) {
-    VANTAGE_TRY(ReadRegion one, region(list.at(r)));
-    regions.push_back(std::move(one.region));
-    index.map.regions.push_back(one.tile.summary());
-    index.tiles.push_back(one.tile);
-  }
-  auto partition = Partition::from(std::move(regions));
-  if (!partition) return list.refuse(" are no partition: " + partition.error().message);
-  index.map.partition = *std::move(partition);
-
-  // The checksum comes last, because a member that is wrong in itself has a message that says more.
-  VANTAGE_TRY(const Node said, root[kChecksum]);
-  VANTAGE_TRY(const std::uint64_t sum, checksum(said));
-  if (sum != checksum_of(json)) {
-    return said.refuse(" is not that of the rest: the index is damaged or was edited");
-  }
+  Reader reader(json, file);
+  IndexContent content;
+  describe(reader, content);
+  if (reader.error()) return fail(*reader.error());
+  auto index = bundle_of(std::move(content));
+  reader.check(index.has_value(), "regions",
+               [&] { return " are no partition: " + index.error().message; });
+  // Last: what is wrong by itself has a message that says more.
+  std::uint64_t said = 0;
+  reader.member(kChecksum, [&] { reader.checksum(said); });
+  reader.check(said == checksum_of(json), kChecksum,
+               [] { return " is not that of the rest: the index is damaged or was edited"; });
+  if (reader.error()) return fail(*reader.error());
   return index;
 }
 

@@ -15,16 +15,6 @@ inline constexpr std::string_view kFormat = "vantage pcd_tiles";
 inline constexpr std::uint64_t kVersion = 3;
 inline constexpr std::uint64_t kVersionWithViews = 4;  ///< if a region has view counts
 
-/// FNV-1a, 64 bit.
-class Checksum {
- public:
-  void add(char c) noexcept { value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3U; }
-  [[nodiscard]] std::uint64_t value() const noexcept { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325U;
-};
-
 /// The content of `index.json`.
 struct BundleIndex {
   MapIndex map;

@@ -1,21 +1,17 @@
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "bundle_index.hpp"
-#include "files.hpp"
+#include "partial_folder.hpp"
 #include "tile.hpp"
+#include "vantage/kit/file_content.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage::pcd_tiles {
@@ -23,226 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kIndex = "index.json";
-constexpr const char* kNewIndex = "index.json.tmp";
-constexpr const char* kMarker = ".vantage-partial";  // no label begins with '.'
-
 SourceLocation at(const fs::path& path) { return {path.string(), 0, 0}; }
-
-bool there(const fs::path& path) {
-  std::error_code ignored;
-  return fs::symlink_status(path, ignored).type() != fs::file_type::not_found;
-}
-
-Result<BundleIndex> read_index(const fs::path& root) {
-  const fs::path file = root / kIndex;
-  auto text = read_file(file);
-  if (!text) {
-    if (text.error().code != ErrorCode::not_found) return fail(std::move(text).error());
-    return fail(ErrorCode::not_found,
-                std::string("there is no bundle of region maps here: no ") + kIndex, at(root));
-  }
-  return from_json(*text, file.string());
-}
-
-Result<std::vector<std::string>> names_in(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    names.push_back(it->path().filename().string());
-  }
-  if (error) return system_error(folder, "the folder cannot be listed", error.value());
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-/// Removes files and their folder, but nothing below it. `last` is the file that identifies the
-/// folder. It is removed last, so that an interrupted removal can be continued.
-Result<void> remove_files(const fs::path& folder, std::vector<std::string> names) {
-  std::stable_partition(names.begin(), names.end(),
-                        [](const std::string& name) { return name != kIndex && name != kMarker; });
-  std::error_code error;
-  for (const std::string& name : names) {
-    fs::remove(folder / name, error);
-    if (error) return system_error(folder / name, "the file cannot be removed", error.value());
-  }
-  fs::remove(folder, error);
-  if (error) return system_error(folder, "the folder cannot be removed", error.value());
-  return {};
-}
-
-/// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is not a
-/// complete bundle, or holds a file that does not belong to the bundle.
-Result<std::vector<std::string>> files_of_bundle(const fs::path& folder) {
-  const auto keep = [&](const std::string& reason) {
-    return fail(ErrorCode::already_exists,
-                "this is not a bundle of region maps that could be replaced (" + reason +
-                    "); it is left alone",
-                at(folder));
-  };
-  const auto index = read_index(folder);
-  if (!index) return keep(to_string(index.error()));
-  std::vector<std::string> known{kIndex};
-  for (const Region& region : index->map.partition.regions()) known.push_back(tile_name(region));
-  std::sort(known.begin(), known.end());
-  VANTAGE_TRY(std::vector<std::string> names, names_in(folder));
-  for (const std::string& name : names) {
-    if (!std::binary_search(known.begin(), known.end(), name)) {
-      return keep("it also holds '" + name + "'");
-    }
-  }
-  return names;
-}
-
-/// The folder that a bundle is written into. It is created, locked, and removed again unless it is
-/// kept.
-class PartialFolder {
- public:
-  /// Errors: `already_exists` if another process writes there, or if the folder is not what such a
-  /// process left behind; `io_failure`.
-  [[nodiscard]] static Result<PartialFolder> create(const fs::path& path) {
-    if (there(path)) VANTAGE_CHECK(remove_stale(path));
-    PartialFolder folder;
-    VANTAGE_CHECK(folder.create_parents(path.parent_path()));
-    std::error_code error;
-    if (!fs::create_directory(path, error)) {
-      return system_error(path, "the folder cannot be created", error ? error.value() : EEXIST);
-    }
-    auto lock = locked(path / kMarker, O_CREAT);
-    if (!lock) {
-      ::rmdir(path.c_str());
-      return fail(std::move(lock).error());
-    }
-    folder.path_ = path;
-    folder.lock_ = *std::move(lock);
-    return folder;
-  }
-
-  PartialFolder(PartialFolder&& other) noexcept
-      : path_(std::exchange(other.path_, {})),
-        parents_(std::exchange(other.parents_, {})),
-        files_(std::exchange(other.files_, {})),
-        lock_(std::move(other.lock_)) {}
-  PartialFolder& operator=(PartialFolder&&) = delete;
-  ~PartialFolder() {
-    try {
-      if (!path_.empty()) {
-        files_.emplace_back(kMarker);
-        (void)remove_files(path_, files_);
-      }
-      std::error_code ignored;
-      for (auto parent = parents_.rbegin(); parent != parents_.rend(); ++parent) {
-        ::rmdir(parent->c_str());
-      }
-    } catch (...) {  // a destructor can do nothing more
-    }
-  }
-
-  [[nodiscard]] const fs::path& path() const noexcept { return path_; }
-
-  [[nodiscard]] Result<void> write(const std::string& name, std::string_view content) {
-    VANTAGE_TRY(OutputFile file, create_file(name));
-    VANTAGE_CHECK(file.write(content));
-    file.keep();
-    return {};
-  }
-  [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, const RegionMap& map) {
-    std::optional<OutputFile> file;  // opened at the first byte, so that a refused map leaves no
-                                     // file
-    VANTAGE_TRY(const TileInfo info, encode(map, [&](std::string_view bytes) -> Result<void> {
-                  if (!file) {
-                    VANTAGE_TRY(OutputFile created, create_file(name));
-                    file.emplace(std::move(created));
-                  }
-                  return file->write(bytes);
-                }));
-    file->keep();
-    return info;
-  }
-  /// Gives the index its name only when everything is on the disk.
-  [[nodiscard]] Result<void> finish(std::string_view index) {
-    VANTAGE_CHECK(write(kNewIndex, index));
-    VANTAGE_CHECK(flush_folder(path_));
-    files_.emplace_back(kIndex);
-    std::error_code error;
-    fs::rename(path_ / kNewIndex, path_ / kIndex, error);
-    if (!error) fs::remove(path_ / kMarker, error);
-    if (error) {
-      return system_error(path_ / kIndex, "the index cannot be put in place", error.value());
-    }
-    return {};
-  }
-  /// The folder has its final name, so this object no longer removes it.
-  void release() noexcept {
-    path_.clear();
-    parents_.clear();
-  }
-
- private:
-  PartialFolder() = default;
-
-  [[nodiscard]] Result<OutputFile> create_file(const std::string& name) {
-    files_.push_back(name);
-    return OutputFile::create(path_ / name);
-  }
-
-  [[nodiscard]] static Result<Descriptor> locked(const fs::path& marker, int flags) {
-    Descriptor file(::open(marker.c_str(), O_RDWR | O_CLOEXEC | flags, 0666));
-    if (!file.open()) return system_error(marker, "the file cannot be opened", errno);
-    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-      if (errno != EWOULDBLOCK) return system_error(marker, "the file cannot be locked", errno);
-      return fail(ErrorCode::already_exists, "another program is writing a bundle here right now",
-                  at(marker.parent_path()));
-    }
-    return file;
-  }
-
-  /// Removes what a killed run left behind: a folder marked as such, or a bundle that was about to
-  /// get its name.
-  [[nodiscard]] static Result<void> remove_stale(const fs::path& path) {
-    const auto keep = [&](const std::string& reason) {
-      return fail(
-          ErrorCode::already_exists,
-          "a bundle is written here first, but this is not what an interrupted run leaves (" +
-              reason + "); remove it or choose another root",
-          at(path));
-    };
-    std::error_code error;
-    if (fs::symlink_status(path, error).type() != fs::file_type::directory) {
-      return keep("it is no folder");
-    }
-    VANTAGE_TRY(const auto names, names_in(path));
-    const auto holds = [&](const char* name) {
-      return std::find(names.begin(), names.end(), name) != names.end();
-    };
-    Descriptor lock;
-    if (holds(kMarker)) {
-      VANTAGE_TRY(lock, locked(path / kMarker, 0));
-      for (const std::string& name : names) {
-        if (name != kMarker && name != kIndex && name != kNewIndex && !name.ends_with(".pcd")) {
-          return keep("it holds '" + name + "'");
-        }
-      }
-    } else if (!names.empty()) {
-      if (const auto bundle = files_of_bundle(path); !bundle) return keep(bundle.error().message);
-    }
-    return remove_files(path, names);
-  }
-
-  [[nodiscard]] Result<void> create_parents(const fs::path& folder) {
-    if (folder.empty() || there(folder)) return {};
-    VANTAGE_CHECK(create_parents(folder.parent_path()));
-    std::error_code error;
-    if (fs::create_directory(folder, error)) parents_.push_back(folder);
-    if (error) return system_error(folder, "the folder cannot be created", error.value());
-    return {};
-  }
-
-  fs::path path_;
-  std::vector<fs::path> parents_;   // created here, outermost first
-  std::vector<std::string> files_;  // written here
-  Descriptor lock_;
-};
 
 /// A bundle under construction.
 struct Writing {
@@ -311,7 +88,7 @@ class PcdTiles final : public MapStore {
       // Behind a symbolic link, the folder itself is replaced, not the link.
       std::error_code error;
       fs::path root = fs::weakly_canonical(root_, error);
-      if (error) return system_error(root_, "the path cannot be resolved", error.value());
+      if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
       VANTAGE_CHECK(may_write(root));
       fs::path partial = root;
       partial += ".partial";
@@ -362,14 +139,14 @@ class PcdTiles final : public MapStore {
       const fs::path partial = writing_->folder.path();
       if (there(root)) {
         VANTAGE_TRY(const auto replaced, files_of_bundle(root));
-        VANTAGE_CHECK(exchange(partial, root));
+        VANTAGE_CHECK(io::exchange(partial, root));
         writing_->folder.release();
         writing_.reset();
         // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
         (void)remove_files(partial, replaced);
         return {};
       }
-      VANTAGE_CHECK(rename_to_new(partial, root));
+      VANTAGE_CHECK(io::rename_to_new(partial, root));
       writing_->folder.release();
       writing_.reset();
       return {};
@@ -389,13 +166,13 @@ class PcdTiles final : public MapStore {
       const std::uint32_t r = region.value;
       if (r >= current->tiles.size()) return unknown_region(r, current->tiles.size());
       const fs::path file = root_ / tile_name(current->map.partition.regions()[r]);
-      auto content = read_file(file);
+      const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
       if (!content) {
-        if (content.error().code != ErrorCode::not_found) return fail(std::move(content).error());
+        if (content.error().code != ErrorCode::not_found) return fail(content.error());
         return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
                     at(file));
       }
-      return decode(*content, current->tiles[r], file.string());
+      return decode(content->view(), current->tiles[r], file.string());
     });
   }
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <span>
+
+#include "vantage/kit/checksum.hpp"
+#include "vantage/kit/numbers.hpp"
 
 namespace vantage::pcd_tiles {
 namespace {
@@ -16,11 +18,6 @@ static_assert(std::endian::native == std::endian::little, "PCD binary data is li
 
 using Coordinates = std::array<float, 3>;
 static_assert(sizeof(Coordinates) == 12);
-
-std::string shortest(double x) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
-}
 
 std::string header(const TileInfo& info) {
   const std::string n = std::to_string(info.points);
@@ -35,18 +32,14 @@ std::string header(const TileInfo& info) {
          "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA binary\n";
 }
 
-constexpr std::uint64_t kEmptyChecksum = 0xcbf29ce484222325U;
-
-/// Every step is a bijection of the state and of the word, so a single wrong word is always
-/// detected.
-/// @param data  continues where the data of `hash` ended
-std::uint64_t checksum_of(std::string_view data, std::uint64_t hash = kEmptyChecksum) noexcept {
+/// The checksum of whole words of 32 bits. @param sum  of the data before
+Fnv1a sum_of_words(std::string_view data, Fnv1a sum = {}) noexcept {
   for (std::size_t i = 0; i + 4 <= data.size(); i += 4) {
     std::uint32_t word = 0;
     std::memcpy(&word, data.data() + i, sizeof word);
-    hash = (hash ^ word) * 0x100000001b3U;
+    sum.add(word);
   }
-  return hash;
+  return sum;
 }
 
 /// The largest distance of a point from an origin along an axis [m].
@@ -97,7 +90,7 @@ class SummedSink {
   explicit SummedSink(const Sink& sink) : sink_(sink) {}
 
   [[nodiscard]] Result<void> write(std::string_view words) {
-    checksum_ = checksum_of(words, checksum_);
+    sum_ = sum_of_words(words, sum_);
     return sink_(words);
   }
   /// @param views  one count per point, or none
@@ -128,11 +121,11 @@ class SummedSink {
     last.resize(kWord, '\0');
     return write(last);
   }
-  [[nodiscard]] std::uint64_t checksum() const noexcept { return checksum_; }
+  [[nodiscard]] std::uint64_t checksum() const noexcept { return sum_.value(); }
 
  private:
   const Sink& sink_;
-  std::uint64_t checksum_ = kEmptyChecksum;
+  Fnv1a sum_;
 };
 
 /// @param data   of at least `count` points
@@ -195,7 +188,7 @@ Result<RegionMap> decode(std::string_view content, const TileInfo& info, const s
     return corrupt("there are " + std::to_string(data.size()) + " bytes of data, expected " +
                    std::to_string(data_size(info)));
   }
-  if (checksum_of(data) != info.checksum) {
+  if (sum_of_words(data).value() != info.checksum) {
     return corrupt("the data does not have the checksum that the index says: the file is damaged");
   }
   RegionMap map;

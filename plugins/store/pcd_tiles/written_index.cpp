@@ -1,10 +1,15 @@
 #include "written_index.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <tuple>
 #include <utility>
+
+#include "index_format.hpp"
+#include "vantage/kit/checksum.hpp"
 
 namespace vantage::pcd_tiles {
 namespace {
@@ -14,16 +19,105 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 bool is_white(char c) noexcept { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
-/// Takes expected tokens in order. After the first unexpected token, every call fails.
+/// The reader of what a build wrote: an Archive that takes what is expected, in order. After the
+/// first surprise all of it fails.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) noexcept : text_(text) {}
 
   [[nodiscard]] bool ok() const noexcept { return ok_; }
   [[nodiscard]] std::size_t offset() const noexcept { return at_; }
-  void refuse() noexcept { ok_ = false; }
 
-  /// Whether the next token is this one; takes it if it is.
+  template <class Visit>
+  void member(const char* key, const Visit& visit) {
+    if (!std::exchange(is_first_, false)) take(",");
+    if (!take_key(key)) ok_ = false;
+    if (ok_) visit();
+  }
+  template <class Visit>
+  bool member_if(const char* key, bool /*is_there*/, const Visit& visit) {
+    if (!ok_) return true;
+    const auto before = std::pair(at_, is_first_);
+    if (!std::exchange(is_first_, false)) take(",");
+    if (ok_ && take_key(key)) {
+      visit();
+      return true;
+    }
+    std::tie(at_, is_first_) = before;
+    return false;
+  }
+  template <class Visit>
+  void object(const Visit& visit) {
+    take("{");
+    is_first_ = true;
+    visit();
+    is_first_ = false;
+    take("}");
+  }
+  template <class Element, class Visit>
+  void list(std::vector<Element>& elements, const Visit& visit) {
+    take("[");
+    do {
+      visit(elements.emplace_back());
+    } while (ok_ && take_if(","));
+    take("]");
+  }
+  template <class Vector>
+  void numbers(Vector& v) noexcept {
+    take("[");
+    for (Eigen::Index i = 0; i < v.size(); ++i) {
+      if (i > 0) take(",");
+      v[i] = number();
+    }
+    take("]");
+  }
+  void count(std::uint64_t& value, std::uint64_t max) noexcept {
+    value = plain_number<std::uint64_t>();
+    if (value > max) ok_ = false;
+  }
+  void version(bool /*with_views*/) noexcept {
+    const auto value = plain_number<std::uint64_t>();
+    if (value != kVersion && value != kVersionWithViews) ok_ = false;
+  }
+  void checksum(std::uint64_t& value) noexcept {
+    const std::string_view digits = quoted();
+    const char* const last = digits.data() + digits.size();
+    const auto [end, error] = std::from_chars(digits.data(), last, value, 16);
+    if (error != std::errc() || end != last || digits.size() != 16) ok_ = false;
+  }
+  void text(std::string& text) {
+    const std::string_view inside = quoted();
+    if (!ok_) return;
+    const auto is_plain = [](char c) { return c >= ' ' && c <= '~' && c != '\\'; };
+    if (std::all_of(inside.begin(), inside.end(), is_plain)) {
+      text = inside;
+      return;
+    }
+    const auto value = nlohmann::json::parse("\"" + std::string(inside) + "\"", nullptr,
+                                             /*allow_exceptions=*/false);
+    if (!value.is_string()) {
+      ok_ = false;
+    } else {
+      text = value.get<std::string>();
+    }
+  }
+  template <class Reason>
+  void check(bool ok, const char* /*key*/, const Reason& /*reason*/) noexcept {
+    ok_ = ok_ && ok;
+  }
+  /// After the last member.
+  void end() noexcept {
+    take("}");
+    skip_white();
+    if (at_ != text_.size()) ok_ = false;
+  }
+  void begin() noexcept {
+    take("{");
+    is_first_ = true;
+  }
+
+ private:
+  /// Whether the next token is this one; takes it if so.
   bool take_if(std::string_view token) noexcept {
     skip_white();
     if (!ok_ || !text_.substr(at_).starts_with(token)) return false;
@@ -31,23 +125,19 @@ class Scanner {
     return true;
   }
   void take(std::string_view token) noexcept {
-    if (!take_if(token)) refuse();
+    if (!take_if(token)) ok_ = false;
   }
-  /// @param quoted  the key with its quotes
-  void key(std::string_view quoted) noexcept {
-    take(quoted);
+  /// Takes a key and its colon if they are next.
+  bool take_key(std::string_view key) noexcept {
+    skip_white();
+    const std::string_view rest = text_.substr(std::min(at_, text_.size()));
+    if (!rest.starts_with('"') || !rest.substr(1).starts_with(key) ||
+        !rest.substr(1 + key.size()).starts_with('"')) {
+      return false;
+    }
+    at_ += key.size() + 2;
     take(":");
-  }
-  /// A comma and a key.
-  void next(std::string_view quoted) noexcept {
-    take(",");
-    key(quoted);
-  }
-  /// Whether a list continues: takes the comma if it does, and the end of the list if it does not.
-  bool more() noexcept {
-    if (take_if(",")) return true;
-    take("]");
-    return false;
+    return true;
   }
 
   double number() noexcept {
@@ -55,55 +145,17 @@ class Scanner {
     if (take_if("\"-inf\"")) return -kInfinity;
     return plain_number<double>();
   }
-  std::uint64_t count(std::uint64_t max) noexcept {
-    const auto value = plain_number<std::uint64_t>();
-    if (value > max) refuse();
-    return value;
-  }
-  template <class Vector>
-  Vector numbers() noexcept {
-    Vector v;
-    take("[");
-    for (Eigen::Index i = 0; i < v.size(); ++i) {
-      if (i > 0) take(",");
-      v[i] = number();
-    }
-    take("]");
-    return v;
-  }
-  std::uint64_t checksum() noexcept {
-    const std::string_view digits = text();
-    std::uint64_t x = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x, 16);
-    if (error != std::errc() || end != digits.data() + digits.size() || digits.size() != 16) {
-      refuse();
-    }
-    return x;
-  }
-
-  /// A string without escapes.
-  std::string_view text() noexcept {
-    const std::string_view inside = quoted();
-    if (inside.find('\\') != std::string_view::npos) refuse();
-    return ok_ ? inside : std::string_view{};
-  }
-  /// The text between the quotes of a string, with its escapes unchanged.
+  /// What is between the quotes of a string, escapes as they are.
   std::string_view quoted() noexcept {
     take("\"");
     const std::size_t begin = at_;
     while (ok_ && at_ < text_.size() && text_[at_] != '"') at_ += text_[at_] == '\\' ? 2 : 1;
     if (!ok_ || at_ >= text_.size()) {
-      refuse();
+      ok_ = false;
       return {};
     }
     return text_.substr(begin, at_++ - begin);
   }
-  void end() noexcept {
-    skip_white();
-    if (at_ != text_.size()) refuse();
-  }
-
- private:
   void skip_white() noexcept {
     while (at_ < text_.size() && is_white(text_[at_])) ++at_;
   }
@@ -119,7 +171,7 @@ class Scanner {
     const char* const digits = begin != last && *begin == '-' ? begin + 1 : begin;
     const bool leading_zero = end - digits > 1 && digits[0] == '0' && is_digit(digits[1]);
     if (error != std::errc() || !is_digit(*digits) || leading_zero || !is_digit(end[-1])) {
-      refuse();
+      ok_ = false;
       return value;
     }
     at_ += static_cast<std::size_t>(end - begin);
@@ -129,106 +181,26 @@ class Scanner {
   std::string_view text_;
   std::size_t at_ = 0;
   bool ok_ = true;
+  bool is_first_ = true;  // of its object's members
 };
 
-HalfOpenBox box(Scanner& scan) {
-  HalfOpenBox result;
-  scan.take("{");
-  scan.key("\"min\"");
-  result.min = scan.numbers<Eigen::Vector2d>();
-  scan.next("\"max\"");
-  result.max = scan.numbers<Eigen::Vector2d>();
-  scan.take("}");
-  return result;
-}
-
-Footprint footprint(Scanner& scan) {
-  Footprint result;
-  scan.take("{");
-  if (scan.take_if("\"box\"")) {
-    scan.take(":");
-    result = box(scan);
-  } else if (scan.take_if("\"boxes\"")) {
-    scan.take(":");
-    scan.take("[");
-    BoxUnion shape;
-    do {
-      shape.boxes.push_back(box(scan));
-    } while (scan.ok() && scan.more());
-    result = std::move(shape);
-  } else {
-    scan.key("\"polygon\"");
-    scan.take("[");
-    ConvexPolygon shape;
-    do {
-      shape.corners.push_back(scan.numbers<Eigen::Vector2d>());
-    } while (scan.ok() && scan.more());
-    result = std::move(shape);
-  }
-  scan.take("}");
-  return result;
-}
-
-Region region(Scanner& scan, TileInfo& tile) {
-  constexpr auto kAny = std::numeric_limits<std::uint64_t>::max();
-  Region result;
-  scan.take("{");
-  scan.key("\"label\"");
-  result.label = scan.text();
-  scan.next("\"file\"");
-  if (scan.text() != tile_name(result)) scan.refuse();
-  scan.next("\"footprint\"");
-  result.footprint = footprint(scan);
-  scan.next("\"height\"");
-  const auto height = scan.numbers<Eigen::Vector2d>();
-  result.height = {height[0], height[1]};
-  scan.next("\"points\"");
-  tile.points = scan.count(kMaxPoints);
-  scan.next("\"viewpoints\"");
-  tile.viewpoints = scan.count(kMaxPoints);
-  scan.next("\"elements\"");
-  tile.elements = scan.count(kAny);
-  scan.next("\"prepared_bytes\"");
-  tile.prepared_bytes = scan.count(kMaxPreparedBytes);
-  if (tile.elements > 0 && tile.prepared_bytes == 0) scan.refuse();
-  scan.take(",");
-  if (scan.take_if("\"max_views\"")) {
-    scan.take(":");
-    tile.max_views =
-        static_cast<std::uint32_t>(scan.count(std::numeric_limits<std::uint32_t>::max()));
-    if (tile.max_views == 0 || tile.points == 0) scan.refuse();
-    scan.take(",");
-  }
-  scan.key("\"bytes\"");
-  tile.bytes = scan.count(kAny);
-  scan.next("\"origin\"");
-  tile.origin = scan.numbers<Point>();
-  if (!scan.ok() || !tile.origin.allFinite() || tile.bytes != file_size(tile)) {
-    scan.refuse();
-  }
-  scan.next("\"checksum\"");
-  tile.checksum = scan.checksum();
-  scan.take("}");
-  return result;
-}
-
-/// The checksum of the text without the white space between its tokens, followed by the end of an
-/// object.
+/// Of the text without the white space between its tokens, and an object's end behind it.
 std::uint64_t checksum_of(std::string_view text) noexcept {
-  Checksum sum;
+  Fnv1a sum;
+  const auto add = [&](char c) { sum.add(static_cast<unsigned char>(c)); };
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
-      sum.add(c);
-      if (c == '\\' && i + 1 < text.size()) sum.add(text[++i]);
+      add(c);
+      if (c == '\\' && i + 1 < text.size()) add(text[++i]);
       in_string = c != '"';
     } else if (!is_white(c)) {
-      sum.add(c);
+      add(c);
       in_string = c == '"';
     }
   }
-  sum.add('}');
+  add('}');
   return sum.value();
 }
 
@@ -236,50 +208,17 @@ std::uint64_t checksum_of(std::string_view text) noexcept {
 
 std::optional<BundleIndex> read_as_written(std::string_view text) {
   Scanner scan(text);
-  BundleIndex index;
-  std::vector<Region> regions;
-  scan.take("{");
-  scan.key("\"format\"");
-  if (scan.text() != kFormat) scan.refuse();
-  scan.next("\"version\"");
-  if (scan.count(kVersionWithViews) < kVersion) scan.refuse();
-  scan.next("\"map\"");
-  scan.take("{");
-  scan.key("\"points\"");
-  index.map.map_points = scan.count(std::numeric_limits<std::uint64_t>::max());
-  scan.next("\"bounds\"");
-  scan.take("{");
-  scan.key("\"min\"");
-  index.map.map_bounds.min = scan.numbers<Point>();
-  scan.next("\"max\"");
-  index.map.map_bounds.max = scan.numbers<Point>();
-  scan.take("}");
-  scan.take("}");
-  scan.next("\"config\"");
-  const std::string_view config = scan.quoted();
-  scan.next("\"regions\"");
-  scan.take("[");
-  do {
-    TileInfo tile;
-    regions.push_back(region(scan, tile));
-    index.tiles.push_back(tile);
-    index.map.regions.push_back(tile.summary());
-  } while (scan.ok() && scan.more());
+  IndexContent content;
+  scan.begin();
+  describe(scan, content);
   const std::size_t summed = scan.offset();
-  scan.next("\"checksum\"");
-  const std::uint64_t said = scan.checksum();
-  scan.take("}");
+  std::uint64_t said = 0;
+  scan.member(kChecksum, [&] { scan.checksum(said); });
   scan.end();
   if (!scan.ok() || said != checksum_of(text.substr(0, summed))) return std::nullopt;
-
-  const auto unescaped =
-      nlohmann::json::parse("\"" + std::string(config) + "\"", nullptr, /*allow_exceptions=*/false);
-  if (!unescaped.is_string()) return std::nullopt;
-  index.map.config = unescaped.get<std::string>();
-  auto partition = Partition::from(std::move(regions));
-  if (!partition) return std::nullopt;
-  index.map.partition = *std::move(partition);
-  return index;
+  auto index = bundle_of(std::move(content));
+  if (!index) return std::nullopt;
+  return *std::move(index);
 }
 
 }  // namespace vantage::pcd_tiles

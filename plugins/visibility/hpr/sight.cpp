@@ -11,11 +11,7 @@
 namespace vantage::hpr {
 namespace {
 
-// Larger than the rounding of distances, lengths and scalar products, relative to the largest of
-// them.
-constexpr double kRounding = 1e-13;
-
-// The children of a node that appears larger than this [rad] are looked at at once.
+// A node that appears larger than this [rad] is looked into at once.
 constexpr double kWide = 0.06;
 
 // Occluders of earlier viewpoints are put into the hull by buckets of directions, as far as needed.
@@ -27,27 +23,20 @@ constexpr DirectionBins kFineBins(16U << kFinerShift);
 // a close point hides much.
 constexpr std::size_t kFarOccluders = 32'768;
 
-// Turned leaves and nodes are kept until they use this much memory: 1.6 MB each.
-constexpr std::size_t kMostTurned = 200'000, kMostChildren = 4'000;
-
-// Before the first viewpoint, one point of each node that appears this small [rad] stands for the
-// node.
+// Before the first viewpoint, one point of each node that appears this small [rad] must do.
 constexpr double kSmall = 0.02;
 
 }  // namespace
 
 Sight::Sight(const PointOctree& octree, const Settings& settings)
-    : octree_(octree), settings_(settings), looked_at_(octree.nodes().size()) {
-  turned_.reserve(kMostTurned + 10'000);
-  children_.reserve(kMostChildren + 1'000);
-}
+    : octree_(octree), settings_(settings), turned_octree_(octree) {}
 
 void Sight::look_from(const Point& viewpoint) {
   eye_ = Eye(viewpoint, settings_);
   const PointOctree::Node& root = octree_.nodes()[0];
   slack_ = kRounding *
            ((octree_.origin() - viewpoint).norm() + (root.max - root.min).cast<double>().norm());
-  forget_turned();
+  turned_octree_.look_from(eye_, slack_);
   occlusion_.clear();
   vertices_.clear();
   coincident_.clear();
@@ -55,26 +44,10 @@ void Sight::look_from(const Point& viewpoint) {
   sort_occluders();
 }
 
-void Sight::forget_turned() {
-  ++stamp_;
-  turned_.clear();
-  children_.clear();
-}
-
 // ---- nodes
 
-Sight::Sighting Sight::sighting(const PointOctree::Node& node) const {
-  const Eigen::Vector3d offset = octree_.origin() - eye_.viewpoint();
-  const Eigen::Vector3d low = node.min.cast<double>() + offset;
-  const Eigen::Vector3d high = node.max.cast<double>() + offset;
-  const Eigen::Vector3d centre = 0.5 * (low + high);
-  const Eigen::Vector3d gap = low.cwiseMax(-high).cwiseMax(0.0);
-  return {.low = low,
-          .high = high,
-          .centre = centre,
-          .distance = centre.norm(),
-          .radius = 0.5 * (high - low).norm() + slack_,
-          .nearest = std::max(0.0, gap.norm() - slack_)};
+Sighting Sight::sighting(const PointOctree::Node& node) const {
+  return Sighting::of(node, octree_.origin(), eye_.viewpoint(), slack_);
 }
 
 // Depth first, the nearest child first, within range; `enter` is asked before a node is entered.
@@ -131,7 +104,7 @@ void Sight::fill_tile(std::uint32_t tile) {
 // ---- occluders
 
 // One point of each node that appears small, and of each leaf that does not.
-std::vector<Sight::PointRef> Sight::representatives() const {
+std::vector<PointRef> Sight::representatives() const {
   std::vector<PointRef> refs;
   const auto first_of = [&](Index at, const Sighting&) {
     while (!octree_.nodes()[at].is_leaf()) at = octree_.nodes()[at].children_first;
@@ -147,7 +120,7 @@ std::vector<Sight::PointRef> Sight::representatives() const {
   return refs;
 }
 
-std::vector<Sight::PointRef> Sight::participants() const {
+std::vector<PointRef> Sight::participants() const {
   std::vector<PointRef> refs;
   traverse([](Index, const Sighting&) { return true; },
            [&](Index leaf, const Sighting&) {
@@ -284,7 +257,7 @@ void Sight::put_in_bucket(std::uint32_t bucket) {
 
 // ---- all that is visible
 
-std::vector<Sight::PointRef> Sight::seen_refs(const Point& viewpoint) {
+std::vector<PointRef> Sight::seen_refs(const Point& viewpoint) {
   look_from(viewpoint);
   if (!start_hull()) {
     const std::vector<PointRef> all = participants();
@@ -297,7 +270,6 @@ std::vector<Sight::PointRef> Sight::seen_refs(const Point& viewpoint) {
   for (std::uint32_t b = 0; b < kBuckets.size(); ++b) put_in_bucket(b);
   traverse([&](Index, const Sighting& s) { return !surely_hidden(s); },
            [&](Index leaf, const Sighting&) {
-             if (turned_.size() > kMostTurned) forget_turned();
              for (const PointRef& ref : doubtful(leaf, [](Index) { return true; })) {
                const StarHull::Location location = put_in(ref, turned(ref.position));
                if (location.place == StarHull::Place::vertex &&
@@ -355,7 +327,7 @@ std::size_t Sight::mark_visible(const Point& viewpoint, UnknownPoints& unknown) 
 // The points of a leaf that the occlusion map does not show to be inside.
 // @param wanted  says for each position whether it is wanted
 template <class Wanted>
-std::span<const Sight::PointRef> Sight::doubtful(Index leaf, const Wanted& wanted) {
+std::span<const PointRef> Sight::doubtful(Index leaf, const Wanted& wanted) {
   doubtful_.clear();
   const PointOctree::Node& node = octree_.nodes()[leaf];
   for (Index k = node.first; k < node.last; ++k) {
@@ -388,7 +360,7 @@ bool Sight::is_visible(const PointRef& ref) {
     const bool outside = location.place == StarHull::Place::outside;
     const Eigen::Vector3d direction =
         outside ? hull_.normal(location.at).normalized() : hull_.normal_at(location.at);
-    const PointRef above = support(direction, p, ref.leaf);
+    const PointRef above = turned_octree_.support(direction, p, ref.leaf);
     if (above.position == PointOctree::kNone) {
       if (outside) {
         hull_.add(p, location);
@@ -414,13 +386,7 @@ bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
     const auto facets = hull_.facets_about(vertex);
     for (const StarHull::Index f : std::vector(facets.begin(), facets.end())) {
       const Eigen::Vector3d direction = hull_.normal(f).normalized();
-      double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
-      std::vector<PointRef> near;
-      stack_.assign(1, {std::numeric_limits<double>::infinity(), 0});
-      visit_beyond(
-          direction, floor, [&](const PointRef& other, double) { near.push_back(other); },
-          [] { return false; });
-      for (const PointRef& other : near) {
+      for (const PointRef& other : turned_octree_.as_far_as(direction, p)) {
         if (put_in(other, turned(other.position)).place == StarHull::Place::outside) grown = true;
       }
       if (!hull_.is_on_hull(vertex)) return false;
@@ -428,131 +394,6 @@ bool Sight::is_vertex_among_all(const PointRef& ref, const Point& p) {
     }
   }
   return true;
-}
-
-// A point other than p that may reach as far as p in a direction. The search goes outward from p's
-// leaf, because what occludes a point is usually close to it. It stops at the first leaf with such
-// a point and returns the point that reaches farthest.
-Sight::PointRef Sight::support(const Eigen::Vector3d& direction, const Point& p, Index own_leaf) {
-  if (turned_.size() > kMostTurned || children_.size() > kMostChildren) forget_turned();
-  double floor = direction.dot(p) - kRounding * p.lpNorm<1>();
-  PointRef farthest{PointOctree::kNone, 0};
-  const auto take = [&](const PointRef& other, double height) {
-    if (turned(other.position) == p) return;
-    floor = height;
-    farthest = other;
-  };
-  const auto found = [&] { return farthest.position != PointOctree::kNone; };
-  stack_.assign(1, {std::numeric_limits<double>::infinity(), own_leaf});
-  for (Index at = own_leaf; !found();) {
-    visit_beyond(direction, floor, take, found);
-    const Index parent = octree_.nodes()[at].parent;
-    if (parent == PointOctree::kNone) break;
-    push_children(parent, at, direction, floor);
-    at = parent;
-  }
-  return farthest;
-}
-
-// Visits points that may reach farther than `floor` in a direction, a unit vector, in the nodes on
-// the stack, until `enough` says so after a leaf. `visit` may raise the floor, and receives a bound
-// on how far the point reaches.
-template <class Visit, class Enough>
-void Sight::visit_beyond(const Eigen::Vector3d& direction, double& floor, const Visit& visit,
-                         const Enough& enough) {
-  while (!stack_.empty()) {
-    const auto [far, at] = stack_.back();
-    stack_.pop_back();
-    if (far < floor) continue;
-    const PointOctree::Node& node = octree_.nodes()[at];
-    if (!node.is_leaf()) {
-      push_children(at, PointOctree::kNone, direction, floor);
-      continue;
-    }
-    const TurnedLeaf leaf = turned_leaf(at);
-    const auto height = [&](Index k) {
-      return direction.x() * leaf.x[k] + direction.y() * leaf.y[k] + direction.z() * leaf.z[k] +
-             leaf.rounding;
-    };
-    bool any = false;
-    for (Index k = 0; k < node.size(); ++k) any |= height(k) >= floor;
-    if (!any) continue;
-    for (Index k = 0; k < node.size(); ++k) {
-      if (height(k) >= floor) visit(PointRef{node.first + k, at}, height(k));
-    }
-    if (enough()) return;
-  }
-}
-
-// Puts those children, except `but`, that may reach farther than `floor` on the stack, the farthest
-// on top.
-void Sight::push_children(Index parent, Index but, const Eigen::Vector3d& direction, double floor) {
-  const Children& c = children(parent);
-  std::array<double, 8> reach;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const double cosine = direction.x() * c.x[k] + direction.y() * c.y[k] + direction.z() * c.z[k];
-    const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    const double slanted = cosine * c.cosine[k] + sine * c.sine[k] + kRounding;
-    reach[k] = c.length[k] * (cosine >= c.cosine[k] ? 1.0 : slanted);
-  }
-  const PointOctree::Node& node = octree_.nodes()[parent];
-  const auto before = static_cast<std::ptrdiff_t>(stack_.size());
-  for (Index k = 0; k < node.children_last - node.children_first; ++k) {
-    const Index child = node.children_first + k;
-    if (child != but && reach[k] >= floor) stack_.emplace_back(reach[k], child);
-  }
-  std::sort(stack_.begin() + before, stack_.end());
-}
-
-const Sight::Children& Sight::children(Index parent) {
-  LookedAt& looked_at = looked_at_[parent];
-  if (looked_at.stamp != stamp_) {
-    looked_at = {stamp_, static_cast<std::uint32_t>(children_.size())};
-    Children& c = children_.emplace_back();
-    const PointOctree::Node& node = octree_.nodes()[parent];
-    for (Index k = 0; k < 8; ++k) {
-      c.x[k] = c.y[k] = c.z[k] = c.sine[k] = 0.0;
-      c.cosine[k] = -1.0;
-      c.length[k] = -std::numeric_limits<double>::infinity();
-      if (node.children_first + k >= node.children_last) continue;
-      const Sighting s = sighting(octree_.nodes()[node.children_first + k]);
-      if (s.nearest > settings_.max_range) continue;
-      c.length[k] = eye_.turned_length(s.nearest) * (1.0 + kRounding);
-      if (!(s.radius < s.distance)) continue;
-      const Eigen::Vector3d toward = s.centre / s.distance;
-      c.x[k] = toward.x();
-      c.y[k] = toward.y();
-      c.z[k] = toward.z();
-      c.sine[k] = s.radius / s.distance;
-      c.cosine[k] = std::sqrt(1.0 - c.sine[k] * c.sine[k]);
-    }
-  }
-  return children_[looked_at.place];
-}
-
-Sight::TurnedLeaf Sight::turned_leaf(Index leaf) {
-  const PointOctree::Node& node = octree_.nodes()[leaf];
-  const std::size_t size = node.size();
-  LookedAt& looked_at = looked_at_[leaf];
-  if (looked_at.stamp != stamp_) {
-    looked_at = {stamp_, static_cast<std::uint32_t>(turned_.size())};
-    turned_.resize(turned_.size() + 1 + 3 * size);
-    double* const x = turned_.data() + looked_at.place + 1;
-    double longest = 0.0;
-    for (std::size_t k = 0; k < size; ++k) {
-      const Point p = eye_.relative(octree_.points()[node.first + k]);
-      const bool takes_part = eye_.takes_part(p.squaredNorm());
-      const Point t = takes_part ? eye_.turned(p, p.norm())
-                                 : Point::Constant(std::numeric_limits<double>::quiet_NaN());
-      x[k] = t.x();
-      x[size + k] = t.y();
-      x[2 * size + k] = t.z();
-      if (takes_part) longest = std::max(longest, t.lpNorm<1>());
-    }
-    x[-1] = kRounding * longest;
-  }
-  const double* const block = turned_.data() + looked_at.place;
-  return {.rounding = block[0], .x = block + 1, .y = block + 1 + size, .z = block + 1 + 2 * size};
 }
 
 }  // namespace vantage::hpr

@@ -12,17 +12,15 @@
 #include <tuple>
 #include <vector>
 
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
-using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point,
-    vantage::PointsView, vantage::Result, vantage::VisibilityLimits, vantage::VisibilityOperator,
-    vantage::VisibilityScene;
+using vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point, vantage::PointsView,
+    vantage::Result, vantage::VisibilityLimits, vantage::VisibilityScene;
 
 constexpr double kDefaultAlpha = 100.0;  // Sec. 3.2.2
-constexpr double kMaxRadius = 1e12;      // [m]; with a larger R, 2R - |p| is rounded to more than
-                                         // 0.1 mm
 
 // Squared [m^2]: 1.5e-154 m is the least distance whose square is a normal number.
 constexpr double kAtViewpoint = std::numeric_limits<double>::min();
@@ -134,9 +132,7 @@ class Scene final : public VisibilityScene {
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
-      if (!viewpoint.allFinite()) {
-        return fail(ErrorCode::invalid_input, "the viewpoint has a coordinate that is not finite");
-      }
+      VANTAGE_CHECK(vantage::check_viewpoints({&viewpoint, 1}));
       VANTAGE_TRY(const auto seen, seen_places(viewpoint, taking_part(viewpoint)));
       return places_.points_at(seen);
     });
@@ -201,66 +197,32 @@ class Scene final : public VisibilityScene {
   double max_squared_;
 };
 
-/// Hidden point removal as computed by Open3D.
-class HiddenPointRemoval final : public VisibilityOperator {
- public:
-  struct Params {
-    double alpha = kDefaultAlpha;  // of Eq. 6
+/// Hidden point removal as Open3D computes it.
+struct Params {
+  double alpha = kDefaultAlpha;  // of Eq. 6
 
-    static constexpr auto schema() {
-      return std::tuple{vantage::optional(
-          "alpha", &Params::alpha, "", "R = alpha * diagonal of the map",
-          vantage::between(1.0, 1e6), vantage::Source{"Eq. 6", "Yagi et al. 2026, Sec. 2.3"})};
-    }
-  };
-
-  explicit HiddenPointRemoval(const Params& params) noexcept : params_(params) {}
-
-  [[nodiscard]] static Result<std::unique_ptr<VisibilityOperator>> create(const Params& params) {
-    return std::make_unique<HiddenPointRemoval>(params);
+  static constexpr auto schema() {
+    return std::tuple{vantage::optional(
+        "alpha", &Params::alpha, "", "R = alpha * diagonal of the map", vantage::between(1.0, 1e6),
+        vantage::Source{"Eq. 6", "Yagi et al. 2026, Sec. 2.3"})};
   }
 
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
-      PointsView map, const VisibilityLimits& limits) const noexcept override {
-    return vantage::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
-      VANTAGE_CHECK(check_map(map, limits));
-      const double diagonal = limits.map_bounds.diagonal();
-      const double radius = params_.alpha * diagonal;  // Eq. 6
-      // No point of the map is farther than the diagonal from a viewpoint within the map's bounds.
-      const double reach = std::min(diagonal, limits.max_range);
-      if (!(radius >= reach && radius <= kMaxRadius)) {
-        return fail(
-            ErrorCode::invalid_input,
-            "the radius R is " + std::to_string(radius) + " m; it must be at least " +
-                std::to_string(reach) +
-                " m, the reach of the sensor or the diagonal of the map, and at most 1e12 m");
-      }
-      return std::make_unique<Scene>(map, radius, limits.max_range);
-    });
+      PointsView map, const VisibilityLimits& limits) const {
+    VANTAGE_CHECK(check_map(map, limits));
+    const double radius = alpha * limits.map_bounds.diagonal();  // Eq. 6
+    VANTAGE_CHECK(vantage::check_flip_radius(radius, limits));
+    return std::make_unique<Scene>(map, radius, limits.max_range);
   }
 
- private:
   [[nodiscard]] static Result<void> check_map(PointsView map, const VisibilityLimits& limits) {
-    VANTAGE_CHECK(vantage::check_points(map, "the map"));
-    if (map.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) / 2) {
-      return fail(ErrorCode::invalid_input, "too many points for Qhull");
-    }
-    if (!(limits.max_range > 0.0)) {
-      return fail(ErrorCode::invalid_input, "max_range must be > 0 m");
-    }
-    const Bounds3& bounds = limits.map_bounds;
-    const Bounds3 needed = vantage::bounds_of(map);
-    if (!((bounds.min.array() <= needed.min.array()).all() &&
-          (bounds.max.array() >= needed.max.array()).all())) {
-      return fail(ErrorCode::invalid_input, "map_bounds does not enclose every point of the map");
-    }
-    return {};
+    VANTAGE_CHECK(vantage::check_map_in_bounds(map, limits));
+    if (map.size() <= static_cast<std::size_t>(std::numeric_limits<int>::max()) / 2) return {};
+    return fail(ErrorCode::invalid_input, "too many points for Qhull");
   }
-
-  Params params_;
 };
 
 }  // namespace
 
-VANTAGE_PLUGIN(vantage::VisibilityOperator, HiddenPointRemoval, "hpr_open3d",
+VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::VisibilityOperatorOf<Params>, "hpr_open3d",
                "hidden point removal by Open3D, for comparison and tests only");

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -8,42 +7,16 @@
 #include <utility>
 #include <vector>
 
-#include "point_buckets.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/index_set.hpp"
+#include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/point_grid.hpp"
+#include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
-using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point,
-    vantage::PointBuckets, vantage::PointsView, vantage::Result, vantage::VisibilityLimits,
-    vantage::VisibilityOperator, vantage::VisibilityProgress, vantage::VisibilityScene;
-
-/// A set of points of one map, with one bit each.
-class PointSet {
- public:
-  explicit PointSet(std::size_t map_size) : words_((map_size + 63) / 64) {}
-
-  /// Precondition: i is not in the set.
-  void insert(std::uint32_t i) {
-    words_[i / 64] |= std::uint64_t{1} << (i % 64);
-    ++size_;
-  }
-
-  [[nodiscard]] IndexList ascending() const {
-    IndexList indices;
-    indices.reserve(size_);
-    for (std::size_t w = 0; w < words_.size(); ++w) {
-      for (std::uint64_t rest = words_[w]; rest != 0; rest &= rest - 1) {
-        const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
-        indices.push_back(static_cast<std::uint32_t>(64 * w + bit));
-      }
-    }
-    return indices;
-  }
-
- private:
-  std::vector<std::uint64_t> words_;
-  std::size_t size_ = 0;
-};
+using vantage::Bounds3, vantage::IndexList, vantage::Point, vantage::PointGrid, vantage::PointsView,
+    vantage::Result, vantage::VisibilityLimits, vantage::VisibilityProgress,
+    vantage::VisibilityScene;
 
 /// Bounds on |p - q| for any p in `a` and q in `b`: axis by axis, at least `gap` and at most
 /// `span`. Rounding never changes the order of differences, squares, sums and roots, so the bounds
@@ -71,7 +44,7 @@ class Scene final : public VisibilityScene {
  public:
   Scene(PointsView map, double max_range)
       : VisibilityScene(map.size()), map_(map), max_range_(max_range) {
-    if (std::isfinite(max_range)) buckets_.emplace(map, std::max(kWidth, max_range / kAcross));
+    if (std::isfinite(max_range)) grid_.emplace(map, std::max(kWidth, max_range / kAcross));
   }
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
@@ -82,26 +55,21 @@ class Scene final : public VisibilityScene {
       std::span<const Point> viewpoints,
       const VisibilityProgress* progress) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
-      for (const Point& viewpoint : viewpoints) {
-        if (!viewpoint.allFinite()) {
-          return fail(ErrorCode::invalid_input, "a viewpoint has a coordinate that is not finite");
-        }
-      }
+      VANTAGE_CHECK(vantage::check_viewpoints(viewpoints));
       if (viewpoints.empty()) return IndexList{};
-      IndexList kept = buckets_ ? seen_within_range({viewpoints.begin(), viewpoints.end()})
-                                : seen_without_limit(map_, viewpoints);
-      // The loop runs over points, not viewpoints, so all viewpoints are done only now.
+      IndexList kept = grid_ ? seen_within_range({viewpoints.begin(), viewpoints.end()})
+                             : seen_without_limit(map_, viewpoints);
+      // Points were gone through, not viewpoints: all of them are done only now.
       if (progress != nullptr) progress->advanced(viewpoints.size());
       return kept;
     });
   }
 
  private:
-  static constexpr double kWidth = 2.0;    // of a bucket [m], at least
-  static constexpr double kAcross = 16.0;  // buckets in a range, at most
+  static constexpr double kWidth = 2.0;    // of a cell [m], at least
+  static constexpr double kAcross = 16.0;  // cells in a range, at most
 
-  /// Which viewpoints see points of a bucket: one sees all of them, or each of `undecided` may see
-  /// some.
+  /// Who sees points of a cell: one all of them, or each of `undecided` perhaps some.
   struct Sight {
     bool of_all = false;
     std::vector<Point> undecided = {};
@@ -109,13 +77,19 @@ class Scene final : public VisibilityScene {
 
   [[nodiscard]] IndexList seen_within_range(std::vector<Point> viewpoints) const {
     const Bounds3 around = vantage::bounds_of(viewpoints);
-    PointSet kept(map_.size());
-    for (const PointBuckets::Bucket& bucket : buckets_->all()) {
-      if (!in_range(gap(bucket.bounds, around))) continue;
-      Sight sight = sight_of(bucket.bounds, viewpoints);
-      if (!sight.of_all && sight.undecided.empty()) continue;
-      for (const std::uint32_t i : buckets_->indices(bucket)) {
-        if (sight.of_all || seen_from_any(map_[i], sight.undecided)) kept.insert(i);
+    vantage::IndexSet kept(map_.size());
+    IndexList some;
+    for (const PointGrid::Cell& cell : grid_->cells()) {
+      if (!in_range(gap(cell.bounds, around))) continue;
+      Sight sight = sight_of(cell.bounds, viewpoints);
+      if (sight.of_all) {
+        kept.add(grid_->indices(cell));
+      } else if (!sight.undecided.empty()) {
+        some.clear();
+        for (const std::uint32_t i : grid_->indices(cell)) {
+          if (seen_from_any(map_[i], sight.undecided)) some.push_back(i);
+        }
+        kept.add(some);
       }
     }
     return kept.ascending();
@@ -152,31 +126,21 @@ class Scene final : public VisibilityScene {
 
   PointsView map_;
   double max_range_;
-  std::optional<PointBuckets> buckets_;  // none without a limit
+  std::optional<PointGrid> grid_;  // none without a limit
 };
 
 /// Every point within reach is observable: the wide-area map as the paper's baseline.
-class KeepAll final : public VisibilityOperator {
- public:
-  using Params = vantage::NoParams;
-
-  [[nodiscard]] static Result<std::unique_ptr<VisibilityOperator>> create(const Params&) {
-    return std::make_unique<KeepAll>();
-  }
+struct Params {
+  static constexpr auto schema() { return vantage::NoParams::schema(); }
 
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
-      PointsView map, const VisibilityLimits& limits) const noexcept override {
-    return vantage::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
-      VANTAGE_CHECK(vantage::check_points(map, "the map"));
-      if (!(limits.max_range > 0.0)) {
-        return fail(ErrorCode::invalid_input, "max_range must be > 0 m");
-      }
-      return std::make_unique<Scene>(map, limits.max_range);
-    });
+      PointsView map, const VisibilityLimits& limits) const {
+    VANTAGE_CHECK(vantage::check_map(map, limits));
+    return std::make_unique<Scene>(map, limits.max_range);
   }
 };
 
 }  // namespace
 
-VANTAGE_PLUGIN(vantage::VisibilityOperator, KeepAll, "keep_all",
+VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::VisibilityOperatorOf<Params>, "keep_all",
                "every point within the sensor's reach (the wide-area map)");

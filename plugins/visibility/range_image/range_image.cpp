@@ -3,11 +3,8 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <span>
@@ -15,55 +12,31 @@
 #include <vector>
 
 #include "depth_image.hpp"
-#include "point_cells.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/index_set.hpp"
+#include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/point_grid.hpp"
+#include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
-using vantage::Bounds3, vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point,
-    vantage::PointsView, vantage::Result, vantage::VisibilityLimits, vantage::VisibilityOperator,
-    vantage::VisibilityProgress, vantage::VisibilityScene;
+using vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::IndexSet, vantage::Point,
+    vantage::PointsView, vantage::Result, vantage::VisibilityLimits, vantage::VisibilityProgress,
+    vantage::VisibilityScene;
 using vantage::range_image::DepthImage, vantage::range_image::Occlusion,
-    vantage::range_image::PointCells, vantage::range_image::Sensor, vantage::range_image::Spot;
+    vantage::range_image::Sensor, vantage::range_image::Spot;
 
 constexpr double kCellWidth = 2.0;     // [m], at least
 constexpr double kCellsAcross = 16.0;  // in a range, at most
 
-/// A set of points of one map, with one bit each. Several threads may insert at once.
-class SeenPoints {
- public:
-  explicit SeenPoints(std::size_t map_size) : words_((map_size + 63) / 64) {}
-
-  [[nodiscard]] bool contains(std::uint32_t i) const noexcept {
-    return (words_[i / 64].load(std::memory_order_relaxed) >> (i % 64) & 1U) != 0;
-  }
-  void insert(std::uint32_t i) noexcept {
-    words_[i / 64].fetch_or(std::uint64_t{1} << (i % 64), std::memory_order_relaxed);
-  }
-
-  [[nodiscard]] IndexList ascending() const {
-    IndexList indices;
-    for (std::size_t w = 0; w < words_.size(); ++w) {
-      for (std::uint64_t rest = words_[w]; rest != 0; rest &= rest - 1) {
-        const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
-        indices.push_back(static_cast<std::uint32_t>(64 * w + bit));
-      }
-    }
-    return indices;
-  }
-
- private:
-  std::vector<std::atomic<std::uint64_t>> words_;
-};
-
-/// Memory that a thread allocates once and uses for one viewpoint after another.
+/// What one viewpoint after another needs, so that a thread asks for memory once.
 struct Workspace {
   struct Candidate {
     std::uint32_t index, pixel;
     float range;
   };
   DepthImage image;
-  std::vector<Candidate> candidates = {};  // what only other points can hide
+  std::vector<Candidate> candidates = {};  // what nothing but other points can hide
+  IndexList seen = {};
 };
 
 class Scene final : public VisibilityScene {
@@ -77,9 +50,9 @@ class Scene final : public VisibilityScene {
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
-      VANTAGE_CHECK(check({&viewpoint, 1}));
+      VANTAGE_CHECK(vantage::check_viewpoints({&viewpoint, 1}));
       Workspace workspace = make_workspace();
-      SeenPoints seen(map_.size());
+      IndexSet seen(map_.size());
       look_from(viewpoint, workspace, seen);
       return seen.ascending();
     });
@@ -89,8 +62,8 @@ class Scene final : public VisibilityScene {
       std::span<const Point> viewpoints,
       const VisibilityProgress* progress) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {
-      VANTAGE_CHECK(check(viewpoints));
-      SeenPoints seen(map_.size());
+      VANTAGE_CHECK(vantage::check_viewpoints(viewpoints));
+      IndexSet seen(map_.size());
       tbb::enumerable_thread_specific<Workspace> workspaces([this] { return make_workspace(); });
       tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t k) {
         look_from(viewpoints[k], workspaces.local(), seen);
@@ -101,21 +74,13 @@ class Scene final : public VisibilityScene {
   }
 
  private:
-  [[nodiscard]] static Result<void> check(std::span<const Point> viewpoints) {
-    for (const Point& viewpoint : viewpoints) {
-      if (!viewpoint.allFinite()) {
-        return fail(ErrorCode::invalid_input, "a viewpoint has a coordinate that is not finite");
-      }
-    }
-    return {};
-  }
-
   [[nodiscard]] Workspace make_workspace() const { return {.image = {sensor_, occlusion_}}; }
 
-  void look_from(const Point& viewpoint, Workspace& workspace, SeenPoints& seen) const {
-    auto& [image, candidates] = workspace;
+  void look_from(const Point& viewpoint, Workspace& workspace, IndexSet& seen) const {
+    auto& [image, candidates, seen_here] = workspace;
     image.clear();
     candidates.clear();
+    seen_here.clear();
     cells_.for_each_near(viewpoint, sensor_.max_range, [&](std::uint32_t i) {
       const auto spot = image.locate(map_[i] - viewpoint);
       if (!spot) return;
@@ -124,112 +89,91 @@ class Scene final : public VisibilityScene {
     });
     image.finish();
     for (const auto& candidate : candidates) {
-      if (image.sees(candidate.pixel, candidate.range)) seen.insert(candidate.index);
+      if (image.sees(candidate.pixel, candidate.range)) seen_here.push_back(candidate.index);
     }
+    seen.add(seen_here);
   }
 
   PointsView map_;
   Sensor sensor_;
   Occlusion occlusion_;
-  PointCells cells_;
+  vantage::PointGrid cells_;
 };
 
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
-/// A spinning LiDAR's range image of the map, in which points are as large as their spacing.
-class RangeImage final : public VisibilityOperator {
- public:
-  struct Params {
-    std::uint32_t rings = 64;
-    double lowest_elevation = -24.9;  // [deg]
-    double highest_elevation = 2.0;   // [deg]
-    double azimuth_resolution = 0.2;  // [deg]
-    double min_range = 0.5;           // [m]
-    double point_spacing = 0.1;       // [m]
-    double tolerance = 0.3;           // [m]
-    double relative_tolerance = 0.0;
+/// A spinning LiDAR's range image of the map, with points as large as their spacing.
+struct Params {
+  std::uint32_t rings = 64;
+  double lowest_elevation = -24.9;  // [deg]
+  double highest_elevation = 2.0;   // [deg]
+  double azimuth_resolution = 0.2;  // [deg]
+  double min_range = 0.5;           // [m]
+  double point_spacing = 0.1;       // [m]
+  double tolerance = 0.3;           // [m]
+  double relative_tolerance = 0.0;
 
-    static constexpr auto schema() {
-      using vantage::between, vantage::non_negative, vantage::optional, vantage::Source;
-      return std::tuple{
-          optional("rings", &Params::rings, "",
-                   "rows of the image, spread evenly from lowest_elevation to highest_elevation",
-                   between(1, 2048)),
-          optional("lowest_elevation", &Params::lowest_elevation, "deg",
-                   "lower end of the field of view; what is below is neither seen nor occludes",
-                   between(-90.0, 90.0)),
-          optional("highest_elevation", &Params::highest_elevation, "deg",
-                   "upper end of the field of view; what is above is neither seen nor occludes",
-                   between(-90.0, 90.0)),
-          optional("azimuth_resolution", &Params::azimuth_resolution, "deg",
-                   "width of a pixel, or what comes next to it and divides the full turn",
-                   between(0.02, 90.0)),
-          optional("min_range", &Params::min_range, "m",
-                   "what is nearer is neither seen nor occludes", non_negative),
-          optional("point_spacing", &Params::point_spacing, "m",
-                   "distance of neighbouring points of the map on a surface: each covers a square "
-                   "of this width, so that none is seen through the gaps",
-                   non_negative),
-          optional("tolerance", &Params::tolerance, "m",
-                   "how far behind the nearest point of its pixel a point is still seen",
-                   non_negative, Source{"", "Biasutti et al. 2019"}),
-          optional("relative_tolerance", &Params::relative_tolerance, "",
-                   "and how much farther, times the distance of that point", non_negative)};
-    }
-
-    [[nodiscard]] Result<void> validate() const {
-      if (highest_elevation - lowest_elevation < 0.1) {
-        return vantage::fail_at(
-            {"highest_elevation", "lowest_elevation"},
-            "'highest_elevation' must be at least 0.1 deg above 'lowest_elevation'");
-      }
-      return {};
-    }
-  };
-
-  explicit RangeImage(const Params& params) noexcept : params_(params) {}
-
-  [[nodiscard]] static Result<std::unique_ptr<VisibilityOperator>> create(const Params& params) {
-    return std::make_unique<RangeImage>(params);
+  static constexpr auto schema() {
+    using vantage::between, vantage::non_negative, vantage::optional, vantage::Source;
+    return std::tuple{
+        optional("rings", &Params::rings, "",
+                 "rows of the image, spread evenly from lowest_elevation to highest_elevation",
+                 between(1, 2048)),
+        optional("lowest_elevation", &Params::lowest_elevation, "deg",
+                 "lower end of the field of view; what is below is neither seen nor occludes",
+                 between(-90.0, 90.0)),
+        optional("highest_elevation", &Params::highest_elevation, "deg",
+                 "upper end of the field of view; what is above is neither seen nor occludes",
+                 between(-90.0, 90.0)),
+        optional("azimuth_resolution", &Params::azimuth_resolution, "deg",
+                 "width of a pixel, or what comes next to it and divides the full turn",
+                 between(0.02, 90.0)),
+        optional("min_range", &Params::min_range, "m",
+                 "what is nearer is neither seen nor occludes", non_negative),
+        optional("point_spacing", &Params::point_spacing, "m",
+                 "distance of neighbouring points of the map on a surface: each covers a square "
+                 "of this width, so that none is seen through the gaps",
+                 non_negative),
+        optional("tolerance", &Params::tolerance, "m",
+                 "how far behind the nearest point of its pixel a point is still seen",
+                 non_negative, Source{"", "Biasutti et al. 2019"}),
+        optional("relative_tolerance", &Params::relative_tolerance, "",
+                 "and how much farther, times the distance of that point", non_negative)};
   }
 
-  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
-      PointsView map, const VisibilityLimits& limits) const noexcept override {
-    return vantage::guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
-      VANTAGE_CHECK(check_map(map, limits));
-      const Sensor sensor{
-          .rings = params_.rings,
-          .columns = static_cast<std::uint32_t>(std::round(360.0 / params_.azimuth_resolution)),
-          .lowest = radians(params_.lowest_elevation),
-          .highest = radians(params_.highest_elevation),
-          .min_range = params_.min_range,
-          .max_range = limits.max_range};
-      const Occlusion occlusion{.point_spacing = params_.point_spacing,
-                                .tolerance = params_.tolerance,
-                                .relative_tolerance = params_.relative_tolerance};
-      return std::make_unique<Scene>(map, sensor, occlusion);
-    });
-  }
-
- private:
-  [[nodiscard]] Result<void> check_map(PointsView map, const VisibilityLimits& limits) const {
-    VANTAGE_CHECK(vantage::check_points(map, "the map"));
-    if (!(limits.max_range > 0.0 && limits.max_range >= params_.min_range)) {
-      return fail(ErrorCode::invalid_input, "max_range must be > 0 m and not below min_range");
-    }
-    const Bounds3& bounds = limits.map_bounds;
-    const Bounds3 needed = vantage::bounds_of(map);
-    if (!((bounds.min.array() <= needed.min.array()).all() &&
-          (bounds.max.array() >= needed.max.array()).all())) {
-      return fail(ErrorCode::invalid_input, "map_bounds does not enclose every point of the map");
+  [[nodiscard]] Result<void> validate() const {
+    if (highest_elevation - lowest_elevation < 0.1) {
+      return vantage::fail_at(
+          {"highest_elevation", "lowest_elevation"},
+          "'highest_elevation' must be at least 0.1 deg above 'lowest_elevation'");
     }
     return {};
   }
 
-  Params params_;
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const {
+    VANTAGE_CHECK(check_map(map, limits));
+    const Sensor sensor{
+        .rings = rings,
+        .columns = static_cast<std::uint32_t>(std::round(360.0 / azimuth_resolution)),
+        .lowest = radians(lowest_elevation),
+        .highest = radians(highest_elevation),
+        .min_range = min_range,
+        .max_range = limits.max_range};
+    const Occlusion occlusion{.point_spacing = point_spacing,
+                              .tolerance = tolerance,
+                              .relative_tolerance = relative_tolerance};
+    return std::make_unique<Scene>(map, sensor, occlusion);
+  }
+
+  [[nodiscard]] Result<void> check_map(PointsView map, const VisibilityLimits& limits) const {
+    VANTAGE_CHECK(vantage::check_map_in_bounds(map, limits));
+    if (limits.max_range >= min_range) return {};
+    return fail(ErrorCode::invalid_input, "max_range must be > 0 m and not below min_range");
+  }
 };
 
 }  // namespace
 
-VANTAGE_PLUGIN(vantage::VisibilityOperator, RangeImage, "range_image",
+VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::VisibilityOperatorOf<Params>, "range_image",
                "what a spinning LiDAR would see: the nearest points of each pixel of its image");

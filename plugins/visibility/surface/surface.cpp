@@ -14,21 +14,13 @@
 
 #include "elements.hpp"
 #include "sight.hpp"
-#include "vantage/plugin.hpp"
+#include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/visibility_checks.hpp"
 
 namespace vantage::surface {
 namespace {
 
 constexpr double kRadian = std::numbers::pi / 180.0;
-
-Result<void> check_viewpoints(std::span<const Point> viewpoints) {
-  for (const Point& viewpoint : viewpoints) {
-    if (!viewpoint.allFinite()) {
-      return fail(ErrorCode::invalid_input, "a viewpoint has a coordinate that is not finite");
-    }
-  }
-  return {};
-}
 
 class Scene final : public VisibilityScene {
  public:
@@ -83,65 +75,45 @@ class Scene final : public VisibilityScene {
   mutable tbb::enumerable_thread_specific<Sight> sights_;
 };
 
-/// Surface elements that appear bright enough through what is in front of them.
-class Surface final : public VisibilityOperator {
- public:
-  struct Params {
-    double faintest = -35.0;
-    double point_spacing = 0.12;
-    double thickness = 0.075;
+/// Surface elements that appear bright enough through what stands before them.
+struct Params {
+  double faintest = -35.0;
+  double point_spacing = 0.12;
+  double thickness = 0.075;
 
-    static constexpr auto schema() {
-      return std::tuple{
-          optional("faintest", &Params::faintest, "dB",
-                   "a surface element is seen if 0.09 m^2 of it appear at a size at least so much "
-                   "above 1 square degree, less what is hidden: lower values see more",
-                   between(-200.0, 30.0)),
-          optional("point_spacing", &Params::point_spacing, "m",
-                   "distance between neighbouring points on the map's surfaces; an element is 2.5 "
-                   "times as wide",
-                   between(0.01, 10.0)),
-          optional("thickness", &Params::thickness, "m",
-                   "how thick surfaces are in the map, with its noise: thicker elements are "
-                   "clutter and count less",
-                   between(1e-3, 10.0)),
-      };
-    }
-  };
-
-  explicit Surface(const Params& params) noexcept : params_(params) {}
-
-  [[nodiscard]] static Result<std::unique_ptr<VisibilityOperator>> create(const Params& params) {
-    return std::make_unique<Surface>(params);
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("faintest", &Params::faintest, "dB",
+                 "a surface element is seen if 0.09 m^2 of it appear at a size at least so much "
+                 "above 1 square degree, less what is hidden: lower values see more",
+                 between(-200.0, 30.0)),
+        optional("point_spacing", &Params::point_spacing, "m",
+                 "distance between neighbouring points on the map's surfaces; an element is 2.5 "
+                 "times as wide",
+                 between(0.01, 10.0)),
+        optional("thickness", &Params::thickness, "m",
+                 "how thick surfaces are in the map, with its noise: thicker elements are "
+                 "clutter and count less",
+                 between(1e-3, 10.0)),
+    };
   }
 
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
-      PointsView map, const VisibilityLimits& limits) const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
-      VANTAGE_CHECK(check_points(map, "the map"));
-      if (!(limits.max_range > 0.0)) {
-        return fail(ErrorCode::invalid_input, "max_range must be > 0 m");
-      }
-      const Bounds3 needed = bounds_of(map);
-      if (!(limits.map_bounds.min.array() <= needed.min.array()).all()) {
-        return fail(ErrorCode::invalid_input, "map_bounds does not enclose every point of the map");
-      }
-      // Anchored at the map, so that the origin of the map's frame does not matter.
-      VANTAGE_TRY(auto elements, Elements::of(map, limits.map_bounds.min, params_.point_spacing));
-      return std::make_unique<Scene>(
-          map, std::move(elements),
-          Settings{.min_size = std::pow(10.0, 0.1 * params_.faintest) * kRadian * kRadian,
-                   .thickness = params_.thickness,
-                   .max_range = limits.max_range});
-    });
+      PointsView map, const VisibilityLimits& limits) const {
+    VANTAGE_CHECK(check_map_in_bounds(map, limits));
+    // Anchored at the map: where its frame has its origin does not matter.
+    VANTAGE_TRY(auto elements, Elements::of(map, limits.map_bounds.min, point_spacing));
+    return std::make_unique<Scene>(
+        map, std::move(elements),
+        Settings{.min_size = std::pow(10.0, 0.1 * faintest) * kRadian * kRadian,
+                 .thickness = thickness,
+                 .max_range = limits.max_range});
   }
-
- private:
-  Params params_;
 };
 
 }  // namespace
 }  // namespace vantage::surface
 
-VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::surface::Surface, "surface",
+VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::VisibilityOperatorOf<vantage::surface::Params>,
+               "surface",
                "surface elements that appear bright enough through what stands before them");

@@ -40,9 +40,9 @@ std::map<std::string, std::string> outcomes(const fs::path& plugin, const fs::pa
 TEST_CASE("every clause is broken by its own plugin and by no other") {
   std::size_t clauses = 0;
   std::ostringstream table;
-  for (std::size_t k = 0; k < kPluginKinds; ++k) {
-    const auto kind = static_cast<PluginKind>(k);
-    const std::string kind_name = to_string(kind);
+  for_each_kind([&](const auto& traits) {
+    const PluginKind kind = traits.kind;
+    const std::string kind_name = traits.name;
     const fs::path params = fs::path(CONTRACT_PARAMS_DIR) / (kind_name + ".toml");
     std::vector<std::string> ids;
     for (const conformance::Clause& clause : conformance::clauses_of(kind)) {
@@ -69,7 +69,7 @@ TEST_CASE("every clause is broken by its own plugin and by no other") {
       }
       table << '\n';
     }
-  }
+  });
   std::cout << table.str() << '\n' << clauses << " clauses, " << clauses << " broken plugins\n";
   CHECK(clauses >= 35);
 }
@@ -106,16 +106,13 @@ TEST_CASE("docs/contracts.md lists the clauses, word for word") {
           "no such line for the claim " << p.key);
     }
   };
-  keep_claims(describe<conformance::PartitionerClaims>());
-  keep_claims(describe<conformance::GroundClaims>());
-  keep_claims(describe<conformance::VisibilityClaims>());
-  keep_claims(describe<conformance::StoreClaims>());
-  keep_claims(describe<conformance::MatcherClaims>());
-  for (std::size_t kind = 0; kind < kPluginKinds; ++kind) {
-    for (const auto& clause : conformance::clauses_of(static_cast<PluginKind>(kind))) {
+  for_each_kind([&]<class Interface>(const Kind<Interface>& kind) {
+    constexpr auto kAt = static_cast<std::size_t>(kind_of<Interface>());
+    keep_claims(describe<std::variant_alternative_t<kAt, conformance::Claims>>());
+    for (const auto& clause : conformance::clauses_of(kind.kind)) {
       kept.insert("| " + std::string(clause.id) + " | " + std::string(clause.text) + " |");
     }
-  }
+  });
   for (const std::string& line : kept) CHECK_MESSAGE(listed.contains(line), "missing: " << line);
   for (const std::string& line : listed)
     CHECK_MESSAGE(kept.contains(line), "no such clause: " << line);

@@ -255,15 +255,14 @@ nlohmann::ordered_json to_json(const Subject& subject, const std::vector<ClauseR
 
 Result<void> list_clauses(const Options& options) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (std::size_t kind = 0; kind < kPluginKinds; ++kind) {
-    const auto name = to_string(static_cast<PluginKind>(kind));
-    for (const Clause& clause : conformance::clauses_of(static_cast<PluginKind>(kind))) {
+  for_each_kind([&](const auto& kind) {
+    for (const Clause& clause : conformance::clauses_of(kind.kind)) {
       const bool common = clause.id.starts_with('C');
-      if (common && kind > 0) continue;
+      if (common && kind.kind != PluginKind{}) continue;  // listed with the first kind
       all.push_back(
-          {{"id", clause.id}, {"kind", common ? "every kind" : name}, {"text", clause.text}});
+          {{"id", clause.id}, {"kind", common ? "every kind" : kind.name}, {"text", clause.text}});
     }
-  }
+  });
   if (options.json) {
     std::cout << all.dump(2) << '\n';
   } else {

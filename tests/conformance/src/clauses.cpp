@@ -1,23 +1,10 @@
 #include "clauses.hpp"
 
 namespace vantage::conformance {
-namespace {
-
-std::span<const Clause> own_clauses(PluginKind kind) {
-  switch (kind) {
-    case PluginKind::partitioner: return partitioner_clauses();
-    case PluginKind::ground: return ground_clauses();
-    case PluginKind::visibility: return visibility_clauses();
-    case PluginKind::store: return store_clauses();
-    case PluginKind::matcher: return matcher_clauses();
-  }
-  return {};
-}
-
-}  // namespace
-
 std::vector<Clause> clauses_of(PluginKind kind) {
-  const auto common = common_clauses(), own = own_clauses(kind);
+  const auto common = common_clauses();
+  const auto own = with_kind(
+      kind, []<class Interface>(const Kind<Interface>&) { return own_clauses<Interface>(); });
   std::vector<Clause> all(common.begin(), common.end());
   all.insert(all.end(), own.begin(), own.end());
   return all;

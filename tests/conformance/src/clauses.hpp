@@ -15,10 +15,8 @@ void check_fails(const Result<T>& result, ErrorCode code) {
 }
 
 [[nodiscard]] std::span<const Clause> common_clauses();
-[[nodiscard]] std::span<const Clause> partitioner_clauses();
-[[nodiscard]] std::span<const Clause> ground_clauses();
-[[nodiscard]] std::span<const Clause> visibility_clauses();
-[[nodiscard]] std::span<const Clause> store_clauses();
-[[nodiscard]] std::span<const Clause> matcher_clauses();
+/// The clauses of one kind of plugin; each kind's file defines its own.
+template <class Interface>
+[[nodiscard]] std::span<const Clause> own_clauses();
 
 }  // namespace vantage::conformance

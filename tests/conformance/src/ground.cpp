@@ -321,6 +321,9 @@ constexpr std::array kClauses{
 
 }  // namespace
 
-std::span<const Clause> ground_clauses() { return kClauses; }
+template <>
+std::span<const Clause> own_clauses<GroundFilter>() {
+  return kClauses;
+}
 
 }  // namespace vantage::conformance

@@ -607,6 +607,9 @@ constexpr std::array kClauses{
 
 }  // namespace
 
-std::span<const Clause> matcher_clauses() { return kClauses; }
+template <>
+std::span<const Clause> own_clauses<ScanMatcher>() {
+  return kClauses;
+}
 
 }  // namespace vantage::conformance

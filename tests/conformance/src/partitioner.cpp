@@ -201,6 +201,9 @@ constexpr std::array kClauses{
 
 }  // namespace
 
-std::span<const Clause> partitioner_clauses() { return kClauses; }
+template <>
+std::span<const Clause> own_clauses<Partitioner>() {
+  return kClauses;
+}
 
 }  // namespace vantage::conformance

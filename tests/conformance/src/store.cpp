@@ -594,6 +594,9 @@ constexpr std::array kClauses{
 
 }  // namespace
 
-std::span<const Clause> store_clauses() { return kClauses; }
+template <>
+std::span<const Clause> own_clauses<MapStore>() {
+  return kClauses;
+}
 
 }  // namespace vantage::conformance

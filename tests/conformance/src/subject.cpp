@@ -12,21 +12,15 @@ struct ParamsFile {
   }
 };
 
-template <class T>
-Result<Claims> claims_of_type(const Table& table) {
-  VANTAGE_TRY(T claims, parse<T>(table));
-  return Claims(claims);
-}
-
+/// The alternatives of `Claims` are in the order of the kinds.
 Result<Claims> claims_of(PluginKind kind, const Table& table) {
-  switch (kind) {
-    case PluginKind::partitioner: return claims_of_type<PartitionerClaims>(table);
-    case PluginKind::ground: return claims_of_type<GroundClaims>(table);
-    case PluginKind::visibility: return claims_of_type<VisibilityClaims>(table);
-    case PluginKind::store: return claims_of_type<StoreClaims>(table);
-    case PluginKind::matcher: return claims_of_type<MatcherClaims>(table);
-  }
-  return fail(ErrorCode::internal, "no such kind");
+  static_assert(std::variant_size_v<Claims> == kPluginKinds);
+  return with_kind(kind, [&]<class Interface>(const Kind<Interface>&) -> Result<Claims> {
+    constexpr auto kAt = static_cast<std::size_t>(kind_of<Interface>());
+    using OfKind = std::variant_alternative_t<kAt, Claims>;
+    VANTAGE_TRY(OfKind claims, parse<OfKind>(table));
+    return Claims(std::move(claims));
+  });
 }
 
 void replace_folder(Value& value, const std::string& folder) {

@@ -551,6 +551,9 @@ constexpr std::array kClauses{
 
 }  // namespace
 
-std::span<const Clause> visibility_clauses() { return kClauses; }
+template <>
+std::span<const Clause> own_clauses<VisibilityOperator>() {
+  return kClauses;
+}
 
 }  // namespace vantage::conformance

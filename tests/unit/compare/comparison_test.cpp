@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "compare/page.hpp"
@@ -28,17 +29,17 @@ Result<Comparison> compared(const std::vector<TinyScan>& a, const std::vector<Ti
 TEST_CASE("means, difference and share are those of the paired scans, by hand") {
   // Pairs: 2, 3, 4 s; at 4 s B is lost, so its error does not count.
   const auto c = compared({{.stamp = "1", .error_m = "9"},
-                           {.stamp = "2", .error_m = "0.02", .T_align_ms = "4"},
-                           {.stamp = "3", .error_m = "0.04", .T_align_ms = "6"},
-                           {.stamp = "4", .error_m = "0.05", .T_align_ms = "8"}},
-                          {{.stamp = "2.0000000001", .error_m = "0.03", .T_align_ms = "1"},
-                           {.stamp = "3", .error_m = "0.01", .T_align_ms = "1"},
-                           {.stamp = "4", .tracking = "lost", .error_m = "7", .T_align_ms = "1"},
+                           {.stamp = "2", .error_m = "0.02", .align_ms = "4"},
+                           {.stamp = "3", .error_m = "0.04", .align_ms = "6"},
+                           {.stamp = "4", .error_m = "0.05", .align_ms = "8"}},
+                          {{.stamp = "2.0000000001", .error_m = "0.03", .align_ms = "1"},
+                           {.stamp = "3", .error_m = "0.01", .align_ms = "1"},
+                           {.stamp = "4", .tracking = "lost", .error_m = "7", .align_ms = "1"},
                            {.stamp = "5"}});
   REQUIRE_MESSAGE(c, to_string(c.error()));
   CHECK(pairing_text(*c) == "3 scans in both; only in A: 1 (1 s); only in B: 1 (5 s)");
   const Compared& error = c->quantities.front();
-  CHECK(error.column == "error_m");
+  CHECK(error.metric->key == "error_m");
   CHECK(error.pairs.size() == 2);
   CHECK(error.mean_a == doctest::Approx(3.0));
   CHECK(error.mean_b == doctest::Approx(2.0));
@@ -46,12 +47,17 @@ TEST_CASE("means, difference and share are those of the paired scans, by hand") 
   CHECK(*error.share_better == doctest::Approx(0.5));
   CHECK(error.interval.low == doctest::Approx(-3.0));  // of two values, a resample may be all one
   CHECK(error.interval.high == doctest::Approx(1.0));
-  const Compared& time = c->quantities[2];
-  CHECK(time.column == "T_align_ms");
+  const auto found = std::find_if(c->quantities.begin(), c->quantities.end(),
+                                  [](const Compared& q) { return q.metric->key == "align_ms"; });
+  REQUIRE(found != c->quantities.end());
+  const Compared& time = *found;
+  CHECK(time.metric->key == "align_ms");
   CHECK(time.pairs.size() == 3);
   CHECK(time.difference == doctest::Approx(-5.0));
   CHECK(*time.share_better == 1.0);
-  CHECK(c->lost == std::array<std::size_t, 2>{0, 1});
+  CHECK(c->counts.front().metric->key == "lost");
+  CHECK(c->counts.front().a == 0);
+  CHECK(c->counts.front().b == 1);
   const auto json = to_json(*c);
   CHECK(json["quantities"]["error_m"]["difference"] == error.difference);
   CHECK(json["stamps_only_in_b"] == nlohmann::ordered_json{5.0});

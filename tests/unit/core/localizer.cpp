@@ -34,8 +34,9 @@ struct World {
   }
 
   [[nodiscard]] Localizer localizer(const LocalizerParams& params = {}) const {
-    auto opened = Localizer::open(test::in_process<test::MemoryStore, MapStore>(memory),
-                                  test::in_process<test::TruthMatcher, ScanMatcher>(truth), params);
+    auto opened = Localizer::open(
+        Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
+        test::in_process<test::TruthMatcher, ScanMatcher>(truth), params);
     REQUIRE_MESSAGE(opened, to_string(opened.error()));
     return *std::move(opened);
   }
@@ -227,6 +228,49 @@ TEST_CASE("a scan that switches maps and is found by the search in the new one h
   CHECK(found.switched);
 }
 
+TEST_CASE("the keys of the search are what it goes by") {
+  /// Scans of a turned sensor 3 m away: how many of twelve look for it, and whether it is found.
+  struct Searched {
+    int scans = 0;
+    bool found = false;
+  };
+  const auto search = [](const LocalizerParams& params, double away, double yaw) {
+    const World world;
+    world.truth->reach = 1.0;
+    Localizer localizer = world.localizer(params);
+    REQUIRE(localizer.start(at_x(1)));
+    for (int i = 0; i < 3; ++i) world.at(localizer, 0.1 * i, 1.0);
+    Searched searched;
+    world.truth->T_map_scan = pose_from_xyz_rpy({1.0 + away, 0, 1}, {0, 0, yaw});
+    for (int i = 0; i < 12 && !searched.found; ++i) {
+      const ScanReport report = localizer.localize({1.0 + 0.1 * i, world.scan, {}}).value();
+      searched.scans += report.seconds_search > 0.0 ? 1 : 0;
+      searched.found = report.recovered;
+    }
+    return searched;
+  };
+  LocalizerParams params;
+  CHECK(search(params, 3.0, M_PI).found);
+  params.search_headings = 1;
+  CHECK(search(params, 3.0, 0.0).found);
+  CHECK_FALSE(search(params, 3.0, M_PI).found);
+  params = {};
+  params.search_nvtl_share = 1.1;
+  CHECK_FALSE(search(params, 3.0, M_PI).found);
+  params = {};
+  params.search_spacing = 100.0;  // one place for a whole strip
+  CHECK_FALSE(search(params, 6.0, M_PI).found);
+
+  params = {};
+  params.recovery_radius = 4.0;
+  CHECK(search(params, 9.0, M_PI).scans == 4);  // the 1st, 4th, 8th and 12th
+  params.search_pause = 1;
+  CHECK(search(params, 9.0, M_PI).scans == 12);
+  params.search_pause = 4;
+  params.search_first_radius = 0.5;
+  CHECK(search(params, 9.0, M_PI).scans == 6);  // 0.5, 1, 2 and 4 m, then the 8th and 12th
+}
+
 TEST_CASE("recovery_radius bounds the search; 0 is none") {
   for (const double radius : {0.0, 12.0}) {
     const World world;
@@ -349,8 +393,9 @@ TEST_CASE("a bundle whose regions are all empty is refused") {
       test::Strips(2).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
   memory->index.regions.resize(2);
   const auto opened = Localizer::open(
-      test::in_process<test::MemoryStore, MapStore>(memory),
-      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {});
+      Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
+      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()),
+      LocalizerParams{});
   CHECK(opened.error().message == "no region of the bundle holds any point");
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "vantage/evaluation/evaluation.hpp"
+#include "vantage/evaluation/metrics.hpp"
 
 using namespace vantage;
 
@@ -17,14 +18,22 @@ Statistics constant(double x) {
   return s;
 }
 
+void set(RunSummary& summary, std::string_view key, const Statistics& s) {
+  summary.of_metrics.resize(metrics().size());
+  summary.of_metrics[static_cast<std::size_t>(find_metric(key) - metrics().data())] = s;
+}
+
 RouteRun route(double error_m, std::size_t lost) {
   RouteRun run;
   run.summary.scans = 200;
-  run.summary.lost = lost;
-  run.summary.error_m = constant(error_m);
-  run.summary.coverage = constant(0.9);
-  run.summary.align_ms = constant(1.5);
-  run.summary.held_bytes = 12'000'000;
+  Statistics count;
+  count.count = 200;
+  count.sum = static_cast<double>(lost);
+  set(run.summary, "lost", count);
+  set(run.summary, "error_m", constant(error_m));
+  set(run.summary, "coverage", constant(0.9));
+  set(run.summary, "align_ms", constant(1.5));
+  set(run.summary, "held_bytes", constant(12e6));
   return run;
 }
 
@@ -34,15 +43,16 @@ EvaluatedConfig config(const std::string& name, std::vector<RouteRun> routes) {
   c.routes = std::move(routes);
   c.region_points = constant(1000);
   c.index.map_points = 4000;
+  c.index.regions = {{.points = 1000}};
   c.bundle_bytes = 3'000'000;
   return c;
 }
 
 GateResult judge_one(const std::string& text, const EvaluatedConfig& c,
-                     const EvaluatedConfig* baseline = nullptr) {
+                     const EvaluatedConfig* excess_over = nullptr) {
   const auto gates = parse_gates(text);
   REQUIRE_MESSAGE(gates, gates.error().message);
-  const auto results = judge(*gates, c, {"a"}, baseline);
+  const auto results = judge(*gates, c, {"a"}, excess_over);
   REQUIRE(results.size() == 1);
   return results.front();
 }
@@ -102,21 +112,21 @@ TEST_CASE("gates: values are measured in the gate's unit, and a limit is kept wh
 TEST_CASE("gates: what cannot be measured does not pass") {
   EvaluatedConfig c = config("c", {route(0.004, 0)});
   CHECK_FALSE(judge_one("excess=1m", c).holds);
-  CHECK_FALSE(judge_one("over_opponents=1m", c).holds);
-  c.routes.front().summary.error_m = {};
+  CHECK_FALSE(judge_one("over_baselines=1m", c).holds);
+  set(c.routes.front().summary, "error_m", {});
   CHECK_FALSE(judge_one("error=1m", c).holds);
   CHECK_FALSE(judge_one("error=1m", c).value.has_value());
   CHECK(to_string(judge_one("error=1m", c)) == "error not measured <= 1 m on a");
 }
 
-TEST_CASE("gates: excess over the baseline, and over the best opponent") {
+TEST_CASE("gates: excess over a configuration, and over the best baseline") {
   EvaluatedConfig c = config("c", {route(0.004, 0)});
-  const EvaluatedConfig baseline = config("wide", {route(0.003, 0)});
-  CHECK(*judge_one("excess=1cm", c, &baseline).value == doctest::Approx(0.1));
-  c.opponents.push_back({"random", {route(0.0035, 0)}});
-  c.opponents.push_back({"voxel", {route(0.0025, 0)}});
-  CHECK(*judge_one("over_opponents=1mm", c).value == doctest::Approx(1.5));
-  CHECK_FALSE(judge_one("over_opponents=1mm", c).holds);
+  const EvaluatedConfig wide = config("wide", {route(0.003, 0)});
+  CHECK(*judge_one("excess=1cm", c, &wide).value == doctest::Approx(0.1));
+  c.baselines.push_back({"random", {route(0.0035, 0)}});
+  c.baselines.push_back({"voxel", {route(0.0025, 0)}});
+  CHECK(*judge_one("over_baselines=1mm", c).value == doctest::Approx(1.5));
+  CHECK_FALSE(judge_one("over_baselines=1mm", c).holds);
 }
 
 TEST_CASE("gates: on every route; what belongs to the maps once; one configuration if so said") {
@@ -135,7 +145,43 @@ TEST_CASE("gates: on every route; what belongs to the maps once; one configurati
 
 TEST_CASE("gates: the help has a line for every metric") {
   const std::string help = gate_help();
-  for (const char* name : {"error ", "excess", "over_opponents", "lost", "stall", "memory"}) {
+  for (const char* name : {"error ", "excess", "over_baselines", "lost", "stall", "held"}) {
     CHECK_MESSAGE(help.find(name) != std::string::npos, name);
   }
+  for (const Metric& metric : metrics()) {
+    CHECK_MESSAGE(help.find("  " + std::string(name_in_gates(metric)) + " ") != std::string::npos,
+                  metric.key);
+  }
+}
+
+TEST_CASE("gates: each metric has its statistics, and the names of before still count") {
+  EvaluatedConfig c = config("c", {route(0.004, 3)});
+  Statistics s = constant(0.02);
+  s.p95 = 0.05;
+  set(c.routes.front().summary, "error_m", s);
+  CHECK(*judge_one("error_p95=9cm", c).value == doctest::Approx(5.0));
+  CHECK(*judge_one("error_mean=9cm", c).value == doctest::Approx(2.0));
+  CHECK(judge_one("T_align_p95=2ms", c).gate.metric == "align_p95");
+  CHECK(judge_one("rotation=1deg", c).gate.metric == "error");
+  CHECK(parse_gates("NVTL=1,blocking=0,over_opponents=0cm"));
+  CHECK_FALSE(parse_gates("lost_p95=1"));  // counts have no percentiles
+}
+
+TEST_CASE("gates: a bundle without points has no size that a gate could be measured on") {
+  EvaluatedConfig c = config("prepared", {route(0.004, 0)});
+  c.index.regions = {{.elements = 4659}};
+  c.region_points = {};
+  CHECK_FALSE(c.reduction());
+  for (const char* text : {"reduction=99%", "points=10", "map_points=10", "reduction_used=1%",
+                           "lcp=0", "map_points_p95=10"}) {
+    CAPTURE(text);
+    const auto checked = check_measurable(parse_gates(text).value(), "prepared", c.index);
+    REQUIRE_FALSE(checked);
+    CHECK(checked.error().message.starts_with("gate '" + std::string(text) +
+                                              "': the bundle of 'prepared' stores no points"));
+  }
+  CHECK(check_measurable(parse_gates("error=1cm,bytes=1MB").value(), "prepared", c.index));
+  CHECK(check_measurable(parse_gates("other:reduction=99%").value(), "prepared", c.index));
+  c.index.regions = {{.points = 1000}};
+  CHECK(check_measurable(parse_gates("reduction=99%").value(), "prepared", c.index));
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "vantage/overloaded.hpp"
+
 namespace vantage {
 namespace {
 
@@ -299,14 +301,16 @@ TEST_CASE("locate and nearest agree with their definitions for regions of every 
       check({offset + 1.3 * place(random), offset + 1.3 * place(random)});
     }
     for (const Region& region : partition.regions()) {  // where rounding matters
-      if (const auto* shape = std::get_if<HalfOpenBox>(&region.footprint)) {
-        check(shape->min);
-        check(shape->max);
-        check({shape->max.x(), shape->min.y()});
-      } else {
-        for (const Vector2d& corner : std::get<ConvexPolygon>(region.footprint).corners)
-          check(corner);
-      }
+      std::visit(Overloaded{[&](const HalfOpenBox& shape) {
+                              check(shape.min);
+                              check(shape.max);
+                              check({shape.max.x(), shape.min.y()});
+                            },
+                            [&](const ConvexPolygon& shape) {
+                              for (const Vector2d& corner : shape.corners) check(corner);
+                            },
+                            [](const BoxUnion&) { FAIL("no such region here"); }},
+                 region.footprint);
     }
     CHECK(inside > 1000);
   }

@@ -11,8 +11,8 @@
 
 namespace vantage {
 
-/// A set of indices with one bit each. Joining what many viewpoints see costs little, even if each
-/// of them sees only a small part of a large map.
+/// A set of indices, one bit each: joining what many viewpoints see costs little even where they
+/// see little of a large map. It is here, not in the kit, because core joins what is seen, too.
 class IndexSet {
  public:
   /// @param limit  larger than every index
@@ -33,8 +33,12 @@ class IndexSet {
     }
   }
 
+  /// May run while threads add: then an index that is being added may be missed.
   [[nodiscard]] bool contains(std::uint32_t index) const noexcept {
-    return (words_[index / kBits] >> (index % kBits) & 1U) != 0;
+    // A std::atomic_ref takes no const object, though it only reads here.
+    auto& word = const_cast<std::uint64_t&>(words_[index / kBits]);
+    const std::uint64_t bits = std::atomic_ref(word).load(std::memory_order_relaxed);
+    return (bits >> (index % kBits) & 1U) != 0;
   }
 
   [[nodiscard]] std::size_t size() const noexcept {

@@ -29,9 +29,12 @@ class VANTAGE_API Bundle {
   /// is not installed.
   [[nodiscard]] static Result<Bundle> open(const std::filesystem::path& place,
                                            const PluginLoader& plugins);
-  /// Opens the bundle that [store] of a configuration names.
-  /// @param job  what needs the bundle, for the error if there is no [store]: "exporting"
-  /// Errors: a missing table or plugin, or a wrong parameter; errors of the store.
+  /// Opens the bundle that [store] of a configuration names, if it was built as the configuration
+  /// says. What the configuration leaves out may be anything; so may [matcher], [localizer], the
+  /// place of the bundle and all paths, which do not change what a bundle holds.
+  /// @param job  what needs it, for the error if there is no [store]: "exporting"
+  /// Errors: a missing table or plugin, a wrong parameter; those of the store; `invalid_config` for
+  /// a bundle that was built otherwise, with the key and both values.
   [[nodiscard]] static Result<Bundle> open(const Config& config, const PluginLoader& plugins,
                                            std::string_view job);
   /// Uses a store that was opened elsewhere.

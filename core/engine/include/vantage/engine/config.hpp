@@ -135,7 +135,8 @@ struct Config {
   std::optional<StoreConfig> store;
   std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
-  std::string file;  ///< the file it was read from
+  std::string file;  ///< where it was read
+  Table written;     ///< the text, `--set` included; empty if a program made the configuration
 
   static constexpr auto schema() {
     return std::tuple{

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "vantage/api.hpp"
+#include "vantage/engine/bundle.hpp"
 #include "vantage/engine/confidence.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/localizer_params.hpp"
@@ -58,13 +59,15 @@ struct ScanReport {
 /// Not thread safe: use one object per robot.
 class VANTAGE_API Localizer {
  public:
-  /// Opens the bundle.
-  /// Errors: those of MapStore::index; `invalid_input` for a bundle without points.
-  [[nodiscard]] static Result<Localizer> open(PluginPtr<MapStore> store,
-                                              PluginPtr<ScanMatcher> matcher,
+  /// Errors: `invalid_input` for a bundle without points.
+  [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                               const LocalizerParams& params);
-  /// Opens what a configuration names: its [store] and [matcher], with its [localizer].
-  /// Errors: as above; a missing table or plugin, or a wrong parameter.
+  /// The same with the [matcher] and the [localizer] of a configuration.
+  /// Errors: those of above; a missing table or plugin, or a wrong parameter.
+  [[nodiscard]] static Result<Localizer> open(Bundle bundle, const Config& config,
+                                              const PluginLoader& plugins);
+  /// The same with the bundle that the configuration names. Errors: those of above and of
+  /// Bundle::open.
   [[nodiscard]] static Result<Localizer> open(const Config& config, const PluginLoader& plugins);
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;

@@ -21,6 +21,14 @@ struct LocalizerParams {
   double max_correction = 2.0;
   std::uint32_t confirming_scans = 2;
   std::optional<double> recovery_radius;
+  double search_first_radius = 4.0;
+  std::uint32_t search_pause = 4;
+  double search_spacing = 2.0;
+  std::uint32_t search_headings = 36;
+  std::uint32_t search_scored_points = 120;
+  std::uint32_t search_starts = 150;
+  std::uint32_t search_aligned_points = 500;
+  double search_nvtl_share = 0.8;
   bool prefetch = true;
   double prefetch_time = 3.0;
   double prefetch_distance = 5.0;
@@ -54,6 +62,32 @@ struct LocalizerParams {
         optional("recovery_radius", &LocalizerParams::recovery_radius, "m",
                  "how far a lost sensor is looked for around its last pose; 0: not at all; "
                  "unlimited if left out",
+                 non_negative),
+        optional("search_first_radius", &LocalizerParams::search_first_radius, "m",
+                 "a sensor is looked for in a circle of this radius at its first lost scan, and in "
+                 "one twice as large at each lost scan after it, up to recovery_radius",
+                 positive),
+        optional("search_pause", &LocalizerParams::search_pause, "",
+                 "once the circle is as large as it gets, the search runs at every n-th lost scan",
+                 at_least(1)),
+        optional("search_spacing", &LocalizerParams::search_spacing, "m",
+                 "the search tries places this far apart, and half as far in circles below 10 m",
+                 positive),
+        optional("search_headings", &LocalizerParams::search_headings, "",
+                 "the search tries this many headings at each place", at_least(1)),
+        optional("search_scored_points", &LocalizerParams::search_scored_points, "",
+                 "the search scores this many points of the scan at each place and heading",
+                 at_least(1)),
+        optional("search_starts", &LocalizerParams::search_starts, "",
+                 "the search aligns the scan from this many of the places with the best score",
+                 at_least(1)),
+        optional("search_aligned_points", &LocalizerParams::search_aligned_points, "",
+                 "the search aligns this many points of the scan from there, and the whole scan "
+                 "from the best five poses that follow",
+                 at_least(1)),
+        optional("search_nvtl_share", &LocalizerParams::search_nvtl_share, "",
+                 "a place counts as found if the nearest-voxel likelihood there is this share of "
+                 "its usual value",
                  non_negative),
         optional("prefetch", &LocalizerParams::prefetch, "",
                  "region maps are loaded in the background before they are needed"),

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "vantage/kit/file_system.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::io {
@@ -27,6 +28,11 @@ class OutputFile {
   /// Appends, through a buffer. Errors: `io_failure`; `invalid_input` after commit().
   [[nodiscard]] Result<void> write(std::string_view content);
 
+  /// Brings everything that was written to the disk, still under the temporary name: of several
+  /// files that belong together, all are finished before the first is committed.
+  /// Errors: those of write.
+  [[nodiscard]] Result<void> finish();
+
   /// Puts the file in place; call once, at the end.
   /// Errors: `io_failure`, also for a write that failed earlier; nothing is left behind in that
   /// case.
@@ -39,7 +45,7 @@ class OutputFile {
   void discard() noexcept;
 
   std::filesystem::path path_, temporary_;
-  int descriptor_ = -1;  // open exactly as long as this object must remove the temporary file
+  Descriptor descriptor_;  // open exactly as long as the temporary file is ours to remove
   std::string buffer_;
   std::optional<Error> failure_;
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "vantage/kit/file_system.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::io {
@@ -19,19 +20,19 @@ struct FileContent {
   [[nodiscard]] std::string_view view() const noexcept { return {bytes.get(), size}; }
 };
 
-/// A regular, non-empty file that is open for reading, or bytes in memory in place of a file.
+/// A regular file, open for reading; or bytes in memory that stand for one.
 class InputFile {
  public:
+  enum class Empty : bool { refuse, accept };
+
   /// `expected` completes "expected ..." in messages.
-  /// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file.
+  /// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file
+  /// that is to be refused.
   [[nodiscard]] static Result<InputFile> open(const std::filesystem::path& path,
-                                              std::string_view expected);
-  /// @param bytes  must outlive the object
-  /// @param name   used in errors
+                                              std::string_view expected,
+                                              Empty empty = Empty::refuse);
+  /// The bytes must outlive it. @param name  for errors
   [[nodiscard]] static InputFile of_memory(std::string_view bytes, std::string name);
-  InputFile(InputFile&& other) noexcept;
-  InputFile& operator=(InputFile&&) = delete;
-  ~InputFile();
 
   /// The path by which it was opened.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
@@ -48,20 +49,18 @@ class InputFile {
   [[nodiscard]] Result<FileContent> content() const;
 
  private:
-  InputFile(int descriptor, std::size_t size, std::string name) noexcept;
+  InputFile(Descriptor descriptor, std::size_t size, std::string name) noexcept;
 
-  int descriptor_;  // none for bytes in memory
+  Descriptor descriptor_;  // none for bytes in memory
   std::size_t size_;
   std::string name_;
   const char* memory_ = nullptr;
 };
 
-/// Reads a regular, non-empty file in one go; `expected` completes "expected ..." in messages.
-/// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file.
+/// Reads a regular file in one go; `expected` completes "expected ..." in messages.
+/// Errors: those of InputFile::open and InputFile::content.
 [[nodiscard]] Result<FileContent> read_file(const std::filesystem::path& path,
-                                            std::string_view expected);
-
-/// The system's message for an errno value.
-[[nodiscard]] std::string system_message(int error_number);
+                                            std::string_view expected,
+                                            InputFile::Empty empty = InputFile::Empty::refuse);
 
 }  // namespace vantage::io

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "vantage/api.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -21,48 +21,63 @@ struct PlanCell {
   friend auto operator<=>(const PlanCell&, const PlanCell&) = default;
 };
 
-/// Square cells anchored at the origin of the frame, so that cells of neighbouring maps fit
-/// together: edge(i) <= x < edge(i + 1), and the same in y. Neighbouring cells share the same
-/// number as their edge.
-class VANTAGE_API PlanRaster {
+/// How wide cells are, and what an error calls that.
+struct CellWidth {
+  double value;          ///< [m], > 0
+  std::string_view key;  ///< of the parameter: "cell_size"
+};
+
+/// Square cells of one width. A cell owns the places from its corner (included) to that of its
+/// upper right neighbour (not included), and a corner is one point for all four cells: each
+/// coordinate is rounded once, so no compiler flag changes it.
+class PlanRaster {
  public:
+  /// Cells anchored at the origin of the frame, so that cells of neighbouring maps fit.
   /// @param bounds     what the cells must cover [m]; not empty, finite
   /// @param cell_size  [m], > 0
   /// Errors: `invalid_input` if the index of a cell would reach 2^31, or if a cell is not wider
   /// than the rounding of coordinates.
   [[nodiscard]] static Result<PlanRaster> over(const Bounds3& bounds, double cell_size);
+  /// The same with the corner of cell (0, 0) at `origin` [m].
+  [[nodiscard]] static Result<PlanRaster> over(const Bounds3& bounds, const CellWidth& width,
+                                               const Eigen::Vector2d& origin);
 
   [[nodiscard]] double cell_size() const noexcept { return cell_size_; }
-  /// The coordinate where cell i begins [m].
-  [[nodiscard]] double edge(std::int64_t i) const noexcept;
-  /// Precondition: xy lies within the bounds.
+  /// The lower left corner of cell (i, j) [m].
+  [[nodiscard]] Eigen::Vector2d corner(std::int64_t i, std::int64_t j) const noexcept {
+    return {edge(0, i), edge(1, j)};
+  }
+  /// The cell that owns a place. Precondition: xy lies within the bounds.
   [[nodiscard]] PlanCell cell_of(const Eigen::Vector2d& xy) const noexcept;
   /// [m]
   [[nodiscard]] Eigen::Vector2d centre(const PlanCell& cell) const noexcept;
 
  private:
-  explicit PlanRaster(double cell_size) noexcept : cell_size_(cell_size) {}
+  PlanRaster(double cell_size, const Eigen::Vector2d& origin) noexcept
+      : cell_size_(cell_size), origin_(origin) {}
+  [[nodiscard]] double edge(Eigen::Index axis, std::int64_t i) const noexcept;
+
   double cell_size_;
+  Eigen::Vector2d origin_;
 };
 
-/// The cells that hold at least one point, sorted by rows.
-/// Precondition: all points lie within the raster's bounds.
-[[nodiscard]] VANTAGE_API std::vector<PlanCell> occupied_cells(PointsView points,
-                                                               const PlanRaster& raster);
+/// The cells that hold at least one point, by rows. Precondition: all points lie within the
+/// raster's bounds.
+[[nodiscard]] std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster);
 
 struct OwnedCell {
   PlanCell cell;
   std::uint32_t region = 0;
 };
 
-/// Makes a partition. Region r has the label labels[r] and consists of the cells that name r. Cells
-/// are joined into few boxes: runs of a row, and equal runs of successive rows. A region of one box
-/// is a HalfOpenBox. The result does not depend on the order of `cells`.
-/// Errors: `invalid_input` for a cell that is named twice, a region without a label or without a
-/// cell, and what Partition::from refuses.
-[[nodiscard]] VANTAGE_API Result<Partition> partition_of_cells(const PlanRaster& raster,
-                                                               std::vector<OwnedCell> cells,
-                                                               std::span<const std::string> labels);
+/// The partition whose region r is called labels[r] and consists of the cells that name it. Cells
+/// are joined into few boxes: runs of a row, and equal runs of successive rows; a region of one box
+/// is a HalfOpenBox. Does not depend on the order of `cells`.
+/// Errors: `invalid_input` for a cell that is named twice, a region without a label or a cell, and
+/// what Partition::from refuses.
+[[nodiscard]] Result<Partition> partition_of_cells(const PlanRaster& raster,
+                                                   std::vector<OwnedCell> cells,
+                                                   std::span<const std::string> labels);
 
 /// A straight segment, in plan view, that a region grows around; both ends may be the same place
 /// [m].
@@ -89,11 +104,11 @@ struct NearestParams {
 /// @param map     N points [m]; borrowed
 /// @param seeds   at least one; finite
 /// @param labels  of the regions that the seeds name
-/// Errors: `invalid_input` for what check_points and PlanRaster::over refuse; for no seed, a seed
-/// that is not finite, or a seed without a label; for more than 100 million cells; for labels that
-/// are not unique or not safe in a file name.
-[[nodiscard]] VANTAGE_API Result<Partition> partition_by_nearest(
-    PointsView map, std::span<const Seed> seeds, std::span<const std::string> labels,
-    const NearestParams& params);
+/// Errors: `invalid_input` for what check_points and PlanRaster::over refuse, no seed or one that
+/// is not finite or names no label, more than 100 million cells, and labels that are not file-safe
+/// or not unique.
+[[nodiscard]] Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> seeds,
+                                                     std::span<const std::string> labels,
+                                                     const NearestParams& params);
 
 }  // namespace vantage

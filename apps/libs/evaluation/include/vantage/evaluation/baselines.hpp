@@ -51,14 +51,14 @@ struct Reach {
 /// The `count` candidates nearest to a viewpoint; result as above.
 [[nodiscard]] IndexList radius_crop(const Reach& candidates, std::size_t count);
 
-/// The region maps of a store, and other maps with as many points, which each thinning chooses from
-/// what the sensor can reach. The other maps of a region are made when one of them is asked for,
-/// and then kept. Thread safety: `get` may run from several threads at once.
-class OpponentMaps {
+/// The region maps of a store, and in their place others with as many points, chosen by each
+/// thinning of what the sensor can reach. Those of a region are made when one of them is asked for,
+/// and kept. Thread safety: `get` may run from several threads at once.
+class BaselineMaps {
  public:
   /// @param original, map  borrowed; `map` is the wide-area map
   /// @param index          of `original`
-  OpponentMaps(const MapStore& original, MapIndex index, PointsView map,
+  BaselineMaps(const MapStore& original, MapIndex index, PointsView map,
                VisibilityConfig visibility)
       : original_(original),
         index_(std::move(index)),
@@ -83,11 +83,11 @@ class OpponentMaps {
   mutable std::map<std::uint32_t, Chosen> made_;  // by RegionId
 };
 
-/// The maps of one thinning as a store, which a localizer can own. Nothing can be put into it.
-class OpponentStore final : public MapStore {
+/// The maps of one thinning as a store, for a localizer to own; nothing can be put there.
+class BaselineStore final : public MapStore {
  public:
   /// @param maps  borrowed
-  OpponentStore(const OpponentMaps& maps, Thinning thinning) : maps_(maps), thinning_(thinning) {}
+  BaselineStore(const BaselineMaps& maps, Thinning thinning) : maps_(maps), thinning_(thinning) {}
 
   Result<void> begin(const MapIndex&) noexcept override;
   Result<void> put(RegionId, const RegionMap&) noexcept override;
@@ -96,7 +96,7 @@ class OpponentStore final : public MapStore {
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override;
 
  private:
-  const OpponentMaps& maps_;
+  const BaselineMaps& maps_;
   Thinning thinning_;
 };
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/scan_table.hpp"
 #include "vantage/result.hpp"
 
@@ -21,18 +21,20 @@ struct Interval {
 /// Precondition: at least one value.
 [[nodiscard]] Interval bootstrap_mean(std::span<const double> values);
 
-/// A quantity in two runs, over the scans for which both runs have it.
+/// A metric in two runs, over the scans for which both have it.
 struct Compared {
-  std::string name;    ///< "position error"
-  std::string column;  ///< column of scans.csv
-  std::string unit;    ///< of all values here; may be empty
-  int digits = 2;
-  enum class Better { neither, less, more } better = Better::neither;
-  std::vector<std::size_t> pairs;                       ///< into Comparison::pairs
-  std::vector<double> a, b;                             ///< one value for each of these pairs
+  const Metric* metric = nullptr;
+  std::vector<std::size_t> pairs = {};                  ///< into Comparison::pairs
+  std::vector<double> a = {}, b = {};                   ///< of each of them, in the unit shown
   double mean_a = 0.0, mean_b = 0.0, difference = 0.0;  ///< difference: mean of b - a
-  Interval interval;                                    ///< of `difference`
-  std::optional<double> share_better;  ///< share of scans where b is better; none for `neither`
+  Interval interval = {};                               ///< of the difference
+  std::optional<double> share_better = {};  ///< scans where b is better than a; none for `neither`
+};
+
+/// A metric that is counted, over the scans of both runs.
+struct ComparedCount {
+  const Metric* metric = nullptr;
+  std::size_t a = 0, b = 0;
 };
 
 /// A scan that is in both runs, as indices into their tables.
@@ -42,12 +44,10 @@ struct ScanPair {
 
 struct Comparison {
   ScanTable a, b;
-  std::vector<ScanPair> pairs;
-  std::vector<double> only_a, only_b;     ///< stamps [s]
-  std::array<std::size_t, 2> lost{};      ///< among the pairs
-  std::array<std::size_t, 2> switches{};  ///< among the pairs
-  std::array<std::size_t, 2> blocking{};  ///< among the pairs
-  std::vector<Compared> quantities;       ///< those that at least one pair has
+  std::vector<ScanPair> pairs = {};
+  std::vector<double> only_a = {}, only_b = {};  ///< stamps [s]
+  std::vector<ComparedCount> counts = {};        ///< of the pairs
+  std::vector<Compared> quantities = {};         ///< those that any pair has
 };
 
 /// Pairs the scans whose stamps agree to a microsecond. Errors and scores are taken over scans

@@ -32,9 +32,9 @@ struct RouteRun {
   RunSummary summary;
 };
 
-/// Another way to make region maps of the same size: as many points in every region, chosen from
-/// the same points within the sensor's reach. A lost sensor is searched for within 20 m at most.
-struct Opponent {
+/// Another way to make region maps as small: as many points in every region, from the same points
+/// within the sensor's reach. A lost sensor is looked for within 20 m at most.
+struct Baseline {
   std::string name;  ///< "random", "voxel" or "radius"
   std::vector<RouteRun> routes;
 };
@@ -50,17 +50,18 @@ struct Specimen {
 struct EvaluatedConfig {
   std::string name;  ///< of the configuration file, without folder and suffix
   MapIndex index;
-  Statistics region_points;        ///< over the bundle's regions (Table 1)
+  Statistics region_points;        ///< over the bundle's regions (Table 1); none without points
   std::uint64_t bundle_bytes = 0;  ///< of all region maps in the store
   std::vector<RouteRun> routes;    ///< one for each of Evaluation::routes
-  std::vector<Opponent> opponents;
-  std::string no_opponents;          ///< why some or all are missing; else empty
-  std::optional<Specimen> specimen;  ///< at the middle of the first route; none without points
+  std::vector<Baseline> baselines;
+  std::string no_baselines;          ///< why some or all of them are missing; empty if none is
+  std::optional<Specimen> specimen;  ///< where the first route is halfway; none without points
   std::vector<GateResult> gates;     ///< for each route, each gate
 
-  /// Share of the wide-area map's points that the mean region map leaves out.
-  [[nodiscard]] double reduction() const;
-  /// Whether every gate holds; no value without gates.
+  /// Share of the wide-area map's points that the mean region map does without, over all regions;
+  /// none if the bundle stores no points.
+  [[nodiscard]] std::optional<double> reduction() const;
+  /// Whether every gate holds; none without gates.
   [[nodiscard]] std::optional<bool> passed() const;
 };
 
@@ -84,22 +85,25 @@ struct NamedConfig {
 
 struct EvaluationOptions {
   PluginLoader loader;
-  bool opponents = true;
-  /// Called before each run with a description of it. The run reports its progress to the result.
+  bool baselines = true;
+  /// Called with what is localized before each run; the run tells its progress to the result.
   std::function<ScanProgress(const std::string&)> progress = {};
 };
 
-/// Localizes every route in the region maps of every configuration, and in those of its opponents.
+/// Localizes every route in the region maps of every configuration, and in those of its baselines.
 /// Gates are not judged yet.
 /// Precondition: every route has a reference.
-/// Errors: what localize_scans reports; a damaged wide-area map. If the wide-area map is missing,
-/// EvaluatedConfig::no_opponents says so.
+/// Errors: what localize_scans reports; a wide-area map that is damaged. One that is not there is
+/// said in EvaluatedConfig::no_baselines.
 [[nodiscard]] Result<Evaluation> evaluate(const std::vector<NamedConfig>& configs,
                                           const std::vector<NamedInputs>& routes,
                                           const EvaluationOptions& options);
 
-/// The only configuration whose map is the whole wide-area map in one piece; nullptr if there is
-/// none, or more than one.
+/// Whether any region map of a bundle holds points, and not only what a matcher made of them.
+[[nodiscard]] bool stores_points(const MapIndex& index);
+
+/// The one configuration whose map is the whole wide-area map in one piece; nullptr without one,
+/// or with several.
 [[nodiscard]] const EvaluatedConfig* wide_area_config(const Evaluation& evaluation);
 
 }  // namespace vantage

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "vantage/map_store.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -15,8 +16,8 @@ struct RouteRun;
 /// A limit that a configuration must keep on every route.
 struct Gate {
   std::string text;       ///< as it was given: "error=0.5cm"
-  std::string config;     ///< the configuration it applies to; empty: all
-  std::string metric;     ///< "error"
+  std::string config;     ///< that it is for; empty: all
+  std::string metric;     ///< "error": a metric without its unit, maybe with a statistic
   std::string unit;       ///< "cm"; empty for a plain number
   double limit = 0.0;     ///< in that unit
   bool at_least = false;  ///< the value must not be below the limit, instead of not above it
@@ -38,12 +39,17 @@ struct GateResult {
 /// One line per metric: its name, which limit `=` means, its units, and what it is.
 [[nodiscard]] std::string gate_help();
 
-/// Judges a configuration by all gates that apply to it, on all its routes.
-/// @param baseline  what `excess` is measured from; without it, `excess` has no value
+/// Whether every gate that is for a configuration can be measured on its bundle.
+/// Errors: `invalid_input` that names the gate, for points that the bundle does not store.
+[[nodiscard]] Result<void> check_measurable(const std::vector<Gate>& gates,
+                                            const std::string& config, const MapIndex& index);
+
+/// Holds a configuration to all gates that are for it, on all its routes.
+/// @param excess_over  what `excess` is measured from; none: `excess` has no value
 [[nodiscard]] std::vector<GateResult> judge(const std::vector<Gate>& gates,
                                             const EvaluatedConfig& config,
                                             const std::vector<std::string>& routes,
-                                            const EvaluatedConfig* baseline);
+                                            const EvaluatedConfig* excess_over);
 
 /// "0.42 cm", or "not measured".
 [[nodiscard]] std::string value_text(const GateResult& result);

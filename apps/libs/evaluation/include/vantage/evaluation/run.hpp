@@ -54,6 +54,8 @@ struct RunScan {
   std::uint64_t dropped_by_reader = 0;  ///< non-finite points in the file
   std::optional<Pose> reference;        ///< T_map_sensor; none without a reference at the stamp
   std::optional<PoseError> error;       ///< none without a reference or without a pose
+  RegionSummary map = {};               ///< of the region in use, as the bundle's index has it
+  std::uint64_t wide_area_points = 0;   ///< of the map that the bundle was made of
 };
 
 [[nodiscard]] inline bool is_tracked(const RunScan& scan) {

@@ -33,20 +33,18 @@ struct ScanTable {
   std::filesystem::path file;
   std::vector<double> stamps;  ///< [s], strictly ascending
   std::vector<bool> tracked;
-  std::vector<std::uint32_t> lines;  ///< line of each scan in the file
-  /// One number per scan; none if the cell is empty.
-  std::map<std::string, std::vector<std::optional<double>>> columns;
+  std::vector<std::uint32_t> lines;  ///< of the file
+  /// `distance_m` and every metric that is in files, by its key: a number a scan; none where the
+  /// cell is empty.
+  std::map<std::string, std::vector<std::optional<double>>, std::less<>> columns;
 
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
 };
 
-/// The columns of scans.csv that are read as numbers.
-[[nodiscard]] const std::vector<std::string>& number_columns();
-
-/// Reads DIR/scans.csv, or the file itself.
-/// Errors (`where` is the file and line): `not_found`, which names the folders below that hold such
-/// a file; `io_failure`; those of parse_csv; `corrupt_data` for a missing column, a cell that is
-/// not a finite number, stamps that do not ascend, or a table without scans.
+/// Reads DIR/scans.csv, or a file itself.
+/// Errors (`where` is the file and line): `not_found`, which names folders below that hold one;
+/// `io_failure`; those of parse_csv; `corrupt_data` for a column that is missing, a cell that is no
+/// finite number, stamps that do not ascend, or no scan.
 [[nodiscard]] Result<ScanTable> read_scans(const std::filesystem::path& path);
 
 }  // namespace vantage

@@ -5,11 +5,10 @@
 
 namespace vantage {
 
-/// A sample in six numbers; all are zero for an empty sample. Percentiles are linear between
-/// neighbours.
+/// A sample in a few numbers; all zero for an empty one. Percentiles are linear between neighbours.
 struct Statistics {
   std::size_t count = 0;
-  double mean = 0, rmse = 0, std = 0, min = 0, median = 0, p95 = 0, p99 = 0, max = 0;
+  double sum = 0, mean = 0, rmse = 0, std = 0, min = 0, median = 0, p95 = 0, p99 = 0, max = 0;
 };
 
 [[nodiscard]] Statistics statistics_of(std::span<const double> sample);

@@ -44,9 +44,14 @@ using Trajectory = std::vector<StampedPose>;
 [[nodiscard]] Result<void> write_kitti(const std::filesystem::path& path,
                                        const Trajectory& trajectory);
 
-/// The pose at a stamp [s], interpolated between neighbours that are at most `max_gap_s` apart.
-/// Otherwise the nearest pose if it is within 1e-3 s, so that stamps rounded elsewhere still match.
-/// Otherwise nothing. Never extrapolates.
+/// What write_tum writes. @param file  its name for errors
+/// Errors: `invalid_input` as above.
+[[nodiscard]] Result<std::string> to_tum(const std::filesystem::path& file,
+                                         const Trajectory& trajectory);
+
+/// The pose at a stamp [s]: interpolated between neighbours no further apart than `max_gap_s`;
+/// else the nearest pose if it is within 1e-3 s, so that stamps rounded elsewhere still match;
+/// else nothing. Never extrapolates.
 [[nodiscard]] std::optional<Pose> pose_at(const Trajectory& trajectory, double stamp,
                                           double max_gap_s = 1.0);
 

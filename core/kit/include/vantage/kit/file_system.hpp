@@ -7,7 +7,8 @@
 
 #include "vantage/result.hpp"
 
-namespace vantage::pcd_tiles {
+/// What the readers and writers of files are made of: thin, checked calls of the system.
+namespace vantage::io {
 
 /// An open file, closed when the object goes.
 class Descriptor {
@@ -20,48 +21,37 @@ class Descriptor {
   }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor();
+  ~Descriptor() { close(); }
+
+  /// Opens, again where a signal came in between; not open() afterwards if that failed.
+  /// @param flags  of open(2)
+  [[nodiscard]] static Descriptor of(const std::filesystem::path& path, int flags) noexcept;
+
   [[nodiscard]] int get() const noexcept { return fd_; }
   [[nodiscard]] bool open() const noexcept { return fd_ >= 0; }
+  void close() noexcept;
 
  private:
   int fd_;
 };
 
-/// An `io_failure` at `path`, with the system's reason.
+/// The system's words for an errno value.
+[[nodiscard]] std::string system_message(int error_number);
+
+/// `io_failure` at `path`, with the system's reason.
 [[nodiscard]] tl::unexpected<Error> system_error(const std::filesystem::path& path,
                                                  const std::string& what, int error_number);
 
-/// Errors: `not_found`; `io_failure`, also for something that is not a regular file.
-[[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path);
-
-/// A file that is created or replaced. It is removed again unless it was written completely.
-class OutputFile {
- public:
-  /// Errors: `io_failure`.
-  [[nodiscard]] static Result<OutputFile> create(const std::filesystem::path& path);
-  OutputFile(OutputFile&& other) noexcept
-      : path_(std::exchange(other.path_, {})), file_(std::move(other.file_)) {}
-  OutputFile& operator=(OutputFile&&) = delete;
-  ~OutputFile();
-
-  /// Errors: `io_failure`.
-  [[nodiscard]] Result<void> write(std::string_view content) const;
-  /// Keeps the file, which is now complete.
-  void keep() noexcept { path_.clear(); }
-
- private:
-  OutputFile(const std::filesystem::path& path, Descriptor file)
-      : path_(path), file_(std::move(file)) {}
-
-  std::filesystem::path path_;
-  Descriptor file_;
-};
+/// Writes all of it. Returns 0, or an errno value.
+[[nodiscard]] int write_all(const Descriptor& file, std::string_view content) noexcept;
 
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);
 
-/// Errors: `already_exists` if `to` exists; `io_failure`.
+/// Makes the new name of something survive a power cut, where the file system can.
+void flush_name(const std::filesystem::path& path) noexcept;
+
+/// Renames a folder. Errors: `already_exists` if `to` is there; `io_failure`.
 [[nodiscard]] Result<void> rename_to_new(const std::filesystem::path& from,
                                          const std::filesystem::path& to);
 
@@ -69,4 +59,4 @@ class OutputFile {
 /// `io_failure`; both folders are then unchanged.
 [[nodiscard]] Result<void> exchange(const std::filesystem::path& a, const std::filesystem::path& b);
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::io

@@ -66,7 +66,7 @@ TEST_CASE("a cell begins on its edge and ends below the next") {
   const PlanRaster cells = raster(0.1);
   for (int i = -300; i < 300; ++i) {
     const double edge = i * 0.1;
-    CHECK(cells.edge(i) == edge);
+    CHECK(cells.corner(i, 0).x() == edge);
     CHECK(cells.cell_of({edge, 0.05}) == PlanCell{0, i});
     CHECK(cells.cell_of({std::nextafter(edge, -kInfinity), 0.05}) == PlanCell{0, i - 1});
   }
@@ -130,8 +130,7 @@ TEST_CASE("a partition of random cells locates every cell where it belongs, in a
   CHECK(boxes < cells.size());
   for (const OwnedCell& cell : cells) {
     CHECK(partition.locate(small.centre(cell.cell)) == RegionId{cell.region});
-    CHECK(partition.locate(Vector2d(small.edge(cell.cell.i), small.edge(cell.cell.j))) ==
-          RegionId{cell.region});
+    CHECK(partition.locate(small.corner(cell.cell.i, cell.cell.j)) == RegionId{cell.region});
   }
   std::shuffle(cells.begin(), cells.end(), random);
   CHECK(value(partition_of_cells(small, cells, names(4))).regions() == partition.regions());

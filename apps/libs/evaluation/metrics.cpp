@@ -1,0 +1,239 @@
+#include "vantage/evaluation/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace vantage {
+namespace {
+
+using Value = std::optional<double>;
+using Size = MetricUnit::Size;
+
+constexpr double kDegrees = 180.0 / M_PI;
+constexpr double kFarMetres = 2.0, kFarDegrees = 5.0;
+
+constexpr std::array kLengths{Size{"m", 1.0}, Size{"cm", 1e-2}, Size{"mm", 1e-3}};
+constexpr std::array kAngles{Size{"deg", 1.0}, Size{"rad", kDegrees}};
+constexpr std::array kTimes{Size{"ms", 1.0}, Size{"s", 1e3}, Size{"us", 1e-3}};
+constexpr std::array kSizes{Size{"MB", 1e6}, Size{"kB", 1e3}, Size{"GB", 1e9}, Size{"B", 1.0}};
+constexpr std::array kShares{Size{"%", 1e-2}, Size{"", 1.0}};
+constexpr std::array kNumbers{Size{"", 1.0}};
+
+constexpr MetricUnit kLength{"cm", 100.0, kLengths, -1};
+constexpr MetricUnit kAngle{"deg", 1.0, kAngles, -1};
+constexpr MetricUnit kTime{"ms", 1.0, kTimes, 4};
+constexpr MetricUnit kBytes{"MB", 1e-6, kSizes, -1};
+constexpr MetricUnit kShare{"%", 100.0, kShares, -1};
+constexpr MetricUnit kNumber{"", 1.0, kNumbers, -1};
+constexpr MetricUnit kMillionth{"1e-6", 1e6, kNumbers, -1};
+
+constexpr auto kLess = Better::less, kMore = Better::more, kNeither = Better::neither;
+using G = MetricGroup;
+
+Value flag(bool on) { return on ? 1.0 : 0.0; }
+Value count(std::uint64_t n) { return static_cast<double>(n); }
+Value milliseconds(double seconds) { return 1e3 * seconds; }
+Value if_positive(const Value& x) { return x && *x > 0.0 ? x : Value(); }
+
+/// Whether a matcher compared the scan with a map.
+bool was_aligned(const RunScan& s) {
+  return s.report.alignment.has_value() || s.report.seconds_align > 0.0;
+}
+Value score(const RunScan& s, double ScanScore::*member) {
+  return s.report.alignment ? Value((s.report.alignment->score).*member) : Value();
+}
+Value error(const RunScan& s, double PoseError::*member) {
+  return s.error ? Value((*s.error).*member) : Value();
+}
+Value far_off(const RunScan& s) {
+  if (!s.error) return {};
+  return flag(s.error->metres > kFarMetres || s.error->degrees > kFarDegrees);
+}
+Value map_points(const RunScan& s) {
+  return was_aligned(s) && s.map.points > 0 ? count(s.report.map_points) : Value();
+}
+
+constexpr std::array kMetrics{
+    Metric{"lost", "lost", &kNumber, 0, kLess, G::scans, "sum", "sum", "1 if it is not tracked",
+           [](const RunScan& s) { return flag(!is_tracked(s)); }, kNotInFiles | kShareOfScans},
+    Metric{"far_off", "beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
+           "1 if the pose, tracked or not, is more than 2 m or 5 degrees from the reference",
+           far_off, kNotInFiles | kShareOfScans},
+    Metric{"wrong", "tracked beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
+           "1 if a tracked scan is that far off",
+           [](const RunScan& s) { return is_tracked(s) ? far_off(s) : Value(); },
+           kNotInFiles | kShareOfScans},
+    Metric{"recovered", "found again", &kNumber, 0, kNeither, G::scans, "sum", "",
+           "1 for the first tracked scan after lost ones",
+           [](const RunScan& s) { return flag(s.report.recovered); }},
+    Metric{"switched", "switches", &kNumber, 0, kNeither, G::scans, "sum", "sum",
+           "1 if the region is not that of the scan before; sums leave out the first scan",
+           [](const RunScan& s) { return flag(s.report.switched); }, kAfterFirst},
+    Metric{"outside", "outside", &kNumber, 0, kLess, G::scans, "sum", "",
+           "1 if the last pose was in no region with a map: the old map was kept",
+           [](const RunScan& s) { return flag(s.report.outside); }},
+    Metric{"blocked", "blocked", &kNumber, 0, kLess, G::scans, "sum", "",
+           "1 if the map to switch to was not ready",
+           [](const RunScan& s) { return flag(s.report.blocked); }, kOwnMaps},
+    Metric{"map_points", "map points", &kNumber, 0, kLess, G::map, "mean", "mean",
+           "points of the map that the scan was matched against (N_point of Eq. 13)", map_points,
+           kNeedsPoints},
+    Metric{"scan_points", "scan points", &kNumber, 0, kNeither, G::match, "mean", "",
+           "points of the scan after thinning (N of Eq. 12)",
+           [](const RunScan& s) { return count(s.report.scan_points); }},
+    Metric{"dropped_points", "dropped points", &kNumber, 0, kLess, G::scans, "sum", "",
+           "points of the scan that were not finite",
+           [](const RunScan& s) { return count(s.report.dropped_points + s.dropped_by_reader); }},
+    Metric{"align_ms", "align", &kTime, 2, kLess, G::time, "mean p95", "mean",
+           "time of scan matching alone (T_align, Sec. 3.3)",
+           [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_align)); }},
+    Metric{"stall_ms", "stall", &kTime, 2, kLess, G::time, "max p99", "",
+           "time that the scan waited for its map",
+           [](const RunScan& s) { return milliseconds(s.report.seconds_stall); }, kOwnMaps},
+    Metric{"search_ms", "search", &kTime, 2, kLess, G::time, "mean max", "",
+           "time of looking for a lost sensor",
+           [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_search)); }},
+    Metric{"load_ms", "load", &kTime, 2, kLess, G::time, "mean max", "",
+           "time of loading the map switched to, by whatever thread",
+           [](const RunScan& s) {
+             return s.report.switched ? milliseconds(s.report.seconds_load) : Value();
+           },
+           kOwnMaps},
+    Metric{"prepare_ms", "prepare", &kTime, 2, kLess, G::time, "mean max", "",
+           "time of preparing that map for matching",
+           [](const RunScan& s) {
+             return s.report.switched ? milliseconds(s.report.seconds_prepare) : Value();
+           },
+           kOwnMaps},
+    Metric{"iterations", "iterations", &kNumber, 1, kLess, G::match, "mean", "",
+           "steps of the matcher",
+           [](const RunScan& s) {
+             return s.report.alignment ? count(s.report.alignment->iterations) : Value();
+           },
+           kTrackedOnly},
+    Metric{"fitness", "fitness", &kNumber, 4, kMore, G::match, "mean", "mean",
+           "S_fitness (Eq. 12); a scan point without a voxel counts 0",
+           [](const RunScan& s) { return score(s, &ScanScore::fitness); }, kTrackedOnly},
+    Metric{"nvtl", "NVTL", &kNumber, 3, kMore, G::match, "mean", "mean",
+           "nearest voxel transformation likelihood: mean over the matched points of the "
+           "likelihood of the best voxel",
+           [](const RunScan& s) { return score(s, &ScanScore::nvtl); }, kTrackedOnly},
+    Metric{"coverage", "coverage", &kShare, 2, kMore, G::match, "mean", "mean",
+           "share of the scan's points that have a voxel in the map",
+           [](const RunScan& s) { return score(s, &ScanScore::coverage); }, kTrackedOnly},
+    Metric{"lcp", "LCP", &kMillionth, 3, kMore, G::match, "mean", "mean",
+           "`fitness` divided by `map_points` (Eq. 13)",
+           [](const RunScan& s) {
+             return s.report.alignment && map_points(s) ? Value(s.report.lcp) : Value();
+           },
+           kTrackedOnly | kNeedsPoints},
+    Metric{"sigma_m", "sigma", &kLength, 2, kLess, G::match, "mean", "",
+           "largest standard deviation of the position that is claimed",
+           [](const RunScan& s) {
+             const auto& c = s.report.confidence;
+             return c ? Value(c->sigma_translation[0]) : Value();
+           },
+           kTrackedOnly},
+    Metric{"sigma_deg", "sigma", &kAngle, 3, kLess, G::match, "mean", "",
+           "largest standard deviation of the rotation that is claimed",
+           [](const RunScan& s) {
+             const auto& c = s.report.confidence;
+             return c ? Value(c->sigma_rotation[0] * kDegrees) : Value();
+           },
+           kTrackedOnly},
+    Metric{"degenerate", "degenerate", &kNumber, 1, kLess, G::match, "mean max", "",
+           "number of directions that the match hardly determines",
+           [](const RunScan& s) {
+             const auto& c = s.report.confidence;
+             return c ? count(c->degenerate) : Value();
+           },
+           kTrackedOnly},
+    Metric{"correction_m", "correction", &kLength, 2, kNeither, G::match, "mean p95", "",
+           "how far matching moved the predicted position",
+           [](const RunScan& s) {
+             const ScanReport& r = s.report;
+             if (!r.alignment || !r.has_pose) return Value();
+             return Value(
+                 (r.alignment->T_map_scan.translation - r.T_map_scan_predicted.translation).norm());
+           },
+           kTrackedOnly},
+    Metric{"error_m", "error", &kLength, 2, kLess, G::error, "mean rmse median p95 max", "mean p95",
+           "distance from the reference; trajectories are not aligned",
+           [](const RunScan& s) { return error(s, &PoseError::metres); }, kTrackedOnly},
+    Metric{"error_deg", "error", &kAngle, 3, kLess, G::error, "mean rmse median p95 max", "mean",
+           "angle from the reference",
+           [](const RunScan& s) { return error(s, &PoseError::degrees); }, kTrackedOnly},
+    Metric{"held_bytes", "memory", &kBytes, 2, kLess, G::map, "max", "",
+           "memory of all maps that are ready to match against",
+           [](const RunScan& s) { return count(s.report.held_bytes); }},
+    Metric{"reduction_used", "reduction used", &kShare, 1, kMore, G::map, "mean", "mean",
+           "share of the points of the wide-area map that the map in use does without",
+           [](const RunScan& s) {
+             const Value points = map_points(s);
+             if (!points || s.wide_area_points == 0) return Value();
+             return Value(1.0 - *points / static_cast<double>(s.wide_area_points));
+           },
+           kNeedsPoints},
+};
+
+constexpr std::array kStatistics{
+    NamedStatistic{"mean", &Statistics::mean},     NamedStatistic{"rmse", &Statistics::rmse},
+    NamedStatistic{"std", &Statistics::std},       NamedStatistic{"min", &Statistics::min},
+    NamedStatistic{"median", &Statistics::median}, NamedStatistic{"p95", &Statistics::p95},
+    NamedStatistic{"p99", &Statistics::p99},       NamedStatistic{"max", &Statistics::max},
+    NamedStatistic{"sum", &Statistics::sum}};
+
+}  // namespace
+
+std::span<const Metric> metrics() { return kMetrics; }
+
+std::vector<const Metric*> metrics_by_group() {
+  std::vector<const Metric*> sorted;
+  for (const Metric& metric : kMetrics) sorted.push_back(&metric);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Metric* a, const Metric* b) { return a->group < b->group; });
+  return sorted;
+}
+
+const Metric* find_metric(std::string_view key) {
+  const auto* found = std::find_if(kMetrics.begin(), kMetrics.end(),
+                                   [&](const Metric& metric) { return metric.key == key; });
+  return found == kMetrics.end() ? nullptr : found;
+}
+
+std::string heading(const Metric& metric) {
+  return metric.unit->shown.empty() ? std::string(metric.name)
+                                    : fmt::format("{} [{}]", metric.name, metric.unit->shown);
+}
+
+std::string shown(const Metric& metric, double value) {
+  return fmt::format("{:.{}f}", metric.unit->scale * value, metric.digits);
+}
+
+std::string_view name_in_gates(const Metric& metric) {
+  for (const std::string_view unit : {"_ms", "_m", "_deg", "_bytes"}) {
+    if (metric.key.ends_with(unit)) return metric.key.substr(0, metric.key.size() - unit.size());
+  }
+  return metric.key;
+}
+
+std::span<const NamedStatistic> named_statistics() { return kStatistics; }
+
+std::vector<NamedStatistic> statistics_in(std::string_view names) {
+  std::vector<NamedStatistic> listed;
+  while (!names.empty()) {
+    const std::string_view name = names.substr(0, names.find(' '));
+    for (const NamedStatistic& statistic : kStatistics) {
+      if (statistic.name == name) listed.push_back(statistic);
+    }
+    names.remove_prefix(std::min(names.size(), name.size() + 1));
+  }
+  return listed;
+}
+
+NamedStatistic headline(const Metric& metric) { return statistics_in(metric.statistics).front(); }
+
+}  // namespace vantage

@@ -1,0 +1,71 @@
+#include "build/condense.hpp"
+
+#include <utility>
+
+#include "vantage/engine/thinning.hpp"
+#include "vantage/index_set.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage {
+
+Result<Condenser> Condenser::over(PointsView map, const BuildPlugins& plugins,
+                                  const BuildParams& params) {
+  Condenser condenser(map, params);
+  if (params.content == StoredContent::points) return condenser;
+  VANTAGE_TRY(auto whole, plugins.matcher->prepare(map));
+  condenser.whole_ = in_library_of(plugins.matcher, std::move(whole));
+  auto offered = condenser.whole_->excerpt({});
+  if (!offered) return fail(std::move(offered).error());
+  return condenser;
+}
+
+Condensed Condenser::thin(Observable observable) const {
+  ViewCounts& kept = observable.kept;
+  Condensed condensed{.seen = observable.seen, .skipped = observable.skipped};
+  if (!params_.thinning) {
+    condensed.stored = std::move(kept);
+    return condensed;
+  }
+  condensed.stored.points = thinned(map_, kept.points, *params_.thinning);
+  if (!kept.views.empty()) {
+    condensed.stored.views.reserve(condensed.stored.points.size());
+    for (std::size_t from = 0; const std::uint32_t k : condensed.stored.points) {
+      while (kept.points[from] != k) ++from;
+      condensed.stored.views.push_back(kept.views[from]);
+    }
+  }
+  if (whole_) condensed.observable = std::move(kept.points);
+  return condensed;
+}
+
+Result<RegionMap> Condenser::region_map(Condensed condensed, PointCloud viewpoints) const {
+  RegionMap region{.points = points_of(std::move(condensed.stored.points)),
+                   .viewpoints = std::move(viewpoints),
+                   .prepared = {},
+                   .views = std::move(condensed.stored.views)};
+  if (!whole_) return region;
+  // The prepared map stands for all that was seen, not for what thinning left.
+  const PointCloud unthinned = points_of(std::move(condensed.observable));
+  const PointCloud& observable = unthinned.empty() ? region.points : unthinned;
+  if (observable.empty()) return region;
+  VANTAGE_TRY(region.prepared, whole_->excerpt(observable));
+  if (params_.content == StoredContent::prepared) {
+    region.points = {};
+    region.views = {};
+  }
+  return region;
+}
+
+/// Many indices are kept as bits while points are copied, because bits are smaller.
+PointCloud Condenser::points_of(IndexList seen) const {
+  if (seen.size() < map_.size() / 32) return select(map_, seen);
+  IndexSet set(map_.size());
+  set.add(seen);
+  PointCloud points;
+  points.reserve(seen.size());
+  seen = IndexList();
+  set.for_each([&](std::uint32_t k) { points.push_back(map_[k]); });
+  return points;
+}
+
+}  // namespace vantage

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "build/sight.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// What will be stored for a region.
+struct Condensed {
+  std::uint64_t seen = 0;     ///< points that at least one viewpoint sees
+  ViewCounts stored = {};     ///< of the map
+  IndexList observable = {};  ///< the points before thinning, if a matcher asks for them
+  std::size_t skipped = 0;    ///< viewpoints
+};
+
+/// Turns observable maps into what is stored: thins them, and lets the matcher prepare them.
+/// Thread safety: const methods may run on one object from many threads at once.
+class Condenser {
+ public:
+  /// All arguments are borrowed.
+  /// Errors: those of ScanMatcher::prepare; `unsupported` for a matcher that cannot store its maps,
+  /// so that it fails here, before hours of visibility.
+  [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
+                                              const BuildParams& params);
+
+  [[nodiscard]] Condensed thin(Observable observable) const;
+
+  /// Copies the points that the indices name, and adds what the matcher prepares.
+  [[nodiscard]] Result<RegionMap> region_map(Condensed condensed, PointCloud viewpoints) const;
+
+ private:
+  Condenser(PointsView map, const BuildParams& params) : map_(map), params_(params) {}
+
+  [[nodiscard]] PointCloud points_of(IndexList seen) const;
+
+  PointsView map_;
+  const BuildParams& params_;
+  PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
+};
+
+}  // namespace vantage

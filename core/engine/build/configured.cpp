@@ -1,0 +1,67 @@
+// What a configuration says about a build.
+#include <string_view>
+#include <variant>
+
+#include "build/viewpoint_origin.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/overloaded.hpp"
+
+namespace vantage {
+namespace {
+
+constexpr std::string_view kJob = "building region maps";
+
+/// The ground filter; none for viewpoints along a trajectory, which [map] then has to name.
+Result<PluginPtr<GroundFilter>> ground_for(const Config& config, const PluginLoader& loader) {
+  const auto load = [&]() -> Result<PluginPtr<GroundFilter>> {
+    VANTAGE_TRY(const auto ground, config.need(config.ground, "ground", kJob));
+    return loader.load<GroundFilter>(ground);
+  };
+  const auto none = [&]() -> Result<PluginPtr<GroundFilter>> {
+    if (!config.map || config.map->trajectory) return PluginPtr<GroundFilter>();
+    return fail(ErrorCode::invalid_config,
+                "missing key 'trajectory' in [map], which viewpoints.source = \"trajectory\" needs",
+                SourceLocation{config.file, 0, 0});
+  };
+  return std::visit(Overloaded{[&](const OverGround&) { return load(); },
+                               [&](const OverReachableGround&) { return load(); },
+                               [&](const AlongTrajectory&) { return none(); }},
+                    origin_of(config.viewpoints.value_or(ViewpointParams{})));
+}
+
+}  // namespace
+
+BuildParams BuildParams::from(const Config& config) {
+  BuildParams params;
+  params.viewpoints = config.viewpoints.value_or(ViewpointParams{});
+  if (config.visibility) {
+    params.scope = config.visibility->scope;
+    params.max_range = config.visibility->max_range.value_or(params.max_range);
+    params.min_views = config.visibility->min_views;
+  }
+  params.thinning = config.thinning;
+  if (config.store) {
+    params.content = config.store->content;
+    params.views = config.store->views;
+  }
+  return params;
+}
+
+Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader& loader) {
+  VANTAGE_TRY(const auto partitioner, config.need(config.partitioner, "partitioner", kJob));
+  VANTAGE_TRY(const auto visibility, config.need(config.visibility, "visibility", kJob));
+  VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", kJob));
+  BuildPlugins plugins;
+  VANTAGE_TRY(plugins.partitioner, loader.load<Partitioner>(partitioner));
+  VANTAGE_TRY(plugins.ground, ground_for(config, loader));
+  VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
+  VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
+  if (store.content != StoredContent::points) {
+    VANTAGE_TRY(const auto matcher,
+                config.need(config.matcher, "matcher", "storing prepared region maps"));
+    VANTAGE_TRY(plugins.matcher, loader.load<ScanMatcher>(matcher));
+  }
+  return plugins;
+}
+
+}  // namespace vantage

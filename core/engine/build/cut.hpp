@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "build/places.hpp"
+#include "build/plan_index.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/partition.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// What the regions need from the map.
+struct Cut {
+  Groups inside;                       ///< P_ij of Eq. 3, only for VisibilityScope::region
+  std::vector<PointCloud> viewpoints;  ///< Eqs. 4-5, by RegionId
+  std::uint64_t places_outside = 0;    ///< of all regions
+};
+
+/// Gives every map point to its region (Eq. 3) and makes the viewpoints of every region (Eqs. 4-5).
+/// Errors: `internal` for a partition that does not own every map point; `invalid_input` if no
+/// place is in a region.
+[[nodiscard]] Result<Cut> cut(PointsView map, const Places& places, const Partition& partition,
+                              const BuildParams& params);
+
+}  // namespace vantage

@@ -1,0 +1,67 @@
+#include "build/places.hpp"
+
+#include <numeric>
+#include <utility>
+#include <variant>
+
+#include "build/plugin_checks.hpp"
+#include "build/viewpoint_origin.hpp"
+#include "vantage/overloaded.hpp"
+
+namespace vantage {
+namespace {
+
+Result<Places> ground_of(PointsView map, const GroundFilter& filter) {
+  Places places;
+  places.points = map;
+  VANTAGE_TRY(places.which, filter.ground(map));
+  VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
+  if (places.which.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "no ground was found in the map, so there is nowhere to put a viewpoint; "
+                "viewpoints.source = \"trajectory\" needs none");
+  }
+  places.ground_points = places.which.size();
+  return places;
+}
+
+Result<Places> only_reachable(Places places, PointsView trajectory, double max_step,
+                              const ViewpointParams& params) {
+  const PointsView map = places.points;
+  VANTAGE_TRY(IndexList reachable, reachable_ground(map, places.which, trajectory, max_step));
+  VANTAGE_TRY(const PointCloud before, viewpoints_over(map, places.which, params));
+  VANTAGE_TRY(const PointCloud after, viewpoints_over(map, reachable, params));
+  places.unreachable_viewpoints = before.size() - after.size();
+  places.which = std::move(reachable);
+  return places;
+}
+
+Result<Places> driven(PointsView trajectory, const ViewpointParams& params) {
+  if (trajectory.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "viewpoints are to come from the trajectory, but there is none");
+  }
+  Places places;
+  VANTAGE_TRY(places.own, places_along(trajectory, params));
+  places.points = places.own;
+  places.which.resize(places.own.size());
+  std::iota(places.which.begin(), places.which.end(), 0U);
+  return places;
+}
+
+}  // namespace
+
+Result<Places> places_of(PointsView map, PointsView trajectory, const GroundFilter* ground,
+                         const ViewpointParams& params) {
+  return std::visit(Overloaded{[&](const OverGround&) { return ground_of(map, *ground); },
+                               [&](const OverReachableGround& over) {
+                                 return ground_of(map, *ground).and_then([&](Places places) {
+                                   return only_reachable(std::move(places), trajectory,
+                                                         over.max_step, params);
+                                 });
+                               },
+                               [&](const AlongTrajectory&) { return driven(trajectory, params); }},
+                    origin_of(params));
+}
+
+}  // namespace vantage

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+
+#include "build/condense.hpp"
+#include "build/cut.hpp"
+#include "build/sight.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/map_store.hpp"
+
+namespace vantage {
+
+/// Evaluates, condenses and stores every region. Regions run in parallel and are stored in order.
+/// Regions wait for the store as indices: points are copied for one region at a time.
+/// @param sight   released after the last region is evaluated
+/// @param report  holds the partition and the number of viewpoints
+/// @return        the report with sizes and costs of the regions
+/// Errors: the first failing region decides the error, which names its label.
+[[nodiscard]] Result<BuildReport> build_regions(
+    PointsView map, Sight& sight, const Cut& cut, const Condenser& condenser, MapStore& store,
+    BuildReport report, const std::function<void(const BuildProgress&)>& progress);
+
+}  // namespace vantage

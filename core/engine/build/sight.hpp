@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <mutex>
+#include <span>
+
+#include "vantage/engine/build.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+#include "vantage/visibility.hpp"
+
+namespace vantage {
+
+/// V_ij of Eq. 10.
+struct Observable {
+  std::uint64_t seen = 0;   ///< points that at least one viewpoint sees
+  ViewCounts kept = {};     ///< map points that enough viewpoints see; `views` if asked for
+  std::size_t skipped = 0;  ///< viewpoints that were not asked, see `ViewpointParams::min_gain`
+};
+
+/// What the viewpoints of a region see (Sec. 2.3). The only place that asks the visibility plugin,
+/// checks what it answers, and decides by `min_views` and `min_gain` what is kept of it: for the
+/// region maps and for what a partitioner is told.
+/// Thread safety: const methods may run on one object from many threads at once.
+class Sight {
+ public:
+  /// All arguments are borrowed.
+  Sight(PointsView map, const PluginPtr<VisibilityOperator>& visibility, const BuildParams& params)
+      : map_(map),
+        visibility_(visibility),
+        params_(params),
+        limits_{.map_bounds = bounds_of(map), .max_range = params.max_range} {}
+
+  [[nodiscard]] const VisibilityLimits& limits() const noexcept { return limits_; }
+
+  /// B_q of Eq. 9, among all points of the map.
+  [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const;
+
+  static constexpr std::uint64_t kAll = std::numeric_limits<std::uint64_t>::max();
+  /// @param inside    P_ij; used only with VisibilityScope::region
+  /// @param enough    evaluation may stop, with a part of the map, above this number of kept points
+  /// @param progress  as for `VisibilityScene::visible_from_any`
+  [[nodiscard]] Result<Observable> observable(std::span<const std::uint32_t> inside,
+                                              std::span<const Point> viewpoints,
+                                              std::uint64_t enough = kAll,
+                                              const VisibilityProgress* progress = nullptr) const;
+
+  /// Frees the scene of the map. Precondition: nothing will be asked after this.
+  void release() { map_scene_.reset(); }
+
+ private:
+  struct Scope;
+  [[nodiscard]] Result<Scope> scope_of(std::span<const std::uint32_t> inside) const;
+  [[nodiscard]] Result<PluginPtr<VisibilityScene>> scene_of(PointsView points) const;
+  [[nodiscard]] Result<const VisibilityScene*> map_scene() const;
+  [[nodiscard]] bool counts_views() const noexcept {
+    return params_.min_views > 1 || params_.views;
+  }
+
+  PointsView map_;
+  const PluginPtr<VisibilityOperator>& visibility_;
+  const BuildParams& params_;
+  VisibilityLimits limits_;
+  mutable std::mutex mutex_;
+  mutable PluginPtr<VisibilityScene> map_scene_;
+};
+
+}  // namespace vantage

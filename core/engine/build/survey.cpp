@@ -1,0 +1,61 @@
+#include "build/survey.hpp"
+
+#include "vantage/plugin.hpp"
+
+namespace vantage {
+namespace {
+
+/// The points that a region owns, among those in an index over `points`.
+IndexList owned(const Region& region, PointsView points, const PlanIndex& index) {
+  const Bounds2 bounds = bounds_of(region.footprint);
+  IndexList inside = index.near(bounds.min, bounds.max);
+  std::erase_if(inside, [&](std::uint32_t k) {
+    const Point& p = points[k];
+    return !region.height.contains(p.z()) || !contains(region.footprint, p.head<2>());
+  });
+  return inside;
+}
+
+}  // namespace
+
+Result<PointCloud> BuildSurvey::viewpoints() const noexcept {
+  return guarded(
+      [&] { return viewpoints_over(places_.points, places_.which, params_.viewpoints); });
+}
+
+Result<IndexList> BuildSurvey::visible(const Point& viewpoint) const noexcept {
+  return guarded([&] { return sight_.visible(viewpoint); });
+}
+
+Result<std::uint64_t> BuildSurvey::observable_points(const Region& region,
+                                                     std::uint64_t enough) const noexcept {
+  return guarded([&]() -> Result<std::uint64_t> {
+    const IndexList places = owned(region, places_.points, index_of_places());  // g_ij
+    VANTAGE_TRY(const PointCloud viewpoints,
+                viewpoints_over(places_.points, places, params_.viewpoints));
+    IndexList inside;  // P_ij
+    if (params_.scope == VisibilityScope::region && !viewpoints.empty()) {
+      inside = owned(region, map_, index_of_map());
+    }
+    VANTAGE_TRY(const Observable observable, sight_.observable(inside, viewpoints, enough));
+    return observable.kept.points.size();
+  });
+}
+
+const PlanIndex& BuildSurvey::index_of_places() const {
+  std::call_once(places_indexed_, [&] {
+    place_index_.emplace(places_.points, places_.which.size(),
+                         [&](std::size_t i) { return places_.which[i]; });
+  });
+  return *place_index_;
+}
+
+const PlanIndex& BuildSurvey::index_of_map() const {
+  std::call_once(map_indexed_, [&] {
+    map_index_.emplace(map_, map_.size(),
+                       [](std::size_t k) { return static_cast<std::uint32_t>(k); });
+  });
+  return *map_index_;
+}
+
+}  // namespace vantage

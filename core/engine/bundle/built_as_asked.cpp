@@ -1,0 +1,190 @@
+#include "bundle/built_as_asked.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bundle/content_config.hpp"
+
+namespace vantage {
+namespace {
+
+/// A key that a configuration and a bundle disagree on; values as TOML.
+struct Difference {
+  std::string key, asked, built;  // built: empty if the bundle was built without it
+  SourceLocation where;
+};
+
+/// 1 and 1.0 are the same number.
+bool equal(const Value& a, const Value& b) {
+  const auto number = [](const Value& value) -> std::optional<double> {
+    if (const auto* x = std::get_if<std::int64_t>(&value.data)) return static_cast<double>(*x);
+    if (const auto* x = std::get_if<double>(&value.data)) return *x;
+    return std::nullopt;
+  };
+  if (number(a) || number(b)) return number(a) == number(b);
+  const auto *as = std::get_if<Array>(&a.data), *bs = std::get_if<Array>(&b.data);
+  if (as != nullptr && bs != nullptr) {
+    return std::equal(as->begin(), as->end(), bs->begin(), bs->end(), equal);
+  }
+  return to_toml(a) == to_toml(b);
+}
+
+bool holds_text(const Value& value) {
+  const auto* array = std::get_if<Array>(&value.data);
+  return array == nullptr ? std::holds_alternative<std::string>(value.data)
+                          : std::any_of(array->begin(), array->end(), holds_text);
+}
+
+const Table* table_in(const Table* table, std::string_view key) {
+  const Value* value = table == nullptr ? nullptr : table->find(key);
+  return value == nullptr ? nullptr : std::get_if<Table>(&value->data);
+}
+
+/// The places of what a configuration says.
+struct Written {
+  const Table* table;  // nullptr if nothing was written here
+  bool everything;     // made by a program: all that it holds is asked for
+  SourceLocation file;
+
+  [[nodiscard]] bool has(std::string_view key) const {
+    return everything || (table != nullptr && table->find(key) != nullptr);
+  }
+  [[nodiscard]] SourceLocation where(std::string_view key) const {
+    const Value* value = table == nullptr ? nullptr : table->find(key);
+    return value == nullptr ? file : value->where;
+  }
+  [[nodiscard]] Written in(std::string_view key) const {
+    return {table_in(table, key), everything, file};
+  }
+};
+
+/// Compares the keys of a section and of the tables in it.
+/// @param docs  of its keys; nullptr for the parameters of a plugin that is not installed
+void compare(const std::string& prefix, const Table& asked, const Written& written,
+             const Table* built, const std::vector<ParameterDoc>* docs,
+             std::vector<Difference>& found) {
+  for (const Entry& entry : asked.entries) {
+    if (!written.has(entry.key)) continue;
+    const ParameterDoc* doc = nullptr;
+    if (docs != nullptr) {
+      const auto known = std::find_if(docs->begin(), docs->end(),
+                                      [&](const ParameterDoc& d) { return d.key == entry.key; });
+      if (known != docs->end()) doc = &*known;
+    }
+    // Files move. A text that nobody can explain may be a path.
+    if (doc != nullptr ? doc->kind == ValueKind::path : holds_text(entry.value)) continue;
+    if (const auto* section = std::get_if<Table>(&entry.value.data)) {
+      compare(prefix + entry.key + ".", *section, written.in(entry.key), table_in(built, entry.key),
+              doc != nullptr && !doc->fields.empty() ? &doc->fields : nullptr, found);
+      continue;
+    }
+    const Value* value = built == nullptr ? nullptr : built->find(entry.key);
+    if (value == nullptr && doc != nullptr && doc->default_value) value = &*doc->default_value;
+    if (value != nullptr && equal(entry.value, *value)) continue;
+    found.push_back({prefix + entry.key, to_toml(entry.value),
+                     value == nullptr ? "" : to_toml(*value), written.where(entry.key)});
+  }
+}
+
+std::string text_in(const Table* table, std::string_view key) {
+  const Value* value = table == nullptr ? nullptr : table->find(key);
+  const auto* text = value == nullptr ? nullptr : std::get_if<std::string>(&value->data);
+  return text == nullptr ? "" : *text;
+}
+
+/// A section that names a plugin, with what the plugin says of its parameters.
+std::vector<ParameterDoc> docs_with_params(std::vector<ParameterDoc> docs,
+                                           Result<std::vector<ParameterDoc>> params) {
+  for (ParameterDoc& doc : docs) {
+    if (doc.key == "params" && params) doc.fields = *params;
+  }
+  return docs;
+}
+
+/// [store]: what is kept of each region is in the index.
+void compare_content(const StoreConfig& asked, const Written& written, const MapIndex& bundle,
+                     std::vector<Difference>& found) {
+  bool points = false, prepared = false, views = false;
+  for (const RegionSummary& region : bundle.regions) {
+    points = points || region.points > 0;
+    prepared = prepared || region.elements > 0;
+    views = views || region.max_views > 0;
+  }
+  if (!points && !prepared) return;
+  Table built;
+  const char* content = points && prepared ? "both" : points ? "points" : "prepared";
+  built.entries.push_back({"content", {std::string(content), {}}, {}});
+  built.entries.push_back({"views", {views, {}}, {}});
+  Table kept = to_table(asked);
+  std::erase_if(kept.entries,
+                [](const Entry& entry) { return entry.key != "content" && entry.key != "views"; });
+  const auto docs = describe<StoreConfig>();
+  compare("store.", kept, written, &built, &docs, found);
+}
+
+std::string message_of(const std::vector<Difference>& found) {
+  const Difference& first = found.front();
+  std::string message = "'" + first.key + "' is " + first.asked + ", and the bundle was built " +
+                        (first.built.empty() ? "without it" : "with " + first.built) +
+                        ": build it again, or ask for what it has";
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    message += (i == 1 ? "; different too: '" : ", '") + found[i].key + "'";
+  }
+  return message;
+}
+
+}  // namespace
+
+Result<void> check_built_as_asked(const Config& asked, const MapIndex& bundle,
+                                  const PluginLoader& plugins) {
+  const auto built = parse_toml(bundle.config, "");
+  if (!built || built->find("schema") == nullptr) return {};
+  const Table content = to_table(content_config(asked));
+  const bool everything = asked.written.entries.empty();
+  const SourceLocation file{asked.file, 0, 0};
+  const Written written{&asked.written, everything, file};
+
+  std::vector<Difference> found;
+  for (const ParameterDoc& section : describe<Config>()) {
+    // A map's file moves, and a matcher judges what was prepared for it.
+    if (section.key == "map" || section.key == "matcher") continue;
+    const Table* here = table_in(&content, section.key);
+    const Table* there = table_in(&*built, section.key);
+    if (here == nullptr || !written.has(section.key)) continue;
+    // Viewpoints that need no ground: `viewpoints.source` tells.
+    if (section.key == "ground" && there == nullptr) continue;
+    const Written inside = written.in(section.key);
+    const std::string prefix = section.key + ".";
+    const std::string plugin = text_in(here, "plugin"), made_by = text_in(there, "plugin");
+    if (plugin != made_by) {
+      found.push_back(
+          {prefix + "plugin", '"' + plugin + '"', '"' + made_by + '"', inside.where("plugin")});
+      continue;
+    }
+    std::vector<ParameterDoc> docs = section.fields;
+    const auto add = [&](PluginKind kind, const std::optional<PluginChoice>& choice) {
+      if (choice && section.key == to_string(kind)) {
+        docs = docs_with_params(std::move(docs), plugins.parameters(kind, *choice));
+      }
+    };
+    add(PluginKind::partitioner, asked.partitioner);
+    add(PluginKind::ground, asked.ground);
+    add(PluginKind::visibility,
+        asked.visibility ? std::optional(asked.visibility->choice()) : std::nullopt);
+    compare(prefix, *here, inside, there, &docs, found);
+  }
+  if (asked.store && written.has("store")) {
+    compare_content(*asked.store, written.in("store"), bundle, found);
+  }
+  if (found.empty()) return {};
+  return fail(Error{.code = ErrorCode::invalid_config,
+                    .message = message_of(found),
+                    .where = found.front().where,
+                    .context = {}});
+}
+
+}  // namespace vantage

@@ -1,0 +1,24 @@
+#include "vantage/engine/bundle_build.hpp"
+
+#include <utility>
+
+#include "bundle/content_config.hpp"
+
+namespace vantage {
+
+Result<BundleBuild> BundleBuild::prepare(const Config& config, const PluginLoader& plugins) {
+  VANTAGE_TRY(auto loaded, load_build_plugins(config, plugins));
+  VANTAGE_CHECK(effective_config(config, plugins));
+  BuildParams params = BuildParams::from(config);
+  VANTAGE_TRY(params.effective_config, effective_config(content_config(config), plugins));
+  return BundleBuild(std::move(loaded), std::move(params));
+}
+
+Result<BuildReport> BundleBuild::run(PointsView map, PointsView trajectory,
+                                     const std::function<void(const BuildProgress&)>& progress) {
+  return build_region_maps(map, trajectory, plugins_, params_, progress);
+}
+
+Result<MapIndex> BundleBuild::index() const { return plugins_.store->index(); }
+
+}  // namespace vantage

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "vantage/engine/config.hpp"
+
+namespace vantage {
+
+/// The part of a configuration that decides what a bundle holds; a bundle keeps it. The place of
+/// the bundle, the localizer, and all that the build does not use are left out.
+[[nodiscard]] Config content_config(const Config& config);
+
+}  // namespace vantage

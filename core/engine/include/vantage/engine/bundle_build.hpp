@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+
+#include "vantage/api.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// A build of the bundle that a configuration describes. The bundle keeps that configuration, but
+/// for what may differ at run time:
+///
+///     VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
+///     VANTAGE_TRY(const BuildReport report, build.run(map, trajectory));
+class VANTAGE_API BundleBuild {
+ public:
+  /// Loads the plugins and checks all of the configuration, also what only localization uses: a
+  /// mistake is found now, not in the robot.
+  /// Errors: those of load_build_plugins and effective_config.
+  [[nodiscard]] static Result<BundleBuild> prepare(const Config& config,
+                                                   const PluginLoader& plugins);
+
+  /// Call once. Parameters and errors: those of build_region_maps.
+  [[nodiscard]] Result<BuildReport> run(
+      PointsView map, PointsView trajectory,
+      const std::function<void(const BuildProgress&)>& progress = {});
+
+  /// The index of the bundle, after `run`. Errors: those of MapStore::index.
+  [[nodiscard]] Result<MapIndex> index() const;
+
+ private:
+  BundleBuild(BuildPlugins plugins, BuildParams params)
+      : plugins_(std::move(plugins)), params_(std::move(params)) {}
+  BuildPlugins plugins_;
+  BuildParams params_;
+};
+
+}  // namespace vantage

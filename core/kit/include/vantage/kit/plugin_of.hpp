@@ -1,0 +1,92 @@
+#pragma once
+
+#include <memory>
+
+#include "vantage/plugin.hpp"
+
+/// Plugins that are their parameters and one function of them. These templates make the class that
+/// VANTAGE_PLUGIN takes: it keeps the parameters and lets no exception out. A plugin with more to
+/// it implements its interface itself.
+namespace vantage {
+
+/// What the templates have in common.
+template <class Derived, class Interface, class P>
+class MadeOf : public Interface {
+ public:
+  using Params = P;
+  explicit MadeOf(const Params& params) : params_(params) {}
+  [[nodiscard]] static Result<std::unique_ptr<Interface>> create(const Params& params) {
+    return std::make_unique<Derived>(params);
+  }
+
+ protected:
+  Params params_;
+};
+
+/// @tparam P  parameters with
+///     Result<Partition> partition(PointsView map, PointsView trajectory,
+///                                 const MapSurvey& survey) const;
+/// for a map that check_points accepts.
+template <class P>
+class PartitionerOf final : public MadeOf<PartitionerOf<P>, Partitioner, P> {
+ public:
+  using MadeOf<PartitionerOf<P>, Partitioner, P>::MadeOf;
+  [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
+                                            const MapSurvey& survey) const noexcept override {
+    return guarded([&]() -> Result<Partition> {
+      VANTAGE_CHECK(check_points(map, "the map"));
+      return this->params_.partition(map, trajectory, survey);
+    });
+  }
+};
+
+/// @tparam P  parameters with
+///     Result<IndexList> ground(PointsView cloud) const;
+template <class P>
+class GroundFilterOf final : public MadeOf<GroundFilterOf<P>, GroundFilter, P> {
+ public:
+  using MadeOf<GroundFilterOf<P>, GroundFilter, P>::MadeOf;
+  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
+    return guarded([&]() -> Result<IndexList> { return this->params_.ground(cloud); });
+  }
+};
+
+/// @tparam P  parameters with
+///     Result<std::unique_ptr<VisibilityScene>> prepare(PointsView map,
+///                                                      const VisibilityLimits& limits) const;
+template <class P>
+class VisibilityOperatorOf final : public MadeOf<VisibilityOperatorOf<P>, VisibilityOperator, P> {
+ public:
+  using MadeOf<VisibilityOperatorOf<P>, VisibilityOperator, P>::MadeOf;
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<VisibilityScene>> {
+      return this->params_.prepare(map, limits);
+    });
+  }
+};
+
+/// @tparam P  parameters with
+///     Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const;
+/// and, if the matcher can read what it has stored,
+///     Result<std::unique_ptr<MatchTarget>> restore(std::span<const std::byte> prepared) const;
+template <class P>
+class ScanMatcherOf final : public MadeOf<ScanMatcherOf<P>, ScanMatcher, P> {
+  using Target = std::unique_ptr<MatchTarget>;
+
+ public:
+  using MadeOf<ScanMatcherOf<P>, ScanMatcher, P>::MadeOf;
+  [[nodiscard]] Result<Target> prepare(PointsView map) const noexcept override {
+    return guarded([&]() -> Result<Target> { return this->params_.prepare(map); });
+  }
+  [[nodiscard]] Result<Target> restore(
+      std::span<const std::byte> prepared) const noexcept override {
+    if constexpr (requires(const P& params) { params.restore(prepared); }) {
+      return guarded([&]() -> Result<Target> { return this->params_.restore(prepared); });
+    } else {
+      return ScanMatcher::restore(prepared);
+    }
+  }
+};
+
+}  // namespace vantage

@@ -1,0 +1,26 @@
+#include "vantage/kit/regions.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace vantage {
+
+tl::unexpected<Error> too_many_regions(const std::string& cause) {
+  return fail(ErrorCode::invalid_input,
+              cause + " cuts the map into more than " + std::to_string(kMaxRegions) + " regions");
+}
+
+HalfOpenBox box_owning(const Eigen::Vector2d& min, const Eigen::Vector2d& max) {
+  return {min, max.unaryExpr([](double x) {
+            return std::nextafter(x, std::numeric_limits<double>::infinity());
+          })};
+}
+
+std::optional<std::pair<double, double>> room_for_cut(const HalfOpenBox& box, Eigen::Index axis,
+                                                      double min_width) {
+  const std::pair room{box.min[axis] + min_width, box.max[axis] - min_width};
+  if (room.first > room.second) return std::nullopt;
+  return room;
+}
+
+}  // namespace vantage

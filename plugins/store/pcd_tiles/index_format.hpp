@@ -1,0 +1,154 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "bundle_index.hpp"
+#include "tile.hpp"
+#include "vantage/partition.hpp"
+
+/// The format of `index.json`, said once for its writer and for both of its readers (the reader of
+/// any JSON, and the faster one of what a build writes).
+///
+/// An Archive goes through the members in the order of the file. As a writer it takes the values,
+/// as a reader it puts them in; after its first error it does nothing more. It has
+///     void member(key, visit);                  // calls visit() at the member
+///     bool member_if(key, is_there, visit);     // a writer asks `is_there`, a reader the file
+///     void object(visit), list(elements, visit);
+///     void text(std::string&), numbers(Eigen vector&), count(std::uint64_t&, max);
+///     void checksum(std::uint64_t&), version(bool with_views);
+///     void check(bool, key, reason);  // of a reader: refuses the member for what reason() says
+namespace vantage::pcd_tiles {
+
+/// A region as the index has it.
+struct IndexedRegion {
+  Region region;
+  TileInfo tile;
+};
+
+/// All that the index says but its own checksum.
+struct IndexContent {
+  std::uint64_t map_points = 0;
+  Bounds3 map_bounds;
+  std::string config;
+  std::vector<IndexedRegion> regions;
+};
+
+inline constexpr const char* kChecksum = "checksum";
+inline constexpr auto kAnyCount = std::numeric_limits<std::uint64_t>::max();
+
+/// The bundle of what was read. Errors: those of Partition::from.
+[[nodiscard]] Result<BundleIndex> bundle_of(IndexContent content);
+
+template <class Archive>
+void describe(Archive& archive, HalfOpenBox& box) {
+  archive.object([&] {
+    archive.member("min", [&] { archive.numbers(box.min); });
+    archive.member("max", [&] { archive.numbers(box.max); });
+  });
+}
+
+/// Returns whether the footprint has that shape.
+template <class Shape, class Archive, class Visit>
+bool describe_if(Archive& archive, Footprint& footprint, const char* key, const Visit& visit) {
+  return archive.member_if(key, std::holds_alternative<Shape>(footprint), [&] {
+    if (!std::holds_alternative<Shape>(footprint)) footprint.emplace<Shape>();
+    visit(std::get<Shape>(footprint));
+  });
+}
+
+template <class Archive>
+void describe(Archive& archive, Footprint& footprint) {
+  archive.object([&] {
+    const bool known =
+        describe_if<HalfOpenBox>(archive, footprint, "box",
+                                 [&](HalfOpenBox& box) { describe(archive, box); }) ||
+        describe_if<BoxUnion>(archive, footprint, "boxes",
+                              [&](BoxUnion& shape) {
+                                archive.list(shape.boxes,
+                                             [&](HalfOpenBox& box) { describe(archive, box); });
+                              }) ||
+        describe_if<ConvexPolygon>(archive, footprint, "polygon", [&](ConvexPolygon& polygon) {
+          archive.list(polygon.corners, [&](Eigen::Vector2d& corner) { archive.numbers(corner); });
+        });
+    archive.check(known, nullptr, [] { return " must have a member 'box', 'boxes' or 'polygon'"; });
+  });
+}
+
+template <class Archive>
+void describe_tile(Archive& archive, TileInfo& tile) {
+  const auto count = [&](const char* key, std::uint64_t& value, std::uint64_t max) {
+    archive.member(key, [&] { archive.count(value, max); });
+  };
+  count("points", tile.points, kMaxPoints);
+  count("viewpoints", tile.viewpoints, kMaxPoints);
+  count("elements", tile.elements, kAnyCount);
+  count("prepared_bytes", tile.prepared_bytes, kMaxPreparedBytes);
+  archive.check(tile.elements == 0 || tile.prepared_bytes > 0, "elements",
+                [] { return " must be 0 without prepared bytes"; });
+  archive.member_if("max_views", tile.max_views > 0, [&] {
+    std::uint64_t most = tile.max_views;
+    archive.count(most, std::numeric_limits<std::uint32_t>::max());
+    tile.max_views = static_cast<std::uint32_t>(most);
+    archive.check(most > 0 && tile.points > 0, nullptr,
+                  [] { return " must be above 0, and left out where no point is"; });
+  });
+  count("bytes", tile.bytes, kAnyCount);
+  archive.member("origin", [&] { archive.numbers(tile.origin); });
+  archive.check(tile.origin.allFinite(), "origin", [] { return " must be finite"; });
+  archive.check(tile.bytes == file_size(tile), "bytes", [&] {
+    return " must be " + std::to_string(file_size(tile)) + " for what the file holds, not " +
+           std::to_string(tile.bytes);
+  });
+  archive.member(kChecksum, [&] { archive.checksum(tile.checksum); });
+}
+
+template <class Archive>
+void describe(Archive& archive, IndexedRegion& one) {
+  auto& [region, tile] = one;
+  archive.object([&] {
+    archive.member("label", [&] { archive.text(region.label); });
+    std::string file = tile_name(region);
+    archive.member("file", [&] { archive.text(file); });
+    archive.check(file == tile_name(region), "file",
+                  [&] { return " must be '" + tile_name(region) + "', not '" + file + "'"; });
+    archive.member("footprint", [&] { describe(archive, region.footprint); });
+    Eigen::Vector2d height(region.height.min, region.height.max);
+    archive.member("height", [&] { archive.numbers(height); });
+    region.height = {height[0], height[1]};
+    describe_tile(archive, tile);
+  });
+}
+
+/// The members of the index but for its checksum, which follows them.
+template <class Archive>
+void describe(Archive& archive, IndexContent& content) {
+  std::string format(kFormat);
+  archive.member("format", [&] { archive.text(format); });
+  archive.check(format == kFormat, "format",
+                [] { return " must be '" + std::string(kFormat) + "'"; });
+  bool with_views = false;
+  for (const auto& [region, tile] : content.regions) with_views |= tile.max_views > 0;
+  archive.member("version", [&] { archive.version(with_views); });
+  archive.member("map", [&] {
+    archive.object([&] {
+      archive.member("points", [&] { archive.count(content.map_points, kAnyCount); });
+      archive.member("bounds", [&] {
+        archive.object([&] {
+          archive.member("min", [&] { archive.numbers(content.map_bounds.min); });
+          archive.member("max", [&] { archive.numbers(content.map_bounds.max); });
+        });
+      });
+    });
+  });
+  archive.member("config", [&] { archive.text(content.config); });
+  archive.member("regions", [&] {
+    archive.list(content.regions, [&](IndexedRegion& one) { describe(archive, one); });
+  });
+}
+
+}  // namespace vantage::pcd_tiles

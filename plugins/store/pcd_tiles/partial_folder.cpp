@@ -1,0 +1,247 @@
+#include "partial_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "vantage/kit/file_content.hpp"
+
+namespace vantage::pcd_tiles {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Descriptor, io::system_error;
+
+constexpr const char* kNewIndex = "index.json.tmp";
+constexpr const char* kMarker = ".vantage-partial";  // no label begins with '.'
+
+SourceLocation at(const fs::path& path) { return {path.string(), 0, 0}; }
+
+Result<std::vector<std::string>> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  if (error) return system_error(folder, "the folder cannot be listed", error.value());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// A file that is created or replaced, and removed again unless it was written whole. Nothing is
+/// flushed to the disk: that is done once, for the folder.
+class NewFile {
+ public:
+  /// Errors: `io_failure`.
+  [[nodiscard]] static Result<NewFile> create(const fs::path& path) {
+    Descriptor file = Descriptor::of(path, O_WRONLY | O_CREAT | O_TRUNC);
+    if (!file.open()) return system_error(path, "the file cannot be created", errno);
+    return NewFile(path, std::move(file));
+  }
+  NewFile(NewFile&& other) noexcept
+      : path_(std::exchange(other.path_, {})), file_(std::move(other.file_)) {}
+  NewFile& operator=(NewFile&&) = delete;
+  ~NewFile() {
+    if (!path_.empty()) ::unlink(path_.c_str());
+  }
+
+  /// Errors: `io_failure`.
+  [[nodiscard]] Result<void> write(std::string_view content) const {
+    const int reason = io::write_all(file_, content);
+    if (reason != 0) return system_error(path_, "the file cannot be written", reason);
+    return {};
+  }
+  /// That was all: the file stays.
+  void keep() noexcept { path_.clear(); }
+
+ private:
+  NewFile(fs::path path, Descriptor file) : path_(std::move(path)), file_(std::move(file)) {}
+
+  fs::path path_;
+  Descriptor file_;
+};
+
+Result<Descriptor> locked(const fs::path& marker, int flags) {
+  Descriptor file = Descriptor::of(marker, O_RDWR | flags);
+  if (!file.open()) return system_error(marker, "the file cannot be opened", errno);
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return system_error(marker, "the file cannot be locked", errno);
+    return fail(ErrorCode::already_exists, "another program is writing a bundle here right now",
+                at(marker.parent_path()));
+  }
+  return file;
+}
+
+/// What a killed run has left: marked as such, or a bundle that was about to get its name.
+Result<void> remove_stale(const fs::path& path) {
+  const auto keep = [&](const std::string& reason) {
+    return fail(ErrorCode::already_exists,
+                "a bundle is written here first, but this is not what an interrupted run leaves (" +
+                    reason + "); remove it or choose another root",
+                at(path));
+  };
+  std::error_code error;
+  if (fs::symlink_status(path, error).type() != fs::file_type::directory) {
+    return keep("it is no folder");
+  }
+  VANTAGE_TRY(const auto names, names_in(path));
+  const auto holds = [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  Descriptor lock;
+  if (holds(kMarker)) {
+    VANTAGE_TRY(lock, locked(path / kMarker, 0));
+    for (const std::string& name : names) {
+      if (name != kMarker && name != kIndex && name != kNewIndex && !name.ends_with(".pcd")) {
+        return keep("it holds '" + name + "'");
+      }
+    }
+  } else if (!names.empty()) {
+    if (const auto bundle = files_of_bundle(path); !bundle) return keep(bundle.error().message);
+  }
+  return remove_files(path, names);
+}
+
+}  // namespace
+
+bool there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::symlink_status(path, ignored).type() != fs::file_type::not_found;
+}
+
+Result<BundleIndex> read_index(const fs::path& root) {
+  const fs::path file = root / kIndex;
+  const auto text = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
+  if (!text) {
+    if (text.error().code != ErrorCode::not_found) return fail(text.error());
+    return fail(ErrorCode::not_found,
+                std::string("there is no bundle of region maps here: no ") + kIndex, at(root));
+  }
+  return from_json(text->view(), file.string());
+}
+
+Result<void> remove_files(const fs::path& folder, std::vector<std::string> names) {
+  std::stable_partition(names.begin(), names.end(),
+                        [](const std::string& name) { return name != kIndex && name != kMarker; });
+  std::error_code error;
+  for (const std::string& name : names) {
+    fs::remove(folder / name, error);
+    if (error) return system_error(folder / name, "the file cannot be removed", error.value());
+  }
+  fs::remove(folder, error);
+  if (error) return system_error(folder, "the folder cannot be removed", error.value());
+  return {};
+}
+
+Result<std::vector<std::string>> files_of_bundle(const fs::path& folder) {
+  const auto keep = [&](const std::string& reason) {
+    return fail(ErrorCode::already_exists,
+                "this is not a bundle of region maps that could be replaced (" + reason +
+                    "); it is left alone",
+                at(folder));
+  };
+  const auto index = read_index(folder);
+  if (!index) return keep(to_string(index.error()));
+  std::vector<std::string> known{kIndex};
+  for (const Region& region : index->map.partition.regions()) known.push_back(tile_name(region));
+  std::sort(known.begin(), known.end());
+  VANTAGE_TRY(std::vector<std::string> names, names_in(folder));
+  for (const std::string& name : names) {
+    if (!std::binary_search(known.begin(), known.end(), name)) {
+      return keep("it also holds '" + name + "'");
+    }
+  }
+  return names;
+}
+
+Result<PartialFolder> PartialFolder::create(const fs::path& path) {
+  if (there(path)) VANTAGE_CHECK(remove_stale(path));
+  PartialFolder folder;
+  VANTAGE_CHECK(folder.create_parents(path.parent_path()));
+  std::error_code error;
+  if (!fs::create_directory(path, error)) {
+    return system_error(path, "the folder cannot be created", error ? error.value() : EEXIST);
+  }
+  auto lock = locked(path / kMarker, O_CREAT);
+  if (!lock) {
+    ::rmdir(path.c_str());
+    return fail(std::move(lock).error());
+  }
+  folder.path_ = path;
+  folder.lock_ = *std::move(lock);
+  return folder;
+}
+
+PartialFolder::PartialFolder(PartialFolder&& other) noexcept
+    : path_(std::exchange(other.path_, {})),
+      parents_(std::exchange(other.parents_, {})),
+      files_(std::exchange(other.files_, {})),
+      lock_(std::move(other.lock_)) {}
+
+PartialFolder::~PartialFolder() {
+  try {
+    if (!path_.empty()) {
+      files_.emplace_back(kMarker);
+      (void)remove_files(path_, files_);
+    }
+    std::error_code ignored;
+    for (auto parent = parents_.rbegin(); parent != parents_.rend(); ++parent) {
+      ::rmdir(parent->c_str());
+    }
+  } catch (...) {  // nothing more can be done in a destructor
+  }
+}
+
+Result<TileInfo> PartialFolder::write_tile(const std::string& name, const RegionMap& map) {
+  std::optional<NewFile> file;  // from the first byte on: nothing for a map that is refused
+  VANTAGE_TRY(const TileInfo info, encode(map, [&](std::string_view bytes) -> Result<void> {
+                if (!file) {
+                  files_.push_back(name);
+                  VANTAGE_TRY(NewFile created, NewFile::create(path_ / name));
+                  file.emplace(std::move(created));
+                }
+                return file->write(bytes);
+              }));
+  file->keep();
+  return info;
+}
+
+Result<void> PartialFolder::finish(std::string_view index) {
+  files_.emplace_back(kNewIndex);
+  {
+    VANTAGE_TRY(NewFile file, NewFile::create(path_ / kNewIndex));
+    VANTAGE_CHECK(file.write(index));
+    file.keep();
+  }
+  VANTAGE_CHECK(io::flush_folder(path_));
+  files_.emplace_back(kIndex);
+  std::error_code error;
+  fs::rename(path_ / kNewIndex, path_ / kIndex, error);
+  if (!error) fs::remove(path_ / kMarker, error);
+  if (error) {
+    return system_error(path_ / kIndex, "the index cannot be put in place", error.value());
+  }
+  return {};
+}
+
+void PartialFolder::release() noexcept {
+  path_.clear();
+  parents_.clear();
+}
+
+Result<void> PartialFolder::create_parents(const fs::path& folder) {
+  if (folder.empty() || there(folder)) return {};
+  VANTAGE_CHECK(create_parents(folder.parent_path()));
+  std::error_code error;
+  if (fs::create_directory(folder, error)) parents_.push_back(folder);
+  if (error) return system_error(folder, "the folder cannot be created", error.value());
+  return {};
+}
+
+}  // namespace vantage::pcd_tiles

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bundle_index.hpp"
+#include "tile.hpp"
+#include "vantage/kit/file_system.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::pcd_tiles {
+
+inline constexpr const char* kIndex = "index.json";
+
+/// Whether there is anything of that name.
+[[nodiscard]] bool there(const std::filesystem::path& path);
+
+/// Errors: `not_found` if the folder holds no bundle; those of read_file and from_json.
+[[nodiscard]] Result<BundleIndex> read_index(const std::filesystem::path& root);
+
+/// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is anything
+/// but a whole bundle, or holds a file that is not the bundle's.
+[[nodiscard]] Result<std::vector<std::string>> files_of_bundle(const std::filesystem::path& folder);
+
+/// Removes files and their folder, never what is below it. What says what this folder is goes last:
+/// a removal that is cut off can be taken up again. Errors: `io_failure`.
+[[nodiscard]] Result<void> remove_files(const std::filesystem::path& folder,
+                                        std::vector<std::string> names);
+
+/// The folder that a bundle is written into: created, locked, and removed again unless it is kept.
+class PartialFolder {
+ public:
+  /// Errors: `already_exists` if another process writes there, or if the folder is not the remains
+  /// of one that did; `io_failure`.
+  [[nodiscard]] static Result<PartialFolder> create(const std::filesystem::path& path);
+
+  PartialFolder(PartialFolder&& other) noexcept;
+  PartialFolder& operator=(PartialFolder&&) = delete;
+  ~PartialFolder();
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+  /// Writes the file of a region. Nothing is left of one that fails. Errors: those of encode;
+  /// `io_failure`.
+  [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, const RegionMap& map);
+  /// The index gets its name only when all is on the disk. Errors: `io_failure`.
+  [[nodiscard]] Result<void> finish(std::string_view index);
+  /// The folder has got its final name: it is no longer ours to remove.
+  void release() noexcept;
+
+ private:
+  PartialFolder() = default;
+  [[nodiscard]] Result<void> create_parents(const std::filesystem::path& folder);
+
+  std::filesystem::path path_;
+  std::vector<std::filesystem::path> parents_;  // created here, outermost first
+  std::vector<std::string> files_;              // written here
+  io::Descriptor lock_;
+};
+
+}  // namespace vantage::pcd_tiles
