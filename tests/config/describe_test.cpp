@@ -7,12 +7,15 @@
 
 #include "support/plugins.hpp"
 #include "support/process.hpp"
+#include "support/text.hpp"
 #include "vantage/engine/config.hpp"
 
 using namespace vantage;
 using Json = nlohmann::json;
 
 namespace {
+
+using test::has;
 
 std::string output_of(const std::vector<std::string>& arguments) {
   const auto finished = test::run("vantage-plugins", arguments);
@@ -40,10 +43,6 @@ std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 /// What is left out has a meaning, and the doc says it.

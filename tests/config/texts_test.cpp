@@ -6,11 +6,14 @@
 #include "plugins/json_schema.hpp"
 #include "plugins/text.hpp"
 #include "support/plugins.hpp"
+#include "support/text.hpp"
 #include "vantage/engine/config.hpp"
 
 using namespace vantage;
 
 namespace {
+
+using test::has;
 
 enum class Side : std::uint8_t { left, right };
 constexpr auto enum_names(Side) {
@@ -53,10 +56,6 @@ PluginInfo odd() {
           .summary = "a | b",
           .path = "/somewhere/odd.so",
           .parameters = describe<Odd>()};
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/small_map.hpp"
+#include "support/text.hpp"
 #include "world.hpp"
 
 using namespace vantage;
@@ -13,16 +14,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using test::has;
+
 /// Failed with exactly one line on stderr, which it returns without "\n".
 std::string failure(const test::Finished& finished, int exit_code = 1) {
   CHECK_MESSAGE(finished.exit_code == exit_code, finished.err);
   CHECK(finished.out.empty());
   CHECK_MESSAGE(std::count(finished.err.begin(), finished.err.end(), '\n') == 1, finished.err);
   return finished.err.substr(0, finished.err.find('\n'));
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 /// A folder with a map of one flat square and a configuration over it.

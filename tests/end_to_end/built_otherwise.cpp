@@ -3,19 +3,13 @@
 
 #include <algorithm>
 
+#include "support/text.hpp"
 #include "world.hpp"
 
 namespace fs = std::filesystem;
 using namespace vantage;
 
 namespace {
-
-void replace_in_file(const fs::path& path, const std::string& what, const std::string& with) {
-  std::string text = test::read_text(path);
-  const std::size_t at = text.find(what);
-  REQUIRE(at != std::string::npos);
-  test::write_text(path, text.replace(at, what.size(), with));
-}
 
 /// The one line of stderr.
 std::string error_of(const test::Finished& finished) {
@@ -70,7 +64,7 @@ TEST_CASE(
   fs::rename(street.path("moved.pcd"), street.path("map.pcd"));
 
   // The configuration was edited after the build: the place is that of the edit.
-  replace_in_file(config, "cell_width = 10.0", "cell_width = 15.0");
+  test::replace_in_file(config, "cell_width = 10.0", "cell_width = 15.0");
   const std::string edited = error_of(localize({}));
   CHECK(edited.starts_with(config + ":"));
   CHECK(edited.find("error: 'partitioner.params.cell_width' is 15.0, and the bundle was built with "

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "support/process.hpp"
+#include "support/text.hpp"
 #include "world.hpp"
 
 namespace fs = std::filesystem;
@@ -56,13 +57,6 @@ std::map<std::string, std::string> points_of_regions(const fs::path& scans_csv) 
     points[first[3]] = first[7];
   }
   return points;
-}
-
-void replace_in_file(const fs::path& path, const std::string& what, const std::string& with) {
-  std::string text = test::read_text(path);
-  const std::size_t at = text.find(what);
-  REQUIRE(at != std::string::npos);
-  test::write_text(path, text.replace(at, what.size(), with));
 }
 
 }  // namespace
@@ -122,7 +116,7 @@ TEST_CASE("evaluate: routes, baselines with equally many points, numbers that ca
     std::ostringstream cell, other;
     cell << "data-metric=\"scans.lost\" data-value=\"" << lost - 1.0 << '"';
     other << "data-metric=\"scans.lost\" data-value=\"" << lost << '"';
-    replace_in_file(out / "report.html", cell.str(), other.str());
+    test::replace_in_file(out / "report.html", cell.str(), other.str());
     const auto noticed = world.recompute();
     CHECK(noticed.exit_code == 1);
     CHECK(noticed.out.find("scans.lost") != std::string::npos);

@@ -10,19 +10,17 @@
 #include "support/process.hpp"
 #include "support/small_map.hpp"
 #include "support/terminal.hpp"
+#include "support/text.hpp"
 
 namespace fs = std::filesystem;
 using namespace vantage;
 
 namespace {
 
+using test::has;
 using test::on_terminal;
 
 const std::map<std::string, std::string> kXterm{{"TERM", "xterm-256color"}};
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 constexpr const char* kRed = "\033[1;31merror:\033[0m ";
 

@@ -10,6 +10,7 @@
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "support/small_config.hpp"
+#include "support/text.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 
@@ -17,6 +18,8 @@ namespace fs = std::filesystem;
 using namespace vantage;
 
 namespace {
+
+using test::has;
 
 using Pixel = std::array<std::uint8_t, 3>;
 
@@ -122,10 +125,6 @@ std::string failure(const test::Finished& finished, int exit_code) {
   CHECK_MESSAGE(std::count(finished.err.begin(), finished.err.end(), '\n') == 1, finished.err);
   CHECK_FALSE(yard().holds_picture());
   return finished.err;
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace

@@ -6,13 +6,14 @@
 #include <array>
 #include <cmath>
 
+#include "evaluation/degrees.hpp"
+
 namespace vantage {
 namespace {
 
 using Value = std::optional<double>;
 using Size = MetricUnit::Size;
 
-constexpr double kDegrees = 180.0 / M_PI;
 constexpr double kFarMetres = 2.0, kFarDegrees = 5.0;
 
 constexpr std::array kLengths{Size{"m", 1.0}, Size{"cm", 1e-2}, Size{"mm", 1e-3}};

@@ -10,12 +10,11 @@
 #include <thread>
 #include <utility>
 
+#include "evaluation/degrees.hpp"
 #include "vantage/io/read_ahead.hpp"
 
 namespace vantage {
 namespace {
-
-constexpr double kDegrees = 180.0 / M_PI;
 
 PoseError error_of(const Pose& pose, const Pose& truth) {
   const Eigen::AngleAxisd turn(

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "evaluation/degrees.hpp"
 #include "vantage/evaluation/metrics.hpp"
 
 namespace vantage {
 namespace {
-
-constexpr double kDegrees = 180.0 / M_PI;
 
 /// The values of a metric that count for a run.
 std::vector<double> sample_of(const Run& run, const Metric& metric) {

@@ -20,7 +20,7 @@ struct VoxelKey {
   friend auto operator<=>(const VoxelKey&, const VoxelKey&) = default;
 };
 
-struct Hash {
+struct VoxelHash {
   std::size_t operator()(const VoxelKey& key) const noexcept {
     return CellHash{}(std::array{key.z, key.y, key.x});
   }
@@ -64,7 +64,7 @@ Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberO
                              double voxel_size) {
   VANTAGE_CHECK(check_voxel_size(voxel_size));
   std::vector<Voxel> voxels;
-  std::unordered_map<VoxelKey, std::size_t, Hash> place_of;  // index in `voxels`
+  std::unordered_map<VoxelKey, std::size_t, VoxelHash> place_of;  // index in `voxels`
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = number_of(i);
     VANTAGE_TRY(const VoxelKey key, voxel_of(points, k, voxel_size));
@@ -91,7 +91,7 @@ Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
     double distance;
     std::size_t number;
   };
-  std::unordered_map<VoxelKey, Nearest, Hash> nearest;
+  std::unordered_map<VoxelKey, Nearest, VoxelHash> nearest;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = number_of(i);
     VANTAGE_TRY(const VoxelKey key, voxel_of(points, k, voxel_size));

@@ -22,7 +22,7 @@ struct Column {
   friend auto operator<=>(const Column&, const Column&) = default;
 };
 
-struct Hash {
+struct ColumnHash {
   std::size_t operator()(const Column& column) const noexcept {
     return CellHash{}(std::array{column.y, column.x});
   }
@@ -140,7 +140,7 @@ class Levels {
 
   double max_step_;
   std::vector<Level> all_;
-  std::unordered_map<Column, Range, Hash> columns_;
+  std::unordered_map<Column, Range, ColumnHash> columns_;
   std::vector<std::size_t> parent_;
 };
 

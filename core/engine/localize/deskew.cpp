@@ -10,9 +10,9 @@ namespace {
 
 /// A motion at constant velocity, in the form that Rodrigues' formula needs. Eigen's product of a
 /// pose and a point would make a rotation matrix for each point.
-class Motion {
+class SteadyMotion {
  public:
-  explicit Motion(const Pose& whole) : translation_(whole.translation) {
+  explicit SteadyMotion(const Pose& whole) : translation_(whole.translation) {
     const Eigen::AngleAxisd rotation{Eigen::Quaterniond(whole.rotation)};
     axis_ = rotation.axis();
     angle_ = rotation.angle();
@@ -54,7 +54,7 @@ Result<PointCloud> deskew(PointsView points, std::span<const float> seconds,
   if (!is_valid(T_now_later)) {
     return fail(ErrorCode::invalid_input, "the sensor's motion is no rigid transform");
   }
-  Motion motion(T_now_later);
+  SteadyMotion motion(T_now_later);
   double current = 0.0;  // fraction of the motion
   motion.set(current);
   PointCloud deskewed;

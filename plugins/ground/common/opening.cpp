@@ -7,7 +7,7 @@
 namespace vantage::terrain {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::infinity();
+constexpr double kAboveAll = std::numeric_limits<double>::infinity();
 
 /// Extremes of a line over a running window. They come from extremes that run forward and backward
 /// within blocks of the window's length: three comparisons per value.
@@ -41,7 +41,7 @@ class RunningWindow {
 Heights eroded_rows(const Heights& in, std::size_t radius) {
   Heights out{in.width + 2 * radius, in.height, {}};
   out.z.resize(out.width * out.height);
-  std::vector<double> line(in.width + 4 * radius, kNothing);
+  std::vector<double> line(in.width + 4 * radius, kAboveAll);
   RunningWindow window(2 * radius + 1, line.size());
   for (std::size_t y = 0; y < in.height; ++y) {
     const auto row = in.z.begin() + static_cast<std::ptrdiff_t>(y * in.width);

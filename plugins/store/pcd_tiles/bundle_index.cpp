@@ -17,8 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // ---- writing
 
 /// JSON has no infinity. Numbers are written in their shortest form and read back bit for bit.

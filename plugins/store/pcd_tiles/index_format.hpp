@@ -24,6 +24,9 @@
 ///     void check(bool, key, reason);  // of a reader: refuses the member for what reason() says
 namespace vantage::pcd_tiles {
 
+/// Of an edge of a region that has none; "inf" in the file.
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// A region as the index has it.
 struct IndexedRegion {
   Region region;

@@ -21,8 +21,6 @@ using io::Descriptor, io::system_error;
 constexpr const char* kNewIndex = "index.json.tmp";
 constexpr const char* kMarker = ".vantage-partial";  // no label begins with '.'
 
-SourceLocation at(const fs::path& path) { return {path.string(), 0, 0}; }
-
 Result<std::vector<std::string>> names_in(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;

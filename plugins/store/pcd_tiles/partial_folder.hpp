@@ -15,6 +15,11 @@ namespace vantage::pcd_tiles {
 
 inline constexpr const char* kIndex = "index.json";
 
+/// Where an error is: in this file, or at this folder.
+[[nodiscard]] inline SourceLocation at(const std::filesystem::path& path) {
+  return {path.string(), 0, 0};
+}
+
 /// Whether there is anything of that name.
 [[nodiscard]] bool there(const std::filesystem::path& path);
 

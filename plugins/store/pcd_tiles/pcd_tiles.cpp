@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SourceLocation at(const fs::path& path) { return {path.string(), 0, 0}; }
-
 /// A bundle under construction.
 struct Writing {
   PartialFolder folder;

@@ -18,6 +18,11 @@ enum class Sign : std::int8_t { negative = -1, zero = 0, positive = 1 };
 [[nodiscard]] Sign sign_of_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                   const Eigen::Vector3d& c, const Eigen::Vector3d& d);
 
+/// A point seen along an axis: its other two coordinates, in the order of a right-handed frame.
+[[nodiscard]] inline Eigen::Vector2d without(Eigen::Index axis, const Eigen::Vector3d& p) {
+  return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
+}
+
 /// The sign of det(b - a, c - a) in the plane, without rounding the differences.
 [[nodiscard]] Sign sign_of_turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
                                 const Eigen::Vector2d& c);

@@ -9,10 +9,6 @@
 namespace vantage::hpr {
 namespace {
 
-Eigen::Vector2d without(Eigen::Index axis, const Point& p) {
-  return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
-}
-
 // The ends of a row of points on a line through the origin.
 std::vector<std::size_t> ends_of_line(std::span<const Point> points) {
   Eigen::Index axis = 0;

@@ -26,10 +26,6 @@ Eigen::Vector3d cross_magnitude(const Eigen::Vector3d& a, const Eigen::Vector3d&
 // The next edge after each edge of a triangle.
 constexpr std::array<std::uint32_t, 3> kNext{1, 2, 0};
 
-Eigen::Vector2d without(Eigen::Index axis, const Eigen::Vector3d& p) {
-  return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
-}
-
 }  // namespace
 
 bool StarHull::start(const Point& a, const Point& b, const Point& c) {

@@ -91,8 +91,7 @@ TEST_CASE("keys that decide what a bundle holds must be those that it was built 
   CHECK(built.open(kBuilt).empty());
   CHECK(asked("visibility.max_range=15") == otherwise("visibility.max_range", "15.0", "30.0"));
   CHECK(asked("visibility.scope=region") == otherwise("visibility.scope", "\"region\"", "\"map\""));
-  CHECK(asked("visibility.params.alpha=10") ==
-        otherwise("visibility.params.alpha", "10", "100.0"));
+  CHECK(asked("visibility.params.alpha=10") == otherwise("visibility.params.alpha", "10", "100.0"));
   CHECK(asked("visibility.min_views=2") == otherwise("visibility.min_views", "2", "1"));
   CHECK(asked("viewpoints.height_offsets=[0.0, 0.6]") ==
         otherwise("viewpoints.height_offsets", "[0.0, 0.6]", "[0.0, 0.5]"));

@@ -53,9 +53,9 @@ class CountingStore final : public MapStore {
   Events& events_;
 };
 
-class CountingMatcher final : public ScanMatcher {
+class ReportingMatcher final : public ScanMatcher {
  public:
-  explicit CountingMatcher(Events& events) : events_(events) {}
+  explicit ReportingMatcher(Events& events) : events_(events) {}
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
       PointsView map) const noexcept override {
     class Target final : public MatchTarget {
@@ -87,7 +87,7 @@ class CountingMatcher final : public ScanMatcher {
 struct Fixture {
   Events events;
   PluginPtr<MapStore> store = test::in_process<CountingStore, MapStore>(events);
-  PluginPtr<ScanMatcher> matcher = test::in_process<CountingMatcher, ScanMatcher>(events);
+  PluginPtr<ScanMatcher> matcher = test::in_process<ReportingMatcher, ScanMatcher>(events);
 };
 
 std::vector<RegionId> ids(std::initializer_list<std::uint32_t> values) {

@@ -12,7 +12,7 @@ namespace {
 
 using exporting::UnionOfMaps;
 
-RegionMap map_of(PointCloud points) {
+RegionMap of_points(PointCloud points) {
   return {.points = std::move(points), .viewpoints = {}, .prepared = {}};
 }
 
@@ -20,7 +20,7 @@ RegionMap map_of(PointCloud points) {
 RegionMap stored(PointsView points, const Point& origin) {
   std::vector<Eigen::Vector3f> kept;
   for (const Point& p : points) kept.push_back((p - origin).cast<float>());
-  RegionMap map = map_of({});
+  RegionMap map = of_points({});
   for (const Eigen::Vector3f& p : kept) map.points.push_back(p.cast<double>() + origin);
   return map;
 }
@@ -38,20 +38,20 @@ PointCloud random_cloud(std::size_t count, const Point& middle) {
 
 TEST_CASE("union: nothing, and the same points twice") {
   UnionOfMaps all;
-  all.add(map_of({}));
+  all.add(of_points({}));
   CHECK(all.points().empty());
   UnionOfMaps apart;
   for (const double x : {0.0, 0.001, 0.002}) {
-    apart.add(map_of({}));
-    apart.add(map_of({{x, 0, 0}}));
+    apart.add(of_points({}));
+    apart.add(of_points({{x, 0, 0}}));
   }
   CHECK(apart.points().size() == 3);
   const PointCloud two{{1, 2, 3}, {-0.0, 0.0, 1e300}};
-  all.add(map_of(two));
-  all.add(map_of(two));
+  all.add(of_points(two));
+  all.add(of_points(two));
   CHECK(all.points() == two);
   CHECK(all.repeated() == 2);
-  all.add(map_of({{1, 2, 3}, {1, 2, 3}, {0.0, 0.0, 1e300}}));  // 0 is -0
+  all.add(of_points({{1, 2, 3}, {1, 2, 3}, {0.0, 0.0, 1e300}}));  // 0 is -0
   CHECK(all.points().size() == 2);
   CHECK(all.repeated() == 5);
 }
@@ -85,8 +85,8 @@ TEST_CASE("union: across the borders of cells") {
   for (const Point& p : cloud) moved.push_back(p + Point(-1e-7, 1e-7, -1e-7));
   for (const bool forth : {true, false}) {
     UnionOfMaps all;
-    all.add(map_of(forth ? cloud : moved));
-    all.add(map_of(forth ? moved : cloud));
+    all.add(of_points(forth ? cloud : moved));
+    all.add(of_points(forth ? moved : cloud));
     CHECK(all.points().size() == cloud.size());
   }
 }
@@ -94,13 +94,13 @@ TEST_CASE("union: across the borders of cells") {
 TEST_CASE("union: neighbours stay as many as they are in one map") {
   const PointCloud close{{0, 0, 0}, {1e-7, 0, 0}, {2e-7, 0, 0}};
   UnionOfMaps all;
-  all.add(map_of(close));
+  all.add(of_points(close));
   CHECK(all.points().size() == 3);
   PointCloud moved;
   for (const Point& p : close) moved.push_back(p + Point(0.4e-7, 0, 0));
-  all.add(map_of(moved));
+  all.add(of_points(moved));
   CHECK(all.points().size() == 3);
-  all.add(map_of({{1e-3, 0, 0}, {-1e-3, 0, 0}}));  // too far to be one of them
+  all.add(of_points({{1e-3, 0, 0}, {-1e-3, 0, 0}}));  // too far to be one of them
   CHECK(all.points().size() == 5);
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("union: the same as sets say, whatever the overlap") {
   UnionOfMaps all;
   std::size_t given = 0;
   for (std::size_t map = 0; map < 9; ++map) {
-    RegionMap region = map_of({});
+    RegionMap region = of_points({});
     for (std::size_t i = map; i < cloud.size(); i += map + 1) region.points.push_back(cloud[i]);
     given += region.points.size();
     all.add(region);

@@ -14,13 +14,13 @@ namespace {
 
 using namespace test;
 
-IndexList ground_of(const PointCloud& cloud, const std::string& params = {}) {
+IndexList pmf(const PointCloud& cloud, const std::string& params = {}) {
   return ground_by("pmf", cloud, params);
 }
 
 TEST_CASE("a low box is no ground either if one small window spans it") {
   const Scene scene = box_on_ground(1.5, 0.8);
-  const IndexList ground = ground_of(scene.cloud);
+  const IndexList ground = pmf(scene.cloud);
   CHECK(share(ground, 0, scene.ground) == 1.0);
   CHECK(share(ground, scene.ground, scene.top) == 0.0);
 }
@@ -35,7 +35,7 @@ TEST_CASE("a bridge over a road, seen or hidden, is no ground; what is below and
     const std::size_t road = cloud.size();
     append(cloud, sampled(
                       8'000, {-50, -6}, {50, 6}, [](double, double) { return 5.5; }, 2));
-    const IndexList ground = ground_of(cloud);
+    const IndexList ground = pmf(cloud);
     CHECK(share(ground, 0, road) == 1.0);
     CHECK(share(ground, road, cloud.size()) == 0.0);
   }
@@ -44,17 +44,17 @@ TEST_CASE("a bridge over a road, seen or hidden, is no ground; what is below and
 TEST_CASE("a sparse cloud is ground: two cells of three are empty") {
   const auto slope = [](double x, double y) { return 0.2 * x - 0.1 * y; };
   const PointCloud sparse = sampled(5'000, {-60, -60}, {60, 60}, slope);
-  CHECK(ground_of(sparse).size() == sparse.size());
+  CHECK(pmf(sparse).size() == sparse.size());
 }
 
 TEST_CASE("a turn changes what little the square windows and cells see otherwise") {
   const PointCloud cloud = landscape(150.0);
-  const IndexList expected = ground_of(cloud);
+  const IndexList expected = pmf(cloud);
   for (const double angle : {M_PI / 2.0, 0.3, 0.785}) {
     const Eigen::AngleAxisd turn(angle, Point::UnitZ());
     PointCloud turned;
     for (const Point& p : cloud) turned.push_back(turn * p);
-    const IndexList ground = ground_of(turned);
+    const IndexList ground = pmf(turned);
     IndexList differ;
     std::set_symmetric_difference(ground.begin(), ground.end(), expected.begin(), expected.end(),
                                   std::back_inserter(differ));
@@ -68,15 +68,14 @@ TEST_CASE("both schedules end with the largest window that fits") {
   for (const std::string schedule : {"schedule = 'linear'\nbase = 3.0",
                                      "schedule = 'exponential'\nbase = 2.0", "base = 100.0"}) {
     CAPTURE(schedule);
-    CHECK(share(ground_of(scene.cloud, schedule + "\nmax_window = 17.0"), scene.ground,
-                scene.top) == 0.0);
-    CHECK(share(ground_of(scene.cloud, schedule + "\nmax_window = 7.0"), scene.ground, scene.top) >
-          0.8);
+    CHECK(share(pmf(scene.cloud, schedule + "\nmax_window = 17.0"), scene.ground, scene.top) ==
+          0.0);
+    CHECK(share(pmf(scene.cloud, schedule + "\nmax_window = 7.0"), scene.ground, scene.top) > 0.8);
   }
 }
 
 TEST_CASE("the plugin's code outlives the last filter: a worker thread may still be leaving it") {
-  (void)ground_of({{0, 0, 0}});
+  (void)pmf({{0, 0, 0}});
   const std::string mapped = test::read_text("/proc/self/maps");
   CHECK(mapped.find("vantage_ground_pmf.so") != std::string::npos);
 }

@@ -16,7 +16,7 @@ using namespace test;
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-IndexList ground_of(const PointCloud& cloud, const std::string& params = {}) {
+IndexList smrf(const PointCloud& cloud, const std::string& params = {}) {
   return ground_by("smrf", cloud, params);
 }
 
@@ -153,14 +153,14 @@ TEST_CASE("smrf equals its definition on small scenes") {
       CHECK(expected.size() > cloud.size() / 4);
       CHECK(expected.size() < cloud.size());
       // A support is at most 25 cells: no cell has 26 times that of another.
-      CHECK(ground_of(cloud, "max_radius = 5.0\noutlier_ratio = 26.0") == expected);
+      CHECK(smrf(cloud, "max_radius = 5.0\noutlier_ratio = 26.0") == expected);
     }
   }
 }
 
 TEST_CASE("smrf: a kerb is ground on both of its sides") {
   const auto kerb = [](double x, double) { return x < 0.3 ? 0.0 : 0.15; };
-  CHECK(ground_of(sampled(40'000, {-30, -30}, {30, 30}, kerb)).size() == 40'000);
+  CHECK(smrf(sampled(40'000, {-30, -30}, {30, 30}, kerb)).size() == 40'000);
 }
 
 /// A road in a cut, slopes beside it, and a deck that leads over it from bank to bank.
@@ -214,7 +214,7 @@ TEST_CASE("smrf: ground is found below crowns that hide some of it, on a slope")
   append(cloud, sampled(
                     2'000, {-10, -10}, {10, 10},
                     [&](double x, double y) { return slope(x, y) + up(random); }, 2));
-  const IndexList ground = ground_of(cloud);
+  const IndexList ground = smrf(cloud);
   CHECK(share(ground, 0, terrain) > 0.99);
   CHECK(share(ground, terrain, cloud.size()) == 0.0);
 }

@@ -35,7 +35,7 @@ enum : std::uint8_t {
   kMessageIndex = 7,
   kChunkIndex = 8,
   kStatistics = 11,
-  kMetadata = 12,
+  kMetadataRecord = 12,
   kMetadataIndex = 13,
   kSummaryOffset = 14,
   kDataEnd = 15

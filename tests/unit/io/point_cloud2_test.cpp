@@ -16,13 +16,13 @@ namespace {
 using test::check_clear;
 using test::encoding_of;
 using test::kLayouts;
+using test::kWhere;
 using test::MessageWriter;
 using test::raw;
 using test::reversed;
 using Layout = MessageWriter::Layout;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-const SourceLocation kWhere{"run.bag", 0, 0};
 
 enum Datatype : std::uint8_t {
   kInt8 = 1,

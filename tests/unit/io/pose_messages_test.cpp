@@ -16,7 +16,6 @@ namespace {
 using namespace test;
 using Numbers = std::array<double, 7>;
 
-const SourceLocation kWhere{"run.bag", 0, 0};
 // A turn about z whose sine and cosine are exact enough: (0, 0, 0.6, 0.8).
 constexpr Numbers kNumbers{1.5, -2.5, 3.25, 0.0, 0.0, 0.6, 0.8};
 

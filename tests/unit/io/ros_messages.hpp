@@ -26,6 +26,9 @@ inline Encoding encoding_of(MessageWriter::Layout layout) {
   return layout == MessageWriter::Layout::ros1 ? Encoding::ros1 : Encoding::cdr;
 }
 
+/// Where messages of tests come from.
+inline const SourceLocation kWhere{"run.bag", 0, 0};
+
 inline constexpr std::array<MessageWriter::Layout, 3> kLayouts{
     MessageWriter::Layout::ros1, MessageWriter::Layout::cdr_little, MessageWriter::Layout::cdr_big};
 

@@ -29,7 +29,7 @@ Localizer localizer() {
   memory->maps[0] = {.points = {{0.0, 0.0, 0.0}}, .viewpoints = {}, .prepared = {}};
   REQUIRE(test::MemoryStore(memory).commit());
   auto opened = Localizer::open(
-      test::in_process<test::MemoryStore, MapStore>(memory),
+      Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {});
   REQUIRE_MESSAGE(opened, to_string(opened.error()));
   return *std::move(opened);

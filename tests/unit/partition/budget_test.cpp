@@ -7,14 +7,16 @@
 
 #include "support/cut.hpp"
 #include "support/plugins.hpp"
+#include "support/text.hpp"
 
 namespace vantage {
 namespace {
 
 using conformance::RangeSurvey;
+using test::box_of;
+using test::has;
+using test::kInfinity;
 using test::plugin;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 PluginPtr<Partitioner> budget(const std::string& params) {
   return plugin<Partitioner>("budget", params);
@@ -29,14 +31,6 @@ std::string refused(const std::string& params, const PointCloud& map, double ran
   REQUIRE(!partition);
   CHECK(partition.error().code == ErrorCode::invalid_input);
   return partition.error().message;
-}
-
-const HalfOpenBox& box_of(const Partition& partition, std::uint32_t region) {
-  return std::get<HalfOpenBox>(partition[RegionId{region}].footprint);
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 /// What every answer must keep: each point owned, no region without one, none over the budget.

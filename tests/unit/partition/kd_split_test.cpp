@@ -11,22 +11,13 @@
 namespace vantage {
 namespace {
 
+using test::box_of;
+using test::kInfinity;
+using test::labels;
 using test::plugin;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Partition made(const std::string& params, const PointCloud& map) {
   return test::cut_by("kd_split", params, map);
-}
-
-const HalfOpenBox& box_of(const Partition& partition, std::uint32_t region) {
-  return std::get<HalfOpenBox>(partition[RegionId{region}].footprint);
-}
-
-std::vector<std::string> labels(const Partition& partition) {
-  std::vector<std::string> all;
-  for (const Region& region : partition.regions()) all.push_back(region.label);
-  return all;
 }
 
 /// The points that each region owns; every point must be owned.

@@ -1,4 +1,5 @@
 #include "vantage/partition.hpp"
+#include "support/cut.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,8 +12,8 @@ namespace vantage {
 namespace {
 
 using Eigen::Vector2d;
+using test::kInfinity;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Region box(std::string label, Vector2d min, Vector2d max, HeightInterval height = {}) {

@@ -12,9 +12,9 @@ namespace vantage {
 namespace {
 
 using Eigen::Vector2d;
+using test::floor;
+using test::kInfinity;
 using test::plugin;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 PluginPtr<Partitioner> along(const std::string& params) {
   return plugin<Partitioner>("trajectory", params);
@@ -22,15 +22,6 @@ PluginPtr<Partitioner> along(const std::string& params) {
 
 Partition made(const std::string& params, const PointCloud& map, const PointCloud& path) {
   return test::cut_by("trajectory", params, map, path);
-}
-
-/// A point in the middle of every square metre of [x0, x1) x [y0, y1).
-PointCloud floor(int x0, int x1, int y0, int y1, const Point& offset = Point::Zero()) {
-  PointCloud points;
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) points.push_back(offset + Point(x + 0.5, y + 0.5, 0.0));
-  }
-  return points;
 }
 
 /// Positions every metre or less along straight lines.

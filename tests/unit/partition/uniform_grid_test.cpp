@@ -12,9 +12,9 @@
 namespace vantage {
 namespace {
 
+using test::kInfinity;
+using test::labels;
 using test::plugin;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 PluginPtr<Partitioner> grid(const std::string& params) {
   return plugin<Partitioner>("uniform_grid", params);
@@ -33,12 +33,6 @@ PointCloud lattice(double step, int n, double offset = 0.0) {
     for (int i = 0; i < n; ++i) points.emplace_back(offset + i * step, offset + j * step, 0.0);
   }
   return points;
-}
-
-std::vector<std::string> labels(const Partition& partition) {
-  std::vector<std::string> all;
-  for (const Region& region : partition.regions()) all.push_back(region.label);
-  return all;
 }
 
 TEST_CASE("cells that hold a point become regions, by rows") {

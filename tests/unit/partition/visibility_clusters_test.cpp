@@ -16,22 +16,13 @@ namespace vantage {
 namespace {
 
 using Eigen::Vector2d;
+using test::floor;
+using test::kInfinity;
 using test::plugin;
 namespace clusters = visibility_clusters;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 PluginPtr<Partitioner> by_sight(const std::string& params) {
   return plugin<Partitioner>("visibility_clusters", params);
-}
-
-/// A point in the middle of every square metre of [x0, x1) x [y0, y1).
-PointCloud floor(int x0, int x1, int y0, int y1) {
-  PointCloud points;
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) points.emplace_back(x + 0.5, y + 0.5, 0.0);
-  }
-  return points;
 }
 
 /// Viewpoints where a test wants them, that see what it wants.

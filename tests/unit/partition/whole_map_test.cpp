@@ -11,10 +11,8 @@ namespace {
 
 using test::plugin;
 
-Partition made(const std::string& params, const PointCloud& map) {
-  auto partition = test::cut(plugin<Partitioner>("whole_map", params), map);
-  REQUIRE_MESSAGE(partition, to_string(partition.error()));
-  return *std::move(partition);
+Partition whole(const std::string& params, const PointCloud& map) {
+  return test::cut_by("whole_map", params, map);
 }
 
 TEST_CASE("one region called map owns every point, the greatest too") {
@@ -25,7 +23,7 @@ TEST_CASE("one region called map owns every point, the greatest too") {
     for (int k = 0; k < 500; ++k) {
       map.emplace_back(coordinate(random), coordinate(random), coordinate(random));
     }
-    const Partition partition = made("", map);
+    const Partition partition = whole("", map);
     REQUIRE(partition.size() == 1);
     CHECK(partition.regions()[0].label == "map");
     for (const Point& p : map) CHECK(partition.locate(p) == RegionId{0});
@@ -36,7 +34,7 @@ TEST_CASE("one region called map owns every point, the greatest too") {
 }
 
 TEST_CASE("the margin widens the region on every side") {
-  const Partition partition = made("margin = 5.0", {{0, 0, 0}, {10, 20, 0}});
+  const Partition partition = whole("margin = 5.0", {{0, 0, 0}, {10, 20, 0}});
   const auto& box = std::get<HalfOpenBox>(partition.regions()[0].footprint);
   CHECK(box.min == Eigen::Vector2d(-5, -5));
   CHECK(partition.locate(Point(15, 25, 0)) == RegionId{0});
@@ -44,8 +42,8 @@ TEST_CASE("the margin widens the region on every side") {
 }
 
 TEST_CASE("one point, and points on a line, have a region with an inside") {
-  CHECK(made("", {{5e6, 5e6, 1}}).locate(Point(5e6, 5e6, 1)) == RegionId{0});
-  CHECK(made("", {{1, 0, 0}, {2, 0, 0}}).locate(Point(2, 0, 0)) == RegionId{0});
+  CHECK(whole("", {{5e6, 5e6, 1}}).locate(Point(5e6, 5e6, 1)) == RegionId{0});
+  CHECK(whole("", {{1, 0, 0}, {2, 0, 0}}).locate(Point(2, 0, 0)) == RegionId{0});
 }
 
 TEST_CASE("bad maps and parameters are refused") {

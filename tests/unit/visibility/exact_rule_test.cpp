@@ -21,7 +21,7 @@ struct Place {
 };
 
 // The box of the map and all viewpoints: with it R reaches every point for alpha >= 1.
-Bounds3 bounds_of(const Place& place) {
+Bounds3 bounds_with_viewpoints(const Place& place) {
   Bounds3 bounds = vantage::bounds_of(place.map);
   for (const Point& viewpoint : place.viewpoints) bounds.extend(viewpoint);
   return bounds;
@@ -54,7 +54,8 @@ std::vector<Question> few_questions(double range) {
 std::vector<IndexList> exact_answers(const Place& place, const Question& question) {
   std::vector<IndexList> answers;
   for (const Point& viewpoint : place.viewpoints) {
-    auto seen = exactly_seen(place.map, viewpoint, question.settings(bounds_of(place)));
+    auto seen =
+        exactly_seen(place.map, viewpoint, question.settings(bounds_with_viewpoints(place)));
     REQUIRE_MESSAGE(seen, to_string(seen.error()));
     answers.push_back(*std::move(seen));
   }
@@ -93,7 +94,7 @@ void check(const std::string& what, const Answers& answers, const Place& place,
 void check_both(const std::string& where, const Place& place, const Question& question,
                 const std::vector<IndexList>& expected) {
   const std::string what = where + ", " + to_string(question);
-  const Bounds3 bounds = bounds_of(place);
+  const Bounds3 bounds = bounds_with_viewpoints(place);
   check(what + ", function", by_function(place.map, bounds, question), place, expected);
   check(what + ", scene", by_scene(scene_of(place.map, bounds, question)), place, expected);
 }
@@ -259,7 +260,7 @@ TEST_CASE("exact: larger maps") {
 
 TEST_CASE("what is hidden can go: the rest is seen as before") {
   const auto check_removal = [](const Place& place) {
-    const Bounds3 bounds = bounds_of(place);
+    const Bounds3 bounds = bounds_with_viewpoints(place);
     for (const Question& question : questions(place.range)) {
       for (const Point& viewpoint : place.viewpoints) {
         const auto seen = by_function(place.map, bounds, question)(viewpoint);

@@ -134,7 +134,7 @@ PointCloud along_cells(std::uint32_t seed) {
   return directions;
 }
 
-std::vector<GrownHull> hulls() {
+std::vector<GrownHull> hulls_to_look_from() {
   std::vector<GrownHull> all;
   all.push_back(grown(ball(1, 500, 5.0, 1.0)).value());
   all.push_back(grown(sphere(800, 5.0)).value());
@@ -149,7 +149,7 @@ TEST_CASE("OcclusionMap hides no point that is not inside the hull, and most tha
   OcclusionMap map;
   for (const hpr::Settings& settings : {kFlip, kInversion}) {
     Count anywhere, at_edges, between_cells;
-    for (GrownHull& g : hulls()) {
+    for (GrownHull& g : hulls_to_look_from()) {
       map.clear();
       const Asked asked{map, g, Eye(Point::Zero(), settings)};
       asked.fill_all();
@@ -173,7 +173,7 @@ TEST_CASE("OcclusionMap hides no box of which a point is not inside the hull, an
     for (const double size : {1e-9, 1e-6, 1e-4, 1e-3, 5e-3, 0.02, 0.06, 0.2, 0.6, 2.0}) {
       CAPTURE(size);
       Count anywhere, at_edges;
-      for (GrownHull& g : hulls()) {
+      for (GrownHull& g : hulls_to_look_from()) {
         map.clear();
         const Asked asked{map, g, Eye(Point::Zero(), settings)};
         asked.fill_all();

@@ -7,12 +7,12 @@
 namespace vantage::io::velodyne {
 namespace {
 
-constexpr double kHour = 3600.0;                     // [s]
-constexpr std::int64_t kHourMicros = 3'600'000'000;  // [us]
-constexpr double kSynchronised = 60.0;               // clocks that differ by less agree [s]
-constexpr double kClockJump = 1.0;                   // [s]
-constexpr double kCentury = 3.2e9;                   // [s]
-constexpr double kLargestStepBack = 9000.0;          // [1/100 deg]
+constexpr double kHourInSeconds = 3600.0;                    // [s]
+constexpr std::int64_t kHourInMicroseconds = 3'600'000'000;  // [us]
+constexpr double kSynchronised = 60.0;                       // clocks that differ by less agree [s]
+constexpr double kClockJump = 1.0;                           // [s]
+constexpr double kCentury = 3.2e9;                           // [s]
+constexpr double kLargestStepBack = 9000.0;                  // [1/100 deg]
 // An HDL-32E at 300 rpm, the slowest speed, fires 4340 columns per revolution.
 constexpr std::size_t kMostColumns = 16384;
 
@@ -25,7 +25,7 @@ double nearest_to(double expected, double value, double period) noexcept {
 
 void SensorClock::begin(const Packet& packet, const DataPacket& parsed) noexcept {
   const double past_hour = parsed.timestamp * 1e-6;
-  start_ = nearest_to(packet.stamp, past_hour, kHour);
+  start_ = nearest_to(packet.stamp, past_hour, kHourInSeconds);
   synchronised_ = std::abs(start_ - packet.stamp) < kSynchronised;
   if (!synchronised_) start_ = packet.stamp;
   elapsed_ = 0;
@@ -36,13 +36,14 @@ double SensorClock::first_firing(const Packet& packet, const DataPacket& parsed)
   if (begun_) {
     const double expected = packet.stamp - last_receipt_;
     const auto step = static_cast<std::int64_t>(parsed.timestamp) - last_timestamp_;
-    const double seconds = nearest_to(expected, static_cast<double>(step) * 1e-6, kHour);
+    const double seconds = nearest_to(expected, static_cast<double>(step) * 1e-6, kHourInSeconds);
     // No recording is longer than a century; the limits keep the sum from overflowing.
     const bool sound = std::abs(seconds - expected) < kClockJump && std::abs(seconds) < kCentury &&
                        std::abs(static_cast<double>(elapsed_)) < kCentury * 1e6;
     if (sound) {
       elapsed_ +=
-          step + kHourMicros * std::llround((seconds - static_cast<double>(step) * 1e-6) / kHour);
+          step + kHourInMicroseconds *
+                     std::llround((seconds - static_cast<double>(step) * 1e-6) / kHourInSeconds);
     } else {
       begin(packet, parsed);
     }
