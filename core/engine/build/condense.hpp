@@ -14,9 +14,9 @@ namespace vantage {
 /// What will be stored for a region.
 struct Condensed {
   std::uint64_t seen = 0;     ///< points that at least one viewpoint sees
-  ViewCounts stored = {};     ///< of the map
-  IndexList observable = {};  ///< the points before thinning, if a matcher asks for them
-  std::size_t skipped = 0;    ///< viewpoints
+  ViewCounts stored = {};     ///< map points after thinning
+  IndexList observable = {};  ///< map points before thinning, if a matcher needs them
+  std::size_t skipped = 0;    ///< viewpoints that were not evaluated
 };
 
 /// Turns observable maps into what is stored: thins them, and lets the matcher prepare them.
@@ -24,8 +24,8 @@ struct Condensed {
 class Condenser {
  public:
   /// All arguments are borrowed.
-  /// Errors: those of ScanMatcher::prepare; `unsupported` for a matcher that cannot store its maps,
-  /// so that it fails here, before hours of visibility.
+  /// Errors: those of ScanMatcher::prepare; `unsupported` for a matcher that cannot store its maps:
+  /// the build fails here, before hours of visibility.
   [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
                                               const BuildParams& params);
 

@@ -16,10 +16,10 @@ namespace vantage {
 struct Cut {
   Groups inside;                       ///< P_ij of Eq. 3, only for VisibilityScope::region
   std::vector<PointCloud> viewpoints;  ///< Eqs. 4-5, by RegionId
-  std::uint64_t places_outside = 0;    ///< of all regions
+  std::uint64_t places_outside = 0;    ///< number of places outside all regions
 };
 
-/// Gives every map point to its region (Eq. 3) and makes the viewpoints of every region (Eqs. 4-5).
+/// Assigns every map point to a region (Eq. 3) and makes the viewpoints of each region (Eqs. 4-5).
 /// Errors: `internal` for a partition that does not own every map point; `invalid_input` if no
 /// place is in a region.
 [[nodiscard]] Result<Cut> cut(PointsView map, const Places& places, const Partition& partition,

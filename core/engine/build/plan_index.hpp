@@ -12,9 +12,9 @@
 
 namespace vantage {
 
-/// Indices by group, in their own order within each group: 4 bytes per index and per group.
+/// Indices by group, in their given order within each group: 4 bytes per index and per group.
 struct Groups {
-  std::vector<std::uint32_t> begin;  // of each group in `members`, and the end of the last
+  std::vector<std::uint32_t> begin;  // of each group in `members`; then the end of the last group
   IndexList members;
 
   [[nodiscard]] std::span<const std::uint32_t> operator[](std::size_t group) const {
@@ -22,14 +22,14 @@ struct Groups {
   }
 };
 
+/// Sorts indices into groups.
 /// @param index_of  returns the k-th of `count` indices
 /// @param group_of  returns the group of an index, below `groups`
 template <class IndexOf, class GroupOf>
 [[nodiscard]] Groups grouped(std::size_t count, std::size_t groups, const IndexOf& index_of,
                              const GroupOf& group_of) {
   Groups result{std::vector<std::uint32_t>(groups + 2), IndexList(count)};
-  // Counts go two places ahead, so that placing the indices moves each beginning to where it
-  // belongs.
+  // Counts are stored two places ahead. Placing the indices then moves each beginning into place.
   for (std::size_t k = 0; k < count; ++k) ++result.begin[group_of(index_of(k)) + 2];
   for (std::size_t g = 2; g < groups + 2; ++g) result.begin[g] += result.begin[g - 1];
   for (std::size_t k = 0; k < count; ++k) {
@@ -40,7 +40,7 @@ template <class IndexOf, class GroupOf>
   return result;
 }
 
-/// Finds what lies in a small part of the plan without looking at the rest. Uses square buckets of
+/// Finds the points in a small part of the plan without looking at the rest. Uses square buckets of
 /// about a hundred points.
 class PlanIndex {
  public:
@@ -80,7 +80,7 @@ class PlanIndex {
       found.insert(found.end(), groups_.members.begin() + first_of_row(y),
                    groups_.members.begin() + end_of_row(y));
     }
-    if (found.size() > limit_ / 64) {  // now walking over all bits is cheaper than sorting
+    if (found.size() > limit_ / 64) {  // here a walk over all bits is cheaper than sorting
       IndexSet set(limit_);
       set.add(found);
       return set.ascending();
@@ -92,7 +92,8 @@ class PlanIndex {
  private:
   static constexpr std::size_t kMostBuckets = 4096;  // along one axis
 
-  /// Grows with the offset, so anything between two places is in a bucket between theirs.
+  /// The bucket at an offset. It grows with the offset, so that a place between two others is in a
+  /// bucket between theirs.
   [[nodiscard]] std::size_t along(double offset, std::size_t buckets) const noexcept {
     const double bucket = offset / width_;
     if (!(bucket > 0.0)) return 0;

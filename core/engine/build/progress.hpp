@@ -12,14 +12,14 @@
 
 namespace vantage {
 
-/// Reports how far a build has come: at every region, and in between after every hundredth of the
-/// viewpoints or a tenth of a second.
+/// Reports the progress of a build: after every region, and in between after each hundredth of the
+/// viewpoints or tenth of a second.
 class Meter {
  public:
   Meter(const BuildProgress& start, const std::function<void(const BuildProgress&)>& listener);
 
-  /// May run from many threads at once. Plugins call this function, so an exception of the listener
-  /// is kept until `region_done`.
+  /// May run from many threads at once. Plugins call this function. An exception of the listener is
+  /// therefore kept until `region_done` throws it.
   void viewpoints_done(std::size_t more) noexcept;
   void region_done();
 
@@ -38,7 +38,7 @@ class Meter {
   const std::function<void(const BuildProgress&)>& listener_;
 };
 
-/// The viewpoints that one region adds: never more than it has, whatever a plugin reports.
+/// Counts the viewpoints of one region: never more than it has, whatever a plugin reports.
 class RegionProgress final : public VisibilityProgress {
  public:
   RegionProgress(Meter& meter, std::size_t viewpoints) : meter_(meter), left_(viewpoints) {}

@@ -11,11 +11,11 @@
 namespace vantage {
 
 /// Evaluates, condenses and stores every region. Regions run in parallel and are stored in order.
-/// Regions wait for the store as indices: points are copied for one region at a time.
-/// @param sight   released after the last region is evaluated
+/// A finished region waits for the store as indices; points are copied for one region at a time.
+/// @param sight   its scene is released after the last region is evaluated
 /// @param report  holds the partition and the number of viewpoints
 /// @return        the report with sizes and costs of the regions
-/// Errors: the first failing region decides the error, which names its label.
+/// Errors: the error of the first region that fails; it names the region's label.
 [[nodiscard]] Result<BuildReport> build_regions(
     PointsView map, Sight& sight, const Cut& cut, const Condenser& condenser, MapStore& store,
     BuildReport report, const std::function<void(const BuildProgress&)>& progress);

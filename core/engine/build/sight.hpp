@@ -16,13 +16,13 @@ namespace vantage {
 /// V_ij of Eq. 10.
 struct Observable {
   std::uint64_t seen = 0;   ///< points that at least one viewpoint sees
-  ViewCounts kept = {};     ///< map points that enough viewpoints see; `views` if asked for
-  std::size_t skipped = 0;  ///< viewpoints that were not asked, see `ViewpointParams::min_gain`
+  ViewCounts kept = {};     ///< map points that enough viewpoints see; `views` only if stored
+  std::size_t skipped = 0;  ///< viewpoints not evaluated, see `ViewpointParams::min_gain`
 };
 
-/// What the viewpoints of a region see (Sec. 2.3). The only place that asks the visibility plugin,
-/// checks what it answers, and decides by `min_views` and `min_gain` what is kept of it: for the
-/// region maps and for what a partitioner is told.
+/// What the viewpoints of a region see (Sec. 2.3). Only this class calls the visibility plugin,
+/// checks its answers, and applies `min_views` and `min_gain`. Region maps and the survey for
+/// partitioners both use it.
 /// Thread safety: const methods may run on one object from many threads at once.
 class Sight {
  public:
@@ -39,15 +39,16 @@ class Sight {
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const;
 
   static constexpr std::uint64_t kAll = std::numeric_limits<std::uint64_t>::max();
+  /// V_ij of Eq. 10.
   /// @param inside    P_ij; used only with VisibilityScope::region
-  /// @param enough    evaluation may stop, with a part of the map, above this number of kept points
+  /// @param enough    evaluation may stop, with a partial result, above this number of kept points
   /// @param progress  as for `VisibilityScene::visible_from_any`
   [[nodiscard]] Result<Observable> observable(std::span<const std::uint32_t> inside,
                                               std::span<const Point> viewpoints,
                                               std::uint64_t enough = kAll,
                                               const VisibilityProgress* progress = nullptr) const;
 
-  /// Frees the scene of the map. Precondition: nothing will be asked after this.
+  /// Frees the scene of the map. Precondition: no query follows.
   void release() { map_scene_.reset(); }
 
  private:

@@ -11,7 +11,7 @@
 
 namespace vantage {
 
-/// Answers a partitioner with the places and the sight that the build itself uses later.
+/// Answers a partitioner from the same places and sight that the build uses later.
 class BuildSurvey final : public MapSurvey {
  public:
   /// All arguments are borrowed.

@@ -7,11 +7,11 @@
 
 namespace vantage {
 
-/// Viewpoints wherever there is ground, as the paper has it.
+/// Viewpoints over all ground, as in the paper.
 struct OverGround {
   double sensor_height = 1.0;  ///< h_s [m]
 };
-/// Viewpoints over the ground that a robot can get to; see `reachable_ground`.
+/// Viewpoints over the ground that a robot can reach; see `reachable_ground`.
 struct OverReachableGround {
   double sensor_height = 1.0;  ///< h_s [m]
   double max_step = 0.3;       ///< [m]
@@ -21,8 +21,8 @@ struct AlongTrajectory {
   std::vector<double> lateral_offsets{0.0};  ///< to the left of the direction of travel [m]
 };
 
-/// Where viewpoints come from, each with what belongs to it alone. The keys of [viewpoints] say the
-/// same by a source and by keys that exclude each other.
+/// Where viewpoints come from. Each alternative holds the parameters that only it uses. The keys of
+/// [viewpoints] express the same choice by `source` and by keys that exclude each other.
 using ViewpointOrigin = std::variant<OverGround, OverReachableGround, AlongTrajectory>;
 
 /// Precondition: `params` is valid.

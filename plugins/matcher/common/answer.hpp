@@ -6,7 +6,7 @@
 
 namespace vantage::matching {
 
-/// What a target answers about a scan at a pose: use(workspace), with a workspace of its own.
+/// A target's answer about a scan at a pose: use(workspace). No other call uses the workspace.
 /// Errors: those of check_scan and of `use`; `internal` for an exception.
 template <class Answer, class Workspace, class Use>
 [[nodiscard]] Result<Answer> answer_with(WorkspacePool<Workspace>& workspaces, PointsView scan,

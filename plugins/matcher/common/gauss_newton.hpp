@@ -11,8 +11,9 @@
 
 namespace vantage::matching {
 
-/// E = 1/2 sum_i rho(d_i^T A_i d_i) at one pose, with its gradient and Gauss-Newton Hessian in
-/// [translation; rotation vector] for x = t + dt + exp([w]x) y, y = R p: J_i = [I, -[y_i]x].
+/// E = 1/2 sum_i rho(d_i^T A_i d_i) at one pose, with its gradient and Gauss-Newton Hessian. The
+/// parameters are [translation dt; rotation vector w] in x = t + dt + exp([w]x) y, y = R p, so that
+/// J_i = [I, -[y_i]x].
 struct NormalEquations {
   double value = 0.0;
   Vector6 gradient = Vector6::Zero();
@@ -21,7 +22,7 @@ struct NormalEquations {
   Matrix6 hessian = Matrix6::Zero();
   std::size_t matched = 0;
 
-  /// Adds one match. @param d  x - q  @param Ad  A d  @param w  rho'
+  /// Adds one match with d = x - q. @param Ad  A d  @param y  R p  @param w  rho'
   void add(const Eigen::Matrix3d& A, const Eigen::Vector3d& Ad, const Eigen::Vector3d& y, double w,
            double rho) noexcept {
     const Eigen::Vector3d g = w * Ad;
@@ -55,15 +56,15 @@ struct Minimum {
   std::uint32_t iterations = 0;
 };
 
-/// The Gauss-Newton step, shortened to the limits; no step if the equations say nothing. Directions
-/// that the matches leave open get almost no step.
+/// The Gauss-Newton step, shortened to the limits; none if the equations cannot be solved. The step
+/// is almost zero in directions that the matches leave open.
 [[nodiscard]] std::optional<Vector6> gauss_newton_step(const NormalEquations& at,
                                                        const StepOptions& options);
 
-/// Gauss-Newton steps until one is negligible, matches looked for anew at each pose.
-/// @param at_start  the equations at `start`
-/// @param linearize  gives them for a pose and the number of steps that led there
-/// @param settled  the number of steps from which on `linearize` does not depend on it any more
+/// Takes Gauss-Newton steps until one is negligible. Matches are searched for again at each pose.
+/// @param at_start   the equations at `start`
+/// @param settled    number of steps after which `linearize` no longer depends on their number
+/// @param linearize  returns the equations for a pose and the number of steps taken so far
 template <class Linearize>
 [[nodiscard]] Minimum minimize(const Pose& start, const NormalEquations& at_start,
                                const StepOptions& options, std::uint32_t settled,

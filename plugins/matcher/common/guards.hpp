@@ -12,8 +12,7 @@
 
 namespace vantage::matching {
 
-/// The conditions that every matcher sets for a scan and its pose. Errors: those of
-/// MatchTarget::align.
+/// Checks what every matcher requires of a scan and its pose. Errors: those of MatchTarget::align.
 [[nodiscard]] inline Result<void> check_scan(PointsView scan, const Pose& T_map_scan) {
   if (scan.empty()) return fail(ErrorCode::too_few_matches, "the scan has no points");
   VANTAGE_CHECK(check_points(scan, "the scan"));
@@ -29,13 +28,14 @@ struct LeastOverlap {
   std::uint32_t matches;
   double coverage;  ///< share of the scan's points
 
+  /// The least number of matches for a scan of `points` points.
   [[nodiscard]] std::size_t of(std::size_t points) const {
     return std::max<std::size_t>(
         matches, static_cast<std::size_t>(std::ceil(coverage * static_cast<double>(points))));
   }
-  /// Error: `too_few_matches`.
-  /// @param have   what matched points have: "a map voxel"
-  /// @param where  "at the guess"
+  /// Error: `too_few_matches`, with the message "... scan points have <have> <where>".
+  /// @param have   what a matched point has: "a map voxel"
+  /// @param where  the pose: "at the guess"
   [[nodiscard]] Result<void> check(std::size_t matched, std::size_t points, const std::string& have,
                                    const char* where) const {
     if (matched >= of(points)) return {};

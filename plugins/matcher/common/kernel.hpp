@@ -8,7 +8,7 @@
 
 namespace vantage::matching {
 
-/// How much a match that is far off counts.
+/// The robust loss: how much a match with a large residual counts.
 enum class Kernel : std::uint8_t { geman_mcclure, huber, none };
 constexpr auto enum_names(Kernel /*unused*/) {
   using namespace std::string_view_literals;
@@ -16,7 +16,7 @@ constexpr auto enum_names(Kernel /*unused*/) {
                     std::pair{"huber"sv, Kernel::huber}, std::pair{"none"sv, Kernel::none}};
 }
 
-/// A robust loss rho(s) of a squared normalized residual s, with scale c, and its derivative.
+/// The loss rho(s) of a squared normalized residual s, with scale c, and its derivative.
 struct RobustLoss {
   Kernel kernel = Kernel::geman_mcclure;
   double scale = 1.0;  ///< c, in standard deviations

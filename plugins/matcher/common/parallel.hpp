@@ -8,8 +8,8 @@
 
 namespace vantage::matching {
 
-/// Divides [0, size) into ranges and calls `work(chunk, begin, end)` for each, on as many threads
-/// as TBB may use here. Where the ranges begin depends on `size` alone. Results that are kept by
+/// Divides [0, size) into chunks and calls `work(chunk, begin, end)` for each, on as many threads
+/// as TBB may use here. The chunks depend only on `size` and `chunk_size`. Results that are kept by
 /// chunk and added up in chunk order are therefore the same for any number of threads.
 template <class Work>
 void for_each_chunk(std::size_t size, std::size_t chunk_size, const Work& work) {

@@ -14,8 +14,8 @@
 
 namespace vantage::matching {
 
-/// What icp and gicp have in common. A plugin's Params derive from it and begin their schema with
-/// their own fields.
+/// The parameters that icp and gicp share. A plugin's Params derive from this struct; their schema
+/// begins with their own fields.
 struct MatchingParams : StepParams {
   double map_voxel = 0.25;
   std::uint32_t neighbours = 10;
@@ -67,12 +67,12 @@ struct MatchingParams : StepParams {
     return {.kernel = kernel, .scale = kernel_scale};
   }
 
-  /// The distance within which matches are searched for after so many steps [m].
+  /// The distance within which matches are searched for after a number of steps [m].
   [[nodiscard]] double distance_after(std::uint32_t steps) const noexcept {
     return std::max(final_distance.value_or(max_distance),
                     std::ldexp(max_distance, -static_cast<int>(std::min(steps, 1000U))));
   }
-  /// The number of steps after which that distance stays the same.
+  /// The number of steps after which this distance stays the same.
   [[nodiscard]] std::uint32_t settled() const noexcept {
     std::uint32_t steps = 0;
     while (distance_after(steps) > final_distance.value_or(max_distance)) ++steps;

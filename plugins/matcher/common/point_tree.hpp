@@ -12,7 +12,7 @@ namespace vantage::matching {
 
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// A kd-tree over points that it borrows. The points must not move while the tree exists.
+/// A kd-tree over borrowed points. The points must stay in place while the tree exists.
 /// Thread safety: immutable once built.
 class PointTree {
  public:
@@ -24,7 +24,7 @@ class PointTree {
   PointTree& operator=(PointTree&&) noexcept;
 
   struct Nearest {
-    std::uint32_t index = kNone;  ///< of the nearest point; kNone if none is within the radius
+    std::uint32_t index = kNone;  ///< of the nearest point; kNone if no point is within the radius
     double others = 0.0;          ///< no other point is nearer than this [m]
   };
   /// @param radius  only points nearer than this count [m]
@@ -35,7 +35,7 @@ class PointTree {
   /// than three points, all on one line, or all in one place.
   [[nodiscard]] Eigen::Vector3d normal_at(const Point& x, std::uint32_t k) const;
 
-  /// Memory without the points [bytes].
+  /// Memory of the tree, without the points [bytes].
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:

@@ -10,12 +10,13 @@
 
 namespace vantage::matching {
 
-/// What the parameters of an iterative matcher say that every matcher has.
+/// Documentation of those shared parameters that each matcher words in its own way.
 struct StepTexts {
   std::string_view max_iterations, min_matches, min_coverage;
 };
 
-/// The parameters of steps and of when there is no answer. A matcher's Params derive from this.
+/// Parameters of the steps, and of the least overlap that gives an answer. A matcher's Params
+/// derive from this struct.
 struct StepParams {
   std::uint32_t max_iterations = 30;
   double translation_epsilon = 1e-3;

@@ -24,14 +24,14 @@ struct StepOptions {
   }
 };
 
-/// A normal matrix with a little more on its diagonal: directions in which the matches say nothing
-/// (a plane's) give no endless steps.
+/// A normal matrix with slightly larger diagonal elements, so that directions without information
+/// (along a single plane) do not give unbounded steps.
 [[nodiscard]] Matrix6 ridged(const Matrix6& normal);
 
-/// A step shortened to the limits; nothing for one that is not finite.
+/// A step shortened to the limits; none if the step is not finite.
 [[nodiscard]] std::optional<Vector6> shortened(Vector6 step, const StepOptions& options);
 
-/// The pose moved by a translation and a rotation about the sensor, its rotation renormalized.
+/// The pose moved by a translation and rotated about the sensor; its rotation is renormalized.
 [[nodiscard]] Pose moved(const Pose& pose, const Vector6& step);
 
 }  // namespace vantage::matching

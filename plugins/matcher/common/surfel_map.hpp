@@ -14,18 +14,18 @@
 
 namespace vantage::matching {
 
-/// A map as points with the normals of the surface around them.
+/// A map as points with surface normals.
 ///
-/// Points are kept relative to an origin near the map's centre, so that doubles lose nothing at UTM
-/// coordinates. Their order depends only on where they are, so nothing that is made from the map
-/// depends on the order of its points.
+/// Points are kept relative to an origin near the map's centre, so that UTM coordinates lose no
+/// precision. Their order depends only on their positions, so that results do not depend on the
+/// order of the map's points.
 /// Thread safety: immutable once built.
 class SurfelMap {
  public:
   struct Options {
     double voxel = 0.25;            ///< one point per voxel, the centroid [m]; 0: every point
-    std::uint32_t neighbours = 10;  ///< from which a normal is computed, the point itself included
-    bool planes_only = false;       ///< leaves out the points whose neighbours show no plane
+    std::uint32_t neighbours = 10;  ///< points from which a normal is computed, including the point
+    bool planes_only = false;       ///< leaves out points whose neighbours show no plane
   };
 
   /// Errors: `invalid_input` for no points, a non-finite coordinate, or an extent of more than

@@ -23,18 +23,19 @@
 
 namespace vantage::matching {
 
-/// The nearest map point of each scan point. A search also says how near the other map points are.
-/// It is not repeated while the scan point has moved too little for another map point to be nearer.
+/// The nearest map point of each scan point. A search also finds a distance below which there is no
+/// other map point. It is repeated only when the scan point has moved so far that another map point
+/// may be nearer.
 class Correspondences {
  public:
-  /// Forgets the previous scan.
+  /// Starts a new scan and forgets the previous one.
   void begin(std::size_t scan_points, double max_distance) {
     found_.assign(scan_points, {});
     radius_ = kReserve * max_distance;
   }
 
-  /// The map point nearest to `x`, the current position of scan point i. kNone if it is farther
-  /// than `limit`, which is at most max_distance.
+  /// The map point nearest to `x`, the current position of scan point i; kNone if it is farther
+  /// than `limit`. Precondition: limit <= max_distance.
   [[nodiscard]] std::uint32_t nearest(const SurfelMap& map, std::size_t i, const Eigen::Vector3d& x,
                                       double limit) {
     if (!map.reaches(x, limit)) return kNone;
@@ -58,8 +59,8 @@ class Correspondences {
   }
 
  private:
-  // Searches a little farther than asked, so that a point without a match may move before it is
-  // searched for again.
+  // The search reaches a little farther than max_distance, so that a point without a match may move
+  // before the next search.
   static constexpr double kReserve = 1.1;
   static constexpr double kRounding = 1.0 + 1e-9;
   struct Found {
@@ -213,13 +214,13 @@ class SurfelTarget final : public MatchTarget {
   mutable WorkspacePool<Workspace> workspaces_;
 };
 
-/// The matcher of a Residual, which says as `kPlanesOnly` which surfels it needs (see SurfelMap):
-/// what ScanMatcherOf takes.
+/// The parameters and `prepare` of a matcher with a Residual, for ScanMatcherOf.
+/// `Residual::kPlanesOnly` says which surfels the Residual needs (see SurfelMap::Options).
 /// @tparam Params  derives from MatchingParams
 template <class Params, class Residual>
 struct SurfelMatching : Params {
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const {
-    // The scores are those of ndt at its defaults, so that they are comparable.
+    // The defaults of ndt (outlier_ratio, resolution [m]), so that scores are comparable.
     VANTAGE_TRY(const NdtCoefficients coefficients, NdtCoefficients::derive(0.55, 1.0));
     VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = this->map_voxel,
                                                           .neighbours = this->neighbours,

@@ -11,8 +11,9 @@
 
 namespace vantage {
 
-/// A set of indices, one bit each: joining what many viewpoints see costs little even where they
-/// see little of a large map. It is here, not in the kit, because core joins what is seen, too.
+/// A set of indices, with one bit per possible index. Adding the few points that a viewpoint sees
+/// of a large map costs little. The class is here, not in the kit, because the defaults of
+/// VisibilityScene need it.
 class IndexSet {
  public:
   /// @param limit  larger than every index
@@ -33,9 +34,9 @@ class IndexSet {
     }
   }
 
-  /// May run while threads add: then an index that is being added may be missed.
+  /// May run while other threads add; it may then miss an index that is being added.
   [[nodiscard]] bool contains(std::uint32_t index) const noexcept {
-    // A std::atomic_ref takes no const object, though it only reads here.
+    // std::atomic_ref does not accept a const object, although it only reads here.
     auto& word = const_cast<std::uint64_t&>(words_[index / kBits]);
     const std::uint64_t bits = std::atomic_ref(word).load(std::memory_order_relaxed);
     return (bits >> (index % kBits) & 1U) != 0;
@@ -47,7 +48,7 @@ class IndexSet {
     return count;
   }
 
-  /// Calls visit(index) in ascending order.
+  /// Calls visit(index) for each index, in ascending order.
   template <class Visit>
   void for_each(const Visit& visit) const {
     for (std::size_t word = 0; word < words_.size(); ++word) {

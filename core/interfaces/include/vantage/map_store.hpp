@@ -12,11 +12,10 @@
 
 namespace vantage {
 
-/// V_ij: the observable points of one region (Eq. 10), or what a matcher made of these points, or
-/// both.
+/// V_ij of one region (Eq. 10): its observable points, a matcher's excerpt around them, or both.
 struct RegionMap {
   PointCloud points;      ///< map frame [m]
-  PointCloud viewpoints;  ///< from which the points were seen, map frame [m]: where a sensor may be
+  PointCloud viewpoints;  ///< that saw the points, map frame [m]: places where a sensor may be
   PreparedMap prepared;   ///< no bytes if none was stored
   /// How many of the viewpoints see each point, 1 or more; empty if these counts were not stored.
   std::vector<std::uint32_t> views = {};
@@ -28,9 +27,9 @@ struct RegionMap {
 
 /// What the index of a bundle says about one region.
 struct RegionSummary {
-  std::uint64_t points = 0;      ///< stored
-  std::uint64_t viewpoints = 0;  ///< stored
-  std::uint64_t elements = 0;    ///< of the prepared map
+  std::uint64_t points = 0;      ///< number of stored points
+  std::uint64_t viewpoints = 0;  ///< number of stored viewpoints
+  std::uint64_t elements = 0;    ///< number of elements of the prepared map
   std::uint64_t bytes = 0;       ///< size in storage
   std::uint32_t max_views = 0;   ///< the largest of the stored view counts; 0 if there are none
 
@@ -41,24 +40,25 @@ struct RegionSummary {
 /// The table of contents of a bundle: everything but the points.
 struct MapIndex {
   Partition partition;
-  std::vector<RegionSummary> regions;  ///< by RegionId; a store fills them in from `put`
+  std::vector<RegionSummary> regions;  ///< by RegionId; a store fills them in on `put`
   Bounds3 map_bounds;                  ///< of the wide-area map
   std::uint64_t map_points = 0;        ///< N of the wide-area map
-  std::string config;                  ///< the effective configuration that built the bundle (TOML)
+  std::string config;                  ///< effective configuration of the build (TOML)
 };
 
-/// Keeps region maps. A bundle is written with begin, one put per region, and commit; it exists
-/// only after commit. Destroying a store between begin and commit leaves nothing behind. What is
-/// stored depends only on the bundle, not on the place, the time or the order of the puts.
-/// Thread safety: const methods may run from many threads at once; begin, put and commit from one.
+/// Stores region maps as a bundle. A bundle is written with begin, one put per region, and commit.
+/// It exists only after commit: destroying a store between begin and commit leaves nothing behind.
+/// What is stored depends only on the bundle, not on the place, the time or the order of the puts.
+/// Thread safety: const methods may run from many threads at once; begin, put and commit from one
+/// thread.
 class VANTAGE_API MapStore {
  public:
   virtual ~MapStore();
 
   /// Errors: `already_exists` if the bundle exists; `io_failure`.
   [[nodiscard]] virtual Result<void> begin(const MapIndex& index) noexcept = 0;
-  /// Errors: `not_found` for a region outside the index; `already_exists` for a region that was put
-  /// before; `invalid_input` without begin, for a non-finite point or viewpoint, and for view
+  /// Errors: `not_found` for a region outside the index; `already_exists` for a second put of a
+  /// region; `invalid_input` without begin, for a non-finite point or viewpoint, and for view
   /// counts that are 0 or not one per point; `io_failure`.
   [[nodiscard]] virtual Result<void> put(RegionId region, const RegionMap& map) noexcept = 0;
   /// Makes the whole bundle visible at once.
@@ -67,8 +67,8 @@ class VANTAGE_API MapStore {
 
   /// Errors: `not_found` if there is no bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
-  /// The map of one region. Points and viewpoints come in the order in which they were put, with
-  /// the precision that the store declares; view counts and prepared bytes come back unchanged.
+  /// The map of one region. Points and viewpoints come back in the order of `put`, in the precision
+  /// that the store declares. View counts and prepared bytes come back unchanged.
   /// Errors: `not_found` for an unknown region or without a bundle, `corrupt_data` for a damaged
   /// file.
   [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;

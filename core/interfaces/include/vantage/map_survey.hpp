@@ -9,9 +9,9 @@
 
 namespace vantage {
 
-/// What a partitioner may ask about the map that it cuts. The answers come from the same ground,
-/// viewpoints and visibility that the build uses for the region maps, so a partitioner can choose
-/// regions by what is seen in them. The number of threads does not change an answer.
+/// Answers a partitioner's questions about the map that it cuts. The answers come from the same
+/// ground, viewpoints and visibility as the region maps, so a partitioner can choose regions by
+/// what is seen in them. The number of threads does not change an answer.
 /// Thread safety: const methods may run on one object from many threads at once.
 class VANTAGE_API MapSurvey {
  public:
@@ -22,20 +22,19 @@ class VANTAGE_API MapSurvey {
   /// later it has one viewpoint in each of the two regions.
   [[nodiscard]] virtual Result<PointCloud> viewpoints() const noexcept = 0;
 
-  /// B_q of Eq. 9, decided among all points of the map.
+  /// B_q of Eq. 9: the points seen from one viewpoint, decided among all points of the map.
   /// @param viewpoint  map frame [m]; `invalid_input` if not finite
   /// @return           indices into the map, strictly ascending
   [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
 
-  /// |V_ij| of Eq. 10: how many points the observable map of `region` will hold before it is
-  /// thinned. The same code counts here and makes the map later, with the same viewpoints:
-  /// `min_views` and `min_gain` have the same effect.
+  /// |V_ij| of Eq. 10: how many points the observable map of `region` will hold before thinning.
+  /// The same code counts here and makes the map later, from the same viewpoints: `min_views` and
+  /// `min_gain` have the same effect.
   /// Cost: the visibility of the region, unless counting ends early. The build keeps none of this
-  /// work and computes the region's visibility again.
-  /// @param region  counted as if it owned every place in its footprint and heights; if a region
-  ///                with a lower id overlaps it, its real map differs
-  /// @param enough  counting may end once more points than this are seen: ask for no more than you
-  ///                need
+  /// work: it computes the region's visibility again.
+  /// @param region  counted as if it owned every place in its footprint and heights. If a region
+  ///                with a lower id overlaps it, the map of the build differs
+  /// @param enough  counting may end above this number of points: ask for no more than you need
   /// @return        the exact number if it is at most `enough`, otherwise any number above `enough`
   [[nodiscard]] virtual Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept = 0;

@@ -21,12 +21,12 @@
 #include "vantage/schema.hpp"
 
 /// Three functions that work from a schema (schema.hpp): `parse` reads a table, `to_table` writes
-/// one, and `describe` tells people and programs what a table may contain.
+/// one, and `describe` lists what a table may contain, for people and programs.
 namespace vantage {
 
 enum class ValueKind : std::uint8_t { boolean, integer, number, string, path, choice, table };
 
-/// One parameter as a person or a program reads it.
+/// The description of one parameter, for people and programs.
 struct ParameterDoc {
   std::string key, type, unit, doc;  ///< type: "number", "array of 2 numbers", ...
   std::string equation, citation;    ///< see Source
@@ -34,7 +34,7 @@ struct ParameterDoc {
   ValueKind kind = ValueKind::table;  ///< of the value, or of each element of an array
   bool array = false;
   std::optional<std::size_t> length;  ///< of an array whose length is fixed
-  Range range;                        ///< of a number: what is allowed and fits into the type
+  Range range;                        ///< of a number: allowed values that fit into the type
   std::vector<std::string> choices;   ///< of an enum
   std::optional<Value> default_value;
   std::vector<ParameterDoc> fields;  ///< of a table that has its own schema
@@ -63,13 +63,14 @@ namespace detail {
                                                              std::size_t length);
 [[nodiscard]] VANTAGE_API Result<void> only_known_keys(const Table&,
                                                        const std::vector<std::string>& known);
-/// Adds the place of the error's keys in the table to an error of `validate`.
+/// Adds to an error of `validate` the place of its keys in the table.
 [[nodiscard]] VANTAGE_API Error at_keys(Error, const Table&);
 /// "number", "array of 2 numbers", "array of paths".
 [[nodiscard]] VANTAGE_API std::string type_text(ValueKind, bool array,
                                                 std::optional<std::size_t> length);
-/// Resolves a relative path. In a file, the path starts at the folder of that file; on the command
-/// line, it starts at the current directory and becomes absolute.
+/// Resolves a relative path. A path in a file starts at the folder of that file. A path on the
+/// command line starts at the current directory and becomes absolute. Without a location, the path
+/// stays as it is.
 [[nodiscard]] VANTAGE_API std::filesystem::path resolve_path(const std::string&,
                                                              const SourceLocation&);
 
@@ -110,7 +111,8 @@ struct value_type<std::optional<T>> {
   using type = T;
 };
 
-/// The type of an array's elements; an array of arrays has no description.
+/// The type of an array's elements; for any other type, the type itself. Arrays of arrays are not
+/// supported.
 template <class T>
 struct element_type {
   using type = T;
@@ -163,7 +165,7 @@ template <class T>
   return type_text(value_kind<typename element_type<T>::type>(), is_array<T>, length_of<T>());
 }
 
-/// The part of a range that an integer of type T can hold. TOML's own integers have 64 bits.
+/// The part of a range that type T can hold, if T is an integer. TOML's own integers have 64 bits.
 template <class T>
 [[nodiscard]] constexpr Range within_type(Range range) {
   if constexpr (std::integral<T> && !std::same_as<T, bool>) {
@@ -267,7 +269,7 @@ template <class T>
   }
 }
 
-/// An empty optional gives no value.
+/// A member as a value; none for an empty optional.
 template <class T>
 [[nodiscard]] std::optional<Value> write_value(const T& x) {
   if constexpr (is_optional<T>::value) {
@@ -302,9 +304,9 @@ template <class T>
 
 }  // namespace detail
 
-/// Reads a table by the schema of Params.
-/// Errors: `invalid_config` with the place of an unknown key (and what was probably meant), a
-/// missing key, a wrong type, a value out of range or a non-finite number.
+/// Reads a table according to the schema of Params.
+/// Errors: `invalid_config`, with its place, for an unknown key (with a suggestion), a missing key,
+/// a wrong type, a value out of range or a non-finite number; errors of `Params::validate`.
 template <HasSchema Params>
 Result<Params> parse(const Table& table) {
   Params params{};
@@ -339,7 +341,7 @@ Result<Params> parse(const Table& table) {
   return params;
 }
 
-/// The effective values, defaults included.
+/// A table of the effective values, including defaults.
 template <HasSchema Params>
 Table to_table(const Params& params) {
   Table table;

@@ -15,26 +15,26 @@
 
 namespace vantage {
 
-/// The position of the region in its Partition: 0 .. regions - 1, without gaps.
+/// The position of a region in its Partition: 0 .. regions - 1, without gaps.
 struct RegionId {
   std::uint32_t value = 0;
   friend auto operator<=>(const RegionId&, const RegionId&) = default;
 };
 
-/// min <= (x, y) < max, the cell of Eq. 2 [m].
+/// A rectangle min <= (x, y) < max [m]: the cell of Eq. 2.
 struct HalfOpenBox {
   Eigen::Vector2d min, max;
   friend bool operator==(const HalfOpenBox&, const HalfOpenBox&) = default;
 };
 
-/// Convex, counter-clockwise, with at least three corners [m]. A point on the border belongs to the
-/// polygon; where footprints touch, the region with the lower id owns the border.
+/// A convex polygon of at least three corners, counter-clockwise [m]. It owns its border; where
+/// footprints touch, the region with the lower id owns the border.
 struct ConvexPolygon {
   std::vector<Eigen::Vector2d> corners;
   friend bool operator==(const ConvexPolygon&, const ConvexPolygon&) = default;
 };
 
-/// Every place in at least one of the boxes. The union may have any shape, as fine as the boxes.
+/// Every place in at least one of the boxes. Small boxes approximate any shape.
 struct BoxUnion {
   std::vector<HalfOpenBox> boxes;
   friend bool operator==(const BoxUnion&, const BoxUnion&) = default;
@@ -82,30 +82,30 @@ struct Bounds2 {
 [[nodiscard]] VANTAGE_API double distance(const Footprint&, const Eigen::Vector2d& xy) noexcept;
 
 /// How a map is cut into regions. A Partition is plain, validated data: a bundle opens without the
-/// partitioner that made it. Building (Eq. 3) and running (Eq. 11) use one `locate`, so the two can
-/// never disagree about a point on an edge.
+/// partitioner that made it. Building (Eq. 3) and running (Eq. 11) use the same `locate`, so that
+/// they never disagree about a point on an edge.
 class VANTAGE_API Partition {
  public:
   /// An empty partition has no regions and locates nothing.
   Partition() = default;
 
   /// Errors: `invalid_input` if there is no region; for an empty or non-finite footprint, a polygon
-  /// that is not convex and counter-clockwise, or a union of no boxes; for a label that is not safe
-  /// in a file name or that two regions share.
+  /// that is not convex and counter-clockwise, or a union without boxes; for an empty height
+  /// interval; for a label that is not safe in a file name or that two regions share.
   [[nodiscard]] static Result<Partition> from(std::vector<Region> regions);
 
   [[nodiscard]] const std::vector<Region>& regions() const noexcept { return regions_; }
   [[nodiscard]] std::size_t size() const noexcept { return regions_.size(); }
   [[nodiscard]] const Region& operator[](RegionId id) const { return regions_.at(id.value); }
 
-  /// The region that owns a place: the one with the lowest id that contains the place; no region
-  /// for a place outside all of them. Takes constant time on average if regions are of similar
-  /// size.
+  /// The region that owns a place: of the regions that contain it, the one with the lowest id; none
+  /// if the place is outside all regions. Takes constant time on average if regions have similar
+  /// sizes.
   [[nodiscard]] std::optional<RegionId> locate(const Point& p) const noexcept;
   /// The same in plan view, without regard to height intervals.
   [[nodiscard]] std::optional<RegionId> locate(const Eigen::Vector2d& xy) const noexcept;
   /// The region whose footprint is nearest to a place (the lowest id if several are equally near);
-  /// none if there are no regions.
+  /// none if there is no region.
   [[nodiscard]] std::optional<RegionId> nearest(const Eigen::Vector2d& xy) const noexcept;
 
  private:

@@ -18,9 +18,9 @@ class VANTAGE_API Partitioner {
 
   /// @param map         N points of the wide-area map P, map frame, z up [m]; finite
   /// @param trajectory  positions of the sensor while mapping, in driving order [m]; may be empty
-  /// @param survey      says what can be seen in this map; most partitioners do not need it
-  /// @return            regions that together own every point of `map`, each at least one point;
-  ///                    their order and footprints do not depend on the order of the points
+  /// @param survey      answers what can be seen in this map; most partitioners do not need it
+  /// @return            regions that together own every point of `map`; each owns at least one.
+  ///                    Their order and footprints do not depend on the order of the points
   [[nodiscard]] virtual Result<Partition> partition(PointsView map, PointsView trajectory,
                                                     const MapSurvey& survey) const noexcept = 0;
 };

@@ -17,18 +17,18 @@
 ///
 ///     VANTAGE_PLUGIN(vantage::Partitioner, UniformGrid, "uniform_grid", "square cells");
 ///
-/// Here UniformGrid derives from the interface, names its `Params` (see params.hpp) and has `static
-/// Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.
+/// Here UniformGrid derives from the interface, and has a type `Params` (see schema.hpp) and a
+/// function `static Result<std::unique_ptr<vantage::Partitioner>> create(const Params&)`.
 
-/// Counts up whenever an interface, or a type that crosses the boundary, changes.
+/// Grows by one whenever an interface, or a type that crosses the plugin boundary, changes.
 #ifndef VANTAGE_INTERFACE_VERSION
 #define VANTAGE_INTERFACE_VERSION 6
 #endif
 
 namespace vantage {
 
-/// What must agree before any code of a plugin may be called. The loader reads these plain integers
-/// first.
+/// Numbers that must agree in loader and plugin before any code of the plugin may be called. The
+/// loader reads these plain integers first.
 struct AbiTag {
   std::uint32_t interface_version;
   std::uint32_t gxx_abi_version;
@@ -40,7 +40,7 @@ struct AbiTag {
   friend bool operator==(const AbiTag&, const AbiTag&) = default;
 };
 
-/// The tag of the code that includes this header, with the flags it is compiled with.
+/// The tag of the code that includes this header, under its compiler flags.
 [[nodiscard]] constexpr AbiTag abi_tag_here() noexcept {
   return {
       .interface_version = VANTAGE_INTERFACE_VERSION,
@@ -57,8 +57,8 @@ struct AbiTag {
   };
 }
 
-/// How the engine makes an object of a plugin and learns its parameters. None of these functions
-/// throws.
+/// The functions by which the engine creates an object of a plugin and learns its parameters. None
+/// of them throws.
 template <class Interface>
 struct Factory {
   Result<std::unique_ptr<Interface>> (*create)(const Table& params) noexcept;
@@ -83,7 +83,7 @@ struct PluginManifest {
 };
 
 /// Turns an exception into an error. No exception may cross the plugin boundary, and every
-/// interface method is noexcept, so the body of each method goes into a call of `guarded`:
+/// interface method is noexcept. The body of each method therefore goes into a call of `guarded`:
 ///
 ///     return vantage::guarded([&] { return cells_of(map); });
 template <class F>

@@ -9,7 +9,7 @@
 namespace vantage {
 
 /// A rigid transform T_target_source: `p_target = T_target_source * p_source`.
-/// The rotation is a unit quaternion; products and inverse() keep it so.
+/// The rotation is a unit quaternion; products and inverse() preserve this.
 struct Pose {
   Eigen::Quaternion<double, Eigen::DontAlign> rotation =
       Eigen::Quaternion<double, Eigen::DontAlign>::Identity();
@@ -23,7 +23,8 @@ struct Pose {
   [[nodiscard]] VANTAGE_API Pose inverse() const noexcept;
 };
 
-/// From position [m] and fixed-axis roll, pitch, yaw [rad]: R = Rz(yaw) Ry(pitch) Rx(roll).
+/// A pose from position [m] and fixed-axis roll, pitch, yaw [rad]:
+/// R = Rz(yaw) Ry(pitch) Rx(roll).
 [[nodiscard]] VANTAGE_API Pose pose_from_xyz_rpy(const Eigen::Vector3d& xyz,
                                                  const Eigen::Vector3d& rpy) noexcept;
 

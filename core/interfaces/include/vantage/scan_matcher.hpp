@@ -18,7 +18,7 @@ namespace vantage {
 /// Why an alignment ended.
 enum class Termination : std::uint8_t {
   converged,       ///< the last step was below the matcher's tolerances
-  max_iterations,  ///< the iteration limit was reached first
+  max_iterations,  ///< the iteration limit was reached before convergence
   no_progress,     ///< no step along the search direction improves the objective
 };
 [[nodiscard]] VANTAGE_API const char* to_string(Termination) noexcept;
@@ -26,7 +26,7 @@ enum class Termination : std::uint8_t {
 /// The result of matching one scan against one map.
 struct Alignment {
   /// Rows in this order: translation x, y, z [m], then rotation vector x, y, z [rad]; axes of the
-  /// map frame, rotation about the sensor. Not aligned in memory, because it crosses the plugin
+  /// map frame, rotation about the sensor. DontAlign, because the matrix crosses the plugin
   /// boundary.
   using Hessian = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 
@@ -39,10 +39,10 @@ struct Alignment {
   Hessian hessian = Hessian::Zero();
 };
 
-/// A map that is ready for matching. It owns what it needs: the points it was prepared from may be
-/// destroyed.
-/// Thread safety: const methods may run on one object from many threads at once. They give the same
-/// answer for any number of threads.
+/// A map that is ready for matching. It owns all its data: the points that it was prepared from may
+/// be destroyed.
+/// Thread safety: const methods may run on one object from many threads at once. The number of
+/// threads does not change an answer.
 class VANTAGE_API MatchTarget {
  public:
   virtual ~MatchTarget();
@@ -61,14 +61,14 @@ class VANTAGE_API MatchTarget {
   [[nodiscard]] virtual Result<ScanScore> score(PointsView scan,
                                                 const Pose& T_map_scan) const noexcept = 0;
 
-  /// Memory that the target holds, used to keep within memory limits.
+  /// Memory that the target holds [bytes]; counts towards memory limits.
   [[nodiscard]] virtual std::size_t bytes() const noexcept = 0;
   /// The number of things that a scan point can be compared with: distributions or points.
   [[nodiscard]] virtual std::size_t elements() const noexcept = 0;
 
   /// Extracts the part of the target around some of the points that it was prepared from, so that a
-  /// store can keep it. The elements are those that `prepare` made from the whole map; the seen
-  /// points alone would give other elements.
+  /// store can keep this part. The elements stay as `prepare` made them from the whole map; the
+  /// seen points alone would give other elements.
   /// @param seen  N map points, map frame [m]; every element that one of them belongs to is kept
   /// Errors: `unsupported` (the default); `invalid_input` for a non-finite point.
   [[nodiscard]] virtual Result<PreparedMap> excerpt(PointsView seen) const noexcept;
@@ -88,7 +88,7 @@ class VANTAGE_API ScanMatcher {
 
   /// Makes a target from what `MatchTarget::excerpt` returned.
   /// Errors: `unsupported` (the default); `corrupt_data` for bytes that are not an excerpt;
-  /// `invalid_input` for an excerpt made with parameters that do not agree with this matcher's;
+  /// `invalid_input` for an excerpt made with parameters that contradict those of this matcher;
   /// `too_few_matches` for an empty excerpt.
   [[nodiscard]] virtual Result<std::unique_ptr<MatchTarget>> restore(
       std::span<const std::byte> prepared) const noexcept;

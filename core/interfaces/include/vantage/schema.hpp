@@ -11,7 +11,7 @@
 #include "vantage/result.hpp"
 
 /// Parameters that describe themselves. One schema tuple drives parsing, checks, defaults,
-/// `vantage plugins describe` and the effective configuration that is written out.
+/// `vantage plugins describe` and the effective configuration.
 ///
 ///     struct Params {
 ///       double cell_width{};  // L of Eq. 2
@@ -22,15 +22,15 @@
 ///       }
 ///     };
 ///
-/// An optional member (`std::optional<T>`) may be left out; its doc says what that means. Any other
-/// member declared with `optional` keeps the value of a default-constructed Params. An enum needs a
-/// function in its own namespace, `constexpr auto enum_names(Kernel)`, that returns an array of
-/// pairs of string_view and Kernel. A struct may add `Result<void> validate() const` for checks
-/// that involve more than one parameter. It fails with `fail_at`, so that the error points at the
-/// key at fault.
+/// A key declared with `optional` may be left out. A `std::optional<T>` member is then empty, and
+/// its doc says what that means; any other member keeps the value of a default-constructed Params.
+/// An enum needs a function in its own namespace, `constexpr auto enum_names(Kernel)`, that returns
+/// an array of pairs of string_view and Kernel. A struct may add `Result<void> validate() const`
+/// for checks that involve more than one parameter. It fails with `fail_at`, so that the error
+/// points at the key at fault.
 namespace vantage {
 
-/// The values a number may take.
+/// The values that a number may take.
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -95,8 +95,10 @@ template <class Params, class Member>
   return {key, member, unit, doc, any_number, false, source};
 }
 
-/// For `validate`: says what is wrong, and with which keys (`a.b` for a key of a nested table). The
-/// error points at the first of these keys that is in the table, or at the table itself if none is.
+/// The error of a `validate`.
+/// @param keys     the keys at fault (`a.b` for a key of a nested table). The error points at the
+///                 first of them that is in the table, or at the table itself if none is
+/// @param message  what is wrong
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> fail_at(
     std::initializer_list<std::string_view> keys, std::string message);
 

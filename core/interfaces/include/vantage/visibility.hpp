@@ -20,41 +20,41 @@ struct VisibilityLimits {
   double max_range = std::numeric_limits<double>::infinity();  ///< reach of the sensor [m]
 };
 
-/// Receives reports of how far `visible_from_any` has come.
+/// Receives progress reports of `visible_from_any` and `view_counts`.
 class VANTAGE_API VisibilityProgress {
  public:
   virtual ~VisibilityProgress();
 
   /// May be called from several threads at once. It must return soon and must not use TBB.
-  /// @param viewpoints  how many more viewpoints are done
+  /// @param viewpoints  number of further viewpoints that are done
   virtual void advanced(std::size_t viewpoints) const noexcept = 0;
 };
 
-/// How many viewpoints see each point.
+/// The points that are seen, and how many viewpoints see each.
 struct ViewCounts {
-  IndexList points;                  ///< those that any viewpoint sees, strictly ascending
-  std::vector<std::uint32_t> views;  ///< how many viewpoints see each of these: 1 or more
+  IndexList points;                  ///< seen by at least one viewpoint, strictly ascending
+  std::vector<std::uint32_t> views;  ///< number of viewpoints that see each: 1 or more
 };
 
-/// The points of one map, prepared for queries of what can be seen from where.
-/// Borrows the map, which must outlive it.
+/// The points of one map, prepared for visibility queries.
+/// Borrows the map; the map must outlive the scene.
 /// Thread safety: const methods may run on one object from many threads at once.
 class VANTAGE_API VisibilityScene {
  public:
   virtual ~VisibilityScene();
 
-  /// B_q of Eq. 9: what is seen from one viewpoint.
+  /// B_q of Eq. 9: the points seen from one viewpoint.
   /// @param viewpoint  map frame [m]; `invalid_input` if not finite
-  /// @return           indices of the observable points, strictly ascending; only points at a
-  ///                   distance in (0, max_range] count: all others are not seen and do not occlude
+  /// @return           indices of the observable points, strictly ascending. Points at a distance
+  ///                   outside (0, max_range] are not seen and do not occlude
   [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
 
-  /// V_ij of Eq. 10: what is seen from at least one viewpoint. The default joins the results of
+  /// V_ij of Eq. 10: the points seen from at least one viewpoint. The default joins the results of
   /// `visible` for all viewpoints, in parallel. An operator that can share work between viewpoints
   /// overrides it.
-  /// @param progress  receives the number of viewpoints done, during the call only; each viewpoint
-  ///                  is reported at most once, and an operator may report none. Does not change
-  ///                  the result; nullptr if no reports are wanted
+  /// @param progress  receives reports, only during the call; nullptr if none are wanted. Each
+  ///                  viewpoint is reported at most once; an operator may report none. Does not
+  ///                  change the result
   [[nodiscard]] virtual Result<IndexList> visible_from_any(
       std::span<const Point> viewpoints,
       const VisibilityProgress* progress = nullptr) const noexcept;
@@ -82,7 +82,7 @@ class VANTAGE_API VisibilityOperator {
  public:
   virtual ~VisibilityOperator();
 
-  /// Does the work that all viewpoints share.
+  /// Does the work that is common to all viewpoints.
   /// @param map  N points, map frame [m]; borrowed by the scene
   /// Errors: `invalid_input` for an empty map or a non-finite coordinate.
   [[nodiscard]] virtual Result<std::unique_ptr<VisibilityScene>> prepare(

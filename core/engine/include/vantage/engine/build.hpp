@@ -25,7 +25,7 @@ struct BuildPlugins {
   PluginPtr<GroundFilter> ground;  ///< none if viewpoints come from the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
-  PluginPtr<ScanMatcher> matcher;  ///< none unless its prepared map is to be stored
+  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps are stored
 };
 
 /// The parameters of the build itself, apart from those of the plugins.
@@ -33,40 +33,41 @@ struct BuildParams {
   ViewpointParams viewpoints;
   VisibilityScope scope = VisibilityScope::map;
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
-  std::uint32_t min_views = 1;             ///< a point is kept if this many viewpoints see it
+  /// A point is kept if this many viewpoints of its region see it, or all if there are fewer.
+  std::uint32_t min_views = 1;
   std::optional<ThinningParams> thinning;  ///< applied to the points that are kept
   StoredContent content = StoredContent::points;
-  bool views = false;  ///< whether each point is stored with the number of viewpoints that see it
+  bool views = false;            ///< whether points are stored with their view counts
   std::string effective_config;  ///< stored in the bundle
 
-  /// Takes what a configuration says, except the effective configuration.
+  /// The parameters in a configuration; leaves `effective_config` empty.
   [[nodiscard]] VANTAGE_API static BuildParams from(const Config& config);
 };
 
 struct BuildProgress {
   std::size_t regions_done = 0, regions = 0;        ///< regions that are stored
-  std::size_t viewpoints_done = 0, viewpoints = 0;  ///< includes regions that are under way
+  std::size_t viewpoints_done = 0, viewpoints = 0;  ///< includes those of unfinished regions
 };
 
-/// What a build made and what it cost (the source of Table 1).
+/// What a build made and what it cost (the data of Table 1).
 struct BuildReport {
   Partition partition;
-  /// By RegionId. `points` counts the points that were kept, whether they are stored or not;
-  /// `bytes` and `max_views` are found in the store's index only.
+  /// By RegionId. `points` counts the points after thinning, whether they are stored or not.
+  /// `bytes` and `max_views` are 0; only the store's index has them.
   std::vector<RegionSummary> regions;
-  std::vector<std::uint64_t> seen;  ///< by RegionId: points that any viewpoint sees, kept or not
+  std::vector<std::uint64_t> seen;  ///< by RegionId: points seen by any viewpoint, kept or not
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;
-  std::uint64_t unreachable_viewpoints = 0;  ///< left out; voxels of the whole map, not of regions
-  std::uint64_t places_outside = 0;  ///< along the trajectory, in no region: without a viewpoint
-  std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`: not asked, see `min_gain`
-  std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: their maps are empty
+  std::uint64_t unreachable_viewpoints = 0;  ///< left out; counted over the whole map at once
+  std::uint64_t places_outside = 0;  ///< along the trajectory, outside all regions: no viewpoint
+  std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`; left out by `min_gain`
+  std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: empty maps
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
-  double points_times_viewpoints = 0;  ///< each viewpoint counts the points it was tested on
+  double points_times_viewpoints = 0;  ///< sum over viewpoints of the points that each tested
 
-  /// The cost of visibility, independent of the size of the map and the number of viewpoints [s].
+  /// The cost of visibility per viewpoint and million points [s]: comparable between maps.
   [[nodiscard]] double core_seconds_a_viewpoint_and_million_points() const noexcept {
     return points_times_viewpoints > 0 ? 1e6 * core_seconds_visibility / points_times_viewpoints
                                        : 0.0;
@@ -75,8 +76,8 @@ struct BuildReport {
 
 /// Loads the plugins that a build needs: the matcher only for prepared content, the ground filter
 /// only for viewpoints over the ground.
-/// Errors: a missing table or plugin, or a wrong parameter; viewpoints along a trajectory that
-/// [map] does not name.
+/// Errors: a missing table or plugin, or a wrong parameter; viewpoints along a trajectory if [map]
+/// names none.
 [[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
                                                                   const PluginLoader& loader);
 
@@ -86,14 +87,14 @@ struct BuildReport {
 /// @param map         N points of P, map frame, z up [m]; finite
 /// @param trajectory  positions of the sensor while mapping, in driving order, map frame [m]; may
 ///                    be empty unless viewpoints come from it
-/// @param progress    called from one thread at a time: first with nothing done, then at every
-///                    region and a few times per second in between, with counts that never fall. It
-///                    must not use TBB. An exception that it throws leaves this function. May be
-///                    empty
-/// Errors: `invalid_input` for an empty or non-finite map, for a map without the ground that
-/// viewpoints need, or for a trajectory that viewpoints cannot come from; errors of the plugins,
-/// for example `unsupported` from a matcher that cannot store what it prepares; `internal` for a
-/// plugin that breaks its contract. Nothing is stored on error.
+/// @param progress    called from one thread at a time: first with nothing done, then after every
+///                    region, and in between after each hundredth of the viewpoints or 0.1 s.
+///                    Counts never fall. It must not use TBB. An exception that it throws leaves
+///                    this function. May be empty
+/// Errors: `invalid_input` for an empty or non-finite map, for a map without ground if viewpoints
+/// need it, or for a trajectory that gives no viewpoints; errors of the plugins, for example
+/// `unsupported` from a matcher that cannot store what it prepares; `internal` for a plugin that
+/// breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(
     PointsView map, PointsView trajectory, BuildPlugins& plugins, const BuildParams& params,
     const std::function<void(const BuildProgress&)>& progress = {});

@@ -23,18 +23,18 @@ namespace vantage {
 class VANTAGE_API Bundle {
  public:
   /// Opens the bundle at a path with the store that made it. A folder names its store if it holds
-  /// an `index.json` with the member `"format": "vantage <store>"`. Otherwise `open` tries, in the
-  /// order of their names, all installed stores whose only required parameter is a path.
-  /// Errors: those of the store, for example `not_found` if no store finds its bundle; a store that
-  /// is not installed.
+  /// an `index.json` with the member `"format": "vantage <store>"`. Otherwise `open` tries all
+  /// installed stores whose only required parameter is a path, in the order of their names.
+  /// Errors: those of the store; `not_found` if no store finds a bundle; a store that is not
+  /// installed; `unsupported` if the named store needs more than a path.
   [[nodiscard]] static Result<Bundle> open(const std::filesystem::path& place,
                                            const PluginLoader& plugins);
-  /// Opens the bundle that [store] of a configuration names, if it was built as the configuration
-  /// says. What the configuration leaves out may be anything; so may [matcher], [localizer], the
-  /// place of the bundle and all paths, which do not change what a bundle holds.
-  /// @param job  what needs it, for the error if there is no [store]: "exporting"
-  /// Errors: a missing table or plugin, a wrong parameter; those of the store; `invalid_config` for
-  /// a bundle that was built otherwise, with the key and both values.
+  /// Opens the bundle that [store] of a configuration names, and checks that it was built as the
+  /// configuration says. The check skips what the configuration leaves out, all paths, the place of
+  /// the bundle, [map], [localizer] and [matcher]. A matcher itself checks a prepared map.
+  /// @param job  what needs the bundle, for the error if there is no [store]: "exporting"
+  /// Errors: a missing table or plugin, or a wrong parameter; those of the store; `invalid_config`
+  /// for a bundle that was built differently, with the key and both values.
   [[nodiscard]] static Result<Bundle> open(const Config& config, const PluginLoader& plugins,
                                            std::string_view job);
   /// Uses a store that was opened elsewhere.
@@ -42,7 +42,7 @@ class VANTAGE_API Bundle {
   /// Errors: those of MapStore::index; `corrupt_data` for an index that contradicts itself.
   [[nodiscard]] static Result<Bundle> of(PluginPtr<MapStore> store, std::string name);
 
-  /// The path or the configuration file from which the bundle was opened.
+  /// The path or configuration file from which the bundle was opened, or the name given to `of`.
   [[nodiscard]] const std::string& name() const noexcept;
   [[nodiscard]] const MapIndex& index() const noexcept;
   [[nodiscard]] const PluginPtr<MapStore>& store() const noexcept;
@@ -53,24 +53,24 @@ class VANTAGE_API Bundle {
   /// The map of one region. Errors: those of MapStore::get.
   [[nodiscard]] Result<RegionMap> get(RegionId region) const;
   /// The region with this label; otherwise, if `id` is a number, the region with this id.
-  /// Errors: `not_found`, with what was probably meant.
+  /// Errors: `not_found`, with a suggestion.
   [[nodiscard]] Result<RegionId> find_region(const std::string& id) const;
 
-  /// Called with the number of region maps read so far, and the number of all.
+  /// Called with the number of regions done so far, with or without points, and of all regions.
   using Progress = std::function<void(std::size_t, std::size_t)>;
-  /// Calls `take` with each region that holds points and with its map, in the order of the ids.
+  /// Calls `take(region, map)` for each region that holds points, in the order of the ids.
   /// Errors: those of the store and of `take`.
   [[nodiscard]] Result<void> for_each_region(
       const std::function<Result<void>(RegionId, const RegionMap&)>& take,
       const Progress& progress = {}) const;
 
   [[nodiscard]] std::uint64_t regions_without_points() const noexcept;
-  /// Whether the bundle says how many viewpoints see each point.
+  /// Whether the bundle stores how many viewpoints see each point.
   [[nodiscard]] bool has_views() const noexcept;
   /// Whether any region holds points.
   [[nodiscard]] bool has_points() const noexcept;
   /// Errors: `unsupported` if no region holds points.
-  /// @param purpose  what the points are for: "export", "show"
+  /// @param purpose  completes "no points to ..." in the message: "export", "show"
   [[nodiscard]] Result<void> need_points(std::string_view purpose) const;
 
  private:

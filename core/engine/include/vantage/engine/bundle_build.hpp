@@ -12,15 +12,15 @@
 
 namespace vantage {
 
-/// A build of the bundle that a configuration describes. The bundle keeps that configuration, but
-/// for what may differ at run time:
+/// A build of the bundle that a configuration describes. The bundle stores this configuration,
+/// without the settings that may differ at run time.
 ///
 ///     VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
 ///     VANTAGE_TRY(const BuildReport report, build.run(map, trajectory));
 class VANTAGE_API BundleBuild {
  public:
-  /// Loads the plugins and checks all of the configuration, also what only localization uses: a
-  /// mistake is found now, not in the robot.
+  /// Loads the plugins and checks the whole configuration, including what only localization uses:
+  /// a mistake shows now, not on the robot.
   /// Errors: those of load_build_plugins and effective_config.
   [[nodiscard]] static Result<BundleBuild> prepare(const Config& config,
                                                    const PluginLoader& plugins);
@@ -30,7 +30,7 @@ class VANTAGE_API BundleBuild {
       PointsView map, PointsView trajectory,
       const std::function<void(const BuildProgress&)>& progress = {});
 
-  /// The index of the bundle, after `run`. Errors: those of MapStore::index.
+  /// The index of the bundle; call it after `run`. Errors: those of MapStore::index.
   [[nodiscard]] Result<MapIndex> index() const;
 
  private:

@@ -20,7 +20,8 @@
 
 namespace vantage {
 
-/// @param name  the text's name in error messages: the path of a file
+/// Parses TOML.
+/// @param name  the text's name in error messages, for example the path of a file
 /// Errors: `invalid_config` with the place of a syntax error, a duplicate key or a date.
 [[nodiscard]] VANTAGE_API Result<Table> parse_toml(std::string_view text, const std::string& name);
 
@@ -90,7 +91,7 @@ struct VisibilityConfig {
 /// What a bundle stores for each region.
 enum class StoredContent : std::uint8_t {
   points,    ///< V_ij
-  prepared,  ///< what the matcher makes of the whole map there
+  prepared,  ///< what the matcher makes of the whole map, around V_ij
   both,
 };
 constexpr auto enum_names(StoredContent) {
@@ -135,8 +136,8 @@ struct Config {
   std::optional<StoreConfig> store;
   std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
-  std::string file;  ///< where it was read
-  Table written;     ///< the text, `--set` included; empty if a program made the configuration
+  std::string file;  ///< path from which it was read
+  Table written;     ///< the text, including `--set`; empty if a program made the configuration
 
   static constexpr auto schema() {
     return std::tuple{
@@ -164,8 +165,8 @@ struct Config {
 
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
 
-  /// Returns a table that `job` cannot do without. Error: `invalid_config`, which names the table
-  /// and the job.
+  /// Returns a table that `job` needs. Error: `invalid_config` if it is missing; the message names
+  /// the table and the job.
   template <class T>
   [[nodiscard]] Result<T> need(const std::optional<T>& section, std::string_view name,
                                std::string_view job) const {
@@ -176,12 +177,12 @@ struct Config {
   }
 };
 
-/// Errors: those of `load_toml`, and `invalid_config` for anything the schema does not allow.
+/// Errors: those of `load_toml`; `invalid_config` for anything that the schema does not allow.
 [[nodiscard]] VANTAGE_API Result<Config> load_config(
     const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 [[nodiscard]] VANTAGE_API Result<Config> parse_config(const Table& table);
 
-/// The configuration as TOML with all defaults filled in, also those of the plugins.
+/// The configuration as TOML with all defaults filled in, including those of the plugins.
 /// Errors: a plugin that cannot be loaded or that refuses its params.
 [[nodiscard]] VANTAGE_API Result<std::string> effective_config(const Config& config,
                                                                const PluginLoader& plugins);

@@ -22,31 +22,31 @@ namespace vantage {
 
 enum class Tracking : std::uint8_t {
   tracked,  ///< the pose comes from matching and can be trusted
-  lost,     ///< the pose is a prediction, or a place that later scans have not confirmed yet
+  lost,     ///< the pose is a prediction, or was found but not yet confirmed by later scans
 };
 [[nodiscard]] VANTAGE_API const char* to_string(Tracking) noexcept;
 
 /// The result for one scan.
 struct ScanReport {
-  double stamp = 0.0;
+  double stamp = 0.0;  ///< [s]
   Tracking tracking = Tracking::lost;
   std::string reason;    ///< why the scan is lost; empty if tracked
-  bool has_pose = true;  ///< false: the sensor has not been found yet, and the poses mean nothing
-  Pose T_map_scan;       ///< estimated if tracked, else the best guess
+  bool has_pose = true;  ///< false: the sensor has not been found yet; the poses have no meaning
+  Pose T_map_scan;       ///< the estimate if tracked, otherwise the best guess
   Pose T_map_scan_predicted;
   bool recovered = false;  ///< the first tracked scan after lost ones
 
   RegionId region;             ///< the region whose map the scan was matched against
-  bool switched = false;       ///< the region is not that of the scan before
-  bool outside = false;        ///< the last pose was in no region with a map: the old was kept
-  bool blocked = false;        ///< the region's map was not ready: it was loaded, or waited for
-  double seconds_stall = 0.0;  ///< time that the scan waited for its map
-  double seconds_load = 0.0, seconds_prepare = 0.0;  ///< of the map switched to, on any thread
+  bool switched = false;       ///< the region is not that of the scan before, or is the first
+  bool outside = false;        ///< the last pose was in no region with a map; the region stays
+  bool blocked = false;        ///< the map was not ready: the scan loaded it or waited for it
+  double seconds_stall = 0.0;  ///< time for which the scan waited for its map
+  double seconds_load = 0.0, seconds_prepare = 0.0;  ///< of the new map, on any thread
   std::size_t map_points = 0;                        ///< N_point of Eq. 13
-  std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, also those ahead
+  std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, including those ahead
 
   std::size_t scan_points = 0;               ///< N of Eq. 12, after thinning
-  std::size_t dropped_points = 0;            ///< non-finite
+  std::size_t dropped_points = 0;            ///< points that are not finite
   double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
   double seconds_search = 0.0;               ///< the search for a lost sensor
   std::optional<Alignment> alignment;        ///< none if nothing matched
@@ -55,18 +55,18 @@ struct ScanReport {
 };
 
 /// Localizes scans, one after the other, against the map of the current region (Sec. 2.4). Results
-/// depend only on the scans, the bundle and the parameters, not on time or threads.
+/// depend only on the scans, the bundle and the parameters, not on timing or threads.
 /// Not thread safe: use one object per robot.
 class VANTAGE_API Localizer {
  public:
-  /// Errors: `invalid_input` for a bundle without points.
+  /// Errors: `invalid_input` if the maps of all regions are empty.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                               const LocalizerParams& params);
   /// The same with the [matcher] and the [localizer] of a configuration.
-  /// Errors: those of above; a missing table or plugin, or a wrong parameter.
+  /// Errors: those above; a missing table or plugin, or a wrong parameter.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, const Config& config,
                                               const PluginLoader& plugins);
-  /// The same with the bundle that the configuration names. Errors: those of above and of
+  /// The same with the bundle that the configuration names. Errors: those above and those of
   /// Bundle::open.
   [[nodiscard]] static Result<Localizer> open(const Config& config, const PluginLoader& plugins);
   Localizer(Localizer&&) noexcept;
@@ -75,21 +75,20 @@ class VANTAGE_API Localizer {
 
   [[nodiscard]] const MapIndex& index() const noexcept;
 
-  /// Sets the pose of the sensor at the next scan, makes the map of that place ready, and forgets
-  /// all motion.
+  /// Sets the sensor's pose for the next scan, makes the map of that place ready, and forgets all
+  /// motion.
   /// Errors: `invalid_input` for a pose that is not a rigid transform; a region map that cannot be
   /// loaded or prepared.
   [[nodiscard]] Result<void> start(const Pose& T_map_scan);
-  /// Says that the sensor may be anywhere in the bundle: the next scans search for it. Forgets all
-  /// motion.
+  /// Declares that the sensor may be anywhere in the bundle: the next scans search for it. Forgets
+  /// all motion.
   void start_anywhere();
 
   /// Predicts the pose (from odometry, otherwise with constant velocity), chooses the region of the
   /// last estimate (Eq. 11), switches maps if the region changed, and matches the scan. A scan that
-  /// cannot be matched is reported as lost, and the prediction stands in for its pose. While the
-  /// sensor is lost, it is searched for in a circle that widens from scan to scan. A place counts
-  /// as found once LocalizerParams::confirming_scans scans fit it. Localization continues in every
-  /// case.
+  /// cannot be matched is reported as lost, with the prediction as its pose. While the sensor is
+  /// lost, the scans search for it in a growing circle. The sensor counts as found once
+  /// LocalizerParams::confirming_scans scans in a row fit. Localization continues in every case.
   /// Errors: `invalid_input` before a start, for a stamp that does not increase, or for times that
   /// do not belong to the points; a region map that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);

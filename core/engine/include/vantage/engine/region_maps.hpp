@@ -19,12 +19,12 @@ struct ReadyRegion {
   PointCloud viewpoints;         ///< map frame [m]
   std::uint64_t map_points = 0;  ///< N_point of Eq. 13: points, or elements if no points are stored
   std::size_t bytes = 0;         ///< memory that the region holds
-  double seconds_load = 0.0;     ///< reading it from the store
-  double seconds_prepare = 0.0;  ///< making it ready
+  double seconds_load = 0.0;     ///< time to read it from the store
+  double seconds_prepare = 0.0;  ///< time to make it ready for matching
 };
 
-/// Reads a region's map and makes it ready, from its prepared state if there is one, otherwise from
-/// its points. Errors: those of MapStore::get, ScanMatcher::restore and ScanMatcher::prepare.
+/// Makes a region ready for matching, from its prepared map if one is stored, otherwise from its
+/// points. Errors: those of MapStore::get, ScanMatcher::restore and ScanMatcher::prepare.
 [[nodiscard]] VANTAGE_API Result<std::shared_ptr<const ReadyRegion>> make_ready(
     const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher, RegionId region);
 
@@ -32,14 +32,14 @@ struct ReadyRegion {
 /// within a memory limit. A separate thread loads the expected maps. Taking a region that is ready
 /// costs one table look-up.
 ///
-/// Which map is taken never depends on that thread: the caller waits for a region that is not
-/// ready.
+/// The timing of that thread never changes which map is taken: the caller waits for a region that
+/// is not ready.
 /// Thread safety: `take` and `expect` may run at once from several threads.
 class VANTAGE_API RegionMaps {
  public:
   struct Options {
-    std::size_t memory = std::size_t{40} << 20U;  ///< limit [bytes]; the region taken last stays
-    bool background = true;                       ///< whether `expect` does anything
+    std::size_t memory = std::size_t{40} << 20U;  ///< limit [bytes]; the last region taken stays
+    bool background = true;                       ///< false: `expect` does nothing
   };
 
   /// @param store, matcher  must outlive the object
@@ -51,18 +51,18 @@ class VANTAGE_API RegionMaps {
 
   struct Taken {
     std::shared_ptr<const ReadyRegion> region;
-    bool blocked = false;  ///< it was not ready: the call loaded it or waited for it
+    bool blocked = false;  ///< the region was not ready: the call loaded it or waited for it
   };
   /// Errors: those of make_ready; the next call tries again.
   [[nodiscard]] Result<Taken> take(RegionId region);
 
-  /// Returns a region that is ready; otherwise loads it for the caller and does not keep it.
+  /// Returns a region if it is ready. Otherwise loads it for the caller and does not keep it.
   /// Errors: those of make_ready.
   [[nodiscard]] Result<std::shared_ptr<const ReadyRegion>> borrow(RegionId region) const;
 
-  /// Says which regions will be taken soon, the soonest first. This replaces what was expected
-  /// before. The regions are loaded in this order as long as they fit into the memory limit. A
-  /// failure is reported when the region is taken. Returns at once.
+  /// Announces the regions that will be taken soon, the soonest first. Replaces the previous
+  /// announcement. The regions are loaded in this order while they fit into the memory limit.
+  /// `take` reports a failure to load. Returns at once.
   void expect(std::vector<RegionId> regions);
 
   /// Waits until every expected region is ready, does not fit, or has failed.

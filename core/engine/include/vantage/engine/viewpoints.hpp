@@ -75,29 +75,30 @@ struct ViewpointParams {
 
 /// One point per voxel: the centroid of the voxel's points (Eq. 4).
 /// The grid is anchored at the origin of the frame, so that neighbouring regions and shifted
-/// subsets share voxels. The points are ordered by voxel (z, then y, then x); a voxel's sum runs in
-/// the order of `points`.
+/// subsets share voxels. The centroids are ordered by voxel (z, then y, then x). Each is
+/// summed in the order of `points`.
 /// @param points      N points [m]
 /// @param voxel_size  edge length [m], > 0
 /// Errors: `invalid_input` for a non-finite point or a point beyond 2^50 voxels from the origin.
 [[nodiscard]] VANTAGE_API Result<PointCloud> voxel_centroids(PointsView points, double voxel_size);
 
-/// Places along a trajectory: its positions moved by each of the lateral offsets, all positions for
-/// the first offset before those for the second. The direction of travel is measured in plan view
-/// between positions at least half a voxel apart, so that the noise of a standing sensor gives no
-/// direction.
+/// Places along a trajectory: its positions, moved sideways by each lateral offset. All positions
+/// for the first offset come before those for the second. The direction of travel is measured in
+/// plan view between positions at least half a voxel apart, so that the noise of a standing sensor
+/// gives no direction.
 /// @param trajectory  N positions of the sensor in driving order, map frame [m]
-/// Errors: `invalid_input` for a position that is not finite, or for offsets from a trajectory that
-/// goes nowhere.
+/// Errors: `invalid_input` for an empty trajectory or a position that is not finite, or for offsets
+/// from a trajectory that stays within half a voxel.
 [[nodiscard]] VANTAGE_API Result<PointCloud> places_along(PointsView trajectory,
                                                           const ViewpointParams& params);
 
-/// The ground that a robot can reach. Each square metre in plan view is divided into levels: a gap
-/// in height above `max_step` separates two levels. Two levels are connected if their mean heights
-/// differ by at most `max_step` and their square metres are neighbours (of eight), or have one
-/// square metre without ground between them. The result is all ground connected to ground below the
-/// trajectory. In a square metre, the level below the trajectory is the highest one that is at most
-/// one step above it. Without a trajectory, the result is the connected set with the most levels.
+/// The ground that a robot can reach. The ground of each square metre in plan view is divided into
+/// levels, separated by gaps in height of more than `max_step`. Two levels are connected if their
+/// mean heights differ by at most `max_step` and their square metres are neighbours (of eight), or
+/// two apart with no ground between them. The result is all ground connected to ground below the
+/// trajectory. In a square metre, the level below the trajectory is the highest one whose mean
+/// height is at most `max_step` above it. Without a trajectory, the result is the connected set
+/// with the most levels.
 /// @param map         N points, z up [m]
 /// @param ground      indices into `map`, strictly ascending
 /// @param trajectory  positions of the sensor [m]; may be empty
@@ -110,17 +111,18 @@ struct ViewpointParams {
                                                              PointsView trajectory,
                                                              double max_step);
 
-/// Virtual viewpoints q at each of the heights, all viewpoints at the first height before those at
-/// the second.
+/// Virtual viewpoints q at each height offset. All viewpoints at the first height come before those
+/// at the second.
 /// ViewpointSource::ground: voxel centroids of the ground points g_ij, raised by h_s (Eqs. 4-5).
-/// ViewpointSource::trajectory: of `places_along`, the place nearest to the centre of each voxel
-/// (the first of equally near places), in the order of `points`. Each is a place where the sensor
-/// was, not a mean of several places.
+/// ViewpointSource::trajectory: in each voxel, the place of `places_along` nearest to the centre
+/// (the first of equally near places), in the order of `points`. Each is one of the places, not a
+/// mean of several.
+/// @param points  ground points, or the result of `places_along`; map frame [m]
 /// Errors: as `voxel_centroids`.
 [[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
                                                              const ViewpointParams& params);
 
-/// The same over the points that `which` names. Precondition: every index < points.size().
+/// The same for the points that `which` names. Precondition: every index < points.size().
 [[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
                                                              std::span<const std::uint32_t> which,
                                                              const ViewpointParams& params);

@@ -28,14 +28,13 @@ class OutputFile {
   /// Appends, through a buffer. Errors: `io_failure`; `invalid_input` after commit().
   [[nodiscard]] Result<void> write(std::string_view content);
 
-  /// Brings everything that was written to the disk, still under the temporary name: of several
-  /// files that belong together, all are finished before the first is committed.
+  /// Flushes the content to the disk, still under the temporary name. Of several files that belong
+  /// together, all can thus be finished before the first is committed.
   /// Errors: those of write.
   [[nodiscard]] Result<void> finish();
 
   /// Puts the file in place; call once, at the end.
-  /// Errors: `io_failure`, also for a write that failed earlier; nothing is left behind in that
-  /// case.
+  /// Errors: `io_failure`, also for a write that failed earlier; nothing is then left behind.
   [[nodiscard]] Result<void> commit();
 
  private:
@@ -45,7 +44,7 @@ class OutputFile {
   void discard() noexcept;
 
   std::filesystem::path path_, temporary_;
-  Descriptor descriptor_;  // open exactly as long as the temporary file is ours to remove
+  Descriptor descriptor_;  // open exactly while this object has to remove the temporary file
   std::string buffer_;
   std::optional<Error> failure_;
 };

@@ -15,8 +15,8 @@ class OutputFolder {
 
   /// @param existing  with `replace`, commit() removes an existing folder of that name and all its
   ///                  content
-  /// Errors: `already_exists` if something has that name and is not a folder or must not be
-  /// replaced; `not_found` if the parent folder does not exist; `io_failure`.
+  /// Errors: `already_exists` if the name belongs to something other than a folder, or to a folder
+  /// that must not be replaced; `not_found` if the parent folder does not exist; `io_failure`.
   [[nodiscard]] static Result<OutputFolder> create(const std::filesystem::path& path,
                                                    Existing existing);
 
@@ -24,7 +24,7 @@ class OutputFolder {
   OutputFolder& operator=(OutputFolder&&) = delete;
   ~OutputFolder();
 
-  /// Where to write the files until the commit.
+  /// The temporary folder: files go here until the commit.
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return temporary_; }
 
   /// Puts the folder in place; call once, at the end. Errors: `io_failure`, `already_exists`.

@@ -25,21 +25,22 @@ class InputFile {
  public:
   enum class Empty : bool { refuse, accept };
 
-  /// `expected` completes "expected ..." in messages.
+  /// @param expected  completes "expected ..." in messages
   /// Errors (`where` is the file): `not_found`; `io_failure`; `corrupt_data` for an empty file
-  /// that is to be refused.
+  /// with Empty::refuse.
   [[nodiscard]] static Result<InputFile> open(const std::filesystem::path& path,
                                               std::string_view expected,
                                               Empty empty = Empty::refuse);
-  /// The bytes must outlive it. @param name  for errors
+  /// @param bytes  must outlive the object
+  /// @param name   for errors
   [[nodiscard]] static InputFile of_memory(std::string_view bytes, std::string name);
 
-  /// The path by which it was opened.
+  /// The path that was opened, or the name given to `of_memory`.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-  /// Whether `of_memory` made it.
+  /// Whether the bytes are in memory (`of_memory`).
   [[nodiscard]] bool in_memory() const noexcept { return memory_ != nullptr; }
-  /// Size when it was opened [bytes].
+  /// The size at the time of opening [bytes].
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   /// Reads bytes.size() bytes from `offset` on. Errors: `io_failure`, also for a file that has
   /// shrunk.
@@ -57,7 +58,7 @@ class InputFile {
   const char* memory_ = nullptr;
 };
 
-/// Reads a regular file in one go; `expected` completes "expected ..." in messages.
+/// Opens and reads a whole regular file. Parameters: those of InputFile::open.
 /// Errors: those of InputFile::open and InputFile::content.
 [[nodiscard]] Result<FileContent> read_file(const std::filesystem::path& path,
                                             std::string_view expected,

@@ -7,10 +7,10 @@
 
 #include "vantage/result.hpp"
 
-/// What the readers and writers of files are made of: thin, checked calls of the system.
+/// Thin, checked system calls for the readers and writers of files.
 namespace vantage::io {
 
-/// An open file, closed when the object goes.
+/// An open file; the destructor closes it.
 class Descriptor {
  public:
   explicit Descriptor(int fd = -1) noexcept : fd_(fd) {}
@@ -23,7 +23,7 @@ class Descriptor {
   Descriptor& operator=(const Descriptor&) = delete;
   ~Descriptor() { close(); }
 
-  /// Opens, again where a signal came in between; not open() afterwards if that failed.
+  /// Opens a file or folder; retries if a signal interrupts. If opening fails, open() is false.
   /// @param flags  of open(2)
   [[nodiscard]] static Descriptor of(const std::filesystem::path& path, int flags) noexcept;
 
@@ -35,28 +35,28 @@ class Descriptor {
   int fd_;
 };
 
-/// The system's words for an errno value.
+/// The system's message for an errno value.
 [[nodiscard]] std::string system_message(int error_number);
 
 /// `io_failure` at `path`, with the system's reason.
 [[nodiscard]] tl::unexpected<Error> system_error(const std::filesystem::path& path,
                                                  const std::string& what, int error_number);
 
-/// Writes all of it. Returns 0, or an errno value.
+/// Writes all of `content`. Returns 0, or an errno value.
 [[nodiscard]] int write_all(const Descriptor& file, std::string_view content) noexcept;
 
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);
 
-/// Makes the new name of something survive a power cut, where the file system can.
+/// Makes a new name in a folder survive a power cut, if the file system can do so.
 void flush_name(const std::filesystem::path& path) noexcept;
 
-/// Renames a folder. Errors: `already_exists` if `to` is there; `io_failure`.
+/// Renames a folder. Errors: `already_exists` if `to` exists; `io_failure`.
 [[nodiscard]] Result<void> rename_to_new(const std::filesystem::path& from,
                                          const std::filesystem::path& to);
 
 /// Exchanges the names of two folders, in one step if the file system can do so. Errors:
-/// `io_failure`; both folders are then unchanged.
+/// `io_failure`. Both folders are then unchanged, unless the message says where `b` was left.
 [[nodiscard]] Result<void> exchange(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace vantage::io

@@ -16,7 +16,7 @@ namespace vantage {
   return x ^ (x >> 31U);
 }
 
-/// One seed out of several numbers; the order of the numbers matters.
+/// Combines several numbers into one seed; their order matters.
 template <class... Numbers>
 [[nodiscard]] constexpr std::uint64_t hash(std::uint64_t seed, Numbers... numbers) noexcept {
   ((seed = scatter(seed ^ scatter(static_cast<std::uint64_t>(numbers)))), ...);
@@ -24,7 +24,7 @@ template <class... Numbers>
 }
 
 /// The hash of a grid cell for an unordered container. The indices of a cell are integers, or whole
-/// numbers in doubles, of which 0 and -0 are the same.
+/// numbers in doubles; 0 and -0 have the same hash.
 struct CellHash {
   template <class Index, std::size_t N>
   [[nodiscard]] constexpr std::size_t operator()(const std::array<Index, N>& cell) const noexcept {

@@ -7,8 +7,9 @@
 namespace vantage {
 
 // NOLINTBEGIN(readability-identifier-naming): the names are nanoflann's.
-/// Borrowed points as nanoflann reads a data set. This header does not need nanoflann itself.
-/// @tparam Vector  of the coordinates: Eigen::Vector2d, Eigen::Vector3d
+/// Borrowed points with the interface of a nanoflann data set. This header does not include
+/// nanoflann.
+/// @tparam Vector  type of a point: Eigen::Vector2d, Eigen::Vector3d
 template <class Vector>
 struct KdTreePoints {
   std::span<const Vector> points;

@@ -4,12 +4,12 @@
 
 #include "vantage/plugin.hpp"
 
-/// Plugins that are their parameters and one function of them. These templates make the class that
-/// VANTAGE_PLUGIN takes: it keeps the parameters and lets no exception out. A plugin with more to
-/// it implements its interface itself.
+/// Templates for plugins that consist of parameters and one function. They make the class that
+/// VANTAGE_PLUGIN takes: it keeps the parameters and lets no exception out. A larger plugin
+/// implements its interface directly.
 namespace vantage {
 
-/// What the templates have in common.
+/// The common part of the templates.
 template <class Derived, class Interface, class P>
 class MadeOf : public Interface {
  public:
@@ -26,7 +26,7 @@ class MadeOf : public Interface {
 /// @tparam P  parameters with
 ///     Result<Partition> partition(PointsView map, PointsView trajectory,
 ///                                 const MapSurvey& survey) const;
-/// for a map that check_points accepts.
+/// The function gets only maps that check_points accepts.
 template <class P>
 class PartitionerOf final : public MadeOf<PartitionerOf<P>, Partitioner, P> {
  public:

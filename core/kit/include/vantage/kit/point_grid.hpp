@@ -9,13 +9,13 @@
 
 namespace vantage {
 
-/// Which points of a map lie together: those of one cell of a cubic grid, with the tightest box
-/// around them. Four bytes a point, and as many again while the grid is made; a box each cell.
+/// The points of a map, grouped by the cells of a cubic grid. Needs 4 bytes per point (8 while the
+/// grid is made) and one box per cell.
 class PointGrid {
  public:
   struct Cell {
-    Bounds3 bounds;                    ///< the tightest around its points
-    std::uint32_t begin = 0, end = 0;  ///< of `indices`
+    Bounds3 bounds;                    ///< the tightest box around its points
+    std::uint32_t begin = 0, end = 0;  ///< of its points in the grid's order
   };
 
   /// @param map    finite points [m], fewer than 2^32
@@ -23,15 +23,15 @@ class PointGrid {
   ///               one cell
   PointGrid(PointsView map, double width);
 
-  /// In the order of their first points.
+  /// The occupied cells, in the order of their first points.
   [[nodiscard]] std::span<const Cell> cells() const noexcept { return cells_; }
 
-  /// Which points of the map a cell holds, ascending.
+  /// Indices of the map points in a cell, ascending.
   [[nodiscard]] std::span<const std::uint32_t> indices(const Cell& cell) const noexcept {
     return std::span(indices_).subspan(cell.begin, cell.end - cell.begin);
   }
 
-  /// Calls `use` with the index of each point in cells that come within `range` of a place.
+  /// Calls `use` with the index of each point in cells with a box within `range` [m] of `place`.
   template <class Use>
   void for_each_near(const Point& place, double range, const Use& use) const {
     for (const Cell& cell : cells_) {

@@ -11,8 +11,8 @@
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
-/// Regions of any shape, made of square cells in plan view. Partitioners use them for regions that
-/// follow something: they say which region each cell belongs to, or what each region grows around.
+/// Regions of any shape, made of square cells in plan view. A partitioner assigns each cell to a
+/// region, or says what each region grows around.
 namespace vantage {
 
 /// Cell (i, j) of a raster. Sorted by rows: first j (y), then i (x).
@@ -21,18 +21,18 @@ struct PlanCell {
   friend auto operator<=>(const PlanCell&, const PlanCell&) = default;
 };
 
-/// How wide cells are, and what an error calls that.
+/// The width of cells, and the name of its parameter for errors.
 struct CellWidth {
   double value;          ///< [m], > 0
-  std::string_view key;  ///< of the parameter: "cell_size"
+  std::string_view key;  ///< of the parameter, for example "cell_size"
 };
 
-/// Square cells of one width. A cell owns the places from its corner (included) to that of its
-/// upper right neighbour (not included), and a corner is one point for all four cells: each
-/// coordinate is rounded once, so no compiler flag changes it.
+/// Square cells of one width. A cell owns the places from its lower left corner (included) to its
+/// upper right corner (not included). The four cells that meet at a corner use the same coordinates
+/// for it: each is rounded once, so no compiler flag changes it.
 class PlanRaster {
  public:
-  /// Cells anchored at the origin of the frame, so that cells of neighbouring maps fit.
+  /// Cells anchored at the origin of the frame, so that the cells of neighbouring maps coincide.
   /// @param bounds     what the cells must cover [m]; not empty, finite
   /// @param cell_size  [m], > 0
   /// Errors: `invalid_input` if the index of a cell would reach 2^31, or if a cell is not wider
@@ -49,7 +49,7 @@ class PlanRaster {
   }
   /// The cell that owns a place. Precondition: xy lies within the bounds.
   [[nodiscard]] PlanCell cell_of(const Eigen::Vector2d& xy) const noexcept;
-  /// [m]
+  /// The centre of a cell [m].
   [[nodiscard]] Eigen::Vector2d centre(const PlanCell& cell) const noexcept;
 
  private:
@@ -61,7 +61,7 @@ class PlanRaster {
   Eigen::Vector2d origin_;
 };
 
-/// The cells that hold at least one point, by rows. Precondition: all points lie within the
+/// The cells that hold at least one point, sorted by rows. Precondition: all points lie within the
 /// raster's bounds.
 [[nodiscard]] std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster);
 
@@ -70,33 +70,32 @@ struct OwnedCell {
   std::uint32_t region = 0;
 };
 
-/// The partition whose region r is called labels[r] and consists of the cells that name it. Cells
-/// are joined into few boxes: runs of a row, and equal runs of successive rows; a region of one box
-/// is a HalfOpenBox. Does not depend on the order of `cells`.
-/// Errors: `invalid_input` for a cell that is named twice, a region without a label or a cell, and
-/// what Partition::from refuses.
+/// The partition in which region r has the label labels[r] and consists of the cells that name it.
+/// Cells are joined into few boxes: runs within a row, and equal runs of successive rows. A region
+/// of one box is a HalfOpenBox. The order of `cells` does not matter.
+/// Errors: `invalid_input` for a cell that is listed twice, a region without a label or a cell, and
+/// for what Partition::from refuses.
 [[nodiscard]] Result<Partition> partition_of_cells(const PlanRaster& raster,
                                                    std::vector<OwnedCell> cells,
                                                    std::span<const std::string> labels);
 
-/// A straight segment, in plan view, that a region grows around; both ends may be the same place
-/// [m].
+/// A straight segment in plan view [m] around which a region grows. Its ends may coincide.
 struct Seed {
   Eigen::Vector2d from, to;
   std::uint32_t region = 0;
 };
 
-/// How partition_by_nearest makes cells [m].
+/// Parameters of partition_by_nearest [m].
 struct NearestParams {
   double cell_size = 1.0;    ///< > 0
   double fill_radius = 0.0;  ///< >= 0
 };
 
 /// Gives every cell to the region with the nearest seed, measured from the cell's centre; of
-/// equally near regions, the one with the lower number gets it. The cells are those that hold a
-/// point of the map, and those in the map's plan-view box whose centre lies within `fill_radius` of
-/// a seed: a robot can be there although the map shows nothing.
-/// A region that is nearest to no occupied cell is left out, and its places go to the next nearest
+/// equally near regions, to the one with the lower number. The cells are those that hold a point of
+/// the map, and those in the map's plan-view box whose centre lies within `fill_radius` of a seed:
+/// a robot can be there although the map has no point there.
+/// A region that is nearest to no occupied cell is left out; its cells go to the next nearest
 /// region.
 /// Takes about n log n in the number of seeds, points and cells if the seeds have similar lengths;
 /// a long seed among many short ones costs more time. The result is the same for any number of
@@ -104,9 +103,9 @@ struct NearestParams {
 /// @param map     N points [m]; borrowed
 /// @param seeds   at least one; finite
 /// @param labels  of the regions that the seeds name
-/// Errors: `invalid_input` for what check_points and PlanRaster::over refuse, no seed or one that
-/// is not finite or names no label, more than 100 million cells, and labels that are not file-safe
-/// or not unique.
+/// Errors: `invalid_input` for what check_points and PlanRaster::over refuse, for no seed, for a
+/// seed that is not finite or names no label, for more than 100 million cells, and for labels that
+/// are not file-safe or not unique.
 [[nodiscard]] Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> seeds,
                                                      std::span<const std::string> labels,
                                                      const NearestParams& params);

@@ -13,35 +13,36 @@
 #include "vantage/partition.hpp"
 #include "vantage/result.hpp"
 
-/// What partitioners share whose regions are boxes.
+/// Shared by partitioners whose regions are boxes.
 namespace vantage {
 
-/// A partitioner makes no more regions than this.
+/// The largest number of regions that a partitioner makes.
 inline constexpr std::size_t kMaxRegions = 1'000'000;
 
-/// Error: `invalid_input`. @param cause  the parameter and its value: "max_points = 5"
+/// The error of a partitioner that would exceed kMaxRegions: `invalid_input`.
+/// @param cause  the parameter and its value: "max_points = 5"
 [[nodiscard]] tl::unexpected<Error> too_many_regions(const std::string& cause);
 
-/// The box that owns every place from `min` to `max`, both included: a HalfOpenBox ends one step
-/// beyond what it owns [m].
+/// The box that owns every place from `min` to `max` [m], both included. It ends at the next larger
+/// double, because a HalfOpenBox does not own its end.
 [[nodiscard]] HalfOpenBox box_owning(const Eigen::Vector2d& min, const Eigen::Vector2d& max);
 
-/// A part of the plan and the points in it, whose order means nothing.
-/// @tparam Element  what stands for a point: its coordinates, or its index
+/// A part of the plan and the points in it, in any order.
+/// @tparam Element  represents a point: its coordinates, or its index
 template <class Element>
 struct PlanPart {
   HalfOpenBox box;
   std::span<Element> points;
-  std::string label = "cell";  ///< and one digit for each cut: 0 below, 1 above
+  std::string label = "cell";  ///< after cuts, "cell_" and one digit per cut: 0 below, 1 above
 };
 
-/// What remains of a part on the two sides of a cut.
+/// The two parts on the two sides of a cut.
 template <class Element>
 struct PlanHalves {
   PlanPart<Element> below, above;
 };
 
-/// Cuts a part across one axis. Reorders its points.
+/// Cuts a part in two across an axis. Reorders its points.
 /// @param at        where to cut [m]
 /// @param is_below  whether an element lies below the cut
 template <class Element, class IsBelow>
@@ -57,15 +58,15 @@ template <class Element, class IsBelow>
   return halves;
 }
 
-/// The interval in which a box can be cut across an axis into two that are `min_width` wide [m];
-/// nothing if there is none.
+/// The interval [m] in which a cut across an axis leaves two boxes of at least `min_width` [m];
+/// none if the box is too narrow.
 [[nodiscard]] std::optional<std::pair<double, double>> room_for_cut(const HalfOpenBox& box,
                                                                     Eigen::Index axis,
                                                                     double min_width);
 
-/// The halves across the longer axis, or else across the other one.
-/// @param size  what the longer axis is read from [m]
-/// @param cut_across(axis)  an optional
+/// Cuts across the longer axis or, if that gives nothing, across the other one.
+/// @param size        extents along the two axes [m]
+/// @param cut_across  cut_across(axis) returns an optional
 template <class CutAcross>
 [[nodiscard]] auto across_longer(const Eigen::Vector2d& size, const CutAcross& cut_across) {
   const Eigen::Index longer = size.x() >= size.y() ? 0 : 1;
@@ -73,16 +74,16 @@ template <class CutAcross>
   return halves ? std::move(halves) : cut_across(1 - longer);
 }
 
-/// Cuts a part into two until none is to be cut; each that is left becomes a region.
-/// @param cut    of one part: its halves, or nothing if the part becomes a region
-/// @param cause  of too_many_regions
+/// Cuts parts in two until no part needs a cut. Each remaining part becomes a region.
+/// @param cut    returns the halves of a part, or nothing if the part becomes a region
+/// @param cause  see too_many_regions
 /// Errors: those of `cut`, too_many_regions and Partition::from.
 template <class Element>
 [[nodiscard]] Result<Partition> cut_up(
     PlanPart<Element> whole,
     const std::function<Result<std::optional<PlanHalves<Element>>>(const PlanPart<Element>&)>& cut,
     const std::string& cause) {
-  std::vector<PlanPart<Element>> open{std::move(whole)};  // the next one last
+  std::vector<PlanPart<Element>> open{std::move(whole)};  // the next part to cut is the last
   std::vector<Region> regions;
   while (!open.empty()) {
     PlanPart<Element> part = std::move(open.back());

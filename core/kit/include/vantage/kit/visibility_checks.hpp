@@ -5,7 +5,7 @@
 #include "vantage/result.hpp"
 #include "vantage/visibility.hpp"
 
-/// What every visibility operator asks of its input.
+/// Checks of the input that visibility operators share.
 namespace vantage {
 
 /// Errors: `invalid_input` for a coordinate that is not finite.
@@ -15,12 +15,12 @@ namespace vantage {
 /// 0 m.
 [[nodiscard]] Result<void> check_map(PointsView map, const VisibilityLimits& limits);
 
-/// The same for operators that use the bounds of the map, too.
+/// The same for operators that also use the bounds of the map.
 /// Errors: those of check_map; `invalid_input` for `map_bounds` that leave out a point of the map.
 [[nodiscard]] Result<void> check_map_in_bounds(PointsView map, const VisibilityLimits& limits);
 
-/// For operators that turn points about a sphere of radius R (Eq. 6).
-/// Errors: `invalid_input` unless R [m] is at least the reach of a sensor in the map and at most
+/// For operators that flip points across a sphere of radius R (Eq. 6).
+/// Errors: `invalid_input` unless R [m] is at least the smaller of D and `max_range`, and at most
 /// 1e12 m.
 [[nodiscard]] Result<void> check_flip_radius(double radius, const VisibilityLimits& limits);
 

@@ -14,7 +14,7 @@
 
 namespace vantage {
 
-/// Ways to make a region map small without asking what can be seen.
+/// Ways to make a region map smaller without visibility.
 enum class Thinning : std::uint8_t {
   random,  ///< points drawn at random
   voxel,   ///< one point per voxel, drawn at random
@@ -23,41 +23,43 @@ enum class Thinning : std::uint8_t {
 inline constexpr std::array kThinnings{Thinning::random, Thinning::voxel, Thinning::radius};
 [[nodiscard]] std::string_view to_string(Thinning) noexcept;
 
-/// What a sensor could reach from the viewpoints of a region if nothing blocked its view.
+/// The points that a sensor would see from a region's viewpoints if nothing blocked its view.
 struct Reach {
   IndexList indices;            ///< into the wide-area map, strictly ascending
   std::vector<double> squared;  ///< squared distance of each to the nearest viewpoint [m^2]
 };
 
-/// @param map         the wide-area map [m]
-/// @param viewpoints  of `region`, map frame [m]; without viewpoints, nothing is within reach
-/// @param visibility  gives the sensor's range, and says whether only P_ij counts
+/// Finds the points within reach of a region's viewpoints.
+/// @param map         the wide-area map, map frame [m]
+/// @param viewpoints  of `region`, map frame [m]; without viewpoints, no point is within reach
+/// @param visibility  gives the sensor's range; its scope decides whether only P_ij counts
 [[nodiscard]] Reach reach_of(PointsView map, PointsView viewpoints,
                              const VisibilityConfig& visibility, const Partition& partition,
                              RegionId region);
 
-/// Draws `count` of the candidates at random, by a hash of their coordinates: the draw depends
-/// neither on their order nor on chance.
+/// Draws `count` of the candidates pseudo-randomly, by a hash of their coordinates. The draw is
+/// repeatable and does not depend on their order.
 /// @param candidates  indices into `map`, strictly ascending
 /// @return            strictly ascending; all candidates if there are at most `count`
 [[nodiscard]] IndexList random_thinning(PointsView map, const IndexList& candidates,
                                         std::size_t count);
 
-/// One candidate per voxel. The voxels are the largest that leave at least `count` candidates; the
-/// few that are too many are removed at random. Arguments and result as above.
+/// One candidate per voxel. The voxels are the largest (to about 1 %) that leave at least `count`
+/// candidates; surplus candidates are removed at random. Arguments and result as above.
 [[nodiscard]] IndexList voxel_thinning(PointsView map, const IndexList& candidates,
                                        std::size_t count);
 
 /// The `count` candidates nearest to a viewpoint; result as above.
 [[nodiscard]] IndexList radius_crop(const Reach& candidates, std::size_t count);
 
-/// The region maps of a store, and in their place others with as many points, chosen by each
-/// thinning of what the sensor can reach. Those of a region are made when one of them is asked for,
-/// and kept. Thread safety: `get` may run from several threads at once.
+/// Replacements for the region maps of a store. Each has as many points as the original, chosen by
+/// a Thinning from the points within reach. The first `get` of a region makes its replacements for
+/// all thinnings and keeps them. Thread safety: `get` may run from several threads at once.
 class BaselineMaps {
  public:
-  /// @param original, map  borrowed; `map` is the wide-area map
-  /// @param index          of `original`
+  /// @param original  the store; borrowed
+  /// @param index     the index of `original`
+  /// @param map       the wide-area map, map frame [m]; borrowed
   BaselineMaps(const MapStore& original, MapIndex index, PointsView map,
                VisibilityConfig visibility)
       : original_(original),
@@ -67,8 +69,7 @@ class BaselineMaps {
 
   [[nodiscard]] const MapIndex& index() const noexcept { return index_; }
   [[nodiscard]] Result<RegionMap> get(RegionId region, Thinning thinning) const;
-  /// Whether the region's own map holds everything within reach, so that there is nothing to
-  /// choose.
+  /// Whether the region's own map has all points within reach, so that there is nothing to choose.
   [[nodiscard]] Result<bool> holds_everything(RegionId region) const;
 
  private:
@@ -83,7 +84,7 @@ class BaselineMaps {
   mutable std::map<std::uint32_t, Chosen> made_;  // by RegionId
 };
 
-/// The maps of one thinning as a store, for a localizer to own; nothing can be put there.
+/// The maps of one thinning as a read-only store, which a localizer can own.
 class BaselineStore final : public MapStore {
  public:
   /// @param maps  borrowed

@@ -18,44 +18,45 @@
 
 namespace vantage {
 
-/// The part of a recording that is used, in seconds after its first scan.
+/// The part of a recording that is used.
 struct TimeWindow {
-  double start = 0.0;
-  std::optional<double> duration = {};  ///< without it, the window ends with the recording
+  double start = 0.0;                   ///< after the first scan of the recording [s]
+  std::optional<double> duration = {};  ///< after the first scan used [s]; empty: to the end
 };
 
 struct RunScan;
 
 /// The inputs of a run.
 struct RunInputs {
-  io::ScanOptions scans;  ///< opened anew for each run, but for the first if they are open:
-  std::optional<io::OpenedScans> opened = {};  ///< `scans`, opened to look at them
+  io::ScanOptions scans;                       ///< opened by the run if `opened` is empty
+  std::optional<io::OpenedScans> opened = {};  ///< the same scans, already open
   TimeWindow window = {};
-  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; else from the
-                                          ///< reference
-  bool start_anywhere = false;            ///< use neither pose: search for the sensor
-  std::optional<double> speed = {};  ///< how many times faster than recorded the scans come; if
-                                     ///< empty, each scan comes as soon as the last is done
+  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; if empty, the
+                                          ///< reference gives it
+  bool start_anywhere = false;       ///< without an initial pose: search, do not use the reference
+  std::optional<double> speed = {};  ///< scans come this many times faster than recorded; if empty,
+                                     ///< each scan comes as soon as the last is done
   std::optional<io::Trajectory> reference = {};  ///< T_map_sensor
   std::optional<io::Trajectory> odometry = {};   ///< T_odom_sensor
-  /// Called with every scan after it was localized, if set. An error that it returns ends the run.
+  /// If set, called with every scan after it was localized. An error that it returns ends the run.
   std::function<Result<void>(const io::StampedScan&, const RunScan&)> observe = {};
 };
 
-/// How far an estimate is from the reference; the trajectories are not aligned first.
+/// The difference between an estimate and the reference. The trajectories are not aligned first.
 struct PoseError {
   double metres = 0.0, degrees = 0.0;
   /// Estimate minus reference, map axes: translation [m], rotation vector [rad].
   Eigen::Vector3d translation = Eigen::Vector3d::Zero(), rotation = Eigen::Vector3d::Zero();
 };
 
+/// One localized scan of a run.
 struct RunScan {
   ScanReport report;
   std::uint64_t dropped_by_reader = 0;  ///< non-finite points in the file
-  std::optional<Pose> reference;        ///< T_map_sensor; none without a reference at the stamp
+  std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
-  RegionSummary map = {};               ///< of the region in use, as the bundle's index has it
-  std::uint64_t wide_area_points = 0;   ///< of the map that the bundle was made of
+  RegionSummary map = {};               ///< the region in use, from the bundle's index
+  std::uint64_t wide_area_points = 0;   ///< points of the map from which the bundle was built
 };
 
 [[nodiscard]] inline bool is_tracked(const RunScan& scan) {
@@ -64,25 +65,25 @@ struct RunScan {
 
 /// One pass over recorded scans with one configuration.
 struct Run {
-  std::string config;  ///< the path of its file
-  std::string stamp_rule;
+  std::string config;             ///< the path of the configuration file
+  std::string stamp_rule;         ///< where the stamps come from
   io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
   MapIndex index;
   std::vector<RunScan> scans;
   std::optional<double> speed = {};  ///< of the replay, see RunInputs
-  double seconds_late = 0.0;         ///< longest wait of a scan for earlier scans, at that speed
+  double seconds_late = 0.0;         ///< longest delay of a scan behind its replay time
 };
 
 /// The distance travelled up to each scan [m]: along the reference, or along the poses if there is
 /// no reference.
 [[nodiscard]] std::vector<double> distances(const Run& run);
 
-/// Called with the number of scans done and the number of all; the latter is 0 if the recording
-/// does not say.
+/// Called with the number of scans done and the number of all scans. The latter is 0 if it is
+/// unknown: the recording does not say, or the window is only a part of it.
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-/// Localizes every scan. Errors: a missing table, plugin or bundle; no first pose; a scan that
-/// cannot be read.
+/// Localizes every scan. Errors: a missing table, plugin or bundle; no initial pose; a scan that
+/// cannot be read; an error of `observe`.
 [[nodiscard]] Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});

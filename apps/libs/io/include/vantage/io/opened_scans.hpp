@@ -7,8 +7,8 @@
 
 namespace vantage::io {
 
-/// A recording that was opened to look at it and is handed on to whoever reads it: to open a large
-/// bag without an index reads all of it. Copies are of the same recording.
+/// A recording that is opened once, described, and then passed on to its reader. This saves time:
+/// opening a large bag without an index reads the whole bag. Copies share the recording.
 /// Thread safety: `take` may run on copies of one object from many threads at once.
 class OpenedScans {
  public:
@@ -17,8 +17,8 @@ class OpenedScans {
 
   [[nodiscard]] const ScanOptions& options() const noexcept;
   [[nodiscard]] const ScanDescription& describe() const noexcept;
-  /// At the first scan: the source that was opened, or, if it was taken before, one that is opened
-  /// now. Errors: those of open_scans.
+  /// A source that starts at the first scan. The first call returns the source that is already
+  /// open; later calls open a new one. Errors: those of open_scans.
   [[nodiscard]] Result<std::unique_ptr<ScanSource>> take() const;
 
  private:

@@ -22,7 +22,8 @@ struct LoadedCloud {
 
 enum class ReadTimes : bool { no, yes };
 
-/// Reads x, y and z of a point cloud file. The content tells the format where it can:
+/// Reads x, y and z of a point cloud file. The content determines the format; if it does not, the
+/// suffix does:
 /// - PCD (ascii, binary, binary_compressed): fields in any order, size and type, named x y z or X Y
 ///   Z; bytes after the last binary point are padding; VIEWPOINT is not applied to the points
 /// - PLY 1.0 (ascii, binary in either byte order): element `vertex`, properties x y z
@@ -30,10 +31,10 @@ enum class ReadTimes : bool { no, yes };
 /// - KITTI: suffix `.bin`, float32 x y z intensity, little endian
 /// PCD and PLY may hold the time of each point's measurement; PointTimes lists the fields.
 /// Numbers in ascii files keep the precision of the text, whatever type the header declares.
-/// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for something
-/// that cannot be read or is not a regular file; `corrupt_data` for content that contradicts its
-/// format or has none of these formats, with the byte offset in binary parts; `unsupported` for
-/// LAZ, COPC and E57, with the name of a converter.
+/// Errors (`where` is the file and, in text, the line): `not_found`; `io_failure` for a path that
+/// cannot be read or is not a regular file; `corrupt_data` for content that contradicts its format
+/// or has none of these formats, with the byte offset in binary parts; `unsupported` for LAZ, COPC
+/// and E57, with the name of a converter.
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path,
                                                    ReadTimes read_times = ReadTimes::no);
 
@@ -41,7 +42,7 @@ enum class ReadTimes : bool { no, yes };
 [[nodiscard]] Result<LoadedCloud> read_point_cloud(const InputFile& file,
                                                    ReadTimes read_times = ReadTimes::no);
 
-/// What the header of a point cloud file says.
+/// Format and fields, from the header of a point cloud file.
 struct CloudLayout {
   std::string format;               ///< "PCD (binary)", "LAS 1.4 (point format 6)"
   std::vector<std::string> fields;  ///< of a point: "x float32"
@@ -50,19 +51,19 @@ struct CloudLayout {
 /// Reads the header of a file that read_point_cloud can read. Errors: those of read_point_cloud.
 [[nodiscard]] Result<CloudLayout> read_cloud_layout(const std::filesystem::path& path);
 
-/// Reads several files as one cloud, one after the other, without times. Besides the points
-/// themselves, it needs the memory of one file. Errors: those of read_point_cloud.
+/// Reads several files into one cloud, one after the other, without times. Needs memory for all
+/// points, and for those of one file in addition. Errors: those of read_point_cloud.
 [[nodiscard]] Result<LoadedCloud> read_point_clouds(std::span<const std::filesystem::path> paths);
 
 enum class Precision : std::uint8_t { float32, float64 };
 
-/// float32 if it holds every coordinate exactly, otherwise float64.
+/// float32 if float32 holds every coordinate exactly, otherwise float64.
 [[nodiscard]] Precision lossless_precision(PointsView points) noexcept;
 
-/// Writes binary PCD v0.7 with fields x y z; atomic, see OutputFile.
-/// @param views  one count per point, written as field `views`, uint32; or empty
-/// Errors: `invalid_input` for a point that is not finite in that precision, and if there is not
-/// one view count per point; those of OutputFile.
+/// Writes binary PCD v0.7 with fields x y z, atomically (see OutputFile).
+/// @param views  one view count per point, written as field `views` (uint32); or empty
+/// Errors: `invalid_input` for a point that is not finite in that precision, and for view counts
+/// that are not one per point; those of OutputFile.
 [[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
                                      Precision precision,
                                      std::span<const std::uint32_t> views = {});
@@ -77,13 +78,14 @@ enum class Precision : std::uint8_t { float32, float64 };
 /// Writes LAS 1.4, point format 6, in millimetres: coordinates are rounded by at most half a
 /// millimetre. View counts are extra bytes named `views` (unsigned long). The file has no creation
 /// date and no coordinate system. Errors: those of write_pcd, and `invalid_input` for an extent of
-/// more than 4,294 km along an axis.
+/// more than about 4,294 km along an axis.
 [[nodiscard]] Result<void> write_las(const std::filesystem::path& path, PointsView points,
                                      std::span<const std::uint32_t> views = {});
 
-/// Writes a scan with the time of each point: as write_pcd in float32, with a field t, float32 [s]
-/// after the scan's stamp.
-/// Errors: also `invalid_input` for sizes that differ and for a time that is not finite.
+/// Writes a scan with the time of each point: as write_pcd in float32, with a further field t,
+/// float32.
+/// @param seconds  one time per point, after the scan's stamp [s]
+/// Errors: those above; `invalid_input` for sizes that differ or a time that is not finite.
 [[nodiscard]] Result<void> write_pcd(const std::filesystem::path& path, PointsView points,
                                      std::span<const float> seconds);
 
