@@ -110,7 +110,7 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
         cli::grouped(map.unlisted_tiles));
   }
   if (report.skipped_viewpoints > 0) {
-    std::cout << fmt::format("{} of the viewpoints show too little new and were not asked\n",
+    std::cout << fmt::format("{} of the viewpoints would show too little new and were skipped\n",
                              cli::grouped(report.skipped_viewpoints));
   }
   if (report.unreachable_viewpoints > 0) {
@@ -215,8 +215,9 @@ int main(int argc, char** argv) {
   app.add_flag("--print-config", options.print_config,
                "print the configuration with all defaults and --set filled in, its paths absolute, "
                "and build nothing");
-  app.add_option("--min-views", options.min_views,
-                 "keep what so many of a region's viewpoints see: --set visibility.min_views=K")
+  app.add_option(
+         "--min-views", options.min_views,
+         "keep points that at least K viewpoints of their region see: --set visibility.min_views=K")
       ->type_name("K");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] {

@@ -43,11 +43,11 @@ report::Axis way_axis(const Comparison& c) {
   double longest = 1.0;
   for (const auto& way : c.a.columns.at("distance_m"))
     longest = std::max(longest, way.value_or(0.0));
-  return report::linear_axis("way along the route [m]", 0.0, longest, 8);
+  return report::linear_axis("distance along the route [m]", 0.0, longest, 8);
 }
 
 std::string lines(const Comparison& c, const Compared& q) {
-  const report::LinePanel values{std::string(q.metric->name) + " over the way",
+  const report::LinePanel values{std::string(q.metric->name) + " along the route",
                                  way_axis(c),
                                  report::axis_over(label(q), both(q), true, 5),
                                  {{"A", {0, report::Marker::disc}, over_way(c, q, q.a)},
@@ -63,7 +63,7 @@ std::string lines(const Comparison& c, const Compared& q) {
       report::linear_axis(label(q), *low, *high, 5),
       {{"B − A", {6, report::Marker::disc}, over_way(c, q, difference)}}};
   return report::figure({to_svg(values, 560.0, 210.0), to_svg(differences, 560.0, 210.0)},
-                        "Over the way; below 0 on the right, B is smaller.",
+                        "Along the route. Right: B is smaller where the curve is below 0.",
                         std::string(q.metric->key) + "-way");
 }
 
@@ -123,10 +123,10 @@ std::string to_html(const Comparison& c) {
   page.sections.push_back(
       {"summary", "Summary",
        "<ul>" + file("A", c.a) + file("B", c.b) + "</ul>\n" + to_html(table(c)) +
-           "<p>Errors and scores are of scans tracked in both runs. The interval is of the mean "
-           "difference of pairs, by 2,000 resamples; it takes scans as independent, so that for "
-           "scans that follow each other closely the truth is wider. Green and bold: better, with "
-           "0 outside the interval.</p>\n"});
+           "<p>Errors and scores are of scans tracked in both runs. The interval is that of the "
+           "mean difference of pairs, from 2,000 resamples; it treats scans as independent, so the "
+           "true interval is wider for scans that follow each other closely. Green and bold: "
+           "better, with 0 outside the interval.</p>\n"});
   std::string error;
   std::vector<std::string> match, cost;
   for (const Compared& q : c.quantities) {

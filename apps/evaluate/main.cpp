@@ -185,20 +185,21 @@ int main(int argc, char** argv) {
   app.add_option("CONFIG", options.configs, "configurations (TOML) whose bundles are built")
       ->required();
   options.routes.add_to(app);
-  app.add_option("--out", options.out, "folder for report.html, summary.json and a folder a run")
+  app.add_option("--out", options.out,
+                 "folder for report.html, summary.json and one folder per run")
       ->required()
       ->type_name("DIR");
-  app.add_option(
-         "--gate", options.gates,
-         "limits to keep on every route, such as error=0.5cm,lost=0, or L20:error=0.5cm for "
-         "one configuration; exit code 1 if one is not kept")
+  app.add_option("--gate", options.gates,
+                 "limits for every route, such as error=0.5cm,lost=0, or L20:error=0.5cm for one "
+                 "configuration; exit code 1 if a limit is violated")
       ->allow_extra_args(false);
-  app.add_option("--excess-over,--baseline", options.excess_over,
-                 "configuration that the gate 'excess' is measured from; the wide-area map's if "
-                 "left out");
-  app.add_flag("--no-baselines,--no-opponents", options.no_baselines,
-               "leave out the maps of equal size by random thinning, voxel thinning and radius");
+  app.add_option(
+      "--excess-over,--baseline", options.excess_over,
+      "configuration that the gate 'excess' compares with; the wide-area map's if left out");
+  app.add_flag(
+      "--no-baselines,--no-opponents", options.no_baselines,
+      "leave out the baselines: maps of equal size by random thinning, voxel thinning and radius");
   options.common.add_to(app);
-  app.footer("Gates, with the limit that '=' means:\n" + vantage::gate_help());
+  app.footer("Gates, and what '=' means for each:\n" + vantage::gate_help());
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

@@ -54,7 +54,7 @@ Result<std::vector<std::string>> route_names(const std::vector<fs::path>& scans)
     return parents;
   }
   return cli::usage_error(
-      "the folders of --scans do not tell the routes apart: give each a --route");
+      "the folders of --scans give no distinct route names: give each a --route");
 }
 
 void RouteOptions::add_to(CLI::App& app) {
@@ -76,11 +76,11 @@ void RouteOptions::add_to(CLI::App& app) {
   app.add_option("--reference-topic", reference_topics, kPoseTopicHelp)->allow_extra_args(false);
   app.add_option("--odometry-topic", odometry_topics, kPoseTopicHelp)->allow_extra_args(false);
   app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
-  app.add_option("--topic", topics, "topic of each --scans, where a bag has several")
+  app.add_option("--topic", topics, "topic of each --scans, if a bag has several")
       ->allow_extra_args(false);
-  app.add_option("--route", names, "name of each --scans; its folder's if left out")
+  app.add_option("--route", names, "name of each --scans; the name of its folder if left out")
       ->allow_extra_args(false);
-  app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
+  app.add_option("--rate", rate_hz, "scans per second, if files contain no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 }
@@ -100,7 +100,7 @@ Result<std::vector<NamedInputs>> RouteOptions::open() const {
   std::vector<NamedInputs> routes;
   for (std::size_t i = 0; i < scans.size(); ++i) {
     if (!is_fit_for_a_folder(called[i])) {
-      return cli::usage_error("a route is called '" + called[i] + "', which no folder can be");
+      return cli::usage_error("the route '" + called[i] + "' cannot be the name of a folder");
     }
     const InputOptions options{.scans = scans[i],
                                .reference = references[i],

@@ -171,17 +171,19 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   auto* autoware = app.add_subcommand(
       "autoware", "one map of all regions, each point once, as tiles that Autoware loads");
-  auto* regions = app.add_subcommand("regions", "a file for each region, as for CloudCompare");
+  auto* regions =
+      app.add_subcommand("regions", "one file per region, for CloudCompare and other programs");
   for (CLI::App* job : {autoware, regions}) {
     job->add_option("BUNDLE", options.what, "configuration (TOML) of a bundle, or its folder")
         ->required()
         ->check(CLI::ExistingPath);
-    job->add_option("--out", options.out, "folder to write; it must not be there")
+    job->add_option("--out", options.out, "folder to create; it must not exist yet")
         ->required()
         ->type_name("DIR");
     job->add_flag("--force", options.force, "replace an earlier export");
   }
-  autoware->add_option("--resolution", options.autoware.resolution, "sides of a tile, whole metres")
+  autoware
+      ->add_option("--resolution", options.autoware.resolution, "side of a tile in whole metres")
       ->check(CLI::Range(1U, 100'000U))
       ->capture_default_str();
   autoware
@@ -190,12 +192,12 @@ int main(int argc, char** argv) {
                    "lowest corner of the map")
       ->type_name("ORIGIN")
       ->capture_default_str();
-  autoware->add_option("--prefix", options.autoware.prefix, "of the tiles' names")
+  autoware->add_option("--prefix", options.autoware.prefix, "prefix of the tiles' names")
       ->type_name("WORD")
       ->capture_default_str();
   regions
       ->add_option("--format", options.format,
-                   "of the files; where the bundle has views, they are a field in them")
+                   "format of the files; if the bundle has views, they are a field")
       ->required()
       ->check(CLI::IsMember({"ply", "pcd", "las"}));
   for (CLI::App* job : {autoware, regions}) options.common.add_to(*job);

@@ -42,8 +42,8 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Says what a recording or a map holds: format, topics, scans, points, fields, extent, rate, "
-      "gaps.",
+      "Prints what a recording or a map contains: format, topics, scans, points, fields, extent, "
+      "rate, gaps.",
       "vantage info");
   vantage::Options options;
   app.add_option("PATH", options.scans.path,
@@ -51,8 +51,8 @@ int main(int argc, char** argv) {
                              vantage::io::format_names(vantage::io::FormatUse::recording, ", "),
                              vantage::io::format_names(vantage::io::FormatUse::cloud)))
       ->required();
-  app.add_option("--topic", options.scans.topic, "topic of the scans, where a bag has several");
-  app.add_option("--rate", options.scans.rate_hz, "scans a second, where files carry no stamps")
+  app.add_option("--topic", options.scans.topic, "topic of the scans, if a bag has several");
+  app.add_option("--rate", options.scans.rate_hz, "scans per second, if files contain no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");

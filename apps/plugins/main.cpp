@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
   };
   auto* list = app.add_subcommand("list", "every plugin file that would be found; opens none");
   add_folders(list);
-  list->add_flag("--names", options.names, "names only, one a line")->excludes(add_json(list));
+  list->add_flag("--names", options.names, "names only, one per line")->excludes(add_json(list));
   auto* describe = app.add_subcommand("describe", "what a plugin does and its parameters");
   describe->add_option("NAME", options.name, "name, or kind/name")->required()->type_name("PLUGIN");
   add_folders(describe);
@@ -184,7 +184,7 @@ int main(int argc, char** argv) {
   add_json(check);
   auto* reference = app.add_subcommand(
       "reference", "docs/config_reference.md: every key of a configuration file, as Markdown");
-  add_folders(reference, "the plugins here instead of those beside the library");
+  add_folders(reference, "document the plugins in this folder instead of those beside the library");
   auto* create = app.add_subcommand("new", "a project of its own for a new plugin");
   create->add_option("KIND", options.kind, "what kind of plugin")
       ->required()

@@ -55,7 +55,7 @@ struct CampusParams {
         optional("trees_per_hectare", &P::trees_per_hectare, "1/ha", "inside the blocks",
                  between(0, 1000)),
         optional("parked_cars", &P::parked_cars, "",
-                 "share of the places beside streets that a car has", between(0, 1)),
+                 "share of the parking places beside streets that have a car", between(0, 1)),
         optional("wall_share", &P::wall_share, "", "share of the blocks' edges with a wall",
                  between(0, 1)),
         optional("leaf_area_density", &P::leaf_area_density, "m2/m3",
@@ -126,9 +126,9 @@ struct LidarParams {
         optional("height", &P::height, "m", "of the sensor above the ground", between(0.2, 3.5)),
         optional(
             "motion_distortion", &P::motion_distortion, "",
-            "each firing from where the sensor is at that moment, in the frame of that moment, "
-            "with the field t [s] after the scan's stamp, which is that of the first firing; "
-            "false: all from the pose at the scan's stamp"),
+            "true: each firing is taken from the sensor's pose at that moment, in the frame of "
+            "that pose; the field t [s] is its time after the scan's stamp, which is that of the "
+            "first firing; false: all firings are taken from the pose at the scan's stamp"),
     };
   }
   [[nodiscard]] Result<void> validate() const;
@@ -154,7 +154,8 @@ struct DriveParams {
                  "eight (at least 3 streets each way)",
                  between(0, 2)),
         optional("speed", &P::speed, "m/s", "constant", between(0.1, 30)),
-        optional("length", &P::length, "m", "to be driven; one lap if left out", between(1, 1e6)),
+        optional("length", &P::length, "m", "length of the drive; one lap if left out",
+                 between(1, 1e6)),
         optional("scan_every", &P::scan_every, "", "keep every n-th revolution", between(1, 10000)),
         optional("lateral_offset", &P::lateral_offset, "m",
                  "from the middle of the street, positive to the left", between(-5, 5)),

@@ -221,16 +221,19 @@ int main(int argc, char** argv) {
   app.add_option("--trajectory", options.trajectory, "a line along these poses (TUM, KITTI)")
       ->type_name("FILE");
   app.add_option("--color", options.color,
-                 "points by height, by the region they are in, or by how many viewpoints see them "
-                 "(or region maps hold them, where a bundle has no views)")
+                 "colour points by height, by region, or by the number of viewpoints that see them "
+                 "(of region maps that contain them, if the bundle has no views)")
       ->check(CLI::IsMember({"height", "region", "views"}))
       ->capture_default_str();
   app.add_option("--png", options.png, "write a picture and open no window")->type_name("FILE");
-  app.add_option("--size", options.size, "of the window or picture [pixels] (default 1600x1000)")
+  app.add_option("--size", options.size,
+                 "size of the window or picture [pixels] (default 1600x1000)")
       ->type_name("WxH");
-  app.add_option("--point-size", options.point_size, "[pixels]; by how many there are if left out")
+  app.add_option("--point-size", options.point_size,
+                 "size of a point [pixels]; depends on the number of points if left out")
       ->check(CLI::Range(1, 15));
-  app.add_option("--max-points", options.max_points, "thin what is drawn to so many points")
+  app.add_option("--max-points", options.max_points,
+                 "draw at most this many points; more are thinned")
       ->check(CLI::Range(std::size_t{1}, std::size_t{100'000'000}))
       ->capture_default_str();
   app.add_option("--plugin-dir", options.plugin_dirs,

@@ -63,8 +63,8 @@ plugin = "ndt"
   CHECK(string_at("map", "trajectory") == (root / "drive.tum").string());
   CHECK(text.find("files = [\"" + (root / "a.pcd").string() + "\"]") != std::string::npos);
   CHECK(text.find("root = \"" + (root / "bundle").string() + "\"") != std::string::npos);
-  CHECK(text.find("# scan_max_range is left out: scan points farther from the sensor are dropped; "
-                  "unlimited if left out\n") != std::string::npos);
+  CHECK(text.find("# scan_max_range is left out: scan points farther from the sensor than this are "
+                  "dropped; unlimited if left out\n") != std::string::npos);
   CHECK(text.find("# d1 is left out: ") != std::string::npos);  // of a plugin
   CHECK(text.find("overwrite = false") != std::string::npos);
   CHECK(text.find("margin = 2.5") != std::string::npos);

@@ -36,7 +36,8 @@ TEST_CASE(
     return test::run("vantage-evaluate", more);
   };
   const std::string end =
-      ": build it again, or ask for what it has (while opening the bundle of " + config;
+      ": build the bundle again, or change the key to match it (while opening the bundle of " +
+      config;
   const std::string nearer =
       "--set visibility.max_range=15: error: 'visibility.max_range' is "
       "15.0, and the bundle was built without it" +

@@ -159,7 +159,7 @@ TEST_CASE("evaluate: gates and names that mean nothing are told before any scan 
   refused({"--excess-over", "broad"}, "no configuration is called 'broad'");
   refused({"--baseline", "broad"}, "no configuration is called 'broad'");  // as it was called
   refused({"--scans", world.street.path("scans")}, "--reference is given 1 times for 2 --scans");
-  refused({"--route", "a/b"}, "which no folder can be");
+  refused({"--route", "a/b"}, "cannot be the name of a folder");
 }
 
 TEST_CASE("evaluate: without the wide-area map there are no baselines, and that is said") {
@@ -167,6 +167,6 @@ TEST_CASE("evaluate: without the wide-area map there are no baselines, and that 
   fs::remove(world.street.folder() / "map.pcd");
   const auto done = world.evaluate({});
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
-  CHECK(done.out.find("L10 has no baselines: the wide-area map is not at hand") !=
+  CHECK(done.out.find("L10 has no baselines: the wide-area map is not available") !=
         std::string::npos);
 }

@@ -114,7 +114,7 @@ std::vector<std::string> lines(const Evaluation& e, const std::string& what,
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     LinePanel panel{
         .title = title_of(e, what, route),
-        .x = report::linear_axis("way along the route [m]", 0.0, longest_way(e, route), 8),
+        .x = report::linear_axis("distance along the route [m]", 0.0, longest_way(e, route), 8),
         .y = y,
         .curves = {}};
     for (const MapRun& r : runs_of(e, route)) {
@@ -177,8 +177,8 @@ std::string side_by_side(const std::string& figures) {
 
 constexpr const char* kReading =
     "Box: middle half of the scans with the median; whiskers: to the last scan within 1.5 boxes; "
-    "dots: beyond; diamond: mean. Baselines with equal numbers of points stand beneath their "
-    "configuration, with a mark of their own for the mean: circle random, square voxel, triangle "
+    "dots: beyond; diamond: mean. Baselines with equal numbers of points are below their "
+    "configuration, each with its own mark for the mean: circle random, square voxel, triangle "
     "radius.";
 
 }  // namespace
@@ -190,8 +190,8 @@ std::string alignment_figures(const Evaluation& e) {
   std::string figures =
       report::figure(boxes(e, "T_align", "T_align [ms]", "align_ms", true),
                      fmt::format("Fig. 10 a. Alignment time. {}", kReading), "fig10a-align");
-  figures += report::figure(lines(e, "T_align over the way", "T_align [ms]", "align_ms", true),
-                            "Fig. 10 b. Alignment time over the way.", "fig10b-align");
+  figures += report::figure(lines(e, "T_align along the route", "T_align [ms]", "align_ms", true),
+                            "Fig. 10 b. Alignment time along the route.", "fig10b-align");
   return html + side_by_side(figures);
 }
 
@@ -203,11 +203,10 @@ std::string fitness_figures(const Evaluation& e) {
   figures += report::figure(
       boxes(e, "Coverage", "scan points with a voxel [%], more is better", "coverage", false),
       "Coverage: share of a scan’s points that have a voxel to be compared with.", "coverage");
-  figures +=
-      report::figure(boxes(e, "NVTL", "NVTL, more is better", "nvtl", false),
-                     "NVTL: mean over the matched points of the best voxel’s likelihood. It does "
-                     "not see what is missing, either.",
-                     "nvtl");
+  figures += report::figure(boxes(e, "NVTL", "NVTL, more is better", "nvtl", false),
+                            "NVTL: mean over the matched points of the best voxel’s likelihood. It "
+                            "also ignores missing parts of the map.",
+                            "nvtl");
   if (has_reference(e)) {
     figures +=
         report::figure(boxes(e, "Position error", "error [cm], less is better", "error_m", true),
@@ -215,7 +214,7 @@ std::string fitness_figures(const Evaluation& e) {
   }
   return "<p><strong>Fitness alone rewards deleting map.</strong> A scan point with no voxel near "
          "it scores 0 in S<sub>fitness</sub> (Eq. 12), which is more than a badly matched point "
-         "gets. Coverage, NVTL and error beside it tell what was given up.</p>\n" +
+         "gets. Coverage, NVTL and error beside it show what was lost.</p>\n" +
          side_by_side(figures);
 }
 
@@ -223,14 +222,14 @@ std::string lcp_figures(const Evaluation& e) {
   std::string figures =
       report::figure(boxes(e, "LCP of scans", "LCP [10⁻⁶], more is better", "lcp", true),
                      fmt::format("Fig. 12 a. LCP of tracked scans. {}", kReading), "fig12a-lcp");
-  figures += report::figure(
-      region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", "lcp"),
-      "Fig. 12 b. LCP of each local region: mean over the scans that were matched in it. Upright "
-      "line: mean of the regions.",
-      "fig12b-lcp");
-  return "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). A positive one grows "
-         "with whatever makes a map smaller (a negative one falls), so that baselines of equal "
-         "size have about the same: it tells a map’s size more than which points were kept.</p>\n" +
+  figures += report::figure(region_dots(e, "LCP of regions", "LCP [10⁻⁶], more is better", "lcp"),
+                            "Fig. 12 b. LCP of each local region: mean over the scans that were "
+                            "matched in it. Vertical line: mean of the regions.",
+                            "fig12b-lcp");
+  return "<p>LCP is S<sub>fitness</sub> by the number of map points (Eq. 13). Any reduction of the "
+         "map raises a positive LCP and lowers a negative one, so baselines of equal size have "
+         "about the same LCP. It reflects the size of a map more than the choice of its "
+         "points.</p>\n" +
          side_by_side(figures);
 }
 
@@ -240,16 +239,17 @@ std::string error_figures(const Evaluation& e) {
       "<p>Errors against the reference of tracked scans, without aligning trajectories. A gap in a "
       "curve is a scan that was lost or has no reference.</p>\n";
   std::string figures =
-      report::figure(lines(e, "Position error over the way", "error [cm]", "error_m", true),
-                     "Error over the way.", "error-way");
+      report::figure(lines(e, "Position error along the route", "error [cm]", "error_m", true),
+                     "Error along the route.", "error-way");
   const Axis x = report::axis_over("error [cm]", everything(e, "error_m"), true, 8);
   figures += report::figure(cumulative_of_configs(e, x),
                             "Share of tracked scans with an error below x. Further left is better.",
                             "error-cumulative");
   std::string against;
   if (const auto panels = cumulative_of_baselines(e, x); !panels.empty()) {
-    against = report::figure(panels, "Each configuration against as many points chosen otherwise.",
-                             "error-baselines");
+    against = report::figure(
+        panels, "Each configuration against the same number of points, chosen otherwise.",
+        "error-baselines");
   }
   figures += report::figure(boxes(e, "Position error", "error [cm]", "error_m", true),
                             fmt::format("Position error. {}", kReading), "error-position");

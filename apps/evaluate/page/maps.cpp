@@ -282,9 +282,9 @@ Result<std::string> region_maps(const Evaluation& e) {
   const report::Heights heights = report::heights_of(shown->specimen->points);
 
   std::string html = fmt::format(
-      "<p>The region map that each configuration localizes in halfway along “{}”, from above, "
-      "over "
-      "the wide-area map in grey. All at the same scale; of a whole map, the same part.</p>\n",
+      "<p>The region map that each configuration uses halfway along “{}”, from above, over the "
+      "wide-area map in grey. All panels have the same scale; of a whole map, they show the same "
+      "part.</p>\n",
       escaped(e.routes.empty() ? "" : e.routes.front().name));
   if (!e.map.empty()) {
     VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));

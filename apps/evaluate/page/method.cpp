@@ -24,13 +24,13 @@ constexpr std::array kDefinitions{
         "Relative error",
         "translation and angle of (true motion)⁻¹ · (estimated motion), from each scan "
         "to the next, and to the first scan at least 10 m on along the reference; both tracked"},
-    Definition{
-        "Reduction",
-        "share of the wide-area map’s points that the mean region map does without, over all "
-        "regions; <em>reduction used</em> is that of the maps that scans were matched against"},
+    Definition{"Reduction",
+               "share of the wide-area map’s points that the mean region map leaves out, over all "
+               "regions; <em>reduction used</em> is the same for the maps that scans were matched "
+               "against"},
     Definition{"Baselines",
                "region maps with as many points in every region, from the points within the "
-               "sensor’s reach: <em>random</em> draws them, <em>voxel</em> takes one a voxel, "
+               "sensor’s reach: <em>random</em> draws them, <em>voxel</em> takes one per voxel, "
                "<em>radius</em> takes those nearest to a viewpoint"},
     Definition{"RMSE, std, p95",
                "root of the mean square; root of the mean squared distance from the mean; "
@@ -58,7 +58,8 @@ std::string method(const Evaluation& e) {
                         escaped(run == nullptr ? "none" : run->stamp_rule));
   }
   html +=
-      "</ul>\n<h3>Configurations</h3>\n<p>Each as its bundle was built, with all defaults.</p>\n";
+      "</ul>\n<h3>Configurations</h3>\n<p>The configuration with which each bundle was built, with "
+      "all defaults.</p>\n";
   for (const EvaluatedConfig& config : e.configs) {
     html += fmt::format("<details><summary>{}</summary><pre>{}</pre></details>\n",
                         escaped(config.name), escaped(config.index.config));

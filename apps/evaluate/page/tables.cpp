@@ -249,9 +249,8 @@ std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
   if (&c == wide) {
     text += "the wide-area map";
   } else if (const Number used = mean_of("reduction_used", c.routes)) {
-    text +=
-        fmt::format("the maps that scans used do without {:.1f} % of the wide-area map’s points",
-                    100.0 * *used);
+    text += fmt::format("the maps that scans used leave out {:.1f} % of the wide-area map’s points",
+                        100.0 * *used);
   } else {
     text += fmt::format("{} region maps without points, ready to match against",
                         cli::grouped(c.index.partition.size()));
@@ -275,7 +274,8 @@ std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
       baselines += gone == 0 ? " with none lost" : fmt::format(" with {} lost", gone);
     }
   }
-  if (!baselines.empty()) text += " As many points chosen otherwise: " + baselines + ".";
+  if (!baselines.empty())
+    text += " The same number of points, chosen otherwise: " + baselines + ".";
   return text;
 }
 
@@ -352,10 +352,10 @@ std::string points_table(const Evaluation& e) {
 
 std::string accuracy_tables(const Evaluation& e) {
   std::string html =
-      "<p>Errors and scores are over tracked scans. Beneath a configuration stand its baselines: "
-      "region maps with equal numbers of points, chosen without asking what can be seen. The best "
-      "value of a column is green and bold. Baselines’ maps are made while driving, so their "
-      "stalls would say nothing.</p>\n";
+      "<p>Errors and scores are over tracked scans. Below each configuration are its baselines: "
+      "region maps with equal numbers of points, chosen without regard to visibility. The best "
+      "value of a column is green and bold. The maps of baselines are made during the drive, so "
+      "their stalls would be meaningless.</p>\n";
   for (const Block& block : blocks()) html += to_html(table_of(block, e));
   std::string none;
   for (const EvaluatedConfig& c : e.configs) {

@@ -133,7 +133,7 @@ View3d view_3d(const Evaluation& e) {
     specimens += config.specimen ? 1 : 0;
     runs += config.routes.size();
   }
-  if (all.empty()) return {"<p>There is nothing to show: no map and no way.</p>\n", ""};
+  if (all.empty()) return {"<p>There is nothing to show: no map and no trajectory.</p>\n", ""};
   const Point origin = (0.5 * (all.min + all.max)).array().round();
   const std::size_t specimen_points =
       std::min(kMostOfOneSpecimen, kSpecimenPoints / std::max<std::size_t>(1, specimens));
@@ -157,16 +157,14 @@ View3d view_3d(const Evaluation& e) {
   }
   View3d view;
   view.body =
-      "<p class=\"no-print\">Drag to turn, wheel or two fingers to come nearer, right button or "
-      "two "
-      "fingers to move. The map is thinned for the page, evenly and always alike.</p>\n"
+      "<p class=\"no-print\">Drag to rotate. Zoom with the wheel or two fingers. Move with the "
+      "right button or two fingers. The map is thinned evenly for this page, the same way each "
+      "time.</p>\n"
       "<figure><div class=\"panels single\"><div class=\"panel\" data-file=\"map-3d\">\n"
       "<div id=\"view3d\"><div class=\"controls\"></div><p class=\"none\">This view needs scripts "
-      "and "
-      "WebGL.</p></div>\n"
+      "and WebGL.</p></div>\n"
       "<p class=\"tools\"><button type=\"button\" data-act=\"png\">Save "
-      "PNG</button></p></div></div>"
-      "</figure>\n";
+      "PNG</button></p></div></div></figure>\n";
   view.scripts = fmt::format(
       "<script type=\"application/json\" id=\"view3d-data\">{}</script>\n"
       "<script>/* three.js r111 and its OrbitControls, MIT licence\n"

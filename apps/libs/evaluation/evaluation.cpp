@@ -70,7 +70,8 @@ Result<bool> leave_nothing_out(const std::vector<RouteRun>& routes, const Baseli
 Result<void> add_baselines(const Job& job, const Bundle& bundle, PointsView map,
                            EvaluatedConfig& evaluated) {
   if (!stores_points(evaluated.index)) {
-    evaluated.no_baselines = "the bundle stores no points, so there is no number to be equal to";
+    evaluated.no_baselines =
+        "the bundle stores no points, so baselines have no number of points to match";
     return {};
   }
   // What the configuration leaves out, the bundle knows.
@@ -136,7 +137,7 @@ Result<WideAreaMap> read_map(const Config& config) {
     return io::read_point_clouds(found.files);
   });
   if (!cloud && cloud.error().code == ErrorCode::not_found) {
-    map.missing = "the wide-area map is not at hand: " + cloud.error().message;
+    map.missing = "the wide-area map is not available: " + cloud.error().message;
     return map;
   }
   if (!cloud) return fail(std::move(cloud).error());

@@ -129,7 +129,7 @@ std::vector<Measure> measures() {
   points.of_config = points.needs_points = true;
   Measure& reduction =
       add("reduction", kShares,
-          "share of the wide-area map's points that the mean region map does without, all regions",
+          "share of the wide-area map's points that the mean region map leaves out, all regions",
           [](const Case& c) { return c.config.reduction(); });
   reduction.of_config = reduction.needs_points = reduction.at_least = true;
   add("bytes", kBytes, "size of the bundle", [](const Case& c) {
@@ -224,9 +224,10 @@ Result<Gate> parse_gate(std::string_view text) {
   gate.unit = value.substr(static_cast<std::size_t>(end - value.data()));
   const Measure* measure = find_measure(all, gate.metric, gate.unit);
   if (measure == nullptr) {
-    return bad_gate(text, fmt::format("{} '{}' is none of {}: {}",
-                                      gate.unit.empty() ? "the empty unit" : "the unit", gate.unit,
-                                      gate.metric, units_of(all, gate.metric)));
+    const std::string units = units_of(all, gate.metric);
+    return bad_gate(text, gate.unit.empty() ? fmt::format("{} needs a unit: {}", gate.metric, units)
+                                            : fmt::format("{} has no unit '{}'; expected {}",
+                                                          gate.metric, gate.unit, units));
   }
   gate.at_least = signed_limit ? before == '>' : measure->at_least;
   return gate;
@@ -277,7 +278,7 @@ std::string gate_help() {
                         measure.meaning);
   }
   return help +
-         "  _mean, _rmse, _std, _min, _median, _p95, _p99 or _max after a name takes that "
+         "  _mean, _rmse, _std, _min, _median, _p95, _p99 or _max after a name selects that "
          "statistic: error_p95=1cm\n";
 }
 
@@ -289,9 +290,9 @@ Result<void> check_measurable(const std::vector<Gate>& gates, const std::string&
     if (!gate.config.empty() && gate.config != config) continue;
     const Measure* measure = find_measure(all, gate.metric, gate.unit);
     if (measure == nullptr || !measure->needs_points) continue;
-    return bad_gate(gate.text, fmt::format("the bundle of '{}' stores no points, so that its {} is "
-                                           "not known",
-                                           config, gate.metric));
+    return bad_gate(gate.text,
+                    fmt::format("the bundle of '{}' stores no points, so its {} is not known",
+                                config, gate.metric));
   }
   return {};
 }

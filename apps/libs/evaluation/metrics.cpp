@@ -58,13 +58,14 @@ Value map_points(const RunScan& s) {
 }
 
 constexpr std::array kMetrics{
-    Metric{"lost", "lost", &kNumber, 0, kLess, G::scans, "sum", "sum", "1 if it is not tracked",
-           [](const RunScan& s) { return flag(!is_tracked(s)); }, kNotInFiles | kShareOfScans},
+    Metric{"lost", "lost", &kNumber, 0, kLess, G::scans, "sum", "sum",
+           "1 if the scan is not tracked", [](const RunScan& s) { return flag(!is_tracked(s)); },
+           kNotInFiles | kShareOfScans},
     Metric{"far_off", "beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if the pose, tracked or not, is more than 2 m or 5 degrees from the reference",
            far_off, kNotInFiles | kShareOfScans},
     Metric{"wrong", "tracked beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
-           "1 if a tracked scan is that far off",
+           "1 if a tracked scan is more than 2 m or 5 degrees from the reference",
            [](const RunScan& s) { return is_tracked(s) ? far_off(s) : Value(); },
            kNotInFiles | kShareOfScans},
     Metric{"recovered", "found again", &kNumber, 0, kNeither, G::scans, "sum", "",
@@ -95,10 +96,10 @@ constexpr std::array kMetrics{
            "time that the scan waited for its map",
            [](const RunScan& s) { return milliseconds(s.report.seconds_stall); }, kOwnMaps},
     Metric{"search_ms", "search", &kTime, 2, kLess, G::time, "mean max", "",
-           "time of looking for a lost sensor",
+           "time of the search for a lost sensor",
            [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_search)); }},
     Metric{"load_ms", "load", &kTime, 2, kLess, G::time, "mean max", "",
-           "time of loading the map switched to, by whatever thread",
+           "time to load the map of the new region, in any thread",
            [](const RunScan& s) {
              return s.report.switched ? milliseconds(s.report.seconds_load) : Value();
            },
@@ -132,21 +133,21 @@ constexpr std::array kMetrics{
            },
            kTrackedOnly | kNeedsPoints},
     Metric{"sigma_m", "sigma", &kLength, 2, kLess, G::match, "mean", "",
-           "largest standard deviation of the position that is claimed",
+           "largest standard deviation of the estimated position",
            [](const RunScan& s) {
              const auto& c = s.report.confidence;
              return c ? Value(c->sigma_translation[0]) : Value();
            },
            kTrackedOnly},
     Metric{"sigma_deg", "sigma", &kAngle, 3, kLess, G::match, "mean", "",
-           "largest standard deviation of the rotation that is claimed",
+           "largest standard deviation of the estimated rotation",
            [](const RunScan& s) {
              const auto& c = s.report.confidence;
              return c ? Value(c->sigma_rotation[0] * kDegrees) : Value();
            },
            kTrackedOnly},
     Metric{"degenerate", "degenerate", &kNumber, 1, kLess, G::match, "mean max", "",
-           "number of directions that the match hardly determines",
+           "number of directions that the match barely constrains",
            [](const RunScan& s) {
              const auto& c = s.report.confidence;
              return c ? count(c->degenerate) : Value();
@@ -171,7 +172,7 @@ constexpr std::array kMetrics{
            "memory of all maps that are ready to match against",
            [](const RunScan& s) { return count(s.report.held_bytes); }},
     Metric{"reduction_used", "reduction used", &kShare, 1, kMore, G::map, "mean", "mean",
-           "share of the points of the wide-area map that the map in use does without",
+           "share of the wide-area map's points that the map in use leaves out",
            [](const RunScan& s) {
              const Value points = map_points(s);
              if (!points || s.wide_area_points == 0) return Value();

@@ -99,7 +99,7 @@ void CommonOptions::add_to(CLI::App& app) {
 Style CommonOptions::style() const { return Style::of(STDOUT_FILENO, color); }
 
 void add_color_option(CLI::App& app, std::string& color) {
-  app.add_option(kColor, color, "colours: auto is on a terminal, unless NO_COLOR is set")
+  app.add_option(kColor, color, "colours: auto means on a terminal, unless NO_COLOR is set")
       ->check(CLI::IsMember({"auto", "always", "never"}))
       ->capture_default_str();
 }

@@ -13,10 +13,11 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
                  fmt::format("folder of {} scans, {}", io::format_names(io::FormatUse::scan),
                              io::format_names(io::FormatUse::recording)))
       ->required();
-  app.add_option("--topic", topic, "topic of the scans, where a bag has several");
-  app.add_option("--start", window.start, "leave out so many seconds of the recording")
+  app.add_option("--topic", topic, "topic of the scans, if a bag has several");
+  app.add_option("--start", window.start,
+                 "skip this many seconds at the beginning of the recording")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--duration", window.duration, "stop after so many seconds")
+  app.add_option("--duration", window.duration, "stop after this many seconds")
       ->check(CLI::PositiveNumber);
   app.add_option("--reference", reference,
                  fmt::format("true trajectory ({}): errors are measured against it",
@@ -28,7 +29,7 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
                              io::format_names(io::FormatUse::trajectory)));
   app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
   app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
-  app.add_option("--rate", rate_hz, "scans a second, where files carry no stamps")
+  app.add_option("--rate", rate_hz, "scans per second, if files contain no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 }

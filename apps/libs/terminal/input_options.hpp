@@ -11,10 +11,10 @@ namespace vantage {
 
 /// The help of options that several programs share.
 inline constexpr const char* kPoseTopicHelp =
-    "its topic, where a bag has several; of transforms with frames: /tf:map:base_link";
+    "its topic, if a bag has several; for transforms, with frames: /tf:map:base_link";
 inline constexpr const char* kMountHelp =
-    "pose of the sensor in the frame whose poses a bag has, x,y,z,roll,pitch,yaw [m, rad], where "
-    "no /tf_static says it";
+    "pose of the sensor in the frame of the bag's poses, x,y,z,roll,pitch,yaw [m, rad], if no "
+    "/tf_static contains it";
 
 /// The options that select the inputs of a run.
 struct InputOptions {

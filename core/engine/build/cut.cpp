@@ -59,8 +59,8 @@ Result<Cut> cut(PointsView map, const Places& places, const Partition& partition
   result.places_outside = places_of[regions].size();
   if (result.places_outside == places.which.size()) {
     return fail(ErrorCode::invalid_input,
-                "the whole trajectory lies outside of all regions, so there is nowhere to put a "
-                "viewpoint: is it in the frame of the map?");
+                "the whole trajectory lies outside all regions, so no viewpoint can be placed: is "
+                "the trajectory in the frame of the map?");
   }
   std::vector<Result<PointCloud>> viewpoints(partition.size());
   tbb::parallel_for(std::size_t{0}, partition.size(), [&](std::size_t r) {

@@ -18,8 +18,8 @@ Result<Places> ground_of(PointsView map, const GroundFilter& filter) {
   VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
   if (places.which.empty()) {
     return fail(ErrorCode::invalid_input,
-                "no ground was found in the map, so there is nowhere to put a viewpoint; "
-                "viewpoints.source = \"trajectory\" needs none");
+                "no ground was found in the map, so no viewpoint can be placed; viewpoints.source "
+                "= \"trajectory\" needs no ground");
   }
   places.ground_points = places.which.size();
   return places;
@@ -39,7 +39,7 @@ Result<Places> only_reachable(Places places, PointsView trajectory, double max_s
 Result<Places> driven(PointsView trajectory, const ViewpointParams& params) {
   if (trajectory.empty()) {
     return fail(ErrorCode::invalid_input,
-                "viewpoints are to come from the trajectory, but there is none");
+                "viewpoints.source is \"trajectory\", but there is no trajectory");
   }
   Places places;
   VANTAGE_TRY(places.own, places_along(trajectory, params));

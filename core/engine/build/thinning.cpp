@@ -84,10 +84,11 @@ IndexList one_a_voxel(PointsView map, const IndexList& candidates, double voxel_
 
 Result<void> ThinningParams::validate() const {
   if (voxel_size.has_value() != budget.has_value()) return {};
-  return fail_at({"voxel_size", "budget"},
-                 voxel_size
-                     ? "'voxel_size' and 'budget' both say how far to thin; give only one of them"
-                     : "thinning needs 'voxel_size' or 'budget'");
+  return fail_at(
+      {"voxel_size", "budget"},
+      voxel_size
+          ? "'voxel_size' and 'budget' both set the amount of thinning; give only one of them"
+          : "thinning needs 'voxel_size' or 'budget'");
 }
 
 std::vector<std::uint64_t> voxels_of(PointsView map, std::span<const std::uint32_t> candidates,

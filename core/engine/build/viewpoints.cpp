@@ -185,8 +185,8 @@ Result<PointCloud> places_along(PointsView trajectory, const ViewpointParams& pa
   for (const double offset : params.lateral_offsets) {
     if (offset != 0.0 && directions.front().isZero()) {
       return fail(ErrorCode::invalid_input,
-                  "the trajectory never leaves half a voxel, so nothing lies to the left of it: "
-                  "expected a longer one, or no lateral_offsets");
+                  "the trajectory stays within half a voxel, so it has no direction of travel: "
+                  "expected a longer trajectory, or no lateral_offsets");
     }
     for (std::size_t k = 0; k < trajectory.size(); ++k) {
       const Eigen::Vector2d& forward = directions[k];
@@ -220,18 +220,18 @@ Result<void> ViewpointParams::validate() const {
   VANTAGE_CHECK(check("lateral_offsets", lateral_offsets));
   const ViewpointParams defaults;
   if (source == ViewpointSource::ground && lateral_offsets != defaults.lateral_offsets) {
-    return fail_at({"lateral_offsets"},
-                   "'lateral_offsets' are measured from a trajectory: expected source = "
-                   "\"trajectory\" beside them");
+    return fail_at(
+        {"lateral_offsets"},
+        "'lateral_offsets' are measured from a trajectory: expected source = \"trajectory\"");
   }
   if (source == ViewpointSource::trajectory && reachable) {
     return fail_at({"reachable"},
-                   "'reachable' is about ground, and source = \"trajectory\" looks for none");
+                   "'reachable' applies to ground, but source = \"trajectory\" uses no ground");
   }
   if (source == ViewpointSource::trajectory && sensor_height != defaults.sensor_height) {
     return fail_at({"sensor_height"},
-                   "'sensor_height' is measured from the ground, and source = \"trajectory\" is "
-                   "the sensor's own path: leave it out, or say 'height_offsets'");
+                   "'sensor_height' is measured from the ground, but source = \"trajectory\" is "
+                   "the sensor's own path: leave it out, or set 'height_offsets'");
   }
   return {};
 }

@@ -166,10 +166,9 @@ Result<Chosen> below(Levels& levels, PointsView trajectory) {
     }
   }
   if (any) return chosen;
-  return fail(
-      ErrorCode::invalid_input,
-      "no ground was found below the trajectory, so none is known to be reachable: is it in "
-      "the frame of the map?");
+  return fail(ErrorCode::invalid_input,
+              "no ground was found below the trajectory, so no ground is known to be reachable: is "
+              "the trajectory in the frame of the map?");
 }
 
 }  // namespace

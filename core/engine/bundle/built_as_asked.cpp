@@ -130,9 +130,9 @@ std::string message_of(const std::vector<Difference>& found) {
   const Difference& first = found.front();
   std::string message = "'" + first.key + "' is " + first.asked + ", and the bundle was built " +
                         (first.built.empty() ? "without it" : "with " + first.built) +
-                        ": build it again, or ask for what it has";
+                        ": build the bundle again, or change the key to match it";
   for (std::size_t i = 1; i < found.size(); ++i) {
-    message += (i == 1 ? "; different too: '" : ", '") + found[i].key + "'";
+    message += (i == 1 ? "; also different: '" : ", '") + found[i].key + "'";
   }
   return message;
 }

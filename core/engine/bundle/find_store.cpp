@@ -86,9 +86,9 @@ Result<PluginPtr<MapStore>> store_over(const fs::path& place, PluginChoice choic
   VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, choice));
   auto params = params_for(place, docs);
   if (!params) {
-    return fail(ErrorCode::unsupported,
-                "the store '" + choice.plugin +
-                    "' takes more than a path: name the bundle in the [store] of a configuration");
+    return fail(ErrorCode::unsupported, "the store '" + choice.plugin +
+                                            "' needs more parameters than a path: name the bundle "
+                                            "in the [store] of a configuration");
   }
   choice.params = *std::move(params);
   return plugins.load<MapStore>(choice);

@@ -199,19 +199,20 @@ Result<void> MapSource::validate() const {
 Result<void> StoreConfig::validate() const {
   if (!views || content != StoredContent::prepared) return {};
   return fail_at({"views"},
-                 "'views' are kept beside points, and content = \"prepared\" keeps no points");
+                 "'views' are stored with points, but content = \"prepared\" stores no points");
 }
 
 Result<void> Config::validate() const {
   const bool counted = (visibility && visibility->min_views > 1) || (store && store->views);
   if (counted && viewpoints && viewpoints->min_gain > 0.0) {
-    return fail_at({"viewpoints.min_gain"},
-                   "'min_gain' leaves viewpoints out, and 'min_views' and 'views' count all");
+    return fail_at(
+        {"viewpoints.min_gain"},
+        "'min_gain' leaves viewpoints out, but 'min_views' and 'views' count all of them");
   }
   if (!thinning || !store || store->content != StoredContent::prepared) return {};
   return fail_at({"thinning"},
-                 "[thinning] thins the points of region maps, and [store] content = \"prepared\" "
-                 "keeps none of them");
+                 "[thinning] thins the points of region maps, but [store] content = \"prepared\" "
+                 "stores none of them");
 }
 
 Result<Config> parse_config(const Table& table) {

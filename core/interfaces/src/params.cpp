@@ -124,7 +124,8 @@ Result<void> only_known_keys(const Table& table, const std::vector<std::string>&
   for (const Entry& entry : table.entries) {
     if (std::find(known.begin(), known.end(), entry.key) != known.end()) continue;
     std::string hint = did_you_mean(entry.key, known, written);
-    if (hint.empty()) hint = known.empty() ? "; no key is known here" : "; known: " + joined(known);
+    if (hint.empty())
+      hint = known.empty() ? "; no keys are allowed here" : "; known: " + joined(known);
     return fail(ErrorCode::invalid_config, "unknown key '" + entry.key + "'" + hint, entry.where);
   }
   return {};

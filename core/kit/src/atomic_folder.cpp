@@ -33,10 +33,10 @@ Result<OutputFolder> OutputFolder::create(const fs::path& path, Existing existin
   std::error_code ignored;
   const auto type = fs::symlink_status(folder.path_, ignored).type();
   if (type != fs::file_type::not_found && type != fs::file_type::directory) {
-    return error_at(path, ErrorCode::already_exists, "is there already, and is no folder");
+    return error_at(path, ErrorCode::already_exists, "already exists and is not a folder");
   }
   if (type == fs::file_type::directory && existing == Existing::refuse) {
-    return error_at(path, ErrorCode::already_exists, "the folder is there already");
+    return error_at(path, ErrorCode::already_exists, "the folder already exists");
   }
   const fs::path above = folder_above(folder.path_);
   for (unsigned attempt = 0;; ++attempt) {

@@ -19,9 +19,10 @@ template <class Params>
 /// OutlierRule::ratio
 template <class Params>
 [[nodiscard]] constexpr auto outlier_ratio_field(double Params::*member) {
-  return optional("outlier_ratio", member, "",
-                  "a low cell is an outlier if a higher one nearby has so many times its support",
-                  at_least(1.0));
+  return optional(
+      "outlier_ratio", member, "",
+      "a low cell is an outlier if a higher cell nearby has this many times its support",
+      at_least(1.0));
 }
 
 }  // namespace vantage::terrain

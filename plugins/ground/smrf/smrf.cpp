@@ -43,8 +43,8 @@ struct Params {
         optional("elevation_threshold", &Params::elevation_threshold, "m",
                  "how far from level ground a point may be", non_negative, kFilter),
         optional("elevation_scale", &Params::elevation_scale, "m",
-                 "how much farther where the ground slopes, times its rise over run", non_negative,
-                 kFilter),
+                 "additional distance on sloping ground: this times its rise over run",
+                 non_negative, kFilter),
         terrain::outlier_ratio_field(&Params::outlier_ratio),
     };
   }

@@ -31,7 +31,7 @@ struct MatchingParams : StepParams {
     const auto of = []<class T>(T MatchingParams::*member) -> T Params::* { return member; };
     constexpr std::tuple own{
         optional("map_voxel", of(&MatchingParams::map_voxel), "m",
-                 "the map is thinned to the centroids of voxels of this edge; 0: it is not",
+                 "the map is thinned to one centroid per voxel of this edge; 0: no thinning",
                  non_negative),
         optional("neighbours", of(&MatchingParams::neighbours), "points",
                  "points from which the normal at a point is computed",
@@ -41,7 +41,8 @@ struct MatchingParams : StepParams {
         optional("max_distance", of(&MatchingParams::max_distance), "m",
                  "a scan point farther than this from all map points has no match", positive),
         optional("final_distance", of(&MatchingParams::final_distance), "m",
-                 "the distance is halved at each step down to this; fixed if left out", positive),
+                 "max_distance is halved at each step down to this; it stays fixed if left out",
+                 positive),
         optional("kernel", of(&MatchingParams::kernel), "",
                  "robust loss of a squared normalized residual", Source{{}, "Babin et al. 2019"}),
         optional("kernel_scale", of(&MatchingParams::kernel_scale), "",
@@ -49,9 +50,10 @@ struct MatchingParams : StepParams {
     return std::tuple_cat(
         own, step_fields<Params>(
                  {.max_iterations = "limit of Gauss-Newton steps",
-                  .min_matches = "with fewer scan points that have a match there is no answer",
+                  .min_matches =
+                      "minimum number of scan points with a match; with fewer, matching fails",
                   .min_coverage =
-                      "with a smaller share of scan points that have a match there is no answer"}));
+                      "minimum share of scan points with a match; with less, matching fails"}));
   }
 
   [[nodiscard]] Result<void> validate() const {

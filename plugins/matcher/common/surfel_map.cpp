@@ -110,7 +110,7 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
       result.normals_.resize(kept);
       result.normals_.shrink_to_fit();
       if (kept == 0) {
-        return fail(ErrorCode::too_few_matches, "the map shows no surface: nowhere are " +
+        return fail(ErrorCode::too_few_matches, "the map has no surface: in no place are " +
                                                     std::to_string(options.neighbours) +
                                                     " neighbouring points spread over a plane");
       }

@@ -40,12 +40,12 @@ struct Params : matching::StepParams {
                  Source{{}, "Magnusson 2009, ch. 6"}),
         optional("neighbours", &Params::neighbours, "",
                  "which voxels a scan point is compared with", Source{{}, "K. Koide's ndt_omp"}),
-        optional("optimizer", &Params::optimizer, "", "what steps are made of"),
+        optional("optimizer", &Params::optimizer, "", "how steps are computed"),
         optional("outlier_ratio", &Params::outlier_ratio, "",
                  "share of outliers from which d1, d2, d3 are derived", strictly_between(0.0, 1.0),
                  kCoefficients),
         optional("min_points_per_voxel", &Params::min_points_per_voxel, "points",
-                 "a voxel with fewer has no distribution", at_least(3)),
+                 "a voxel with fewer points has no distribution", at_least(3)),
         optional("eigenvalue_floor", &Params::eigenvalue_floor, "",
                  "covariance eigenvalues are at least this share of the largest",
                  Range{.min = 0.0, .max = 1.0, .min_open = true})};
@@ -63,9 +63,10 @@ struct Params : matching::StepParams {
         map_and_search,
         step_fields<Params>(
             {.max_iterations = "limit of Newton steps",
-             .min_matches = "with fewer scan points that have a voxel there is no answer",
+             .min_matches =
+                 "minimum number of scan points with a voxel; with fewer, matching fails",
              .min_coverage =
-                 "with a smaller share of scan points that have a voxel there is no answer"}),
+                 "minimum share of scan points with a voxel; with less, matching fails"}),
         scoring);
   }
 

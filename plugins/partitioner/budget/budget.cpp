@@ -142,4 +142,4 @@ struct Budget {
 }  // namespace
 
 VANTAGE_PLUGIN(vantage::Partitioner, vantage::PartitionerOf<Budget>, "budget",
-               "regions whose observable maps hold at most so many points");
+               "regions whose observable maps hold a limited number of points");

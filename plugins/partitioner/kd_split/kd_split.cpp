@@ -71,7 +71,7 @@ struct KdSplit {
   static constexpr auto schema() {
     return std::tuple{
         vantage::required("max_points", &KdSplit::max_points, "",
-                          "a cell with more points of the map is cut", vantage::at_least(1)),
+                          "a cell with more map points than this is cut", vantage::at_least(1)),
         vantage::optional("min_width", &KdSplit::min_width, "m",
                           "no cell is cut into pieces narrower than this", vantage::non_negative)};
   }

@@ -195,13 +195,13 @@ struct Trajectory {
         vantage::optional("cell_size", &Trajectory::cell_size, "m",
                           "width of the cells that regions are made of", vantage::positive),
         vantage::optional("revisit_distance", &Trajectory::revisit_distance, "m",
-                          "path this near to path driven before is the same place; half a "
-                          "segment_length if left out, 0 for never",
+                          "path this near to an earlier part of the path counts as the same place; "
+                          "half a segment_length if left out, 0 for never",
                           vantage::non_negative),
         vantage::optional(
             "fill_radius", &Trajectory::fill_radius, "m",
-            "places of the map's box this near to the path, where it was driven first, "
-            "are owned though they hold no point; half a segment_length if left out",
+            "places in the map's box this near to the path, where it was first driven, belong to a "
+            "region even without points; half a segment_length if left out",
             vantage::non_negative),
     };
   }
@@ -237,4 +237,4 @@ struct Trajectory {
 }  // namespace
 
 VANTAGE_PLUGIN(vantage::Partitioner, vantage::PartitionerOf<Trajectory>, "trajectory",
-               "segments of the driven path; the nearest owns a place");
+               "segments of the driven path; a place belongs to the nearest segment");

@@ -106,21 +106,20 @@ struct VisibilityClusters {
   static constexpr auto schema() {
     return std::tuple{
         vantage::required("min_overlap", &VisibilityClusters::min_overlap, "",
-                          "groups are joined while the mean Jaccard index of what is seen from "
-                          "a viewpoint of each is not below this",
+                          "groups are joined while the mean Jaccard index between the views of "
+                          "their viewpoints is at least this",
                           vantage::strictly_between(0.0, 1.0)),
         vantage::optional("voxel_size", &VisibilityClusters::voxel_size, "m",
-                          "width of the voxels in which what is seen is compared",
-                          vantage::positive),
+                          "width of the voxels in which views are compared", vantage::positive),
         vantage::optional("max_width", &VisibilityClusters::max_width, "m",
-                          "a group's viewpoints reach over no more than this in x and in y; no "
+                          "the viewpoints of a group extend over at most this in x and in y; no "
                           "limit if left out",
                           vantage::positive),
         vantage::optional("cell_size", &VisibilityClusters::cell_size, "m",
                           "width of the cells that regions are made of", vantage::positive),
         vantage::optional("fill_radius", &VisibilityClusters::fill_radius, "m",
-                          "places of the map's box this near to a viewpoint are owned though "
-                          "they hold no point; two cell_size if left out",
+                          "places in the map's box this near to a viewpoint belong to a region "
+                          "even without points; two cell_size if left out",
                           vantage::non_negative),
     };
   }
@@ -155,4 +154,5 @@ struct VisibilityClusters {
 
 VANTAGE_PLUGIN(vantage::Partitioner, vantage::PartitionerOf<VisibilityClusters>,
                "visibility_clusters",
-               "groups of viewpoints that see alike; the nearest viewpoint's group owns a place");
+               "groups of viewpoints with similar views; a place belongs to the group of the "
+               "nearest viewpoint");

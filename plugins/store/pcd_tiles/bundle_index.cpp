@@ -291,7 +291,7 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
   try {
     json = Json::parse(text);
   } catch (const Json::parse_error& e) {
-    return fail(ErrorCode::corrupt_data, "the index is damaged or cut short: it is no JSON",
+    return fail(ErrorCode::corrupt_data, "the index is damaged or cut short: it is not JSON",
                 place_of(text, e.byte, file));
   } catch (const Json::exception& e) {
     return fail(ErrorCode::corrupt_data, std::string("the index is damaged: ") + e.what(),

@@ -51,8 +51,7 @@ class PcdTiles final : public MapStore {
     static constexpr auto schema() {
       return std::tuple{
           required("root", &Params::root, "", "folder of the bundle; created by a build"),
-          optional("overwrite", &Params::overwrite, "",
-                   "a build may replace a bundle that is there"),
+          optional("overwrite", &Params::overwrite, "", "a build may replace an existing bundle"),
       };
     }
     [[nodiscard]] fs::path folder() const {
@@ -215,4 +214,4 @@ class PcdTiles final : public MapStore {
 }  // namespace vantage::pcd_tiles
 
 VANTAGE_PLUGIN(vantage::MapStore, vantage::pcd_tiles::PcdTiles, "pcd_tiles",
-               "a folder with one binary PCD file a region");
+               "a folder with one binary PCD file per region");

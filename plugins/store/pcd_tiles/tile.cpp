@@ -189,7 +189,7 @@ Result<RegionMap> decode(std::string_view content, const TileInfo& info, const s
                    std::to_string(data_size(info)));
   }
   if (sum_of_words(data).value() != info.checksum) {
-    return corrupt("the data does not have the checksum that the index says: the file is damaged");
+    return corrupt("the checksum of the data differs from the index: the file is damaged");
   }
   RegionMap map;
   if (info.max_views > 0) map.views.resize(info.points);

@@ -58,15 +58,15 @@ struct Params {
                  "how points are turned: the flip of Katz et al., or Eq. 8 as printed",
                  Source{"Eq. 8", "Katz et al. 2007; Yagi et al. 2026, Sec. 2.3"}),
         optional("alpha", &Params::alpha, "",
-                 "R = alpha * diagonal of the map, no effect on inversion; 100 if left out, or "
-                 "what gap makes of R",
+                 "R = alpha * diagonal of the map; no effect on inversion; if left out, 100, or R "
+                 "follows from gap",
                  vantage::between(1.0, 1e6), Source{"Eq. 6", "Yagi et al. 2026, Sec. 2.3"}),
         optional("gap", &Params::gap, "m",
                  "instead of alpha: a point this far behind a surface is hidden", positive),
-        optional("angular_spacing", &Params::angular_spacing, "deg",
-                 "goes with gap, left out without it: angle between neighbouring samples of that "
-                 "surface",
-                 vantage::strictly_between(0.0, 90.0))};
+        optional(
+            "angular_spacing", &Params::angular_spacing, "deg",
+            "only with gap, otherwise left out: angle between neighbouring samples of that surface",
+            vantage::strictly_between(0.0, 90.0))};
   }
 
   [[nodiscard]] Result<void> validate() const {
@@ -75,9 +75,9 @@ struct Params {
                               "'alpha' and 'gap' both set the radius R; give only one of them");
     }
     if (gap.has_value() != angular_spacing.has_value()) {
-      return vantage::fail_at({"gap", "angular_spacing"},
-                              gap ? "'gap' needs 'angular_spacing' beside it"
-                                  : "'angular_spacing' needs 'gap' beside it");
+      return vantage::fail_at(
+          {"gap", "angular_spacing"},
+          gap ? "'gap' also needs 'angular_spacing'" : "'angular_spacing' also needs 'gap'");
     }
     return {};
   }

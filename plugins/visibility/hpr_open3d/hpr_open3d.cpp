@@ -160,11 +160,10 @@ class Scene final : public VisibilityScene {
     const std::size_t step = std::max<std::size_t>(1, places.size() / kSample);
     if (!spans_space(places_, places, viewpoint, radius_, step) &&
         !spans_space(places_, places, viewpoint, radius_, 1)) {
-      return fail(
-          ErrorCode::invalid_input,
-          "the points in reach (at " + std::to_string(places.size()) +
-              " places) and the viewpoint lie in one plane, or nearly: Open3D makes no hull "
-              "of them");
+      return fail(ErrorCode::invalid_input, "the points in reach (at " +
+                                                std::to_string(places.size()) +
+                                                " places) and the viewpoint lie in one plane, or "
+                                                "nearly: Open3D cannot make a hull of them");
     }
     if (places.size() == places_.size()) {
       return hidden_point_removal(places_.cloud(), viewpoint, radius_);

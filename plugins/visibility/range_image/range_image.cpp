@@ -120,25 +120,25 @@ struct Params {
                  "rows of the image, spread evenly from lowest_elevation to highest_elevation",
                  between(1, 2048)),
         optional("lowest_elevation", &Params::lowest_elevation, "deg",
-                 "lower end of the field of view; what is below is neither seen nor occludes",
+                 "lower end of the field of view; points below it are not seen and do not occlude",
                  between(-90.0, 90.0)),
         optional("highest_elevation", &Params::highest_elevation, "deg",
-                 "upper end of the field of view; what is above is neither seen nor occludes",
+                 "upper end of the field of view; points above it are not seen and do not occlude",
                  between(-90.0, 90.0)),
         optional("azimuth_resolution", &Params::azimuth_resolution, "deg",
-                 "width of a pixel, or what comes next to it and divides the full turn",
-                 between(0.02, 90.0)),
+                 "width of a pixel, rounded so that it divides the full turn", between(0.02, 90.0)),
         optional("min_range", &Params::min_range, "m",
-                 "what is nearer is neither seen nor occludes", non_negative),
+                 "points nearer than this are not seen and do not occlude", non_negative),
         optional("point_spacing", &Params::point_spacing, "m",
-                 "distance of neighbouring points of the map on a surface: each covers a square "
-                 "of this width, so that none is seen through the gaps",
+                 "distance between neighbouring map points on a surface: each covers a square of "
+                 "this width, so that no point is seen through the gaps",
                  non_negative),
         optional("tolerance", &Params::tolerance, "m",
                  "how far behind the nearest point of its pixel a point is still seen",
                  non_negative, Source{"", "Biasutti et al. 2019"}),
         optional("relative_tolerance", &Params::relative_tolerance, "",
-                 "and how much farther, times the distance of that point", non_negative)};
+                 "added to tolerance: this times the distance of that nearest point",
+                 non_negative)};
   }
 
   [[nodiscard]] Result<void> validate() const {

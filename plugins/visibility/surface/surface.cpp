@@ -84,16 +84,16 @@ struct Params {
   static constexpr auto schema() {
     return std::tuple{
         optional("faintest", &Params::faintest, "dB",
-                 "a surface element is seen if 0.09 m^2 of it appear at a size at least so much "
-                 "above 1 square degree, less what is hidden: lower values see more",
+                 "a surface element is seen if 0.09 m^2 of it, less what is hidden, appear at "
+                 "least this much larger than 1 square degree; lower values see more",
                  between(-200.0, 30.0)),
         optional("point_spacing", &Params::point_spacing, "m",
                  "distance between neighbouring points on the map's surfaces; an element is 2.5 "
                  "times as wide",
                  between(0.01, 10.0)),
         optional("thickness", &Params::thickness, "m",
-                 "how thick surfaces are in the map, with its noise: thicker elements are "
-                 "clutter and count less",
+                 "thickness of the map's surfaces, including noise; thicker elements are clutter "
+                 "and count less",
                  between(1e-3, 10.0)),
     };
   }
@@ -116,4 +116,4 @@ struct Params {
 
 VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::VisibilityOperatorOf<vantage::surface::Params>,
                "surface",
-               "surface elements that appear bright enough through what stands before them");
+               "surface elements that appear bright enough through the objects in front of them");

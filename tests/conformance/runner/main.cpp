@@ -339,14 +339,15 @@ int main(int argc, char** argv) {
   app.add_option("PLUGIN", options.plugin, "plugin file (.so)");
   app.add_option("PARAMS", options.params, "TOML file: [params] of the plugin and its [claims]");
   app.add_option("--seed", options.seed, "seed of the random cases")->capture_default_str();
-  app.add_option("--clause", options.only, "check only this clause; may be given again")
+  app.add_option("--clause", options.only, "check only this clause; can be repeated")
       ->type_name("ID")
       ->allow_extra_args(false);
-  app.add_option("--timeout", options.timeout, "a clause that takes longer has failed [s]")
+  app.add_option("--timeout", options.timeout,
+                 "time limit of a clause [s]; a clause that takes longer fails")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1e6));
   app.add_flag("--list", options.list, "list the clauses of every kind and check nothing");
-  app.add_flag("--quiet,-q", options.quiet, "only clauses that fail, and how many there are");
+  app.add_flag("--quiet,-q", options.quiet, "print only failed clauses and their number");
   app.add_flag("--json", options.json, "results as JSON on stdout");
   vantage::cli::add_color_option(app, options.color);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

@@ -64,7 +64,7 @@ constexpr std::array kClauses{
     Clause{"C2", "an unknown parameter is invalid_config, and the message names it", &unknown_key},
     Clause{"C3", "a parameter of the wrong type is invalid_config, and the message names it",
            &wrong_type},
-    Clause{"C4", "the effective parameters hold all that were given and give themselves again",
+    Clause{"C4", "the effective parameters contain all given ones and reproduce themselves",
            &effective_params},
 };
 

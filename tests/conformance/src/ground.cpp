@@ -307,16 +307,14 @@ constexpr std::array kClauses{
     Clause{"G5", "an empty cloud is invalid_input", &empty_cloud},
     Clause{"G6", "a point that is not finite is invalid_input", &not_finite},
     Clause{"G7", "the order of the points does not matter", &order_of_points},
-    Clause{"G8", "calls on one object from several threads agree with calls one by one",
-           &concurrent},
+    Clause{"G8", "concurrent calls on one object agree with calls one by one", &concurrent},
     Clause{"G9", "moving the cloud by (1e6, 5e6, 300) m changes less than 1 % of the points",
            &moving},
     Clause{
         "G10",
         "one point, two far apart, equal ones, a line, a column: an answer or an error, no crash",
         &degenerate},
-    Clause{"G11", "the answer depends on the cloud alone, not on the calls before",
-           &only_the_cloud},
+    Clause{"G11", "the answer depends only on the cloud, not on earlier calls", &only_the_cloud},
 };
 
 }  // namespace

@@ -80,7 +80,7 @@ class Built {
 std::string otherwise(const std::string& key, const std::string& asked, const std::string& built) {
   return "'" + key + "' is " + asked + ", and the bundle was built " +
          (built.empty() ? "without it" : "with " + built) +
-         ": build it again, or ask for what it has";
+         ": build the bundle again, or change the key to match it";
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ TEST_CASE("keys that decide what a bundle holds must be those that it was built 
   CHECK(built.open(kBuilt, {"visibility.max_range=15", "viewpoints.voxel_size=4",
                             "partitioner.params.cell_width=40"}) ==
         otherwise("partitioner.params.cell_width", "40", "20.0") +
-            "; different too: 'viewpoints.voxel_size', 'visibility.max_range'");
+            "; also different: 'viewpoints.voxel_size', 'visibility.max_range'");
 }
 
 TEST_CASE("what does not change a bundle may differ, and what is left out is not asked for") {

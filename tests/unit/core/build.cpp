@@ -202,8 +202,8 @@ TEST_CASE("a map that cannot be built is refused before anything is stored") {
   CHECK(build_region_maps(PointCloud{{0, 0, nan}}, {}, p, params()).error().message ==
         "the map has a point that is not finite (point 0 of 1, counted from 0)");
   CHECK(build_region_maps(PointCloud{{5, 0, 3}}, {}, p, params()).error().message ==
-        "no ground was found in the map, so there is nowhere to put a viewpoint; "
-        "viewpoints.source = \"trajectory\" needs none");
+        "no ground was found in the map, so no viewpoint can be placed; "
+        "viewpoints.source = \"trajectory\" needs no ground");
   CHECK_FALSE(memory->begun);
 }
 
@@ -270,10 +270,10 @@ TEST_CASE("a trajectory that viewpoints cannot come from is refused before anyth
   const auto memory = std::make_shared<test::Memory>();
   auto p = plugins(memory);
   CHECK(build_region_maps(map, {}, p, along_trajectory()).error().message ==
-        "viewpoints are to come from the trajectory, but there is none");
+        "viewpoints.source is \"trajectory\", but there is no trajectory");
   CHECK(build_region_maps(map, PointCloud{{500, 0, 0}}, p, along_trajectory()).error().message ==
-        "the whole trajectory lies outside of all regions, so there is nowhere to put a "
-        "viewpoint: is it in the frame of the map?");
+        "the whole trajectory lies outside all regions, so no viewpoint can be placed: is the "
+        "trajectory in the frame of the map?");
   CHECK_FALSE(memory->begun);
 }
 

@@ -159,7 +159,7 @@ TEST_CASE("[thinning] takes one of its two keys") {
   CHECK(parsed("budget = 100000").value().budget == 100'000);
   CHECK(parsed("").error().message == "thinning needs 'voxel_size' or 'budget'");
   CHECK(parsed("voxel_size = 0.25\nbudget = 100").error().message ==
-        "'voxel_size' and 'budget' both say how far to thin; give only one of them");
+        "'voxel_size' and 'budget' both set the amount of thinning; give only one of them");
   CHECK_FALSE(parsed("budget = 7"));
   CHECK_FALSE(parsed("voxel_size = 0.0"));
 }

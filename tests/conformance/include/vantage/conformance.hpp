@@ -38,9 +38,9 @@ struct GroundClaims {
   static constexpr auto schema() {
     return std::tuple{
         optional("box_width", &GroundClaims::box_width, "m",
-                 "a box of this width on the ground is told from it", positive),
-        optional("box_height", &GroundClaims::box_height, "m", "and of this height", positive),
-        optional("cell", &GroundClaims::cell, "m", "distance between the points it is tried with",
+                 "a box of this width on the ground is distinguished from the ground", positive),
+        optional("box_height", &GroundClaims::box_height, "m", "the height of that box", positive),
+        optional("cell", &GroundClaims::cell, "m", "distance between the points in this test",
                  positive)};
   }
   [[nodiscard]] Result<void> validate() const {
@@ -64,20 +64,21 @@ struct StoreClaims {
   double precision = 0.0;
   static constexpr auto schema() {
     return std::tuple{optional("precision", &StoreClaims::precision, "m",
-                               "coordinates of a region of 100 m come back as close as this",
+                               "coordinates of a region of 100 m come back within this",
                                non_negative)};
   }
 };
 struct MatcherClaims {
   double offset = 0.3, rotation = 2.0, accuracy = 0.02, accuracy_rotation = 0.2;
   static constexpr auto schema() {
-    return std::tuple{
-        optional("offset", &MatcherClaims::offset, "m", "a guess this far off is corrected",
-                 positive),
-        optional("rotation", &MatcherClaims::rotation, "deg", "and turned by this", positive),
-        optional("accuracy", &MatcherClaims::accuracy, "m", "to within this", positive),
-        optional("accuracy_rotation", &MatcherClaims::accuracy_rotation, "deg", "and this",
-                 positive)};
+    return std::tuple{optional("offset", &MatcherClaims::offset, "m",
+                               "a guess displaced by this is corrected", positive),
+                      optional("rotation", &MatcherClaims::rotation, "deg",
+                               "a guess rotated by this is corrected", positive),
+                      optional("accuracy", &MatcherClaims::accuracy, "m",
+                               "the corrected position is within this", positive),
+                      optional("accuracy_rotation", &MatcherClaims::accuracy_rotation, "deg",
+                               "the corrected rotation is within this", positive)};
   }
   /// A matcher that only returns the guess must fail.
   [[nodiscard]] Result<void> validate() const {

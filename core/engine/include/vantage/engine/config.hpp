@@ -42,8 +42,8 @@ struct MapSource {
                  "point clouds that together are the map: files, folders, patterns",
                  Source{"Eq. 1"}),
         optional("trajectory", &MapSource::trajectory, "",
-                 "TUM file: where the sensor was while mapping, for viewpoints along it and for "
-                 "partitioners that use it; they get none if left out"),
+                 "TUM file: path of the sensor during mapping, for viewpoints along it and for "
+                 "partitioners that use it; if left out, partitioners get no trajectory"),
     };
   }
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
@@ -79,8 +79,8 @@ struct VisibilityConfig {
         optional("max_range", &VisibilityConfig::max_range, "m",
                  "reach of the sensor; unlimited if left out", positive),
         optional("min_views", &VisibilityConfig::min_views, "",
-                 "a point is kept if so many of its region's viewpoints see it, or all of them "
-                 "where there are fewer",
+                 "a point is kept if at least this many viewpoints of its region see it, or all of "
+                 "them if the region has fewer",
                  at_least(1)),
         optional("params", &VisibilityConfig::params, "", "parameters of the plugin"),
     };
@@ -114,10 +114,10 @@ struct StoreConfig {
         required("plugin", &StoreConfig::plugin, "", "name of the map store"),
         optional("library", &StoreConfig::library, "", "plugin file, instead of searching"),
         optional("content", &StoreConfig::content, "",
-                 "what a build keeps of each region: its points, what the [matcher] makes of the "
-                 "whole map around them, or both"),
+                 "what a build stores for each region: its points, the map that the [matcher] "
+                 "prepares from the whole map around them, or both"),
         optional("views", &StoreConfig::views, "",
-                 "points are kept with the number of their region's viewpoints that see them"),
+                 "each point is stored with the number of viewpoints of its region that see it"),
         optional("params", &StoreConfig::params, "", "parameters of the plugin"),
     };
   }
@@ -153,7 +153,7 @@ struct Config {
         optional("visibility", &Config::visibility, "", "what is seen from a viewpoint",
                  Source{"Eqs. 6-10", "Yagi et al. 2026, Sec. 2.3"}),
         optional("thinning", &Config::thinning, "",
-                 "how region maps are made smaller after that; not at all if left out"),
+                 "how region maps are thinned after that; no thinning if left out"),
         optional("store", &Config::store, "", "where the bundle of region maps is kept",
                  Source{{}, "Yagi et al. 2026, Sec. 2.3"}),
         optional("matcher", &Config::matcher, "", "how scans are matched",

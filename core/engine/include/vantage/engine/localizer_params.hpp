@@ -39,39 +39,43 @@ struct LocalizerParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("scan_voxel_size", &LocalizerParams::scan_voxel_size, "m",
-                 "scans are thinned to one centroid a voxel of this size; 0 keeps every point",
+                 "scans are thinned to one centroid per voxel of this size; 0 keeps every point",
                  non_negative),
         optional("scan_min_range", &LocalizerParams::scan_min_range, "m",
-                 "scan points nearer to the sensor are dropped", non_negative),
+                 "scan points nearer to the sensor than this are dropped", non_negative),
         optional("scan_max_range", &LocalizerParams::scan_max_range, "m",
-                 "scan points farther from the sensor are dropped; unlimited if left out",
+                 "scan points farther from the sensor than this are dropped; unlimited if left out",
                  positive),
         optional("switch_margin", &LocalizerParams::switch_margin, "m",
-                 "the region changes only this far behind its border; 0 switches at the border",
+                 "the localizer switches regions only this far beyond the border; 0 switches at "
+                 "the border",
                  non_negative, Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
         optional("min_coverage", &LocalizerParams::min_coverage, "",
-                 "a scan is lost if a smaller share of its points has a map voxel", between(0, 1)),
+                 "a scan is lost if the share of its points that have a map voxel is below this",
+                 between(0, 1)),
         optional("min_nvtl", &LocalizerParams::min_nvtl, "",
-                 "a scan is lost if its nearest-voxel likelihood is lower", non_negative),
+                 "a scan is lost if its nearest-voxel likelihood is below this", non_negative),
         optional("max_correction", &LocalizerParams::max_correction, "m",
-                 "a scan is lost if matching moves it farther from its prediction", positive),
+                 "a scan is lost if matching moves it farther than this from its predicted pose",
+                 positive),
         optional("confirming_scans", &LocalizerParams::confirming_scans, "",
-                 "a lost sensor counts as found when this many scans fit the place, one after the "
-                 "other",
+                 "a lost sensor counts as found when this many consecutive scans fit the place",
                  at_least(1)),
         optional("recovery_radius", &LocalizerParams::recovery_radius, "m",
-                 "how far a lost sensor is looked for around its last pose; 0: not at all; "
+                 "radius of the search for a lost sensor around its last pose; 0: no search; "
                  "unlimited if left out",
                  non_negative),
         optional("search_first_radius", &LocalizerParams::search_first_radius, "m",
-                 "a sensor is looked for in a circle of this radius at its first lost scan, and in "
-                 "one twice as large at each lost scan after it, up to recovery_radius",
+                 "radius of the search at the first lost scan; it doubles at each further lost "
+                 "scan, up to recovery_radius",
                  positive),
-        optional("search_pause", &LocalizerParams::search_pause, "",
-                 "once the circle is as large as it gets, the search runs at every n-th lost scan",
-                 at_least(1)),
+        optional(
+            "search_pause", &LocalizerParams::search_pause, "",
+            "once the radius has reached its maximum, the search runs only at every n-th lost scan",
+            at_least(1)),
         optional("search_spacing", &LocalizerParams::search_spacing, "m",
-                 "the search tries places this far apart, and half as far in circles below 10 m",
+                 "the search tries places this far apart, and half as far apart if its radius is "
+                 "below 10 m",
                  positive),
         optional("search_headings", &LocalizerParams::search_headings, "",
                  "the search tries this many headings at each place", at_least(1)),
@@ -82,29 +86,29 @@ struct LocalizerParams {
                  "the search aligns the scan from this many of the places with the best score",
                  at_least(1)),
         optional("search_aligned_points", &LocalizerParams::search_aligned_points, "",
-                 "the search aligns this many points of the scan from there, and the whole scan "
-                 "from the best five poses that follow",
+                 "the search aligns this many points of the scan from each of these places, then "
+                 "the whole scan from the best five resulting poses",
                  at_least(1)),
         optional("search_nvtl_share", &LocalizerParams::search_nvtl_share, "",
-                 "a place counts as found if the nearest-voxel likelihood there is this share of "
-                 "its usual value",
+                 "a place counts as found if the nearest-voxel likelihood there is at least this "
+                 "share of its usual value",
                  non_negative),
         optional("prefetch", &LocalizerParams::prefetch, "",
                  "region maps are loaded in the background before they are needed"),
         optional("prefetch_time", &LocalizerParams::prefetch_time, "s",
-                 "regions are loaded that the sensor will reach in this time", non_negative),
+                 "regions that the sensor will reach within this time are loaded", non_negative),
         optional("prefetch_distance", &LocalizerParams::prefetch_distance, "m",
-                 "regions are loaded that come this near to its way", non_negative),
+                 "regions this near to the sensor's predicted path are loaded", non_negative),
         optional("map_memory", &LocalizerParams::map_memory, "MiB",
-                 "bound of the region maps held in memory; the one in use always is", positive),
-        optional(
-            "covariance_scale", &LocalizerParams::covariance_scale, "",
-            "the pose's covariance is this times the inverse Hessian, which takes the errors of "
-            "points for independent",
-            positive),
+                 "limit on the memory of loaded region maps; the map in use is always kept",
+                 positive),
+        optional("covariance_scale", &LocalizerParams::covariance_scale, "",
+                 "the pose's covariance is this factor times the inverse Hessian, which treats the "
+                 "errors of points as independent",
+                 positive),
         optional("deskew", &LocalizerParams::deskew, "",
-                 "points with times are moved to where they were at the scan's stamp, by the "
-                 "motion known"),
+                 "points that have times are moved to their position at the scan's stamp, by the "
+                 "known motion"),
     };
   }
 };

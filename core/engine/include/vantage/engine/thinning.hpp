@@ -28,8 +28,8 @@ struct ThinningParams {
         // 8 voxels meet at the origin: if they are large, they hold all points, and no larger size
         // gives fewer voxels.
         optional("budget", &ThinningParams::budget, "",
-                 "instead of voxel_size: a region map keeps at most so many points, one in each "
-                 "voxel of the smallest size that leaves no more",
+                 "instead of voxel_size: a region map keeps at most this many points, one per "
+                 "voxel of the smallest sufficient size",
                  at_least(8)),
     };
   }

@@ -51,23 +51,24 @@ struct ViewpointParams {
                  "h_s: height of the sensor above the ground; has no meaning for a trajectory",
                  Source{"Eq. 5", "Yagi et al. 2026, Sec. 2.2"}),
         optional("height_offsets", &ViewpointParams::height_offsets, "m",
-                 "sensors at several heights: a viewpoint at each of these above h_s, or above the "
-                 "trajectory; the search for a lost sensor begins at the first"),
+                 "for sensors at several heights: one viewpoint at each of these heights above "
+                 "h_s, or above the trajectory; the search for a lost sensor begins at the first"),
         optional("lateral_offsets", &ViewpointParams::lateral_offsets, "m",
                  "only for a trajectory: a viewpoint at each of these to the left of the direction "
                  "of travel"),
         optional("reachable", &ViewpointParams::reachable, "",
-                 "only for ground: leave out roofs and islands, ground that no way leads to from "
-                 "below the trajectory of [map], or without one from the largest connected ground"),
+                 "only for ground: leave out roofs and islands, that is, ground not connected to "
+                 "the ground below the trajectory of [map], or without a trajectory to the largest "
+                 "connected ground"),
         optional("max_step", &ViewpointParams::max_step, "m",
-                 "with reachable: the greatest difference in height between neighbouring square "
-                 "metres on a way",
+                 "with reachable: neighbouring square metres are connected if their heights differ "
+                 "by at most this",
                  positive),
-        optional("min_gain", &ViewpointParams::min_gain, "",
-                 "spacing that adapts: viewpoints are asked at 8, 4, 2 times voxel_size and at "
-                 "voxel_size as long as, of what they see, a larger share than this is new; all "
-                 "are asked if 0",
-                 Range{.min = 0.0, .max = 1.0, .max_open = true}),
+        optional(
+            "min_gain", &ViewpointParams::min_gain, "",
+            "adaptive spacing: viewpoints are evaluated at 8, 4, 2 and 1 times voxel_size, as long "
+            "as more than this share of the points they see is new; 0 evaluates all viewpoints",
+            Range{.min = 0.0, .max = 1.0, .max_open = true}),
     };
   }
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
