@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -222,15 +223,22 @@ void Sight::appear(std::uint32_t element, const Shape& shape, const Optics& opti
 /// Counting sort: within a bin, the order is that of the elements. Bins begin at the viewpoint, so
 /// that they do not depend on the query.
 void Sight::sort_into_bins() {
-  float farthest = 0.0F;
-  for (const Appearance& a : appearances_) {
-    if (a.size > 0.0F) farthest = std::max(farthest, a.read_at);
-  }
-  const auto bin = [](float distance) { return static_cast<std::size_t>(distance / kBin); };
-  const std::size_t bins = farthest > 0.0F ? bin(farthest) + 1 : 0;
   const auto is_read = [](const Appearance& a) { return a.size > 0.0F; };
+  float nearest = std::numeric_limits<float>::infinity(), farthest = 0.0F;
+  for (const Appearance& a : appearances_) {
+    if (a.depth > 0.0F) nearest = std::min(nearest, a.cast_at);
+    if (!is_read(a)) continue;
+    nearest = std::min(nearest, a.read_at);
+    farthest = std::max(farthest, a.read_at);
+  }
+  const bool is_any_read = farthest > 0.0F;
+  const auto number = [](float distance) { return static_cast<std::size_t>(distance / kBin); };
+  // Bins before the first that is needed are left out: a viewpoint may be far from its map.
+  const std::size_t first = is_any_read ? number(nearest) : 0;
+  const auto bin = [&](float distance) { return number(distance) - first; };
+  const std::size_t bins = is_any_read ? bin(farthest) + 1 : 0;
   const auto is_cast = [&](const Appearance& a) {
-    return a.depth > 0.0F && bins > 0 && bin(a.cast_at) < bins;
+    return a.depth > 0.0F && a.cast_at < farthest + 2.0F * kBin && bin(a.cast_at) < bins;
   };
   reads_begin_.assign(bins + 2, 0);
   casts_begin_.assign(bins + 2, 0);
