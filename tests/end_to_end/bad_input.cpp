@@ -213,7 +213,7 @@ TEST_CASE("localize: a pose outside every region keeps the nearest map, and the 
     return nlohmann::json::parse(done.out);
   };
   const auto summary = from_there("recovery_radius=0");
-  CHECK(summary["scans"]["outside_every_region"] == test::Street::kScans);
+  CHECK(summary["scans"]["outside"] == test::Street::kScans);
   CHECK(summary["scans"]["lost"] == test::Street::kScans);
 
   // Where it may look for the sensor, it finds it.

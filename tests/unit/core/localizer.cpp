@@ -245,7 +245,7 @@ TEST_CASE("the keys of the search are what it goes by") {
     for (int i = 0; i < 12 && !searched.found; ++i) {
       const ScanReport report = localizer.localize({1.0 + 0.1 * i, world.scan, {}}).value();
       searched.scans += report.seconds_search > 0.0 ? 1 : 0;
-      searched.found = report.recovered;
+      searched.found = report.tracking == Tracking::tracked;
     }
     return searched;
   };
