@@ -3,13 +3,17 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
+#include <future>
 #include <iomanip>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "support/process.hpp"
 #include "vantage/conformance.hpp"
@@ -19,9 +23,37 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What vantage-conformance says of one plugin: the outcome of every clause.
-std::map<std::string, std::string> outcomes(const fs::path& plugin, const fs::path& params) {
-  const auto done = test::run("vantage-conformance", {plugin.string(), params.string(), "--json"});
+/// A plugin that breaks a clause.
+struct Broken {
+  fs::path plugin, params;
+};
+
+Broken broken_plugin(const std::string& kind, const std::string& clause) {
+  return {fs::path(CONTRACT_PLUGIN_DIR) / ("vantage_" + kind + "_breaks_" + clause + ".so"),
+          fs::path(CONTRACT_PARAMS_DIR) / (kind + ".toml")};
+}
+
+/// Runs vantage-conformance on each, four at a time: stores mostly wait for the disk.
+std::map<fs::path, test::Finished> run_all(const std::vector<Broken>& plugins) {
+  std::map<fs::path, test::Finished> all;
+  for (const Broken& broken : plugins) all[broken.plugin];
+  std::atomic<std::size_t> next = 0;
+  std::vector<std::future<void>> workers;
+  for (int i = 0; i < 4; ++i) {
+    workers.push_back(std::async(std::launch::async, [&] {
+      for (std::size_t k = next++; k < plugins.size(); k = next++) {
+        const auto& [plugin, params] = plugins[k];
+        all.at(plugin) =
+            test::run("vantage-conformance", {plugin.string(), params.string(), "--json"});
+      }
+    }));
+  }
+  for (std::future<void>& worker : workers) worker.get();
+  return all;
+}
+
+/// What vantage-conformance said of one plugin: the outcome of every clause.
+std::map<std::string, std::string> outcomes(const fs::path& plugin, const test::Finished& done) {
   const auto report = nlohmann::json::parse(done.out, nullptr, false);
   REQUIRE_MESSAGE(!report.is_discarded(), plugin.string() << ": " << done.err);
   std::map<std::string, std::string> outcome;
@@ -38,28 +70,41 @@ std::map<std::string, std::string> outcomes(const fs::path& plugin, const fs::pa
 }  // namespace
 
 TEST_CASE("every clause is broken by its own plugin and by no other") {
+  // The partitioner stands in for the clauses of every kind.
+  const auto has_plugin = [](PluginKind kind, const std::string& clause) {
+    return clause[0] != 'C' || kind == PluginKind::partitioner;
+  };
+  const auto ids_of = [](PluginKind kind) {
+    std::vector<std::string> ids;
+    for (const conformance::Clause& clause : conformance::clauses_of(kind)) {
+      ids.emplace_back(clause.id);
+    }
+    return ids;
+  };
+  std::vector<Broken> plugins;
+  for_each_kind([&](const auto& traits) {
+    for (const std::string& id : ids_of(traits.kind)) {
+      if (has_plugin(traits.kind, id)) plugins.push_back(broken_plugin(traits.name, id));
+    }
+  });
+  const std::map<fs::path, test::Finished> finished = run_all(plugins);
+
   std::size_t clauses = 0;
   std::ostringstream table;
   for_each_kind([&](const auto& traits) {
     const PluginKind kind = traits.kind;
     const std::string kind_name = traits.name;
-    const fs::path params = fs::path(CONTRACT_PARAMS_DIR) / (kind_name + ".toml");
-    std::vector<std::string> ids;
-    for (const conformance::Clause& clause : conformance::clauses_of(kind)) {
-      ids.emplace_back(clause.id);
-    }
+    const std::vector<std::string> ids = ids_of(kind);
     table << '\n'
           << kind_name << ": plugin (down) x clause (across); F failed, . kept\n"
           << std::string(12, ' ');
     for (const std::string& id : ids) table << std::setw(4) << id;
     table << '\n';
     for (const std::string& broken : ids) {
-      // The partitioner stands in for the clauses of every kind.
-      if (broken[0] == 'C' && kind != PluginKind::partitioner) continue;
+      if (!has_plugin(kind, broken)) continue;
       ++clauses;
-      const fs::path plugin =
-          fs::path(CONTRACT_PLUGIN_DIR) / ("vantage_" + kind_name + "_breaks_" + broken + ".so");
-      const auto outcome = outcomes(plugin, params);
+      const fs::path plugin = broken_plugin(kind_name, broken).plugin;
+      const auto outcome = outcomes(plugin, finished.at(plugin));
       table << "breaks_" << std::left << std::setw(5) << broken << std::right;
       for (const std::string& id : ids) {
         const std::string& o = outcome.at(id);
@@ -75,15 +120,13 @@ TEST_CASE("every clause is broken by its own plugin and by no other") {
 }
 
 TEST_CASE("a plugin that ends the process, or does not come back, has kept no clause") {
-  const fs::path folder(CONTRACT_PLUGIN_DIR),
-      params = fs::path(CONTRACT_PARAMS_DIR) / "partitioner.toml";
-  const fs::path exits = folder / "vantage_partitioner_breaks_exits.so";
-  for (const auto& [id, outcome] : outcomes(exits, params)) {
+  const Broken exits = broken_plugin("partitioner", "exits");
+  for (const auto& [id, outcome] : outcomes(exits.plugin, run_all({exits}).at(exits.plugin))) {
     CHECK_MESSAGE(outcome == (id[0] == 'C' ? "ok" : "failed"), id);
   }
-  const auto hangs =
-      test::run("vantage-conformance", {(folder / "vantage_partitioner_breaks_hangs.so").string(),
-                                        params.string(), "--clause", "P1", "--timeout", "0.5"});
+  const auto [plugin, params] = broken_plugin("partitioner", "hangs");
+  const auto hangs = test::run("vantage-conformance", {plugin.string(), params.string(), "--clause",
+                                                       "P1", "--timeout", "0.5"});
   CHECK(hangs.exit_code == 1);
   CHECK(hangs.out.find("did not end within 0.5 s") != std::string::npos);
 }

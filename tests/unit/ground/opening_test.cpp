@@ -39,7 +39,7 @@ double opened_at(const Heights& in, int x, int y, int radius) {
   return highest;
 }
 
-TEST_CASE("the opening equals its definition") {
+TEST_CASE("the opening equals its definition" * doctest::test_suite("slow")) {
   for (const auto& [width, height] :
        {std::pair<std::size_t, std::size_t>{1, 1}, {1, 9}, {13, 1}, {12, 7}, {40, 33}}) {
     for (const double share_empty : {0.0, 0.4, 0.95}) {

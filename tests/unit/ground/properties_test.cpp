@@ -273,7 +273,8 @@ TEST_CASE("a shift by whole cells does not matter") {
   });
 }
 
-TEST_CASE("a map of many tiles is answered as if it were one, by any number of threads") {
+TEST_CASE("a map of many tiles is answered as if it were one, by any number of threads" *
+          doctest::test_suite("slow")) {
   for_each_filter([](const Filter& filter, const auto& ground_of) {
     PointCloud cloud = landscape(1300.0);
     for (Point& p : cloud) {  // as wide as the largest window can remove

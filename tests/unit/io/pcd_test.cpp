@@ -307,7 +307,7 @@ TEST_CASE("PCD: ascii errors name the line") {
   check_refused("a.pcd", start + "1 2 +-3\n", "found '+-3'");
 }
 
-TEST_CASE("PCD: damaged compressed data are refused") {
+TEST_CASE("PCD: damaged compressed data are refused" * doctest::test_suite("slow")) {
   std::string by_field;
   for (int i = 0; i < 300; ++i) by_field += raw(static_cast<float>(i % 10));
   const std::string start = xyz_header(100, "binary_compressed");
@@ -360,7 +360,8 @@ TEST_CASE("PCD: a file cut at any byte is refused") {
   }
 }
 
-TEST_CASE("PCD: random damage gives points or an error, never a crash") {
+TEST_CASE("PCD: random damage gives points or an error, never a crash" *
+          doctest::test_suite("slow")) {
   const std::string good =
       header("x y z i", "4 8 2 1", "F F I U", "1 1 1 3", 4, "binary") + std::string(4 * 17, '\x42');
   REQUIRE(read_as("a.pcd", good).has_value());

@@ -207,7 +207,8 @@ TEST_CASE("PLY: absurd counts are refused without allocating for them") {
   }
 }
 
-TEST_CASE("PLY: random damage gives points or an error, never a crash") {
+TEST_CASE("PLY: random damage gives points or an error, never a crash" *
+          doctest::test_suite("slow")) {
   std::mt19937 random(5);
   int refused = 0;
   for (const std::string format : {"ascii", "binary_little_endian", "binary_big_endian"}) {

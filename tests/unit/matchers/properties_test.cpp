@@ -278,7 +278,8 @@ TEST_CASE("a map at UTM coordinates gives the answer of the same map at zero") {
   });
 }
 
-TEST_CASE("the number of threads changes no bit, nor the order of the map where that is promised") {
+TEST_CASE("the number of threads changes no bit, nor the order of the map where that is promised" *
+          doctest::test_suite("slow")) {
   const PointCloud yard = test::yard(42);
   Random numbers(6);
   for_each({&Matcher::modes, &Matcher::maps}, [&](const Matcher& matcher, const auto& toml) {

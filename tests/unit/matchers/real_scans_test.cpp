@@ -7,7 +7,8 @@
 
 namespace vantage {
 
-TEST_CASE("random offsets of a recorded scan pair are recovered to 2 cm and 0.1 degrees") {
+TEST_CASE("random offsets of a recorded scan pair are recovered to 2 cm and 0.1 degrees" *
+          doctest::test_suite("slow")) {
   const auto pair = test::recorded_pair();
   if (!pair) return;
   struct Way {

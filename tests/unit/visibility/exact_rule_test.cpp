@@ -242,7 +242,7 @@ TEST_CASE("exact: all points on one line, the viewpoint on it and beside it") {
   }
 }
 
-TEST_CASE("exact: larger maps") {
+TEST_CASE("exact: larger maps" * doctest::test_suite("slow")) {
   const auto check_here = [](const Place& place, const std::vector<Question>& asked) {
     for (const Question& question : asked) {
       check_both("here", place, question, exact_answers(place, question));

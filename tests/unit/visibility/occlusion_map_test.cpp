@@ -167,7 +167,8 @@ TEST_CASE("OcclusionMap hides no point that is not inside the hull, and most tha
   }
 }
 
-TEST_CASE("OcclusionMap hides no box of which a point is not inside the hull, and most that are") {
+TEST_CASE("OcclusionMap hides no box of which a point is not inside the hull, and most that are" *
+          doctest::test_suite("slow")) {
   OcclusionMap map;
   for (const hpr::Settings& settings : {kFlip, kInversion}) {
     for (const double size : {1e-9, 1e-6, 1e-4, 1e-3, 5e-3, 0.02, 0.06, 0.2, 0.6, 2.0}) {

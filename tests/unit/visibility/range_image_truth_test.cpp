@@ -109,7 +109,7 @@ Found found(const std::string& name, const std::string& params, const PointCloud
   return mean;
 }
 
-TEST_CASE("range_image on the recorded street") {
+TEST_CASE("range_image on the recorded street" * doctest::test_suite("slow")) {
   if (!street()) return;
   const std::vector<View> all = views(*street());
   REQUIRE(all.size() == 7);

@@ -77,7 +77,7 @@ void check_equals_qhull(PointsView map, const Point& viewpoint, const hpr::Setti
   CHECK(*ours == by_qhull);
 }
 
-TEST_CASE("hpr equals a brute-force hull on random clouds") {
+TEST_CASE("hpr equals a brute-force hull on random clouds" * doctest::test_suite("slow")) {
   const auto check = [](const PointCloud& cloud, const Point& viewpoint, std::size_t& hidden) {
     for (const double alpha : {1.0, 3.0, 100.0, 1e4}) {
       const auto settings = reaching_flip(cloud, viewpoint, alpha);

@@ -75,7 +75,7 @@ void check_union(const PointCloud& map, const PointCloud& viewpoints, double ran
   }
 }
 
-TEST_CASE("visible_from_any is the union of visible") {
+TEST_CASE("visible_from_any is the union of visible" * doctest::test_suite("slow")) {
   SUBCASE("lattice, viewpoints on its points") {
     check_union(lattice(3, 0.5), grid({0, 0, 0}, 0.5), 1.2);
   }
@@ -114,7 +114,8 @@ TEST_CASE("visible_from_any is the union of visible on the recorded street") {
   check_union(thinned(*map, 4'000), grid({30.0, 2.0, -0.7}, 1.0), 30.0, Judged::no);
 }
 
-TEST_CASE("calls before, and calls at the same time, change nothing") {
+TEST_CASE("calls before, and calls at the same time, change nothing" *
+          doctest::test_suite("slow")) {
   const PointCloud map = joined(lattice(6, 0.8), ball(3, 4000, 30.0, 6.0));
   std::vector<PointCloud> regions;
   for (const Point& centre :
