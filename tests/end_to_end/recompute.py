@@ -13,6 +13,11 @@ import sys
 import tomllib
 from html.parser import HTMLParser
 
+# Columns of scans.csv that are no metric.
+NO_METRICS = {"stamp", "tracking", "region", "termination", "distance_m", "reason"} | {
+    prefix + name for prefix in ("", "ref_") for name in ("x", "y", "z", "qx", "qy", "qz", "qw")
+}
+
 problems = []
 compared = 0
 
@@ -167,9 +172,10 @@ def recompute(path):
             "10m": relative_errors(rows, truth, found, tracked, 10.0),
         },
     }
-    of_all = ["map_points", "scan_points", "align_ms", "stall_ms", "search_ms", "load_ms", "prepare_ms",
-              "held_bytes", "reduction_used"]
     of_tracked = ["iterations", "fitness", "nvtl", "coverage", "sigma_m", "sigma_deg", "degenerate", "correction_m"]
+    # All others are of every scan.
+    of_all = [name for name in rows[0] if name not in NO_METRICS | numbers.keys() | numbers["scans"].keys()
+              and name not in of_tracked]
     numbers |= {name: column(name, everywhere) for name in of_all}
     numbers |= {name: column(name) for name in of_tracked}
     if not good:  # a run without a tracked scan says nothing of errors

@@ -1,7 +1,12 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "evaluation/json.hpp"
 #include "vantage/evaluation/run_files.hpp"
@@ -74,6 +79,21 @@ TEST_CASE("lost scans and scans without a reference are left out of relative err
 
 TEST_CASE("scans.csv says the way along the reference") {
   const std::string csv = to_csv(drive(3, [](std::size_t, Pose truth) { return truth; }));
-  CHECK(csv.find(",0.0000,0,0,0,0,0,0,1,0,,\"\"\n") != std::string::npos);
-  CHECK(csv.find(",4.0000,4,0,0,0,0,0,1,0,,\"\"\n") != std::string::npos);
+  std::istringstream lines(csv);
+  const auto next_cells = [&] {
+    std::string line, cell;
+    std::getline(lines, line);
+    std::istringstream in(line);
+    std::vector<std::string> cells;
+    while (std::getline(in, cell, ',')) cells.push_back(cell);
+    return cells;
+  };
+  const std::vector<std::string> names = next_cells();
+  const auto at = std::find(names.begin(), names.end(), "distance_m") - names.begin();
+  REQUIRE(names.at(static_cast<std::size_t>(at) + 1) == "ref_x");
+  for (const auto& [distance, x] : {std::pair("0.0000", "0"), {"2.0000", "2"}, {"4.0000", "4"}}) {
+    const std::vector<std::string> cells = next_cells();
+    CHECK(cells.at(static_cast<std::size_t>(at)) == distance);
+    CHECK(cells.at(static_cast<std::size_t>(at) + 1) == x);
+  }
 }

@@ -599,8 +599,8 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
     check_fails(store->index(), ErrorCode::corrupt_data, file.string());
     check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
   };
-  corrupt("", "no JSON");
-  corrupt(std::string(100'000, '['), "no JSON");
+  corrupt("", "not JSON");
+  corrupt(std::string(100'000, '['), "not JSON");
   corrupt("[]", "the index must be an object, found array");
   corrupt("{}", "no member 'format'");
   corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
