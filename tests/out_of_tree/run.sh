@@ -55,7 +55,7 @@ done
   --set "map.files=[\"$work/campus/map.pcd\"]" --set store.params.root="$work/campus_maps" >"$work/live.toml"
 "$vantage" build "$work/live.toml" --quiet >/dev/null
 mkdir "$work/scans"
-find "$work/campus/scans" -name '*.pcd' | sort | head -n 8 | xargs cp -t "$work/scans"
+find "$work/campus/scans" -name '*.pcd' | sort | sed -n '1,8p' | xargs cp -t "$work/scans"
 head -n 8 "$work/campus/scans/times.txt" >"$work/scans/times.txt"
 "$vantage" localize "$work/live.toml" --scans "$work/scans" --initial-pose auto --out "$work/run" \
   --mcap "$work/run.mcap" --quiet >/dev/null
