@@ -26,7 +26,7 @@ std::string cell(const RunSummary& summary, const Metric& metric, const NamedSta
   const Statistics s = summary[metric.key];
   if (s.count == 0) return "-";
   const double value = s.*statistic.member;
-  if (metric.is(kShareOfScans)) return fmt::format("{:.0f}/{}", value, summary.scans);
+  if (metric.is(kShareOfScans)) return fmt::format("{:.0f}/{}", value, s.count);
   return metric.digits == 0 ? cli::grouped(static_cast<std::uint64_t>(value + 0.5))
                             : shown(metric, value);
 }

@@ -120,7 +120,7 @@ std::vector<Block> blocks() {
 
 std::string shown(const Column& column, double value, const RunSummary& summary) {
   const Metric& m = *column.metric;
-  if (m.is(kShareOfScans)) return fmt::format("{:.0f} of {}", value, summary.scans);
+  if (m.is(kShareOfScans)) return fmt::format("{:.0f} of {}", value, summary[m.key].count);
   if (m.digits == 0) return cli::grouped(static_cast<std::uint64_t>(std::llround(value)));
   return vantage::shown(m, value);
 }
@@ -251,9 +251,11 @@ std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
   } else if (const Number used = mean_of("reduction_used", c.routes)) {
     text += fmt::format("the maps that scans used leave out {:.1f} % of the wide-area map’s points",
                         100.0 * *used);
-  } else {
+  } else if (c.region_points.count == 0) {
     text += fmt::format("{} region maps without points, ready to match against",
                         cli::grouped(c.index.partition.size()));
+  } else {
+    text += "no scan was matched";
   }
   if (error) text += fmt::format("; mean error {:.2f} cm", 100.0 * *error);
   const Number wide_error = wide != nullptr ? mean_of("error_m", wide->routes) : Number{};

@@ -174,7 +174,11 @@ Result<void> BaselineStore::begin(const MapIndex&) noexcept { return read_only()
 Result<void> BaselineStore::put(RegionId, const RegionMap&) noexcept { return read_only(); }
 Result<void> BaselineStore::commit() noexcept { return read_only(); }
 Result<MapIndex> BaselineStore::index() const noexcept {
-  return guarded([&]() -> Result<MapIndex> { return maps_.index(); });
+  return guarded([&]() -> Result<MapIndex> {
+    MapIndex index = maps_.index();
+    for (RegionSummary& region : index.regions) region.bytes = 0;  // they are on no disk
+    return index;
+  });
 }
 Result<RegionMap> BaselineStore::get(RegionId region) const noexcept {
   return guarded([&] { return maps_.get(region, thinning_); });

@@ -88,7 +88,7 @@ Measure share_of(const Metric& metric) {
           .meaning = fmt::format("share of the scans: {}", metric.doc),
           .value = [key = metric.key](const Case& c) {
             const Statistics s = c.summary[key];
-            return s.count > 0 ? number(s.sum / static_cast<double>(c.summary.scans)) : Value{};
+            return s.count > 0 ? number(s.sum / static_cast<double>(s.count)) : Value{};
           }};
 }
 
@@ -150,10 +150,9 @@ constexpr std::array kAliases{
 /// "align_p95" for "T_align_p95".
 std::string name_now(std::string_view name) {
   for (const Alias& alias : kAliases) {
-    const bool whole = name.size() == alias.old.size() || name[alias.old.size()] == '_';
-    if (name.starts_with(alias.old) && whole) {
-      return std::string(alias.now) + std::string(name.substr(alias.old.size()));
-    }
+    if (!name.starts_with(alias.old)) continue;
+    const std::string_view rest = name.substr(alias.old.size());
+    if (rest.empty() || rest.front() == '_') return std::string(alias.now) + std::string(rest);
   }
   return std::string(name);
 }

@@ -171,10 +171,11 @@ constexpr std::array kMetrics{
     Metric{"held_bytes", "memory", &kBytes, 2, kLess, G::map, "max", "",
            "memory of all maps that are ready to match against",
            [](const RunScan& s) { return count(s.report.held_bytes); }},
-    Metric{"map_bytes", "map size", &kBytes, 2, kLess, G::map, "mean max", "",
-           "size of the map in use in the bundle",
-           [](const RunScan& s) { return was_aligned(s) ? count(s.map.bytes) : Value(); },
-           kOwnMaps},
+    Metric{
+        "map_bytes", "map size", &kBytes, 2, kLess, G::map, "mean max", "",
+        "size of the map in use in the bundle",
+        [](const RunScan& s) { return was_aligned(s) ? if_positive(count(s.map.bytes)) : Value(); },
+        kOwnMaps},
     Metric{"reduction_used", "reduction used", &kShare, 1, kMore, G::map, "mean", "mean",
            "share of the wide-area map's points that the map in use leaves out",
            [](const RunScan& s) {

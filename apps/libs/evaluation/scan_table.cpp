@@ -108,7 +108,10 @@ Result<std::size_t> column(const CsvTable& table, const std::string& name,
                            const std::string& file) {
   const auto found = std::find(table.header.begin(), table.header.end(), name);
   if (found == table.header.end()) {
-    return corrupt("no column '" + name + "'; expected scans.csv of `vantage localize`", file, 1);
+    return corrupt("no column '" + name +
+                       "'; expected scans.csv of `vantage localize` of this version: localize "
+                       "again if an earlier version wrote it",
+                   file, 1);
   }
   return static_cast<std::size_t>(found - table.header.begin());
 }

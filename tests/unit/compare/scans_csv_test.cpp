@@ -65,7 +65,8 @@ TEST_CASE_FIXTURE(File, "columns are found by name; empty cells are no numbers")
 
 TEST_CASE_FIXTURE(File, "what is no scans.csv is an error with its line") {
   CHECK(error("stamp,tracking\n1,tracked\n") ==
-        "scans.csv:1: error: no column 'distance_m'; expected scans.csv of `vantage localize`");
+        "scans.csv:1: error: no column 'distance_m'; expected scans.csv of `vantage localize` "
+        "of this version: localize again if an earlier version wrote it");
   CHECK(error(tiny_csv({})) == "scans.csv:1: error: no scan");
   CHECK(error(tiny_csv({{.stamp = "1"}, {.stamp = "x"}})) ==
         "scans.csv:3: error: 'x' in column 'stamp' is no finite number");

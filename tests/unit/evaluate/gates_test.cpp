@@ -73,6 +73,16 @@ TEST_CASE("gates: a list of limits, each in the direction that is better") {
   CHECK((*gates)[4].at_least);
 }
 
+TEST_CASE("gates: a share is one of the scans of which there is something to know") {
+  EvaluatedConfig c = config("L20", {route(0.01, 0)});
+  Statistics known;  // a reference for 10 of 200 scans
+  known.count = 10;
+  known.sum = 5;
+  set(c.routes[0].summary, "wrong", known);
+  CHECK_FALSE(judge_one("wrong=40%", c).holds);
+  CHECK(judge_one("wrong=50%", c).holds);
+}
+
 TEST_CASE("gates: what is wrong is named, with what was expected") {
   const auto message = [](const char* text) {
     const auto gates = parse_gates(text);
