@@ -33,7 +33,7 @@ std::optional<double> search_radius(std::uint32_t lost_scans, double everywhere,
                                     const LocalizerParams& params) {
   const double radius =
       std::ldexp(params.search_first_radius, static_cast<int>(std::min(lost_scans, 60U)) - 1);
-  if (radius < 2.0 * everywhere) return std::min(radius, everywhere);
+  if (lost_scans <= 1 || radius < 2.0 * everywhere) return std::min(radius, everywhere);
   if (lost_scans % params.search_pause == 0) return everywhere;
   return {};
 }
@@ -260,7 +260,9 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                   [](const RegionSummary& region) { return region.empty(); })) {
     return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
   }
-  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), params));
+  // A program may have set what a file could not.
+  VANTAGE_TRY(const LocalizerParams checked, parse<LocalizerParams>(to_table(params)));
+  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), checked));
 }
 
 Result<Localizer> Localizer::open(Bundle bundle, const Config& config,

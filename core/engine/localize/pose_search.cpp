@@ -165,7 +165,8 @@ std::vector<Start> starts_at(const std::vector<Hypothesis>& hypotheses) {
 Result<std::vector<Hypothesis>> search_pose(const MapIndex& index, const RegionMaps& maps,
                                             PointsView scan, const SearchArea& area) {
   PointCloud upright = upright_part(scan);
-  if (upright.size() < area.scored_points / 2) upright.assign(scan.begin(), scan.end());
+  constexpr std::size_t kFewest = 60;  // fewer points do not tell one place from another
+  if (upright.size() < kFewest) upright.assign(scan.begin(), scan.end());
   if (upright.empty()) return std::vector<Hypothesis>{};
   const PointCloud scored = every_nth(upright, area.scored_points);
 

@@ -153,6 +153,9 @@ TEST_CASE("a configuration that a program made asks for all that it holds") {
   Config config = load_config(built.path("asked.toml")).value();
   config.written = {};
   CHECK(Bundle::open(config, test::built_plugins(), "localization"));
+  Config robot;  // says nothing of how the bundle was built
+  robot.store = config.store;
+  CHECK(Bundle::open(robot, test::built_plugins(), "localization"));
   config.visibility->max_range = 15.0;
   const auto refused = Bundle::open(config, test::built_plugins(), "localization");
   REQUIRE_FALSE(refused.has_value());

@@ -269,6 +269,20 @@ TEST_CASE("the keys of the search are what it goes by") {
   params.search_pause = 4;
   params.search_first_radius = 0.5;
   CHECK(search(params, 9.0, M_PI).scans == 6);  // 0.5, 1, 2 and 4 m, then the 8th and 12th
+  params.search_first_radius = 100.0;
+  CHECK(search(params, 3.0, M_PI).scans == 1);  // not left out because it is large
+}
+
+TEST_CASE("parameters that a file could not set are refused") {
+  const World world;
+  LocalizerParams params;
+  params.search_pause = 0;
+  const auto opened = Localizer::open(
+      Bundle::of(test::in_process<test::MemoryStore, MapStore>(world.memory), "memory").value(),
+      test::in_process<test::TruthMatcher, ScanMatcher>(world.truth), params);
+  REQUIRE_FALSE(opened);
+  CHECK(opened.error().code == ErrorCode::invalid_config);
+  CHECK(opened.error().message.find("search_pause") != std::string::npos);
 }
 
 TEST_CASE("recovery_radius bounds the search; 0 is none") {
