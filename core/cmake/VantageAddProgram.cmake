@@ -1,7 +1,7 @@
 # vantage_add_program(<job> SOURCES <file>... [LIBRARIES <target>...]): the program vantage-<job>
 #
 # The sources of a program read options and print; the work is done in libraries. They are therefore
-# compiled with -O1, and the headers that take longest, CLI11 before all, are parsed once for all programs.
+# compiled with vantage_program_options, which is -O1, and the headers that take longest, CLI11 before all, are parsed once for all programs.
 function(vantage_add_program job)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;LIBRARIES")
   add_executable(vantage-${job} ${ARG_SOURCES})

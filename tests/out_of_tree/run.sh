@@ -17,7 +17,7 @@ say "installing, and moving what was installed"
 cmake --install "$build" --prefix "$work/first" >/dev/null
 mv "$work/first" "$work/prefix"
 vantage=$work/prefix/bin/vantage
-"$vantage" plugins list | grep -q "$work/prefix/lib.*/vantage/vantage_partitioner_uniform_grid.so" ||
+"$vantage" plugins list | grep >/dev/null "$work/prefix/lib.*/vantage/vantage_partitioner_uniform_grid.so" ||
   fail "the moved installation does not find its own plugins"
 grep -rIl -e "$build" -e "$work/first" "$work/prefix" && fail "the files above name a build folder"
 
