@@ -27,7 +27,8 @@ class CloudFile {
 
   [[nodiscard]] const InputFile& input() const noexcept { return *input_; }
   [[nodiscard]] const std::string& name() const noexcept { return input_->name(); }
-  /// What formats are told by, 64 KiB at most: a header may end where it likes.
+  /// The beginning of the file, at most 64 KiB, by which its format is recognized. It may end
+  /// within the file's header.
   [[nodiscard]] std::string_view head() const noexcept { return head_; }
   [[nodiscard]] bool is_all_head() const noexcept { return head_.size() == input_->size(); }
   /// Errors: `io_failure`.
@@ -48,12 +49,12 @@ enum FormatTrait : unsigned {
   kMap = 2,         ///< a part of a map, in the folder of one
   kBagPart = 4,     ///< a part of a rosbag2, in its folder
   kTrajectory = 8,  ///< a text file, see read_trajectory
-  kByName = 16,     ///< content that no probe knows is this where the name says so: this reader can
-                    ///< say best what is wrong with it, or has nothing else to go by
-  kRefused = 32,    ///< with a converter
+  kByName = 16,  ///< the name decides if no probe knows the content: this reader explains best what
+                 ///< is wrong, or the format has no probe
+  kRefused = 32,  ///< with a converter
 };
 
-/// How clouds of a format are read; null where there are none.
+/// How clouds of a format are read; null if the format has no clouds.
 struct CloudReader {
   Result<LoadedCloud> (*read)(CloudFile& file, ReadTimes read_times) = nullptr;
   Result<CloudLayout> (*layout)(const CloudFile& file) = nullptr;
