@@ -1,6 +1,8 @@
 // What pmf promises beyond what every ground filter does.
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
