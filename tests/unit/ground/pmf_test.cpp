@@ -2,7 +2,6 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
