@@ -126,7 +126,7 @@ std::vector<std::string> lines(const Evaluation& e, const std::string& what,
   return panels;
 }
 
-/// As panels that would be crossed: all routes' curves of what lies below a value.
+/// The cumulative distribution of a metric over one run.
 Curve cumulative_curve(const MapRun& r, std::string_view metric) {
   return {name_of(r), look_of(r),
           report::thinned(report::cumulative(sample_of(r.run->run, metric)), 240)};

@@ -7,8 +7,8 @@ namespace vantage::page {
 
 Number shown_value(std::string_view metric, const RunScan& scan) {
   const Metric* found = find_metric(metric);
-  if (found == nullptr || (found->is(kTrackedOnly) && !is_tracked(scan))) return {};
-  const Number x = found->value(scan);
+  if (found == nullptr) return {};
+  const Number x = counted_value(*found, scan);
   return x ? Number(found->unit->scale * *x) : Number();
 }
 

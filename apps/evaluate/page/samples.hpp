@@ -16,7 +16,7 @@ using Number = std::optional<double>;
 
 [[nodiscard]] std::vector<double> sample_of(const Run& run, std::string_view metric);
 
-/// The value of each scan over the way [m]; NaN where there is none.
+/// The value of each scan over the distance travelled [m]; NaN if the scan has none.
 [[nodiscard]] std::vector<Eigen::Vector2d> over_distance(const Run& run, std::string_view metric);
 
 /// The mean of a value over each region's scans that have one, by region.

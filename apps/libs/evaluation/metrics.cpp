@@ -205,6 +205,11 @@ std::vector<const Metric*> metrics_by_group() {
   return sorted;
 }
 
+std::optional<double> counted_value(const Metric& metric, const RunScan& scan) {
+  if (metric.is(kTrackedOnly) && !is_tracked(scan)) return {};
+  return metric.value(scan);
+}
+
 const Metric* find_metric(std::string_view key) {
   const auto* found = std::find_if(kMetrics.begin(), kMetrics.end(),
                                    [&](const Metric& metric) { return metric.key == key; });

@@ -15,8 +15,7 @@ std::vector<double> sample_of(const Run& run, const Metric& metric) {
   std::vector<double> sample;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     if (i == 0 && metric.is(kAfterFirst)) continue;
-    if (metric.is(kTrackedOnly) && !is_tracked(run.scans[i])) continue;
-    if (const auto x = metric.value(run.scans[i])) sample.push_back(*x);
+    if (const auto x = counted_value(metric, run.scans[i])) sample.push_back(*x);
   }
   return sample;
 }

@@ -71,10 +71,9 @@ class Run {
     const PointCloud& viewpoints = cut_.viewpoints[r];
     const auto inside = among_own_points() ? cut_.inside[r] : std::span<const std::uint32_t>{};
     const RegionProgress of_region(meter_, viewpoints.size());
-    auto condensed =
-        sight_.observable(inside, viewpoints, Sight::kAll, &of_region).map([&](auto&& observable) {
-          return condenser_.thin(std::move(observable));
-        });
+    auto condensed = sight_.observable(inside, viewpoints, &of_region).map([&](auto&& observable) {
+      return condenser_.thin(std::move(observable));
+    });
     if (condensed)
       of_region.advanced(viewpoints.size());  // viewpoints that the plugin did not report
     ++seen_;

@@ -122,9 +122,9 @@ Result<IndexList> Sight::visible(const Point& viewpoint) const {
   return seen;
 }
 
-Result<Observable> Sight::observable(std::span<const std::uint32_t> inside,
-                                     std::span<const Point> viewpoints, std::uint64_t enough,
-                                     const VisibilityProgress* progress) const {
+Result<Observable> Sight::look(std::span<const std::uint32_t> inside,
+                               std::span<const Point> viewpoints, std::uint64_t enough,
+                               bool keep_views, const VisibilityProgress* progress) const {
   Observable observable;
   if (viewpoints.empty()) return observable;
   VANTAGE_TRY(const Scope scope, scope_of(inside));
@@ -141,19 +141,20 @@ Result<Observable> Sight::observable(std::span<const std::uint32_t> inside,
   } else {
     // If a region has fewer viewpoints, all of them must see a point.
     const auto needed = std::min<std::size_t>(params_.min_views, viewpoints.size());
+    const bool count_views = needed > 1 || keep_views;
     if (enough == kAll) {
       // All viewpoints in one call, because a scene uses what it learned from earlier viewpoints.
-      VANTAGE_TRY(kept, scope.views_from(viewpoints, counts_views(), progress));
+      VANTAGE_TRY(kept, scope.views_from(viewpoints, count_views, progress));
     } else {
       for (const PointCloud& batch : growing_batches(viewpoints)) {
-        VANTAGE_TRY(const ViewCounts more, scope.views_from(batch, counts_views(), progress));
+        VANTAGE_TRY(const ViewCounts more, scope.views_from(batch, count_views, progress));
         kept = joined(kept, more);
         if (often_seen(kept, needed) > enough) break;
       }
     }
     observable.seen = kept.points.size();
     keep_often_seen(kept, needed);
-    if (!params_.views) kept.views = {};
+    if (!keep_views) kept.views = {};
   }
   if (params_.scope == VisibilityScope::region) {
     for (std::uint32_t& k : kept.points) k = inside[k];

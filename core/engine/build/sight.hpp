@@ -38,21 +38,36 @@ class Sight {
   /// B_q of Eq. 9, among all points of the map.
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const;
 
-  static constexpr std::uint64_t kAll = std::numeric_limits<std::uint64_t>::max();
   /// V_ij of Eq. 10.
   /// @param inside    P_ij; used only with VisibilityScope::region
-  /// @param enough    evaluation may stop, with a partial result, above this number of kept points
   /// @param progress  as for `VisibilityScene::visible_from_any`
   [[nodiscard]] Result<Observable> observable(std::span<const std::uint32_t> inside,
                                               std::span<const Point> viewpoints,
-                                              std::uint64_t enough = kAll,
-                                              const VisibilityProgress* progress = nullptr) const;
+                                              const VisibilityProgress* progress) const {
+    return look(inside, viewpoints, kAll, params_.views, progress);
+  }
+
+  /// |V_ij| of Eq. 10, without the view counts that a region map may store.
+  /// @param enough  evaluation may stop, with a smaller number, above this one
+  [[nodiscard]] Result<std::uint64_t> count(std::span<const std::uint32_t> inside,
+                                            std::span<const Point> viewpoints,
+                                            std::uint64_t enough) const {
+    return look(inside, viewpoints, enough, false, nullptr).map([](const Observable& observable) {
+      return static_cast<std::uint64_t>(observable.kept.points.size());
+    });
+  }
 
   /// Frees the scene of the map. Precondition: no query follows.
   void release() { map_scene_.reset(); }
 
  private:
+  static constexpr std::uint64_t kAll = std::numeric_limits<std::uint64_t>::max();
+
   struct Scope;
+  /// @param keep_views  whether the answer has the views of each point
+  [[nodiscard]] Result<Observable> look(std::span<const std::uint32_t> inside,
+                                        std::span<const Point> viewpoints, std::uint64_t enough,
+                                        bool keep_views, const VisibilityProgress* progress) const;
   [[nodiscard]] Result<Scope> scope_of(std::span<const std::uint32_t> inside) const;
   [[nodiscard]] Result<PluginPtr<VisibilityScene>> scene_of(PointsView points) const;
   [[nodiscard]] Result<const VisibilityScene*> map_scene() const;

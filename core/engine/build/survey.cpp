@@ -37,8 +37,7 @@ Result<std::uint64_t> BuildSurvey::observable_points(const Region& region,
     if (params_.scope == VisibilityScope::region && !viewpoints.empty()) {
       inside = owned(region, map_, index_of_map());
     }
-    VANTAGE_TRY(const Observable observable, sight_.observable(inside, viewpoints, enough));
-    return observable.kept.points.size();
+    return sight_.count(inside, viewpoints, enough);
   });
 }
 

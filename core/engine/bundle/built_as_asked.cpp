@@ -44,23 +44,28 @@ const Table* table_in(const Table* table, std::string_view key) {
   return value == nullptr ? nullptr : std::get_if<Table>(&value->data);
 }
 
-/// The places of what a configuration says.
+/// Says which keys a configuration sets, and where in its file.
 struct Written {
   const Table* table;  // nullptr if nothing was written here
-  bool everything;     // made by a program: all that it holds is asked for
   SourceLocation file;
 
   [[nodiscard]] bool has(std::string_view key) const {
-    return everything || (table != nullptr && table->find(key) != nullptr);
+    return table != nullptr && table->find(key) != nullptr;
   }
   [[nodiscard]] SourceLocation where(std::string_view key) const {
     const Value* value = table == nullptr ? nullptr : table->find(key);
-    return value == nullptr ? file : value->where;
+    return value == nullptr || value->where.file.empty() ? file : value->where;
   }
-  [[nodiscard]] Written in(std::string_view key) const {
-    return {table_in(table, key), everything, file};
-  }
+  [[nodiscard]] Written in(std::string_view key) const { return {table_in(table, key), file}; }
 };
+
+/// Whether a table has each of these keys with an equal value.
+bool has_all(const Table* table, const Table& keys) {
+  return std::all_of(keys.entries.begin(), keys.entries.end(), [&](const Entry& entry) {
+    const Value* value = table == nullptr ? nullptr : table->find(entry.key);
+    return value != nullptr && equal(entry.value, *value);
+  });
+}
 
 /// Compares the keys of a section and of the tables in it.
 /// @param docs  of its keys; nullptr for the parameters of a plugin that is not installed
@@ -75,7 +80,7 @@ void compare(const std::string& prefix, const Table& asked, const Written& writt
                                       [&](const ParameterDoc& d) { return d.key == entry.key; });
       if (known != docs->end()) doc = &*known;
     }
-    // Files move. A text that nobody can explain may be a path.
+    // Paths may differ, because files move. Without `doc`, any text may be a path.
     if (doc != nullptr ? doc->kind == ValueKind::path : holds_text(entry.value)) continue;
     if (const auto* section = std::get_if<Table>(&entry.value.data)) {
       compare(prefix + entry.key + ".", *section, written.in(entry.key), table_in(built, entry.key),
@@ -144,15 +149,15 @@ Result<void> check_built_as_asked(const Config& asked, const MapIndex& bundle,
   const auto built = parse_toml(bundle.config, "");
   if (!built || built->find("schema") == nullptr) return {};
   const Table content = to_table(content_config(asked));
-  const bool everything = asked.written.entries.empty();
-  const SourceLocation file{asked.file, 0, 0};
-  const Written written{&asked.written, everything, file};
+  // A program asks for all that its configuration holds.
+  const bool from_file = !asked.written.entries.empty();
+  const Table held = from_file ? Table{} : to_table(asked);
+  const Written written{from_file ? &asked.written : &held, {asked.file, 0, 0}};
 
   std::vector<Difference> found;
   for (const ParameterDoc& section : describe<Config>()) {
     // A map's file moves, and a matcher judges what was prepared for it.
     if (section.key == "map" || section.key == "matcher") continue;
-    if (section.key == "viewpoints" && !asked.viewpoints) continue;  // content_config has defaults
     const Table* here = table_in(&content, section.key);
     const Table* there = table_in(&*built, section.key);
     if (here == nullptr || !written.has(section.key)) continue;
@@ -167,8 +172,11 @@ Result<void> check_built_as_asked(const Config& asked, const MapIndex& bundle,
       continue;
     }
     std::vector<ParameterDoc> docs = section.fields;
+    // A plugin is loaded only if something is left that its documentation must explain.
+    const Table* params = table_in(here, "params");
+    const bool same_params = params == nullptr || has_all(table_in(there, "params"), *params);
     const auto add = [&](PluginKind kind, const std::optional<PluginChoice>& choice) {
-      if (choice && section.key == to_string(kind)) {
+      if (choice && !same_params && section.key == to_string(kind)) {
         docs = docs_with_params(std::move(docs), plugins.parameters(kind, *choice));
       }
     };
@@ -178,8 +186,8 @@ Result<void> check_built_as_asked(const Config& asked, const MapIndex& bundle,
         asked.visibility ? std::optional(asked.visibility->choice()) : std::nullopt);
     compare(prefix, *here, inside, there, &docs, found);
   }
-  // A configuration that a program made always has a content, asked for or not.
-  if (asked.store && !everything && written.has("store")) {
+  // The [store] of a program always has a content, asked for or not.
+  if (asked.store && from_file && written.has("store")) {
     compare_content(*asked.store, written.in("store"), bundle, found);
   }
   if (found.empty()) return {};

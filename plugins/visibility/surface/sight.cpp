@@ -238,7 +238,7 @@ void Sight::sort_into_bins() {
   const auto bin = [&](float distance) { return number(distance) - first; };
   const std::size_t bins = is_any_read ? bin(farthest) + 1 : 0;
   const auto is_cast = [&](const Appearance& a) {
-    return a.depth > 0.0F && a.cast_at <= farthest + 2.0F * kBin && bin(a.cast_at) < bins;
+    return a.depth > 0.0F && bins > 0 && bin(a.cast_at) < bins;
   };
   reads_begin_.assign(bins + 2, 0);
   casts_begin_.assign(bins + 2, 0);

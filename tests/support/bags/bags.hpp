@@ -66,5 +66,7 @@ template <class T>
 /// One frame of LZ4.
 [[nodiscard]] std::string lz4_of(std::string_view bytes);
 [[nodiscard]] std::string zstd_of(std::string_view bytes);
+/// @param compression  bz2, lz4 or zstd; with any other name the bytes stay as they are
+[[nodiscard]] std::string packed(const std::string& compression, const std::string& bytes);
 
 }  // namespace vantage::test

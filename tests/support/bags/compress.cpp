@@ -32,4 +32,11 @@ std::string zstd_of(std::string_view bytes) {
   return packed;
 }
 
+std::string packed(const std::string& compression, const std::string& bytes) {
+  if (compression == "bz2") return bz2_of(bytes);
+  if (compression == "lz4") return lz4_of(bytes);
+  if (compression == "zstd") return zstd_of(bytes);
+  return bytes;
+}
+
 }  // namespace vantage::test

@@ -15,12 +15,6 @@ std::uint32_t checksum(std::string_view bytes) {
   return ~sum;
 }
 
-std::string packed(const std::string& compression, const std::string& content) {
-  if (compression == "lz4") return lz4_of(content);
-  if (compression == "zstd") return zstd_of(content);
-  return content;
-}
-
 std::string message_record(std::uint16_t channel, const TestMessage& message) {
   const auto time = little(static_cast<std::uint64_t>(message.log_time));
   return mcap_record(0x05,

@@ -36,12 +36,6 @@ std::string bag_header(std::uint64_t index, std::size_t connections, std::size_t
   return rosbag1_record(fields, std::string(kSize - 8 - fields_of(fields).size(), ' '));
 }
 
-std::string packed_chunk(const std::string& compression, const std::string& content) {
-  if (compression == "bz2") return bz2_of(content);
-  if (compression == "lz4") return lz4_of(content);
-  return content;
-}
-
 }  // namespace
 
 std::string rosbag1_record(const Fields& fields, std::string_view data) {
@@ -79,7 +73,7 @@ std::string rosbag1(const std::vector<TestMessage>& messages, const Rosbag1Optio
     chunks += rosbag1_record({{"op", op(5)},
                               {"compression", options.compression},
                               {"size", little(static_cast<std::uint32_t>(content.size()))}},
-                             packed_chunk(options.compression, content));
+                             packed(options.compression, content));
     std::string counts;
     for (const auto& [number, entries] : indices) {
       const auto count = static_cast<std::uint32_t>(entries.size() / 12);

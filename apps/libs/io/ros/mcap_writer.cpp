@@ -9,12 +9,12 @@
 
 #include "io/ros/crc32.hpp"
 #include "io/ros/little_endian.hpp"
+#include "io/ros/mcap_summary.hpp"
 #include "io/ros/ros_time.hpp"
 
 namespace vantage::io::ros {
 namespace {
 
-constexpr std::string_view kMcapMagic = "\x89MCAP0\r\n";
 constexpr std::size_t kChunkSize = std::size_t{4} << 20;
 constexpr int kZstdLevel = 3;
 
@@ -108,7 +108,7 @@ Result<McapWriter> McapWriter::create(const std::filesystem::path& path,
                                       McapCompression compression) {
   VANTAGE_TRY(auto file, OutputFile::create(path));
   McapWriter writer(std::move(file), path.string(), compression);
-  VANTAGE_CHECK(writer.put(kMcapMagic));
+  VANTAGE_CHECK(writer.put(mcap::kMagic));
   VANTAGE_CHECK(writer.put(record(Opcode::header, Content().sized("ros2").sized("vantage"))));
   return writer;
 }
@@ -277,7 +277,7 @@ Result<void> McapWriter::commit() {
   if (!chunk_.empty()) VANTAGE_CHECK(put_chunk());
   VANTAGE_CHECK(put(record(Opcode::data_end, Content().number(crc_))));
   VANTAGE_CHECK(put_summary());
-  VANTAGE_CHECK(put(kMcapMagic));
+  VANTAGE_CHECK(put(mcap::kMagic));
   return file_.commit();
 }
 

@@ -69,7 +69,10 @@ struct Metric {
 [[nodiscard]] std::span<const Metric> metrics();
 /// All metrics, in the order of tables.
 [[nodiscard]] std::vector<const Metric*> metrics_by_group();
-/// The metric with this key; nullptr if there is none.
+/// The value of a scan that counts in statistics; none for a lost scan if the metric is
+/// kTrackedOnly.
+[[nodiscard]] std::optional<double> counted_value(const Metric& metric, const RunScan& scan);
+/// Finds a metric by its key; returns nullptr if there is none.
 [[nodiscard]] const Metric* find_metric(std::string_view key);
 
 /// Name and unit: "error [cm]".

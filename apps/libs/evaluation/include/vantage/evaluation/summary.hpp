@@ -25,7 +25,8 @@ struct RunSummary {
   /// Share of the errors along map axes within 1, 2 and 3 of the standard deviations claimed.
   std::array<double, 3> within_sigmas_translation{}, within_sigmas_rotation{};
 
-  /// Of the metric with this key, over the scans that have a value; empty if there is none.
+  /// The statistics of the metric with this key, over the scans that have a value; empty if there
+  /// is no such metric.
   [[nodiscard]] Statistics operator[](std::string_view key) const;
   /// The sum of a metric that counts scans or points.
   [[nodiscard]] std::size_t count(std::string_view key) const;
