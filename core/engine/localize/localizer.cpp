@@ -18,6 +18,7 @@ namespace vantage {
 const char* to_string(Tracking tracking) noexcept {
   switch (tracking) {
     case Tracking::tracked: return "tracked";
+    case Tracking::uncertain: return "uncertain";
     case Tracking::lost: return "lost";
   }
   return "unknown";

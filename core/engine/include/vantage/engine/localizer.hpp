@@ -21,8 +21,9 @@
 namespace vantage {
 
 enum class Tracking : std::uint8_t {
-  tracked,  ///< the pose comes from matching and can be trusted
-  lost,     ///< the pose is a prediction, or was found but not yet confirmed by later scans
+  tracked,    ///< the pose comes from matching and can be trusted
+  uncertain,  ///< the pose comes from matching; evidence for or against it is still missing
+  lost,       ///< the pose is a prediction, or was found but not yet confirmed by later scans
 };
 [[nodiscard]] VANTAGE_API const char* to_string(Tracking) noexcept;
 
@@ -33,6 +34,8 @@ struct ScanReport {
   std::string reason;    ///< why the scan is lost; empty if tracked
   bool has_pose = true;  ///< false: the sensor has not been found yet; the poses have no meaning
   Pose T_map_scan;       ///< the estimate if tracked, otherwise the best guess
+  /// Integrity risk: the probability that `T_map_scan` is off by more than the alert limit.
+  double risk = 1.0;
   Pose T_map_scan_predicted;
   bool recovered = false;  ///< the first tracked scan after lost ones
 

@@ -8,6 +8,7 @@
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
+#include "vantage/pose_prior.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -18,6 +19,7 @@ struct Scan {
   PointsView points;               ///< sensor frame [m]; non-finite points are dropped and counted
   std::optional<Pose> odometry{};  ///< T_odom_sensor at the stamp; better than constant velocity
   std::span<const float> seconds{};  ///< time of each point after `stamp` [s]; empty if unknown
+  std::optional<PosePrior> prior{};  ///< where the sensor is at the stamp, by another sensor
 };
 
 /// A scan made ready for matching: non-finite points dropped, range limits applied, thinned to
