@@ -9,6 +9,7 @@
 #include "build/regions.hpp"
 #include "build/sight.hpp"
 #include "build/survey.hpp"
+#include "places/place_index.hpp"
 #include "stopwatch.hpp"
 
 namespace vantage {
@@ -61,6 +62,12 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                                               .config = params.effective_config}));
   VANTAGE_TRY(report, build_regions(map, sight, regions, condenser, *plugins.store,
                                     std::move(report), progress));
+  // What a search needs is kept beside the regions, by a store that can.
+  VANTAGE_TRY(const PlaceIndex index, PlaceIndex::of(map));
+  const auto attached = plugins.store->attach(PlaceIndex::kAttachment, index.encode());
+  if (!attached && attached.error().code != ErrorCode::unsupported) {
+    return fail(attached.error());
+  }
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();
   report.core_seconds_visibility = cpu.seconds();

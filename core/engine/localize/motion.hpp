@@ -29,6 +29,8 @@ class Motion {
   [[nodiscard]] std::optional<Step> step() const;
   /// The movement to a scan that has odometry.
   [[nodiscard]] std::optional<Step> step_to(const Scan& scan) const;
+  /// Whether the last scan had odometry.
+  [[nodiscard]] bool has_odometry() const { return last_ && last_->odometry.has_value(); }
   /// [m/s], map frame; zero before a second pose.
   [[nodiscard]] Eigen::Vector3d velocity() const;
 

@@ -12,6 +12,8 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "vantage/ground_filter.hpp"
 #include "vantage/index_set.hpp"
@@ -40,6 +42,15 @@ const char* to_string(Termination termination) noexcept {
     case Termination::no_progress: return "no_progress";
   }
   return "unknown";
+}
+
+Result<void> MapStore::attach(std::string_view /*name*/,
+                              std::span<const std::byte> /*bytes*/) noexcept {
+  return fail(ErrorCode::unsupported, "the store keeps regions only");
+}
+
+Result<std::vector<std::byte>> MapStore::attachment(std::string_view name) const noexcept {
+  return fail(ErrorCode::not_found, "the bundle holds no '" + std::string(name) + "'");
 }
 
 Result<PreparedMap> MatchTarget::excerpt(PointsView /*seen*/) const noexcept {

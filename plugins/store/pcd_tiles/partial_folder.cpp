@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "attachment.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::pcd_tiles {
@@ -96,7 +97,8 @@ Result<void> remove_stale(const fs::path& path) {
   if (holds(kMarker)) {
     VANTAGE_TRY(lock, locked(path / kMarker, 0));
     for (const std::string& name : names) {
-      if (name != kMarker && name != kIndex && name != kNewIndex && !name.ends_with(".pcd")) {
+      if (name != kMarker && name != kIndex && name != kNewIndex && !name.ends_with(".pcd") &&
+          !name.ends_with(kAttachment)) {
         return keep("it holds '" + name + "'");
       }
     }
@@ -151,7 +153,8 @@ Result<std::vector<std::string>> files_of_bundle(const fs::path& folder) {
   std::sort(known.begin(), known.end());
   VANTAGE_TRY(std::vector<std::string> names, names_in(folder));
   for (const std::string& name : names) {
-    if (!std::binary_search(known.begin(), known.end(), name)) {
+    if (!std::binary_search(known.begin(), known.end(), name) &&
+        !is_attachment(folder / name)) {
       return keep("it also holds '" + name + "'");
     }
   }
@@ -208,6 +211,17 @@ Result<TileInfo> PartialFolder::write_tile(const std::string& name, const Region
               }));
   file->keep();
   return info;
+}
+
+Result<void> PartialFolder::write_file(const std::string& name, std::string_view content) {
+  if (std::find(files_.begin(), files_.end(), name) != files_.end()) {
+    return fail(ErrorCode::already_exists, "'" + name + "' was already written", at(path_));
+  }
+  files_.push_back(name);
+  VANTAGE_TRY(NewFile file, NewFile::create(path_ / name));
+  VANTAGE_CHECK(file.write(content));
+  file.keep();
+  return {};
 }
 
 Result<void> PartialFolder::finish(std::string_view index) {

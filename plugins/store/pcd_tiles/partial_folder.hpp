@@ -51,6 +51,8 @@ class PartialFolder {
   /// Writes the file of a region. Nothing is left of one that fails. Errors: those of encode;
   /// `io_failure`.
   [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, const RegionMap& map);
+  /// Writes a file whole, or leaves nothing. Errors: `already_exists`; `io_failure`.
+  [[nodiscard]] Result<void> write_file(const std::string& name, std::string_view content);
   /// The index gets its name only when all is on the disk. Errors: `io_failure`.
   [[nodiscard]] Result<void> finish(std::string_view index);
   /// The folder has got its final name: it is no longer ours to remove.

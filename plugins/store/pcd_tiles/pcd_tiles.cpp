@@ -4,10 +4,13 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "attachment.hpp"
 #include "bundle_index.hpp"
 #include "partial_folder.hpp"
 #include "tile.hpp"
@@ -118,6 +121,15 @@ class PcdTiles final : public MapStore {
     });
   }
 
+  [[nodiscard]] Result<void> attach(std::string_view name,
+                                    std::span<const std::byte> bytes) noexcept override {
+    return guarded([&]() -> Result<void> {
+      if (!writing_) return fail(ErrorCode::invalid_input, "attach without begin");
+      VANTAGE_TRY(const std::string file, attachment_name(name));
+      return writing_->folder.write_file(file, encode_attachment(bytes));
+    });
+  }
+
   [[nodiscard]] Result<void> commit() noexcept override {
     return guarded([&]() -> Result<void> {
       if (!writing_) return fail(ErrorCode::invalid_input, "commit without begin");
@@ -170,6 +182,18 @@ class PcdTiles final : public MapStore {
                     at(file));
       }
       return decode(content->view(), current->tiles[r], file.string());
+    });
+  }
+
+  [[nodiscard]] Result<std::vector<std::byte>> attachment(
+      std::string_view name) const noexcept override {
+    return guarded([&]() -> Result<std::vector<std::byte>> {
+      VANTAGE_TRY(const std::string file_name, attachment_name(name));
+      VANTAGE_TRY(const auto current, current_index());  // without a bundle there is nothing
+      const fs::path file = root_ / file_name;
+      VANTAGE_TRY(const auto content,
+                  io::read_file(file, "a regular file", io::InputFile::Empty::accept));
+      return decode_attachment(content.view(), file);
     });
   }
 

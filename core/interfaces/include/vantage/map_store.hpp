@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "vantage/api.hpp"
@@ -61,6 +64,12 @@ class VANTAGE_API MapStore {
   /// region; `invalid_input` without begin, for a non-finite point or viewpoint, and for view
   /// counts that are 0 or not one per point; `io_failure`.
   [[nodiscard]] virtual Result<void> put(RegionId region, const RegionMap& map) noexcept = 0;
+  /// Keeps bytes under a name, beside the regions: what the engine computed about the whole map.
+  /// @param name  lower-case letters and underscores, at most 32
+  /// Errors: `unsupported` (the default) from a store that keeps regions only; `already_exists` for
+  /// a second time; `invalid_input` without begin or for another name; `io_failure`.
+  [[nodiscard]] virtual Result<void> attach(std::string_view name,
+                                            std::span<const std::byte> bytes) noexcept;
   /// Makes the whole bundle visible at once.
   /// Errors: `invalid_input` without begin or if a region is missing; `io_failure`.
   [[nodiscard]] virtual Result<void> commit() noexcept = 0;
@@ -72,6 +81,10 @@ class VANTAGE_API MapStore {
   /// Errors: `not_found` for an unknown region or without a bundle, `corrupt_data` for a damaged
   /// file.
   [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;
+  /// The bytes of that name, unchanged.
+  /// Errors: `not_found` (the default) if there are none; `corrupt_data` for a damaged file.
+  [[nodiscard]] virtual Result<std::vector<std::byte>> attachment(
+      std::string_view name) const noexcept;
 };
 
 }  // namespace vantage

@@ -16,19 +16,14 @@ struct LocalizerParams {
   double scan_min_range = 0.0;
   std::optional<double> scan_max_range;
   double switch_margin = 0.0;
-  double min_coverage = 0.42;
-  double min_nvtl = 0.75;
-  double max_correction = 2.0;
-  std::uint32_t confirming_scans = 2;
+  double alert_limit = 0.5;
+  double alert_limit_deg = 3.0;
+  double max_risk = 0.01;
+  std::optional<double> min_coverage, min_nvtl, max_correction;
   std::optional<double> recovery_radius;
-  double search_first_radius = 4.0;
+  double search_first_radius = 10.0;
   std::uint32_t search_pause = 4;
-  double search_spacing = 2.0;
-  std::uint32_t search_headings = 36;
-  std::uint32_t search_scored_points = 120;
-  std::uint32_t search_starts = 150;
-  std::uint32_t search_aligned_points = 500;
-  double search_nvtl_share = 0.8;
+  std::uint32_t max_hypotheses = 6;
   bool prefetch = true;
   double prefetch_time = 3.0;
   double prefetch_distance = 5.0;
@@ -50,49 +45,40 @@ struct LocalizerParams {
                  "the localizer switches regions only this far beyond the border; 0 switches at "
                  "the border",
                  non_negative, Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
+        optional("alert_limit", &LocalizerParams::alert_limit, "m",
+                 "the integrity risk is the probability that the pose is off by more than this",
+                 positive),
+        optional("alert_limit_deg", &LocalizerParams::alert_limit_deg, "deg",
+                 "or turned by more than this", positive),
+        optional("max_risk", &LocalizerParams::max_risk, "",
+                 "a scan is tracked if its integrity risk is at most this", between(0, 1)),
         optional("min_coverage", &LocalizerParams::min_coverage, "",
-                 "a scan is lost if the share of its points that have a map voxel is below this",
+                 "a scan is not tracked if the share of its points that have a map voxel is below "
+                 "this; no such limit if left out",
                  between(0, 1)),
         optional("min_nvtl", &LocalizerParams::min_nvtl, "",
-                 "a scan is lost if its nearest-voxel likelihood is below this", non_negative),
+                 "a scan is not tracked if its nearest-voxel likelihood is below this; no such "
+                 "limit if left out",
+                 non_negative),
         optional("max_correction", &LocalizerParams::max_correction, "m",
-                 "a scan is lost if matching moves it farther than this from its predicted pose",
+                 "a scan is not tracked if matching moves it farther than this from its predicted "
+                 "pose; no such limit if left out",
                  positive),
-        optional("confirming_scans", &LocalizerParams::confirming_scans, "",
-                 "a lost sensor counts as found when this many consecutive scans fit the place",
-                 at_least(1)),
         optional("recovery_radius", &LocalizerParams::recovery_radius, "m",
                  "radius of the search for a lost sensor around its last pose; 0: no search; "
                  "unlimited if left out",
                  non_negative),
         optional("search_first_radius", &LocalizerParams::search_first_radius, "m",
-                 "radius of the search at the first lost scan; it doubles at each further lost "
-                 "scan, up to recovery_radius",
+                 "radius of the search at the first scan that needs one; it doubles at each "
+                 "further one, up to recovery_radius",
                  positive),
         optional(
             "search_pause", &LocalizerParams::search_pause, "",
-            "once the radius has reached its maximum, the search runs only at every n-th lost scan",
+            "once the radius has reached its maximum, the search runs only at every n-th such scan",
             at_least(1)),
-        optional("search_spacing", &LocalizerParams::search_spacing, "m",
-                 "the search tries places this far apart, and half as far apart if its radius is "
-                 "below 10 m",
-                 positive),
-        optional("search_headings", &LocalizerParams::search_headings, "",
-                 "the search tries this many headings at each place", at_least(1)),
-        optional("search_scored_points", &LocalizerParams::search_scored_points, "",
-                 "the search scores this many points of the scan at each place and heading",
+        optional("max_hypotheses", &LocalizerParams::max_hypotheses, "",
+                 "this many poses are followed while it is uncertain which of them is right",
                  at_least(1)),
-        optional("search_starts", &LocalizerParams::search_starts, "",
-                 "the search aligns the scan from this many of the places with the best score",
-                 at_least(1)),
-        optional("search_aligned_points", &LocalizerParams::search_aligned_points, "",
-                 "the search aligns this many points of the scan from each of these places, then "
-                 "the whole scan from the best five resulting poses",
-                 at_least(1)),
-        optional("search_nvtl_share", &LocalizerParams::search_nvtl_share, "",
-                 "a place counts as found if the nearest-voxel likelihood there is at least this "
-                 "share of its usual value",
-                 non_negative),
         optional("prefetch", &LocalizerParams::prefetch, "",
                  "region maps are loaded in the background before they are needed"),
         optional("prefetch_time", &LocalizerParams::prefetch_time, "s",

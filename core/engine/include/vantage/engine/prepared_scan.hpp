@@ -26,6 +26,7 @@ struct Scan {
 /// voxel centroids.
 struct PreparedScan {
   PointCloud points;
+  PointCloud finite;        ///< before it was thinned
   std::size_t dropped = 0;  ///< non-finite
 };
 [[nodiscard]] VANTAGE_API Result<PreparedScan> prepare_scan(PointsView points,

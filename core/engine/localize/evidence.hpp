@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+
+#include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage {
+
+/// How well a scan fits a map at a pose, over all its points.
+struct Fit {
+  double level = 0.0;  ///< NVTL times coverage: the mean likelihood, 0 for points without a match
+  /// How much of the level is lost 2 m beside the pose, along the horizontal axis along which least
+  /// is lost. At a wrong pose nothing is lost, whatever the level; along a bare wall neither.
+  double sharpness = 0.0;
+};
+
+/// Errors: those of MatchTarget::score.
+[[nodiscard]] Result<Fit> fit_at(const MatchTarget& target, PointsView scan,
+                                 const Pose& T_map_scan);
+
+/// The fit of a scan to itself: what could be expected of a perfect map.
+/// @param all   the points of the scan, sensor frame [m]
+/// @param some  those that are scored
+/// @return      nothing for a scan that is too sparse to match anything against
+/// Errors: those of the matcher.
+[[nodiscard]] Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView all,
+                                                       PointsView some);
+
+/// What the sharpness of a fit says about its pose.
+struct Evidence {
+  double share = 0.0;  ///< of the sharpness that a perfect map would give
+  double noise = 0.0;  ///< standard deviation of `share`: large for a scan with little structure
+};
+[[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
+
+/// log(p(evidence | pose right) / p(evidence | pose wrong)), in [-6, 9.3].
+/// @param usual  the share of recent scans that were tracked, if there are any
+[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual);
+
+/// At most so many points, evenly picked.
+[[nodiscard]] PointCloud evenly_picked(PointsView points, std::size_t most);
+
+}  // namespace vantage

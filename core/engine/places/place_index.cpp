@@ -1,0 +1,206 @@
+#include "places/place_index.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <utility>
+
+namespace vantage {
+namespace {
+
+constexpr std::array<char, 8> kPlacesFormat{'v', 'p', 'l', 'a', 'c', 'e', 's', '1'};
+constexpr std::int64_t kMostVoxels = 32768;  // along an edge
+constexpr double kGroundWithin = 8.0;        // [m]
+
+/// The order of keys is z, y, x: voxels of a row follow each other.
+std::uint64_t key_of(const Eigen::Vector3i& voxel, const Eigen::Vector3i& extent) {
+  return (std::uint64_t(voxel.z()) * std::uint64_t(extent.y()) + std::uint64_t(voxel.y())) *
+             std::uint64_t(extent.x()) +
+         std::uint64_t(voxel.x());
+}
+
+template <class T>
+void put(std::vector<std::byte>& bytes, const T& value) {
+  const auto* const from = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), from, from + sizeof(value));
+}
+
+Eigen::Array3d in_voxels(const Point& p) { return (p / PlaceIndex::kVoxel).array().floor(); }
+
+/// The least of the values within `reach` along a line, for each place of the line.
+std::vector<std::int16_t> least_within(const std::vector<std::int16_t>& line, int reach) {
+  std::vector<std::int16_t> least(line.size(), PlaceIndex::kNothing);
+  const int n = static_cast<int>(line.size());
+  for (int i = 0; i < n; ++i) {
+    for (int k = std::max(0, i - reach); k <= std::min(n - 1, i + reach); ++k) {
+      least[std::size_t(i)] = std::min(least[std::size_t(i)], line[std::size_t(k)]);
+    }
+  }
+  return least;
+}
+
+tl::unexpected<Error> no_index(const char* reason) {
+  return fail(ErrorCode::corrupt_data, std::string("the bundle's index of places ") + reason);
+}
+
+}  // namespace
+
+Result<PlaceIndex> PlaceIndex::from(std::vector<std::uint64_t> keys, const Eigen::Vector3i& first,
+                                    const Eigen::Vector3i& extent) {
+  PlaceIndex index;
+  index.first_ = first - Eigen::Vector3i(kMargin, kMargin, 0);
+  index.size_ = extent + Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
+  index.words_ = std::size_t(index.size_.x() + 63) / 64 + 3;
+  index.bits_.assign(index.words_in_layer() * std::size_t(extent.z()) + 3, 0);
+  for (const std::uint64_t key : keys) {
+    const auto x = std::size_t(key % std::uint64_t(extent.x())) + kMargin;
+    const std::uint64_t rest = key / std::uint64_t(extent.x());
+    const auto y = std::size_t(rest % std::uint64_t(extent.y())) + kMargin;
+    const auto z = std::size_t(rest / std::uint64_t(extent.y()));
+    index.bits_[(z * std::size_t(index.size_.y()) + y) * index.words_ + x / 64] |= std::uint64_t{1}
+                                                                                   << (x % 64);
+  }
+  index.find_lowest();
+  return index;
+}
+
+Result<PlaceIndex> PlaceIndex::of(PointsView map) {
+  VANTAGE_CHECK(check_points(map, "the map"));
+  const Bounds3 bounds = bounds_of(map);
+  const Eigen::Array3d low = in_voxels(bounds.min), high = in_voxels(bounds.max);
+  if (((high - low) >= double(kMostVoxels)).any() || (low.abs() > 1e9).any()) {
+    return fail(ErrorCode::invalid_input, "the map is longer than " +
+                                              std::to_string(kMostVoxels * 3 / 2) +
+                                              " m: too large for one index of places");
+  }
+  const Eigen::Vector3i first = low.cast<int>();
+  const Eigen::Vector3i extent = (high - low).cast<int>() + 1;
+  std::vector<std::uint64_t> keys;
+  keys.reserve(map.size());
+  for (const Point& p : map) {
+    const std::uint64_t key = key_of((in_voxels(p) - low).cast<int>(), extent);
+    if (keys.empty() || keys.back() != key) keys.push_back(key);
+  }
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  return from(std::move(keys), first, extent);
+}
+
+std::vector<std::uint64_t> PlaceIndex::keys() const {
+  std::vector<std::uint64_t> keys;
+  const Eigen::Vector3i extent = size_ - Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
+  for (int z = 0; z < size_.z(); ++z) {
+    for (int y = kMargin; y < size_.y() - kMargin; ++y) {
+      const std::uint64_t* const words = row(y, z);
+      for (int x = kMargin; x < size_.x() - kMargin; ++x) {
+        if ((words[x / 64] >> (x % 64) & 1U) == 0) continue;
+        keys.push_back(key_of({x - kMargin, y - kMargin, z}, extent));
+      }
+    }
+  }
+  return keys;
+}
+
+std::vector<std::byte> PlaceIndex::encode() const {
+  std::vector<std::byte> bytes;
+  put(bytes, kPlacesFormat);
+  const Eigen::Vector3i first = first_ + Eigen::Vector3i(kMargin, kMargin, 0);
+  const Eigen::Vector3i extent = size_ - Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
+  for (const int number : first) put(bytes, std::int32_t{number});
+  for (const int number : extent) put(bytes, std::int32_t{number});
+  const std::vector<std::uint64_t> all = keys();
+  put(bytes, std::uint64_t{all.size()});
+  // Differences of ascending keys, seven bits a byte, the last without its highest bit.
+  std::uint64_t before = 0;
+  for (const std::uint64_t key : all) {
+    std::uint64_t step = key - before;
+    before = key;
+    for (; step >= 128; step >>= 7U) bytes.push_back(std::byte(step & 127U) | std::byte{128});
+    bytes.push_back(std::byte(step));
+  }
+  return bytes;
+}
+
+Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
+  struct Header {
+    std::array<char, 8> format;
+    std::int32_t first[3], extent[3];
+    std::uint64_t voxels;
+  } header{};
+  static_assert(sizeof(Header) == 40);
+  if (bytes.size() < sizeof(header)) return no_index("is cut off");
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  if (header.format != kPlacesFormat) return no_index("is of another version");
+  const Eigen::Vector3i first(header.first[0], header.first[1], header.first[2]);
+  const Eigen::Vector3i extent(header.extent[0], header.extent[1], header.extent[2]);
+  if ((extent.array() < 1).any() || (extent.array() > int{kMostVoxels}).any()) {
+    return no_index("has an impossible size");
+  }
+  const std::uint64_t end =
+      std::uint64_t(extent.x()) * std::uint64_t(extent.y()) * std::uint64_t(extent.z());
+  bytes = bytes.subspan(sizeof(header));
+  if (header.voxels > bytes.size()) return no_index("is cut off");
+  std::vector<std::uint64_t> keys(header.voxels);
+  std::uint64_t key = 0;
+  std::size_t at = 0;
+  for (std::uint64_t& next : keys) {
+    unsigned shift = 0;
+    for (bool more = true; more; shift += 7U, ++at) {
+      if (at == bytes.size() || shift > 56U) return no_index("is cut off");
+      key += (std::to_integer<std::uint64_t>(bytes[at]) & 127U) << shift;
+      more = (bytes[at] & std::byte{128}) != std::byte{0};
+    }
+    if (key >= end) return no_index("names a voxel outside its extent");
+    next = key;
+  }
+  return from(std::move(keys), first, extent);
+}
+
+Result<PlaceIndex> PlaceIndex::of_bundle(const MapIndex& index, const MapStore& store) {
+  const auto stored = store.attachment(kAttachment);
+  if (stored) return decode(*stored);
+  if (stored.error().code != ErrorCode::not_found) return fail(stored.error());
+  PointCloud points;
+  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
+    if (index.regions[r].points == 0) continue;
+    VANTAGE_TRY(const RegionMap map, store.get(RegionId{r}));
+    points.insert(points.end(), map.points.begin(), map.points.end());
+  }
+  if (points.empty()) {
+    return fail(ErrorCode::unsupported,
+                "the bundle holds neither points nor an index of places, so a lost sensor cannot "
+                "be searched for; build it again");
+  }
+  return of(points);
+}
+
+void PlaceIndex::find_lowest() {
+  const auto width = std::size_t(size_.x()), height = std::size_t(size_.y());
+  lowest_.assign(width * height, kNothing);
+  for (int z = size_.z() - 1; z >= 0; --z) {
+    for (std::size_t y = 0; y < height; ++y) {
+      const std::uint64_t* const words = row(int(y), z);
+      for (std::size_t w = 0; w < words_; ++w) {
+        for (std::uint64_t set = words[w]; set != 0; set &= set - 1) {
+          lowest_[y * width + 64 * w + std::size_t(__builtin_ctzll(set))] = std::int16_t(z);
+        }
+      }
+    }
+  }
+  const int reach = static_cast<int>(std::ceil(kGroundWithin / kVoxel));
+  std::vector<std::int16_t> line(width);
+  for (std::size_t y = 0; y < height; ++y) {
+    std::copy_n(lowest_.begin() + std::ptrdiff_t(y * width), width, line.begin());
+    std::ranges::copy(least_within(line, reach), lowest_.begin() + std::ptrdiff_t(y * width));
+  }
+  line.resize(height);
+  for (std::size_t x = 0; x < width; ++x) {
+    for (std::size_t y = 0; y < height; ++y) line[y] = lowest_[y * width + x];
+    const std::vector<std::int16_t> least = least_within(line, reach);
+    for (std::size_t y = 0; y < height; ++y) lowest_[y * width + x] = least[y];
+  }
+}
+
+}  // namespace vantage

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vantage/map_store.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// Which voxels of the wide-area map hold points: all that a search needs to tell places apart,
+/// about a byte per voxel in a bundle. Voxels are anchored to the world. Immutable.
+class PlaceIndex {
+ public:
+  /// Edge of a voxel [m].
+  static constexpr double kVoxel = 1.5;
+  /// The name of its bytes in a bundle.
+  static constexpr const char* kAttachment = "places";
+
+  /// @param map  N points, map frame [m]; finite
+  /// Errors: `invalid_input` for a map that is too large for the index: 32768 voxels along an edge.
+  [[nodiscard]] static Result<PlaceIndex> of(PointsView map);
+  /// Errors: `corrupt_data` for bytes that `encode` does not make.
+  [[nodiscard]] static Result<PlaceIndex> decode(std::span<const std::byte> bytes);
+  [[nodiscard]] std::vector<std::byte> encode() const;
+
+  /// The index of a bundle: the one that it holds, otherwise made from its points.
+  /// Errors: `unsupported` for a bundle that holds neither; those of the store.
+  [[nodiscard]] static Result<PlaceIndex> of_bundle(const MapIndex& index, const MapStore& store);
+
+  /// The lower corner of voxel (0, 0, 0), map frame [m].
+  [[nodiscard]] Eigen::Vector3d origin() const { return kVoxel * first_.cast<double>(); }
+  /// Number of voxels along each axis. Along x and y, the outer `kMargin` are empty.
+  [[nodiscard]] const Eigen::Vector3i& size() const noexcept { return size_; }
+  static constexpr int kMargin = 42;
+
+  /// A row of voxels along x, a bit each; at least one word may be read beyond its end.
+  [[nodiscard]] const std::uint64_t* row(int y, int z) const noexcept {
+    return bits_.data() + (std::size_t(z) * std::size_t(size_.y()) + std::size_t(y)) * words_;
+  }
+  [[nodiscard]] std::size_t words_in_row() const noexcept { return words_; }
+  [[nodiscard]] std::size_t words_in_layer() const noexcept {
+    return words_ * std::size_t(size_.y());
+  }
+  [[nodiscard]] bool occupied(const Eigen::Vector3i& voxel) const noexcept {
+    if ((voxel.array() < 0).any() || (voxel.array() >= size_.array()).any()) return false;
+    return (row(voxel.y(), voxel.z())[voxel.x() / 64] >> (voxel.x() % 64) & 1U) != 0;
+  }
+  static constexpr std::int16_t kNothing = 32767;
+  /// The lowest occupied layer within 8 m of a voxel's column; kNothing if there is none.
+  [[nodiscard]] std::int16_t lowest(int x, int y) const noexcept {
+    return lowest_[std::size_t(y) * std::size_t(size_.x()) + std::size_t(x)];
+  }
+
+ private:
+  PlaceIndex() = default;
+  [[nodiscard]] static Result<PlaceIndex> from(std::vector<std::uint64_t> keys,
+                                               const Eigen::Vector3i& first,
+                                               const Eigen::Vector3i& extent);
+  [[nodiscard]] std::vector<std::uint64_t> keys() const;
+  void find_lowest();
+
+  Eigen::Vector3i first_ = Eigen::Vector3i::Zero();  // voxel (0, 0, 0), in voxels from the world's
+  Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
+  std::size_t words_ = 0;
+  std::vector<std::uint64_t> bits_;
+  std::vector<std::int16_t> lowest_;
+};
+
+}  // namespace vantage

@@ -1,0 +1,318 @@
+#include "places/place_search.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace vantage {
+namespace {
+
+constexpr double kVoxel = PlaceIndex::kVoxel;
+constexpr int kHeadings = 72;
+constexpr std::size_t kPoints = 200;   // of the scan; fewer than 256, the counters have eight bits
+constexpr std::size_t kDecided = 112;  // after so many points, most places are out of the question
+constexpr double kFarthest = 58.0;     // [m]; within PlaceIndex::kMargin
+constexpr std::size_t kPerHeading = 256, kWeighed = 4000;
+// Layers of the sensor above the lowest points around: up to 4.5 m.
+constexpr int kLayersAbove = 2;
+// Places nearer to each other than this are one.
+constexpr double kApart = 3.0, kTurned = 0.2;
+
+/// 128 voxels of a row.
+using Bits = std::uint64_t __attribute__((vector_size(16)));
+using Words = std::uint64_t __attribute__((vector_size(16), aligned(8)));
+
+struct Try {
+  int hits, x, y, z, heading;
+};
+bool better(const Try& a, const Try& b) {
+  const auto order = [](const Try& t) { return std::tuple(-t.hits, t.heading, t.y, t.x, t.z); };
+  return order(a) < order(b);
+}
+
+double yaw_of(int heading) { return 2.0 * std::numbers::pi * heading / kHeadings; }
+
+/// One point a voxel, at most kPoints of them, evenly picked.
+PointCloud picked(PointsView scan) {
+  std::set<std::array<int, 3>> taken;
+  PointCloud all;
+  for (const Point& p : scan) {
+    if (!(p.head<2>().norm() < kFarthest)) continue;
+    const Eigen::Array3i voxel = (p / kVoxel).array().floor().cast<int>();
+    if (taken.insert({voxel.x(), voxel.y(), voxel.z()}).second) all.push_back(p);
+  }
+  PointCloud some;
+  const std::size_t n = std::min(kPoints, all.size());
+  for (std::size_t k = 0; k < n; ++k) some.push_back(all[k * all.size() / n]);
+  return some;
+}
+
+/// Counts in 128 columns at once: bit i of the counters is in planes[i].
+class Counters {
+ public:
+  void add(Bits a) {
+    for (std::size_t i = 0; i < planes_.size(); ++i) carry(planes_[i], a);
+  }
+  void add(Bits a, Bits b, Bits c, Bits d, Bits e, Bits f, Bits g, Bits h) {
+    const Bits two_a = sum(planes_[0], a, b), two_b = sum(planes_[0], c, d);
+    const Bits two_c = sum(planes_[0], e, f), two_d = sum(planes_[0], g, h);
+    const Bits four_a = sum(planes_[1], two_a, two_b), four_b = sum(planes_[1], two_c, two_d);
+    Bits eight = sum(planes_[2], four_a, four_b);
+    for (std::size_t i = 3; i < planes_.size(); ++i) carry(planes_[i], eight);
+  }
+  /// The columns that count at least `limit`, which is below 256.
+  [[nodiscard]] Bits at_least(int limit) const {
+    Bits more{}, equal = ~Bits{};
+    for (std::size_t i = planes_.size(); i-- > 0;) {
+      if ((limit >> i & 1) != 0) {
+        equal &= planes_[i];
+      } else {
+        more |= equal & planes_[i];
+        equal &= ~planes_[i];
+      }
+    }
+    return more | equal;
+  }
+  [[nodiscard]] int count(std::size_t word, unsigned bit) const {
+    int n = 0;
+    for (std::size_t i = 0; i < planes_.size(); ++i) n |= int(planes_[i][word] >> bit & 1U) << i;
+    return n;
+  }
+
+ private:
+  static void carry(Bits& plane, Bits& a) {
+    const Bits both = plane & a;
+    plane ^= a;
+    a = both;
+  }
+  /// plane += a + b; returns what is carried.
+  static Bits sum(Bits& plane, Bits a, Bits b) {
+    const Bits one = plane ^ a;
+    const Bits carried = (plane & a) | (one & b);
+    plane = one ^ b;
+    return carried;
+  }
+  std::array<Bits, 8> planes_{};
+};
+
+/// The points of a scan, turned by a heading, as steps in voxels.
+using Steps = std::vector<Eigen::Vector3i>;
+
+Steps turned(const PointCloud& points, int heading) {
+  const double c = std::cos(yaw_of(heading)), s = std::sin(yaw_of(heading));
+  const auto whole = [](double metres) { return int(std::floor(metres / kVoxel + 0.5)); };
+  Steps steps;
+  steps.reserve(points.size());
+  for (const Point& p : points) {
+    steps.emplace_back(whole(c * p.x() - s * p.y()), whole(s * p.x() + c * p.y()), whole(p.z()));
+  }
+  return steps;
+}
+
+/// A turned point of the scan, as steps from the sensor's voxel.
+struct Step {
+  std::ptrdiff_t words;  // from the first word of the sensor's 128 voxels
+  unsigned bit;
+};
+
+Bits bits_at(const std::uint64_t* base, const Step& step) {
+  const std::uint64_t* const at = base + step.words;
+  const Bits low = *reinterpret_cast<const Words*>(at);
+  const Bits high = *reinterpret_cast<const Words*>(at + 1);
+  return (low >> step.bit) | (high << 1U << (63U - step.bit));
+}
+
+/// All translations with one heading.
+class Turned {
+ public:
+  Turned(const PlaceIndex& index, const Steps& steps, const PlaceArea& area, int heading)
+      : index_(index), heading_(heading), steps_(steps) {
+    const auto voxel = [&](double metres, int axis) {
+      const double at = std::floor((metres - index.origin()[axis]) / kVoxel);
+      return int(std::clamp(at, double(PlaceIndex::kMargin),
+                            double(index.size()[axis] - PlaceIndex::kMargin - 1)));
+    };
+    for (const int axis : {0, 1}) {
+      first_[axis] = voxel(area.centre[axis] - area.radius, axis);
+      last_[axis] = voxel(area.centre[axis] + area.radius, axis);
+    }
+    limit_ = int(steps.size() / 4);
+    by_layer_.resize(std::size_t(index.size().z() + kLayersAbove));
+  }
+
+  [[nodiscard]] std::vector<Try> best() && {
+    const int words = last_.x() / 64;
+    for (int word = first_.x() / 64; word <= words; word += 2) {
+      for (int y = first_.y(); y <= last_.y(); ++y) try_at(word, y);
+    }
+    std::sort(tries_.begin(), tries_.end(), better);
+    if (tries_.size() > kPerHeading) tries_.resize(kPerHeading);
+    return std::move(tries_);
+  }
+
+ private:
+  void try_at(int word, int y) {
+    int lowest = PlaceIndex::kNothing, highest = -1;
+    const int end = std::min(64 * word + 128, index_.size().x());
+    for (int x = 64 * word; x < end; x += 3) {
+      const int low = index_.lowest(x, y);
+      if (low == PlaceIndex::kNothing) continue;
+      lowest = std::min(lowest, low);
+      highest = std::max(highest, low);
+    }
+    for (int z = lowest; z <= highest + kLayersAbove && highest >= 0; ++z) try_at(word, y, z);
+  }
+
+  void try_at(int word, int y, int z) {
+    const std::vector<Step>& here = steps_in(z);
+    const auto points = int(here.size());
+    if (points < limit_) return;
+    const std::uint64_t* const base =
+        index_.row(0, 0) + std::ptrdiff_t(index_.words_in_row()) * y + word;
+    Counters counters;
+    std::size_t k = 0;
+    const auto add = [&](std::size_t to) {
+      for (; k + 8 <= to; k += 8) {
+        const Step* const s = here.data() + k;
+        counters.add(bits_at(base, s[0]), bits_at(base, s[1]), bits_at(base, s[2]),
+                     bits_at(base, s[3]), bits_at(base, s[4]), bits_at(base, s[5]),
+                     bits_at(base, s[6]), bits_at(base, s[7]));
+      }
+    };
+    add(std::min(kDecided, here.size()));
+    const Bits may = counters.at_least(std::max(0, limit_ - (points - int(k))));
+    if ((may[0] | may[1]) == 0) return;
+    add(here.size());
+    for (; k < here.size(); ++k) counters.add(bits_at(base, here[k]));
+    const Bits found = counters.at_least(limit_);
+    for (const std::size_t half : {0U, 1U}) {
+      for (std::uint64_t set = found[half]; set != 0; set &= set - 1) {
+        const auto bit = unsigned(__builtin_ctzll(set));
+        const int x = 64 * (word + int(half)) + int(bit);
+        if (x < first_.x() || x > last_.x()) continue;
+        tries_.push_back({counters.count(half, bit), x, y, z, heading_});
+      }
+    }
+    if (tries_.size() >= 4 * kPerHeading) {
+      std::nth_element(tries_.begin(), tries_.begin() + kPerHeading, tries_.end(), better);
+      limit_ = std::max(limit_, tries_[kPerHeading].hits);
+      tries_.resize(kPerHeading);
+    }
+  }
+
+  /// The steps of the points that stay in the index if the sensor is in a layer.
+  const std::vector<Step>& steps_in(int z) {
+    std::vector<Step>& steps = by_layer_[std::size_t(z)];
+    if (!steps.empty()) return steps;
+    for (const Eigen::Vector3i& step : steps_) {
+      const int at = z + step.z();
+      if (at < 0 || at >= index_.size().z()) continue;
+      const int words = step.x() >> 6;
+      steps.push_back({.words = std::ptrdiff_t(index_.words_in_layer()) * at +
+                                std::ptrdiff_t(index_.words_in_row()) * step.y() + words,
+                       .bit = unsigned(step.x() - 64 * words)});
+    }
+    return steps;
+  }
+
+  const PlaceIndex& index_;
+  int heading_;
+  const Steps& steps_;
+  Eigen::Vector2i first_, last_;
+  int limit_;  // tries with fewer hits are not among the best
+  std::vector<std::vector<Step>> by_layer_;
+  std::vector<Try> tries_;
+};
+
+/// The share of the points that hit, less that share 4 and 7 m around.
+double contrast_at(const PlaceIndex& index, const Steps& steps, const Try& at) {
+  constexpr std::array<std::array<int, 2>, 16> kAround{{{3, 0},
+                                                        {2, 2},
+                                                        {0, 3},
+                                                        {-2, 2},
+                                                        {-3, 0},
+                                                        {-2, -2},
+                                                        {0, -3},
+                                                        {2, -2},
+                                                        {5, 0},
+                                                        {3, 3},
+                                                        {0, 5},
+                                                        {-3, 3},
+                                                        {-5, 0},
+                                                        {-3, -3},
+                                                        {0, -5},
+                                                        {3, -3}}};
+  int around = 0;
+  for (const Eigen::Vector3i& step : steps) {
+    const int z = at.z + step.z();
+    if (z < 0 || z >= index.size().z()) continue;
+    const std::uint64_t* const row = index.row(at.y + step.y(), z);
+    for (const auto& [dx, dy] : kAround) {
+      const int x = at.x + step.x() + dx;
+      around += int(row[std::ptrdiff_t(index.words_in_row()) * dy + (x >> 6)] >> (x & 63) & 1U);
+    }
+  }
+  return (at.hits - around / double(kAround.size())) / double(steps.size());
+}
+
+std::vector<int> headings_in(const PlaceArea& area) {
+  std::vector<int> headings;
+  for (int h = 0; h < kHeadings; ++h) {
+    const double off = std::remainder(yaw_of(h) - area.heading, 2.0 * std::numbers::pi);
+    if (std::abs(off) <= area.heading_within + std::numbers::pi / kHeadings) headings.push_back(h);
+  }
+  return headings;
+}
+
+}  // namespace
+
+std::vector<Place> find_places(const PlaceIndex& index, PointsView scan, const PlaceArea& area,
+                               std::size_t most) {
+  const PointCloud points = picked(scan);
+  if (points.empty()) return {};
+  const std::vector<int> headings = headings_in(area);
+  std::vector<Steps> steps(kHeadings);
+  std::vector<std::vector<Try>> by_heading(headings.size());
+  tbb::parallel_for(std::size_t{0}, headings.size(), [&](std::size_t k) {
+    const auto heading = std::size_t(headings[k]);
+    steps[heading] = turned(points, headings[k]);
+    by_heading[k] = Turned(index, steps[heading], area, headings[k]).best();
+  });
+  std::vector<Try> tries;
+  for (const auto& some : by_heading) tries.insert(tries.end(), some.begin(), some.end());
+  std::sort(tries.begin(), tries.end(), better);
+
+  // Of neighbours, the best.
+  std::set<std::array<int, 3>> taken;
+  std::erase_if(tries, [&](const Try& t) {
+    return !taken.insert({t.x / 2, t.y / 2, t.heading / 2}).second;
+  });
+  if (tries.size() > kWeighed) tries.resize(kWeighed);
+  std::vector<Place> weighed(tries.size());
+  tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
+    const Try& t = tries[k];
+    const Point at = index.origin() + kVoxel * (Point(t.x, t.y, t.z) + Point::Constant(0.5));
+    weighed[k].T_map_scan = pose_from_xyz_rpy(at, {0.0, 0.0, yaw_of(t.heading)});
+    weighed[k].contrast = contrast_at(index, steps[std::size_t(t.heading)], t);
+  });
+  std::stable_sort(weighed.begin(), weighed.end(),
+                   [](const Place& a, const Place& b) { return a.contrast > b.contrast; });
+  std::vector<Place> places;
+  for (const Place& place : weighed) {
+    if (places.size() == most) break;
+    const bool known = std::any_of(places.begin(), places.end(), [&](const Place& other) {
+      return (other.T_map_scan.translation - place.T_map_scan.translation).norm() < kApart &&
+             rotation_between(other.T_map_scan, place.T_map_scan) < kTurned;
+    });
+    if (!known) places.push_back(place);
+  }
+  return places;
+}
+
+}  // namespace vantage

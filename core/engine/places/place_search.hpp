@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "places/place_index.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
+
+namespace vantage {
+
+/// Where a sensor may be.
+struct PlaceArea {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();         ///< map frame [m]
+  double radius = std::numeric_limits<double>::infinity();  ///< in plan view [m]
+  double heading = 0.0;                                     ///< of the sensor's x axis [rad]
+  double heading_within = std::numbers::pi;                 ///< on both sides of it [rad]
+};
+
+/// A place from which a scan may have been taken.
+struct Place {
+  Pose T_map_scan;  ///< upright; to about a voxel and half a step of the heading
+  /// Share of the scan's points that meet an occupied voxel there, less that share a few metres
+  /// around: what fits a thicket fits it everywhere, what fits a place fits it only there.
+  double contrast = 0.0;
+};
+
+/// Finds the places that a scan fits best. All translations of whole voxels, all headings in steps
+/// of 5 degrees and the heights that a sensor may have above the lowest points around are tried,
+/// 128 translations at once as bits. A bound excludes those that can no longer be among the best.
+/// The answer does not depend on the number of threads.
+/// @param scan  points that stand up, sensor frame, z up [m]
+/// @param most  number of places
+/// @return      places that differ from each other, the greatest contrast first
+[[nodiscard]] std::vector<Place> find_places(const PlaceIndex& index, PointsView scan,
+                                             const PlaceArea& area, std::size_t most);
+
+}  // namespace vantage

@@ -1,0 +1,65 @@
+#include "attachment.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <fstream>
+
+#include "vantage/kit/checksum.hpp"
+
+namespace vantage::pcd_tiles {
+namespace {
+
+constexpr std::string_view kTitle = "vantage pcd_tiles attachment\n";
+constexpr std::size_t kLongestName = 32;
+static_assert(std::endian::native == std::endian::little);
+
+std::uint64_t checksum_of(std::string_view content) {
+  Fnv1a sum;
+  sum.add(content);
+  return sum.value();
+}
+
+}  // namespace
+
+Result<std::string> attachment_name(std::string_view name) {
+  const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; };
+  if (name.empty() || name.size() > kLongestName || !std::ranges::all_of(name, allowed)) {
+    return fail(ErrorCode::invalid_input,
+                "an attachment's name has 1 to 32 lower-case letters and underscores, not '" +
+                    std::string(name) + "'");
+  }
+  return std::string(name) + std::string(kAttachment);
+}
+
+std::string encode_attachment(std::span<const std::byte> bytes) {
+  std::string content(kTitle);
+  content.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::uint64_t sum = checksum_of(content);
+  content.append(reinterpret_cast<const char*>(&sum), sizeof(sum));
+  return content;
+}
+
+Result<std::vector<std::byte>> decode_attachment(std::string_view content,
+                                                 const std::filesystem::path& file) {
+  const auto corrupt = [&](const char* reason) {
+    return fail(ErrorCode::corrupt_data, reason, SourceLocation{file.string(), 0, 0});
+  };
+  if (!content.starts_with(kTitle)) return corrupt("this is no attachment of a bundle");
+  std::uint64_t sum = 0;
+  if (content.size() < kTitle.size() + sizeof(sum)) return corrupt("the file is cut off");
+  const std::string_view body = content.substr(0, content.size() - sizeof(sum));
+  std::memcpy(&sum, content.data() + body.size(), sizeof(sum));
+  if (sum != checksum_of(body)) return corrupt("the checksum does not fit the content");
+  const auto bytes = std::as_bytes(std::span(body.substr(kTitle.size())));
+  return std::vector<std::byte>(bytes.begin(), bytes.end());
+}
+
+bool is_attachment(const std::filesystem::path& file) {
+  if (file.extension() != kAttachment) return false;
+  std::string title(kTitle.size(), ' ');
+  std::ifstream stream(file, std::ios::binary);
+  return stream.read(title.data(), static_cast<std::streamsize>(title.size())) && title == kTitle;
+}
+
+}  // namespace vantage::pcd_tiles
