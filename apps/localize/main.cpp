@@ -24,8 +24,15 @@ struct Options {
   cli::CommonOptions common;
 };
 
-void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
-                   const cli::Style& style) {
+void print_priors(const Run& run, const std::optional<io::PosePriors>& priors) {
+  if (!priors) return;
+  std::cout << fmt::format("{} of {} scans had a prior from {}\n", run.with_prior.value_or(0),
+                           run.scans.size(), priors->source);
+  for (const std::string& note : priors->notes) std::cout << note << '\n';
+}
+
+void print_summary(const Run& run, const RunSummary& s, const std::optional<io::PosePriors>& priors,
+                   const std::filesystem::path& out, const cli::Style& style) {
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
       s.scans, run.stamp_rule, s.tracked, s.count("lost"), s.count("recovered"),
@@ -38,6 +45,7 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
     std::cout << fmt::format("{} incomplete sweeps at the ends of the recording were skipped\n",
                              run.skipped.incomplete);
   }
+  print_priors(run, priors);
   if (run.speed) {
     std::cout << fmt::format(
         "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,
@@ -61,12 +69,15 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
 }
 
 Result<void> run(const Options& options) {
-  if (options.initial_pose.empty() && options.inputs.reference.empty()) {
-    return cli::usage_error("no first pose: give --initial-pose (a pose or 'auto') or --reference");
+  if (options.initial_pose.empty() && options.inputs.prior.empty() &&
+      options.inputs.reference.empty()) {
+    return cli::usage_error(
+        "no first pose: give --initial-pose (a pose or 'auto'), --prior or --reference");
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  VANTAGE_TRY(auto inputs, options.inputs.open());
+  VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
+                                                          : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
   if (options.initial_pose == "auto") {
     inputs.start_anywhere = true;
@@ -98,7 +109,7 @@ Result<void> run(const Options& options) {
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
   } else {
-    print_summary(run, summary, options.out, options.common.style());
+    print_summary(run, summary, inputs.priors, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';
   }
   return {};
