@@ -77,7 +77,8 @@ void RouteOptions::add_to(CLI::App& app) {
   app.add_option("--odometry-topic", odometry_topics, kPoseTopicHelp)->allow_extra_args(false);
   app.add_option("--prior", priors,
                  fmt::format("absolute poses or GNSS positions ({}, or a topic of --scans) of each "
-                             "--scans: the first pose is searched there",
+                             "--scans: each scan gets the one at its stamp, and the run starts "
+                             "from it",
                              io::format_names(io::FormatUse::trajectory)))
       ->allow_extra_args(false);
   app.add_option("--prior-topic", prior_topics, kPoseTopicHelp)->allow_extra_args(false);

@@ -24,15 +24,14 @@ struct Options {
   cli::CommonOptions common;
 };
 
-void print_priors(const Run& run, const std::optional<io::PosePriors>& priors) {
-  if (!priors) return;
-  std::cout << fmt::format("{} of {} scans had a prior from {}\n", run.with_prior.value_or(0),
-                           run.scans.size(), priors->source);
-  for (const std::string& note : priors->notes) std::cout << note << '\n';
+void print_priors(const PriorUse& prior, std::size_t scans) {
+  std::cout << fmt::format("{} of {} scans had a prior from {}\n", prior.scans, scans,
+                           prior.source);
+  for (const std::string& note : prior.notes) std::cout << note << '\n';
 }
 
-void print_summary(const Run& run, const RunSummary& s, const std::optional<io::PosePriors>& priors,
-                   const std::filesystem::path& out, const cli::Style& style) {
+void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
+                   const cli::Style& style) {
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
       s.scans, run.stamp_rule, s.tracked, s.count("lost"), s.count("recovered"),
@@ -45,7 +44,7 @@ void print_summary(const Run& run, const RunSummary& s, const std::optional<io::
     std::cout << fmt::format("{} incomplete sweeps at the ends of the recording were skipped\n",
                              run.skipped.incomplete);
   }
-  print_priors(run, priors);
+  if (run.prior) print_priors(*run.prior, s.scans);
   if (run.speed) {
     std::cout << fmt::format(
         "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,
@@ -109,7 +108,7 @@ Result<void> run(const Options& options) {
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
   } else {
-    print_summary(run, summary, inputs.priors, options.out, options.common.style());
+    print_summary(run, summary, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';
   }
   return {};

@@ -200,7 +200,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
           .index = localizer.index(),
           .scans = {},
           .speed = inputs.speed};
-  if (inputs.priors) run.with_prior = 0;
+  if (inputs.priors) run.prior = {.source = inputs.priors->source, .notes = inputs.priors->notes};
   if (progress) progress(0, scans.expected());
   const Replay replay(inputs.speed, scans.first_stamp());
   while (true) {
@@ -208,13 +208,13 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
     if (!scan) break;
     run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
     const auto prior = inputs.priors ? io::prior_at(*inputs.priors, scan->stamp) : std::nullopt;
-    if (prior) ++*run.with_prior;
+    if (prior) ++run.prior->scans;
     VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan, prior));
     if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
     run.scans.push_back(std::move(done));
     if (progress) progress(run.scans.size(), scans.expected());
   }
-  if (run.with_prior == 0) {
+  if (run.prior && run.prior->scans == 0) {
     return no_overlap(*inputs.priors,
                       fmt::format("the scans run from {} to {} s", scans.first_stamp(),
                                   run.scans.back().report.stamp),

@@ -92,8 +92,8 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
                              io::format_names(io::FormatUse::trajectory)));
   app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
   app.add_option("--prior", prior,
-                 fmt::format("absolute poses or GNSS positions ({}, or a topic of --scans): the "
-                             "first pose is searched there",
+                 fmt::format("absolute poses or GNSS positions ({}, or a topic of --scans): each "
+                             "scan gets the one at its stamp, and the run starts from it",
                              io::format_names(io::FormatUse::trajectory)));
   app.add_option("--prior-topic", prior_topic, kPoseTopicHelp);
   app.add_option("--prior-sigma", prior_sigma, kPriorSigmaHelp)->type_name("SIGMAS");

@@ -102,7 +102,9 @@ TEST_CASE("priors: every scan gets the one at its stamp, and the run starts with
     const auto done = run(*inputs);
     REQUIRE_MESSAGE(done, to_string(done.error()));
     CHECK(done->scans.size() == 3);
-    CHECK(done->with_prior == 2);  // none at 3 s
+    REQUIRE(done->prior);
+    CHECK(done->prior->scans == 2);  // none at 3 s
+    CHECK(done->prior->source == prior.string());
   }
   SUBCASE("with the user's") {
     const auto inputs = opened("2,inf,30");

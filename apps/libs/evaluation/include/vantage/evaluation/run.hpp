@@ -67,6 +67,13 @@ struct RunScan {
   return scan.report.tracking == Tracking::tracked;
 }
 
+/// The priors of a run.
+struct PriorUse {
+  std::string source;              ///< the path and the topic
+  std::size_t scans = 0;           ///< that had one
+  std::vector<std::string> notes;  ///< see io::PosePriors
+};
+
 /// One pass over recorded scans with one configuration.
 struct Run {
   std::string config;             ///< the path of the configuration file
@@ -74,9 +81,9 @@ struct Run {
   io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
   MapIndex index;
   std::vector<RunScan> scans;
-  std::optional<std::size_t> with_prior = {};  ///< scans that had one; empty without priors
-  std::optional<double> speed = {};            ///< of the replay, see RunInputs
-  double seconds_late = 0.0;                   ///< longest delay of a scan behind its replay time
+  std::optional<PriorUse> prior = {};  ///< empty without priors
+  std::optional<double> speed = {};    ///< of the replay, see RunInputs
+  double seconds_late = 0.0;           ///< longest delay of a scan behind its replay time
 };
 
 /// The distance travelled up to each scan [m]: along the reference, or along the poses if there is
