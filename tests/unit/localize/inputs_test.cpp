@@ -5,8 +5,10 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "support/bags/cloud_bags.hpp"
+#include "support/bags/nav_sat_fix.hpp"
 #include "support/real_data.hpp"
 #include "terminal/input_options.hpp"
 #include "unit/core/fakes.hpp"
@@ -182,4 +184,36 @@ TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
   const auto no_file = InputOptions{.scans = scans, .prior = "none.tum"}.open();
   REQUIRE_FALSE(no_file);
   CHECK(no_file.error().code == ErrorCode::not_found);
+}
+
+TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "run.mcap", map = folder.path() / "map";
+  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
+  std::vector<test::TestMessage> messages;
+  for (const test::FloatScan& scan : three_scans()) {
+    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
+                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
+    const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
+    messages.push_back({"/fix", "sensor_msgs/msg/NavSatFix", scan.stamp,
+                        test::nav_sat_fix({.seconds = second, .frame = ""}, kLayout)});
+  }
+  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
+  std::filesystem::create_directory(map);
+  std::ofstream(map / "map_projector_info.yaml")
+      << "projector_type: LocalCartesianUTM\nvertical_datum: WGS84\n"
+         "map_origin: {latitude: 35.6586, longitude: 139.7454}\n";
+  const std::vector<std::filesystem::path> map_files{map / "*.pcd"};
+  const auto inputs = InputOptions{.scans = scans, .prior = "/fix"}.open(map_files);
+  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+  REQUIRE(inputs->priors);
+  CHECK(inputs->priors->source == scans.string() + " /fix");
+  const PosePrior& first = inputs->priors->priors.front().prior;
+  CHECK((first.T_map_sensor.translation - Eigen::Vector3d(0.0, 0.0, 50.0)).norm() < 1e-6);
+  const auto done = run(*inputs);
+  REQUIRE_MESSAGE(done, to_string(done.error()));
+  CHECK(done->prior.value().scans == 2);  // the fixes are stamped half a second after the scans
+  const auto nowhere = InputOptions{.scans = scans, .prior = "/fix"}.open();
+  REQUIRE_FALSE(nowhere);
+  CHECK(nowhere.error().message.find("name one with --map-projector") != std::string::npos);
 }

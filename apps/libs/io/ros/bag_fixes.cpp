@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "io/ros/messages.hpp"
 #include "io/ros/topic_choice.hpp"
