@@ -133,7 +133,13 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const std::vector<Gate> gates, read_gates(options));
   VANTAGE_TRY(const auto configs, load_configs(options, gates));
   VANTAGE_CHECK(check_names(options, gates, configs));
-  VANTAGE_TRY(const auto routes, options.routes.open());
+  std::vector<fs::path> map_files;
+  for (const NamedConfig& config : configs) {
+    if (!config.config.map) continue;
+    const auto& files = config.config.map->files;
+    map_files.insert(map_files.end(), files.begin(), files.end());
+  }
+  VANTAGE_TRY(const auto routes, options.routes.open(map_files));
 
   const EvaluationOptions how{
       .loader = options.common.loader(),

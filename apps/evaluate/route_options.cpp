@@ -75,6 +75,15 @@ void RouteOptions::add_to(CLI::App& app) {
       ->allow_extra_args(false);
   app.add_option("--reference-topic", reference_topics, kPoseTopicHelp)->allow_extra_args(false);
   app.add_option("--odometry-topic", odometry_topics, kPoseTopicHelp)->allow_extra_args(false);
+  app.add_option("--prior", priors,
+                 fmt::format("absolute poses or GNSS positions ({}, or a topic of --scans) of each "
+                             "--scans: each scan gets the one at its stamp, and the run starts "
+                             "from it",
+                             io::format_names(io::FormatUse::trajectory)))
+      ->allow_extra_args(false);
+  app.add_option("--prior-topic", prior_topics, kPoseTopicHelp)->allow_extra_args(false);
+  app.add_option("--prior-sigma", prior_sigma, kPriorSigmaHelp)->type_name("SIGMAS");
+  app.add_option("--map-projector", map_projector, kMapProjectorHelp)->type_name("FILE");
   app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
   app.add_option("--topic", topics, "topic of each --scans, if a bag has several")
       ->allow_extra_args(false);
@@ -85,12 +94,14 @@ void RouteOptions::add_to(CLI::App& app) {
       ->capture_default_str();
 }
 
-Result<std::vector<NamedInputs>> RouteOptions::open() const {
+Result<std::vector<NamedInputs>> RouteOptions::open(std::span<const fs::path> map_files) const {
   VANTAGE_CHECK(check_count("--reference", references.size(), scans.size()));
   VANTAGE_CHECK(check_count("--odometry", odometries.size(), scans.size()));
   VANTAGE_CHECK(check_count("--topic", topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--reference-topic", reference_topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--odometry-topic", odometry_topics.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--prior", priors.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--prior-topic", prior_topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--route", names.size(), scans.size()));
   std::vector<std::string> called = names;
   if (called.empty()) {
@@ -108,10 +119,14 @@ Result<std::vector<NamedInputs>> RouteOptions::open() const {
                                .topic = at(topics, i),
                                .reference_topic = at(reference_topics, i),
                                .odometry_topic = at(odometry_topics, i),
+                               .prior = at(priors, i),
+                               .prior_topic = at(prior_topics, i),
+                               .prior_sigma = prior_sigma,
+                               .map_projector = map_projector,
                                .mount = mount,
                                .window = {},
                                .rate_hz = rate_hz};
-    VANTAGE_TRY(auto inputs, options.open());
+    VANTAGE_TRY(auto inputs, options.open(map_files));
     routes.push_back({called[i], std::move(inputs)});
   }
   return routes;

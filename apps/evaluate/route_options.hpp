@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,17 @@ namespace vantage {
 struct RouteOptions {
   std::vector<std::filesystem::path> scans, references, odometries;
   std::vector<std::string> topics, reference_topics, odometry_topics, names;
+  std::vector<std::string> priors, prior_topics;
+  std::string prior_sigma;
+  std::filesystem::path map_projector;
   std::string mount;
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app);
   /// Errors: usage errors for options that do not fit together; those of InputOptions::open.
-  [[nodiscard]] Result<std::vector<NamedInputs>> open() const;
+  /// @param map_files  see InputOptions::open
+  [[nodiscard]] Result<std::vector<NamedInputs>> open(
+      std::span<const std::filesystem::path> map_files = {}) const;
 };
 
 /// The names of drives without --route: the folders of their scans, or the parent folders if the

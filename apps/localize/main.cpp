@@ -24,6 +24,12 @@ struct Options {
   cli::CommonOptions common;
 };
 
+void print_priors(const PriorUse& prior, std::size_t scans) {
+  std::cout << fmt::format("{} of {} scans had a prior from {}\n", prior.scans, scans,
+                           prior.source);
+  for (const std::string& note : prior.notes) std::cout << note << '\n';
+}
+
 void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
                    const cli::Style& style) {
   std::cout << fmt::format(
@@ -38,6 +44,7 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
     std::cout << fmt::format("{} incomplete sweeps at the ends of the recording were skipped\n",
                              run.skipped.incomplete);
   }
+  if (run.prior) print_priors(*run.prior, s.scans);
   if (run.speed) {
     std::cout << fmt::format(
         "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,
@@ -61,12 +68,15 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
 }
 
 Result<void> run(const Options& options) {
-  if (options.initial_pose.empty() && options.inputs.reference.empty()) {
-    return cli::usage_error("no first pose: give --initial-pose (a pose or 'auto') or --reference");
+  if (options.initial_pose.empty() && options.inputs.prior.empty() &&
+      options.inputs.reference.empty()) {
+    return cli::usage_error(
+        "no first pose: give --initial-pose (a pose or 'auto'), --prior or --reference");
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  VANTAGE_TRY(auto inputs, options.inputs.open());
+  VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
+                                                          : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
   if (options.initial_pose == "auto") {
     inputs.start_anywhere = true;

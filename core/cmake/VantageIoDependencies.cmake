@@ -18,6 +18,7 @@ function(vantage_io_dependency name header)
   endif()
 endfunction()
 
+vantage_io_dependency(GeographicLib GeographicLib/Config.h)
 vantage_io_dependency(lz4 lz4frame.h)
 vantage_io_dependency(lzf lzf.h liblzf)
 vantage_io_dependency(pcap pcap/pcap.h)

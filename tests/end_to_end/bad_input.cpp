@@ -134,7 +134,7 @@ TEST_CASE("wrong usage is exit code 2") {
   CHECK(test::run("vantage", {"build", "--help"}).exit_code == 0);
   const SmallMap small;
   CHECK(has(failure(test::run("vantage-localize", {small.config, "--scans", "s", "--out", "o"}), 2),
-            "no first pose: give --initial-pose (a pose or 'auto') or --reference"));
+            "no first pose: give --initial-pose (a pose or 'auto'), --prior or --reference"));
   CHECK(has(
       failure(test::run("vantage-localize", {small.config, "--scans", small.folder.path().string(),
                                              "--out", "o", "--initial-pose", "1,2,3"}),

@@ -9,6 +9,7 @@
 #include "io/autoware_tiles.hpp"
 #include "io/ros/message_writers.hpp"
 #include "support/bags/bags.hpp"
+#include "support/bags/nav_sat_fix.hpp"
 #include "support/captures/velodyne_captures.hpp"
 #include "support/real_data.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -68,11 +69,18 @@ std::string ros1_cloud(std::uint32_t stamp) {
          std::string(1, '\1');
 }
 
+std::string fix_message(bool ros1, std::uint32_t stamp) {
+  using Layout = MessageWriter::Layout;
+  return test::nav_sat_fix({.seconds = stamp}, ros1 ? Layout::ros1 : Layout::cdr_little);
+}
+
 std::vector<TestMessage> messages(bool ros1) {
   std::vector<TestMessage> all;
   for (std::uint32_t i = 0; i < 5; ++i) {
     all.push_back({"/points", ros1 ? "sensor_msgs/PointCloud2" : "sensor_msgs/msg/PointCloud2",
                    kSecond * (i + 1), ros1 ? ros1_cloud(i + 1) : cdr_cloud(i + 1.0)});
+    all.push_back({"/fix", ros1 ? "sensor_msgs/NavSatFix" : "sensor_msgs/msg/NavSatFix",
+                   kSecond * (i + 1), fix_message(ros1, i + 1)});
     if (ros1) continue;
     all.push_back({"/pose", "geometry_msgs/msg/PoseStamped", kSecond * (i + 1),
                    io::ros::write_pose_stamped(header(i + 1.0), pose()).value()});
@@ -179,6 +187,11 @@ std::vector<std::string> poses() {
           std::string("\1\4", 2) + io::ros::write_transforms(transforms).value()};
 }
 
+std::vector<std::string> nav_sat_fix() {
+  return {std::string(1, '\0') + fix_message(true, 1),
+          std::string(1, '\1') + fix_message(false, 1)};
+}
+
 std::vector<std::string> velodyne() {
   std::vector<std::string> captures;
   constexpr std::uint8_t kVlp16 = 0x22, kHdl32 = 0x21, kStrongest = 0x37, kDual = 0x39;
@@ -206,6 +219,15 @@ std::vector<std::string> tiles() {
                        .y_resolution = 20.0,
                        .tiles = {{"a_0_0.pcd", 0, 0}, {"a_-20_40.pcd", -20, 40}}}),
           "x_resolution: 10\ny_resolution: 10\n\"b.pcd\":\n  - 10\n  - 20\n"};
+}
+
+std::vector<std::string> map_projector() {
+  const std::string origin =
+      "vertical_datum: WGS84\nmap_origin:\n  latitude: 35.6762\n  longitude: 139.6503\n";
+  return {"projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: 54SUE\n",
+          "projector_type: LocalCartesianUTM\n" + origin,
+          "projector_type: TransverseMercator\nscale_factor: 0.9996\n" + origin,
+          "projector_type: LocalCartesian\n" + origin};
 }
 
 }  // namespace vantage::test::seeds

@@ -16,8 +16,11 @@ namespace vantage::test::seeds {
 [[nodiscard]] std::vector<std::string> point_cloud2();
 /// Messages after two bytes: 0 for ROS 1 or 1 for CDR, and the index into test::kPoseTypes.
 [[nodiscard]] std::vector<std::string> poses();
+/// Messages after one byte: 0 for ROS 1, 1 for CDR.
+[[nodiscard]] std::vector<std::string> nav_sat_fix();
 [[nodiscard]] std::vector<std::string> velodyne();
 [[nodiscard]] std::vector<std::string> trajectory();
 [[nodiscard]] std::vector<std::string> tiles();
+[[nodiscard]] std::vector<std::string> map_projector();
 
 }  // namespace vantage::test::seeds

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "io/autoware_tiles.hpp"
+#include "io/map_projection.hpp"
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
 #include "io/velodyne/capture.hpp"
@@ -42,6 +43,9 @@ Outcome parse_message(const io::ros::Topic& topic, std::string_view bytes) {
   }
   if (topic.type == "velodyne_msgs/VelodyneScan") {
     return outcome_of(io::ros::parse_velodyne_scan(bytes, *topic.encoding, kWhere));
+  }
+  if (topic.type == io::ros::kNavSatFix) {
+    return outcome_of(io::ros::parse_nav_sat_fix(bytes, *topic.encoding, kWhere));
   }
   if (!io::ros::has_poses(topic.type)) return std::nullopt;
   return outcome_of(io::ros::parse_poses(bytes, topic.type, *topic.encoding, kWhere));
@@ -94,6 +98,12 @@ Outcome read_poses(std::string_view input) {
       io::ros::parse_poses(input.substr(2), kPoseTypes[type], encoding_of(input.front()), kWhere));
 }
 
+Outcome read_nav_sat_fix(std::string_view input) {
+  if (input.empty()) return too_short();
+  return outcome_of(
+      io::ros::parse_nav_sat_fix(input.substr(1), encoding_of(input.front()), kWhere));
+}
+
 Outcome read_velodyne(std::string_view input) {
   auto opened = io::open_velodyne_capture(file_of(input), "");
   if (!opened) return opened.error();
@@ -112,6 +122,16 @@ Outcome read_tiles(std::string_view input) {
   return outcome_of(io::parse_autoware_tiles(input, kFuzzedFile));
 }
 
+/// The projection, and a place in it.
+Outcome read_map_projector(std::string_view input) {
+  const auto projection = io::MapProjection::parse(input, kFuzzedFile);
+  if (!projection) return projection.error();
+  auto point = projection->project({.latitude = 35.6586, .longitude = 139.7454, .altitude = 50.0});
+  if (point) return std::nullopt;
+  point.error().where = kWhere;  // a position has no place in a file
+  return point.error();
+}
+
 constexpr std::array kTargets{
     FuzzTarget{"pcd", read_cloud, seeds::pcd},
     FuzzTarget{"ply", read_cloud, seeds::ply},
@@ -121,9 +141,11 @@ constexpr std::array kTargets{
     FuzzTarget{"mcap", read_mcap, seeds::mcap},
     FuzzTarget{"point_cloud2", read_point_cloud2, seeds::point_cloud2},
     FuzzTarget{"poses", read_poses, seeds::poses},
+    FuzzTarget{"nav_sat_fix", read_nav_sat_fix, seeds::nav_sat_fix},
     FuzzTarget{"velodyne", read_velodyne, seeds::velodyne},
     FuzzTarget{"trajectory", read_trajectory, seeds::trajectory},
     FuzzTarget{"tiles", read_tiles, seeds::tiles},
+    FuzzTarget{"map_projector", read_map_projector, seeds::map_projector},
 };
 
 }  // namespace

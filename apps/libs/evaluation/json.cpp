@@ -71,6 +71,10 @@ Json to_json(const Run& run, const RunSummary& s) {
             {"map", {{"points", run.index.map_points}, {"regions", run.index.partition.size()}}},
             {"scans", std::move(scans)}};
   json.update(numbers);
+  if (run.prior) {
+    json["prior"] = {
+        {"source", run.prior->source}, {"scans", run.prior->scans}, {"notes", run.prior->notes}};
+  }
   if (run.speed) {
     json["replay"] = {{"speed", *run.speed}, {"late_ms_max", 1e3 * run.seconds_late}};
   }

@@ -62,6 +62,8 @@ class ScanWindow {
   }
 
   double first_stamp() const { return first_stamp_; }
+  /// The end of the window [s]; infinite if the recording ends it.
+  double end() const { return end_; }
   const std::string& stamp_rule() const { return source_->describe().stamp_rule; }
   io::SkippedScans skipped() const { return source_->skipped(); }
   /// The number of scans; 0 if it is unknown.
@@ -96,9 +98,28 @@ class Replay {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+tl::unexpected<Error> no_overlap(const io::PosePriors& priors, const std::string& scans,
+                                 const std::string& stamp_rule) {
+  return fail(
+      ErrorCode::invalid_input,
+      fmt::format("no scan has a prior: the prior has poses from {} to {} s, {}; {}",
+                  priors.priors.front().stamp, priors.priors.back().stamp, scans, stamp_rule),
+      SourceLocation{priors.source, 0, 0});
+}
+
+/// Finds priors that are over before the scans begin, or begin after the window.
+Result<void> check_priors(const io::PosePriors& priors, const ScanWindow& scans) {
+  constexpr double kTolerance = 1e-3;  // [s], as that of io::pose_at
+  const bool over = priors.priors.back().stamp < scans.first_stamp() - kTolerance;
+  if (!over && priors.priors.front().stamp <= scans.end() + kTolerance) return {};
+  return no_overlap(priors, fmt::format("the scans begin at {} s", scans.first_stamp()),
+                    scans.stamp_rule());
+}
+
 Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWindow& scans) {
   std::optional<Pose> first = inputs.initial_pose;
-  if (!first && !inputs.start_anywhere && inputs.reference) {
+  const bool search = inputs.start_anywhere || inputs.priors.has_value();
+  if (!first && !search && inputs.reference) {
     first = io::pose_at(*inputs.reference, scans.first_stamp());
     if (!first) {
       return fail(
@@ -110,19 +131,23 @@ Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWind
     }
   }
   if (first) return localizer.start(*first);
-  if (!inputs.start_anywhere) {
-    return fail(ErrorCode::invalid_input, "no first pose: give --initial-pose or --reference");
+  if (!search) {
+    return fail(ErrorCode::invalid_input,
+                "no first pose: give --initial-pose, --prior or --reference");
   }
   localizer.start_anywhere();
   return {};
 }
 
 Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
-                              const io::StampedScan& scan) {
+                              const io::StampedScan& scan, const std::optional<PosePrior>& prior) {
   std::optional<Pose> odometry;
   if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
-  auto report = localizer.localize(
-      {.stamp = scan.stamp, .points = scan.points, .odometry = odometry, .seconds = scan.seconds});
+  auto report = localizer.localize({.stamp = scan.stamp,
+                                    .points = scan.points,
+                                    .odometry = odometry,
+                                    .seconds = scan.seconds,
+                                    .prior = prior});
   if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
   RunScan done{.report = *std::move(report),
                .dropped_by_reader = scan.dropped,
@@ -168,22 +193,32 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
 Result<Run> localize_scans(Localizer localizer, const std::string& config, const RunInputs& inputs,
                            const ScanProgress& progress) {
   VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
+  if (inputs.priors) VANTAGE_CHECK(check_priors(*inputs.priors, scans));
   VANTAGE_CHECK(start(localizer, inputs, scans));
   Run run{.config = config,
           .stamp_rule = scans.stamp_rule(),
           .index = localizer.index(),
           .scans = {},
           .speed = inputs.speed};
+  if (inputs.priors) run.prior = {.source = inputs.priors->source, .notes = inputs.priors->notes};
   if (progress) progress(0, scans.expected());
   const Replay replay(inputs.speed, scans.first_stamp());
   while (true) {
     VANTAGE_TRY(const auto scan, scans.next());
     if (!scan) break;
     run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
-    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan));
+    const auto prior = inputs.priors ? io::prior_at(*inputs.priors, scan->stamp) : std::nullopt;
+    if (prior) ++run.prior->scans;
+    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan, prior));
     if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
     run.scans.push_back(std::move(done));
     if (progress) progress(run.scans.size(), scans.expected());
+  }
+  if (run.prior && run.prior->scans == 0) {
+    return no_overlap(*inputs.priors,
+                      fmt::format("the scans run from {} to {} s", scans.first_stamp(),
+                                  run.scans.back().report.stamp),
+                      scans.stamp_rule());
   }
   run.skipped = scans.skipped();
   return run;

@@ -1,81 +1,17 @@
 #include "io/autoware_tiles.hpp"
 
 #include <fmt/format.h>
-#include <yaml.h>
 
 #include <cmath>
-#include <new>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "io/text.hpp"
+#include "io/yaml_events.hpp"
 
 namespace vantage::io {
 namespace {
-
-/// One event that libyaml reports, with a copy of its text.
-struct Event {
-  yaml_event_type_t type = YAML_NO_EVENT;
-  std::string text;  // of a scalar
-  std::uint32_t line = 0;
-};
-
-class EventReader {
- public:
-  EventReader(std::string_view yaml, const std::string& file) : file_(file) {
-    if (yaml_parser_initialize(&parser_) == 0) throw std::bad_alloc();
-    yaml_parser_set_input_string(&parser_, reinterpret_cast<const unsigned char*>(yaml.data()),
-                                 yaml.size());
-  }
-  ~EventReader() { yaml_parser_delete(&parser_); }
-  EventReader(const EventReader&) = delete;
-  EventReader& operator=(const EventReader&) = delete;
-
-  [[nodiscard]] Result<Event> next() {
-    yaml_event_t event;
-    if (yaml_parser_parse(&parser_, &event) == 0) {
-      const auto& mark = parser_.problem_mark;
-      return error(static_cast<std::uint32_t>(mark.line + 1),
-                   fmt::format("is no YAML: {}",
-                               parser_.problem == nullptr ? "out of memory" : parser_.problem));
-    }
-    Event read{event.type, {}, static_cast<std::uint32_t>(event.start_mark.line + 1)};
-    if (event.type == YAML_SCALAR_EVENT) {
-      const auto& scalar = event.data.scalar;
-      read.text.assign(reinterpret_cast<const char*>(scalar.value), scalar.length);
-    }
-    yaml_event_delete(&event);
-    return read;
-  }
-
-  /// Returns the next event, which must be of that type.
-  [[nodiscard]] Result<Event> next(yaml_event_type_t type, std::string_view expected) {
-    VANTAGE_TRY(Event event, next());
-    if (event.type == type) return event;
-    return error(event.line, fmt::format("expected {}, found {}", expected, described(event)));
-  }
-
-  [[nodiscard]] tl::unexpected<Error> error(std::uint32_t line, std::string message) const {
-    return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file_, line, 0});
-  }
-
-  [[nodiscard]] static std::string described(const Event& event) {
-    switch (event.type) {
-      case YAML_SCALAR_EVENT: return quoted(event.text);
-      case YAML_ALIAS_EVENT: return "an alias";
-      case YAML_SEQUENCE_START_EVENT: return "a list";
-      case YAML_MAPPING_START_EVENT: return "a mapping";
-      case YAML_SEQUENCE_END_EVENT: return "the end of the list";
-      case YAML_MAPPING_END_EVENT: return "the end of the mapping";
-      default: return "the end of the document";
-    }
-  }
-
- private:
-  const std::string& file_;
-  yaml_parser_t parser_;
-};
 
 class MetadataReader {
  public:
@@ -85,13 +21,13 @@ class MetadataReader {
     constexpr std::string_view kDocument = "a mapping of file names to corners";
     VANTAGE_CHECK(events_.next(YAML_STREAM_START_EVENT, kDocument));
     VANTAGE_CHECK(events_.next(YAML_DOCUMENT_START_EVENT, kDocument));
-    VANTAGE_TRY(const Event start, events_.next(YAML_MAPPING_START_EVENT, kDocument));
+    VANTAGE_TRY(const YamlEvent start, events_.next(YAML_MAPPING_START_EVENT, kDocument));
     while (true) {
-      VANTAGE_TRY(const Event key, events_.next());
+      VANTAGE_TRY(const YamlEvent key, events_.next());
       if (key.type == YAML_MAPPING_END_EVENT) break;
       if (key.type != YAML_SCALAR_EVENT) {
-        return events_.error(key.line, fmt::format("expected the name of a file, found {}",
-                                                   EventReader::described(key)));
+        return events_.error(key.line,
+                             fmt::format("expected the name of a file, found {}", described(key)));
       }
       VANTAGE_CHECK(read_entry(key));
     }
@@ -107,9 +43,10 @@ class MetadataReader {
   }
 
  private:
-  [[nodiscard]] Result<void> read_entry(const Event& key) {
+  [[nodiscard]] Result<void> read_entry(const YamlEvent& key) {
     if (!names_.insert(key.text).second) {
-      return events_.error(key.line, fmt::format("{} occurs twice", quoted(key.text)));
+      return events_.error(key.line,
+                           fmt::format("{} occurs twice", quoted(std::string_view(key.text))));
     }
     if (key.text == "x_resolution") return read_resolution(key, x_resolution_);
     if (key.text == "y_resolution") return read_resolution(key, y_resolution_);
@@ -117,34 +54,35 @@ class MetadataReader {
         key.text.find_first_of(std::string_view("/\0", 2)) != std::string::npos) {
       return events_.error(key.line, fmt::format("expected the name of a file in the folder of "
                                                  "tiles, found {}",
-                                                 quoted(key.text)));
+                                                 quoted(std::string_view(key.text))));
     }
     return read_tile(key);
   }
 
-  [[nodiscard]] Result<void> read_resolution(const Event& key, std::optional<double>& resolution) {
-    VANTAGE_TRY(const Event value, events_.next(YAML_SCALAR_EVENT, "a length in metres"));
+  [[nodiscard]] Result<void> read_resolution(const YamlEvent& key,
+                                             std::optional<double>& resolution) {
+    VANTAGE_TRY(const YamlEvent value, events_.next(YAML_SCALAR_EVENT, "a length in metres"));
     const auto number = parse_number<double>(value.text);
     if (!number || !std::isfinite(*number) || *number <= 0.0) {
       return events_.error(value.line, fmt::format("{} must be a positive length in metres, found "
                                                    "{}",
-                                                   key.text, quoted(value.text)));
+                                                   key.text, quoted(std::string_view(value.text))));
     }
     resolution = *number;
     return {};
   }
 
-  [[nodiscard]] Result<void> read_tile(const Event& key) {
-    const std::string expected =
-        fmt::format("the corner of {}, two whole numbers [x, y]", quoted(key.text));
+  [[nodiscard]] Result<void> read_tile(const YamlEvent& key) {
+    const std::string expected = fmt::format("the corner of {}, two whole numbers [x, y]",
+                                             quoted(std::string_view(key.text)));
     VANTAGE_CHECK(events_.next(YAML_SEQUENCE_START_EVENT, expected));
     AutowareTile tile{.file = key.text};
     for (std::int64_t* coordinate : {&tile.x, &tile.y}) {
-      VANTAGE_TRY(const Event value, events_.next(YAML_SCALAR_EVENT, expected));
+      VANTAGE_TRY(const YamlEvent value, events_.next(YAML_SCALAR_EVENT, expected));
       const auto number = parse_number<std::int64_t>(value.text);
       if (!number) {
-        return events_.error(value.line,
-                             fmt::format("expected {}, found {}", expected, quoted(value.text)));
+        return events_.error(value.line, fmt::format("expected {}, found {}", expected,
+                                                     quoted(std::string_view(value.text))));
       }
       *coordinate = *number;
     }
@@ -153,7 +91,7 @@ class MetadataReader {
     return {};
   }
 
-  EventReader events_;
+  YamlEventReader events_;
   AutowareTiles tiles_;
   std::optional<double> x_resolution_, y_resolution_;
   std::set<std::string> names_;

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "vantage/evaluation/run.hpp"
@@ -15,18 +16,29 @@ inline constexpr const char* kPoseTopicHelp =
 inline constexpr const char* kMountHelp =
     "pose of the sensor in the frame of the bag's poses, x,y,z,roll,pitch,yaw [m, rad], if no "
     "/tf_static contains it";
+inline constexpr const char* kPriorSigmaHelp =
+    "standard deviations of the prior: horizontal,vertical,heading [m, m, deg], 'inf' if unknown; "
+    "if left out, those of the messages, or 5,1,10 where they say nothing";
+inline constexpr const char* kMapProjectorHelp =
+    "Autoware's map_projector_info.yaml, for priors of NavSatFix; if left out, the one beside the "
+    "map's files";
 
 /// The options that select the inputs of a run.
 struct InputOptions {
   std::filesystem::path scans = {}, reference = {}, odometry = {};  ///< an empty path means none
   std::string topic = {};                                 ///< of the scans, if a bag has several
   std::string reference_topic = {}, odometry_topic = {};  ///< of bags, see io::TrajectorySource
+  std::string prior = {};        ///< a path, or a topic of the scans' bag; empty for none
+  std::string prior_topic = {};  ///< see io::PriorSource
+  std::string prior_sigma = {};  ///< horizontal,vertical,heading [m, m, deg], or empty
+  std::filesystem::path map_projector = {};
   std::string mount = {};  ///< --mount: x,y,z,roll,pitch,yaw, or empty
   TimeWindow window = {};
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app, bool reference_required);
-  [[nodiscard]] Result<RunInputs> open() const;
+  /// @param map_files  the files of the map, beside which the projection of priors may be
+  [[nodiscard]] Result<RunInputs> open(std::span<const std::filesystem::path> map_files = {}) const;
 };
 
 }  // namespace vantage

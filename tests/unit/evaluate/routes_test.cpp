@@ -23,6 +23,11 @@ TEST_CASE("routes: as many references, odometries and names as scans") {
   CHECK(opened.error().message.find("--reference is given 1 times for 2 --scans") !=
         std::string::npos);
   options.references = {"/a/ref.tum", "/b/ref.tum"};
+  options.priors = {"/a/gnss.tum"};
+  opened = options.open();
+  REQUIRE_FALSE(opened);
+  CHECK(opened.error().message.find("--prior is given 1 times for 2 --scans") != std::string::npos);
+  options.priors = {};
   options.names = {"x", "x"};
   opened = options.open();
   REQUIRE_FALSE(opened);

@@ -17,13 +17,13 @@ namespace {
 using test::check_clear;
 using test::real_data;
 
-struct Expected {
+struct ExpectedCloud {
   const char* file;
   std::size_t points;
   Point first, last, sum;
 };
 
-void check_cloud(const std::filesystem::path& path, const Expected& expected) {
+void check_cloud(const std::filesystem::path& path, const ExpectedCloud& expected) {
   CAPTURE(path.string());
   const auto cloud = io::read_point_cloud(path);
   REQUIRE_MESSAGE(cloud, to_string(cloud.error()));
@@ -51,7 +51,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
 TEST_CASE("recorded: PCD and PLY files of other programs") {
   const auto folder = real_data("formats");
   if (!folder) return;
-  const Expected files[] = {
+  const ExpectedCloud files[] = {
       {"pcd/nebula_vlp16_1673400472138016708.pcd",
        14831,
        {0.9658387303352356, -0.005225741770118475, 0.0168590247631073},
@@ -68,7 +68,7 @@ TEST_CASE("recorded: PCD and PLY files of other programs") {
       {"ply/pdal_simple_binary.ply", 3, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}},
       {"ply/pdal_simple_text.ply", 3, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}},
   };
-  for (const Expected& expected : files) check_cloud(*folder / expected.file, expected);
+  for (const ExpectedCloud& expected : files) check_cloud(*folder / expected.file, expected);
 
   const auto ascii = io::read_point_cloud(*folder / "pcd/pcl_sac_plane_test.pcd");
   REQUIRE_MESSAGE(ascii, to_string(ascii.error()));

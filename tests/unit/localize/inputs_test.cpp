@@ -1,9 +1,14 @@
 // What a run is fed with.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "support/bags/cloud_bags.hpp"
+#include "support/bags/nav_sat_fix.hpp"
 #include "support/real_data.hpp"
 #include "terminal/input_options.hpp"
 #include "unit/core/fakes.hpp"
@@ -72,4 +77,143 @@ TEST_CASE("every run reads the recording from its beginning") {
     REQUIRE(done->scans.size() == 3);
     CHECK(done->scans.front().report.stamp == 1.0);
   }
+}
+
+TEST_CASE("priors: every scan gets the one at its stamp, and the run starts with a search") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "scans", prior = folder.path() / "gnss.tum",
+             reference = folder.path() / "reference.tum";
+  std::ofstream(scans, std::ios::binary)
+      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
+  std::ofstream(prior) << "1 10 20 3 0 0 0 1\n2 12 20 3 0 0 0 1\n";
+  std::ofstream(reference) << "7 0 0 0 0 0 0 1\n";  // no pose at the first scan
+  const auto opened = [&](const std::string& sigma) {
+    return InputOptions{
+        .scans = scans, .reference = reference, .prior = prior.string(), .prior_sigma = sigma}
+        .open();
+  };
+  SUBCASE("with the default sigmas") {
+    const auto inputs = opened("");
+    REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+    REQUIRE(inputs->priors);
+    REQUIRE(inputs->priors->priors.size() == 2);
+    const PosePrior& first = inputs->priors->priors.front().prior;
+    CHECK(first.T_map_sensor.translation == Eigen::Vector3d(10.0, 20.0, 3.0));
+    CHECK(first.sigma_translation == Eigen::Vector3d(5.0, 5.0, 1.0));
+    CHECK(first.sigma_heading == doctest::Approx(10.0 * M_PI / 180.0));
+    const auto done = run(*inputs);
+    REQUIRE_MESSAGE(done, to_string(done.error()));
+    CHECK(done->scans.size() == 3);
+    REQUIRE(done->prior);
+    CHECK(done->prior->scans == 2);  // none at 3 s
+    CHECK(done->prior->source == prior.string());
+  }
+  SUBCASE("with the user's") {
+    const auto inputs = opened("2,inf,30");
+    REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+    const PosePrior& first = inputs->priors->priors.front().prior;
+    CHECK(first.sigma_translation.head<2>() == Eigen::Vector2d(2.0, 2.0));
+    CHECK(std::isinf(first.sigma_translation.z()));
+    CHECK(first.sigma_heading == doctest::Approx(30.0 * M_PI / 180.0));
+  }
+  SUBCASE("sigmas that are none are wrong usage") {
+    for (const char* wrong : {"5", "5,1", "5,1,10,2", "5,1,", "0,1,10", "-5,1,10", "nan,1,10",
+                              "inf,inf,inf", "5 1 10"}) {
+      CAPTURE(wrong);
+      const auto inputs = opened(wrong);
+      REQUIRE_FALSE(inputs);
+      CHECK(inputs.error().message.find("--prior-sigma takes three numbers") != std::string::npos);
+    }
+  }
+  SUBCASE("options of the prior need a prior") {
+    const auto inputs = InputOptions{.scans = scans, .prior_sigma = "5,1,10"}.open();
+    REQUIRE_FALSE(inputs);
+    CHECK(inputs.error().message == "--prior-sigma is given without --prior");
+  }
+}
+
+TEST_CASE("priors that have nothing in common with the scans are an error") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "scans", prior = folder.path() / "gnss.tum";
+  std::ofstream(scans, std::ios::binary)
+      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
+  const auto error_with = [&](const std::string& poses, std::optional<double> duration) {
+    std::ofstream(prior) << poses;
+    const auto inputs =
+        InputOptions{
+            .scans = scans, .prior = prior.string(), .window = {.start = 0.0, .duration = duration}}
+            .open();
+    REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+    const auto done = run(*inputs);
+    REQUIRE_FALSE(done);
+    REQUIRE(done.error().where);
+    CHECK(done.error().where->file == prior.string());
+    return done.error().message;
+  };
+  CHECK(error_with("0.25 0 0 0 0 0 0 1\n0.5 0 0 0 0 0 0 1\n", {}) ==
+        "no scan has a prior: the prior has poses from 0.25 to 0.5 s, the scans begin at 1 s; "
+        "stamps are those of the messages' headers");
+  CHECK(error_with("8 0 0 0 0 0 0 1\n", 2.0) ==
+        "no scan has a prior: the prior has poses from 8 to 8 s, the scans begin at 1 s; "
+        "stamps are those of the messages' headers");
+  CHECK(error_with("8 0 0 0 0 0 0 1\n", {}) ==
+        "no scan has a prior: the prior has poses from 8 to 8 s, the scans run from 1 to 3 s; "
+        "stamps are those of the messages' headers");
+}
+
+TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "scans";
+  std::ofstream(scans, std::ios::binary)
+      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
+  const auto message_of = [](const InputOptions& options) {
+    const auto inputs = options.open();
+    REQUIRE_FALSE(inputs);
+    return inputs.error().message;
+  };
+  const auto no_topic = InputOptions{.scans = scans, .prior = "/fix"}.open();
+  REQUIRE_FALSE(no_topic);
+  CHECK(no_topic.error().message.find("there is no topic '/fix'") == 0);
+  CHECK(to_string(no_topic.error())
+            .find("looking for /fix, which is no file, among the topics of the scans") !=
+        std::string::npos);
+  CHECK(message_of({.scans = scans, .prior = "/fix", .prior_topic = "/pose"})
+            .find("--prior /fix is no file but a topic of the scans") == 0);
+  CHECK(message_of({.scans = scans, .prior = (folder.path() / "none.tum").string()})
+            .find("there is no topic") == 0);
+  const auto no_file = InputOptions{.scans = scans, .prior = "none.tum"}.open();
+  REQUIRE_FALSE(no_file);
+  CHECK(no_file.error().code == ErrorCode::not_found);
+}
+
+TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "run.mcap", map = folder.path() / "map";
+  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
+  std::vector<test::TestMessage> messages;
+  for (const test::FloatScan& scan : three_scans()) {
+    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
+                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
+    const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
+    messages.push_back({"/fix", "sensor_msgs/msg/NavSatFix", scan.stamp,
+                        test::nav_sat_fix({.seconds = second, .frame = ""}, kLayout)});
+  }
+  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
+  std::filesystem::create_directory(map);
+  std::ofstream(map / "map_projector_info.yaml")
+      << "projector_type: LocalCartesianUTM\nvertical_datum: WGS84\n"
+         "map_origin: {latitude: 35.6586, longitude: 139.7454}\n";
+  const std::vector<std::filesystem::path> map_files{map / "*.pcd"};
+  const auto inputs = InputOptions{.scans = scans, .prior = "/fix"}.open(map_files);
+  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+  REQUIRE(inputs->priors);
+  CHECK(inputs->priors->source == scans.string() + " /fix");
+  const PosePrior& first = inputs->priors->priors.front().prior;
+  CHECK((first.T_map_sensor.translation - Eigen::Vector3d(0.0, 0.0, 50.0)).norm() < 1e-6);
+  const auto done = run(*inputs);
+  REQUIRE_MESSAGE(done, to_string(done.error()));
+  CHECK(done->prior.value().scans == 2);  // the fixes are stamped half a second after the scans
+  const auto nowhere = InputOptions{.scans = scans, .prior = "/fix"}.open();
+  REQUIRE_FALSE(nowhere);
+  CHECK(nowhere.error().message.find("name one with --map-projector") != std::string::npos);
 }

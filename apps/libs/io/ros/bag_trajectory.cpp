@@ -98,7 +98,11 @@ Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
                   SourceLocation{reader.file(), 0, 0});
     }
     const double stamp = has_log_times ? seconds_from(message.log_time) : pose.header.stamp;
-    if (!append(found.poses, stamp, pose.pose)) ++found.skipped;
+    if (append(found.poses, stamp, pose.pose)) {
+      found.variances.push_back(pose.variances);
+    } else {
+      ++found.skipped;
+    }
     return {};
   };
   VANTAGE_CHECK(for_each_pose(reader, topics, add));

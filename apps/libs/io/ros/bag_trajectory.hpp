@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/ros/message_reader.hpp"
+#include "io/ros/messages.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
@@ -15,6 +17,8 @@ namespace vantage::io::ros {
 /// Where `child` was in `frame`: T_frame_child at each stamp. Frame names have no leading slash.
 struct BagTrajectory {
   Trajectory poses;
+  /// Of each pose, as far as the messages state them; empty for transforms.
+  std::vector<std::optional<PoseVariances>> variances;
   std::string frame;
   std::string child;  ///< empty if the messages do not say it
   std::string topic;

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/map_projection.hpp"
 #include "io/ros/message_reader.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/pose.hpp"
@@ -38,6 +40,12 @@ struct VelodyneScanMessage {
   std::vector<VelodynePacket> packets;
 };
 
+/// The variances that a message states, as they were sent.
+struct PoseVariances {
+  std::array<double, 3> translation{};  ///< along x, y and z of the frame [m^2]
+  double heading = 0.0;                 ///< about the frame's z [rad^2]
+};
+
 /// T_frame_child of nav_msgs/Odometry, geometry_msgs/PoseStamped (and ...WithCovarianceStamped; no
 /// child) or a member of tf2_msgs/TFMessage.
 struct PoseMessage {
@@ -47,6 +55,17 @@ struct PoseMessage {
   /// For a member of a TFMessage whose pose is invalid, the reason; `pose` is then the identity. A
   /// wheel without an angle must not hide the other transforms.
   std::string problem = {};
+  std::optional<PoseVariances> variances = {};  ///< of types with a covariance
+};
+
+inline constexpr std::string_view kNavSatFix = "sensor_msgs/NavSatFix";
+
+/// sensor_msgs/NavSatFix.
+struct FixMessage {
+  Header header;
+  bool has_fix = false;
+  GeoPosition position;                            ///< may be NaN
+  std::optional<std::array<double, 3>> variances;  ///< east, north, up [m^2], unless unknown
 };
 
 /// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.
@@ -72,6 +91,8 @@ struct PoseMessage {
 [[nodiscard]] Result<std::vector<PoseMessage>> parse_poses(std::string_view bytes,
                                                            std::string_view type, Encoding encoding,
                                                            const SourceLocation& where);
+[[nodiscard]] Result<FixMessage> parse_nav_sat_fix(std::string_view bytes, Encoding encoding,
+                                                   const SourceLocation& where);
 /// Whether parse_poses knows the type.
 [[nodiscard]] bool has_poses(std::string_view type) noexcept;
 

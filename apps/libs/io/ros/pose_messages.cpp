@@ -63,8 +63,17 @@ Result<void> skip_numbers(WireReader& reader, std::size_t count, std::string_vie
   return {};
 }
 
-constexpr std::size_t kCovariance = 36;  // numbers
+constexpr std::size_t kCovariance = 36;  // numbers of a row-major 6x6 matrix: x y z, about x y z
 constexpr std::size_t kTwist = 6;
+
+Result<PoseVariances> read_variances(WireReader& reader) {
+  std::array<double, kCovariance> numbers{};
+  for (double& number : numbers) {
+    VANTAGE_TRY(number, reader.number<double>("pose.covariance"));
+  }
+  return PoseVariances{.translation = {numbers[0], numbers[7], numbers[14]},
+                       .heading = numbers[35]};
+}
 
 // Header header, Pose pose.
 Result<PoseMessage> read_pose_stamped(WireReader& reader) {
@@ -76,7 +85,7 @@ Result<PoseMessage> read_pose_stamped(WireReader& reader) {
 // Header header, PoseWithCovariance pose.
 Result<PoseMessage> read_pose_with_covariance_stamped(WireReader& reader) {
   VANTAGE_TRY(auto message, read_pose_stamped(reader));
-  VANTAGE_CHECK(skip_numbers(reader, kCovariance, "pose.covariance"));
+  VANTAGE_TRY(message.variances, read_variances(reader));
   return message;
 }
 
@@ -91,7 +100,7 @@ Result<PoseMessage> read_transform_stamped(WireReader& reader) {
 // Header header, string child_frame_id, PoseWithCovariance pose, TwistWithCovariance twist.
 Result<PoseMessage> read_odometry(WireReader& reader) {
   VANTAGE_TRY(auto message, read_transform_stamped(reader));
-  VANTAGE_CHECK(skip_numbers(reader, kCovariance, "pose.covariance"));
+  VANTAGE_TRY(message.variances, read_variances(reader));
   VANTAGE_CHECK(skip_numbers(reader, kTwist + kCovariance, "twist"));
   return message;
 }

@@ -11,6 +11,7 @@
 #include "vantage/engine/localizer.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/io/opened_scans.hpp"
+#include "vantage/io/pose_priors.hpp"
 #include "vantage/io/scan_source.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/map_store.hpp"
@@ -31,13 +32,16 @@ struct RunInputs {
   io::ScanOptions scans;                       ///< opened by the run if `opened` is empty
   std::optional<io::OpenedScans> opened = {};  ///< the same scans, already open
   TimeWindow window = {};
-  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; if empty, the
-                                          ///< reference gives it
+  std::optional<Pose> initial_pose = {};  ///< T_map_sensor of the first scan; if empty, it is
+                                          ///< searched with the priors, or the reference gives it
   bool start_anywhere = false;       ///< without an initial pose: search, do not use the reference
   std::optional<double> speed = {};  ///< scans come this many times faster than recorded; if empty,
                                      ///< each scan comes as soon as the last is done
   std::optional<io::Trajectory> reference = {};  ///< T_map_sensor
   std::optional<io::Trajectory> odometry = {};   ///< T_odom_sensor
+  /// Scan::prior of the scans. Without an initial pose, the run starts with a search, which uses
+  /// them; the reference then only measures errors.
+  std::optional<io::PosePriors> priors = {};
   /// If set, called with every scan after it was localized. An error that it returns ends the run.
   std::function<Result<void>(const io::StampedScan&, const RunScan&)> observe = {};
 };
@@ -63,6 +67,13 @@ struct RunScan {
   return scan.report.tracking == Tracking::tracked;
 }
 
+/// The priors of a run.
+struct PriorUse {
+  std::string source;              ///< the path and the topic
+  std::size_t scans = 0;           ///< that had one
+  std::vector<std::string> notes;  ///< see io::PosePriors
+};
+
 /// One pass over recorded scans with one configuration.
 struct Run {
   std::string config;             ///< the path of the configuration file
@@ -70,8 +81,9 @@ struct Run {
   io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
   MapIndex index;
   std::vector<RunScan> scans;
-  std::optional<double> speed = {};  ///< of the replay, see RunInputs
-  double seconds_late = 0.0;         ///< longest delay of a scan behind its replay time
+  std::optional<PriorUse> prior = {};  ///< empty without priors
+  std::optional<double> speed = {};    ///< of the replay, see RunInputs
+  double seconds_late = 0.0;           ///< longest delay of a scan behind its replay time
 };
 
 /// The distance travelled up to each scan [m]: along the reference, or along the poses if there is
@@ -82,8 +94,8 @@ struct Run {
 /// unknown: the recording does not say, or the window is only a part of it.
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-/// Localizes every scan. Errors: a missing table, plugin or bundle; no initial pose; a scan that
-/// cannot be read; an error of `observe`.
+/// Localizes every scan. Errors: a missing table, plugin or bundle; no initial pose; priors of
+/// which no scan has one; a scan that cannot be read; an error of `observe`.
 [[nodiscard]] Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});

@@ -1,0 +1,56 @@
+#include "io/ros/bag_fixes.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "io/ros/messages.hpp"
+#include "io/ros/topic_choice.hpp"
+#include "io/ros/transform_tree.hpp"
+#include "io/text.hpp"
+
+namespace vantage::io::ros {
+
+Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::size_t>& topics) {
+  BagFixes found;
+  bool is_first = true, has_log_times = false;
+  VANTAGE_CHECK(reader.select(topics));
+  while (true) {
+    VANTAGE_TRY(const auto message, reader.next());
+    if (!message) return found;
+    const Topic& topic = reader.topics()[message->topic];
+    auto fix = parse_nav_sat_fix(message->bytes, *topic.encoding, {reader.file(), 0, 0});
+    if (!fix) return in_message(std::move(fix).error(), reader, *message);
+    const std::string_view frame = frame_name(fix->header.frame);
+    if (is_first) {
+      is_first = false;
+      has_log_times = fix->header.stamp == 0.0;
+      found.frame = frame;
+    }
+    if (frame != found.frame) {
+      return in_message(
+          Error{ErrorCode::corrupt_data,
+                fmt::format("the position is that of {}, expected that of {} as before",
+                            quoted(frame), quoted(std::string_view(found.frame))),
+                SourceLocation{reader.file(), 0, 0},
+                {}},
+          reader, *message);
+    }
+    const GeoPosition& at = fix->position;
+    const double stamp = has_log_times ? seconds_from(message->log_time) : fix->header.stamp;
+    if (!fix->has_fix) {
+      ++found.without_fix;
+    } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude) ||
+               !std::isfinite(at.altitude)) {
+      ++found.not_finite;
+    } else if (!found.fixes.empty() && stamp <= found.fixes.back().stamp) {
+      ++found.not_later;
+    } else {
+      found.fixes.push_back({stamp, at, fix->variances});
+    }
+  }
+}
+
+}  // namespace vantage::io::ros
