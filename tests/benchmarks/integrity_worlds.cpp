@@ -1,0 +1,80 @@
+#include "integrity_worlds.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "simulate/drive.hpp"
+#include "simulate/lidar.hpp"
+#include "simulate/map_sampler.hpp"
+#include "simulate/odometry.hpp"
+#include "simulate/world.hpp"
+
+namespace vantage::benchmarks {
+
+const char* to_string(Scenario scenario) noexcept {
+  switch (scenario) {
+    case Scenario::odometry: return "odometry";
+    case Scenario::constant_velocity: return "constant_velocity";
+    case Scenario::wrong_start: return "wrong_start";
+    case Scenario::kidnap: return "kidnap";
+  }
+  return "";
+}
+
+std::span<const NamedWorld> all_worlds() {
+  static const std::vector<NamedWorld> worlds{
+      {.name = "plain", .overrides = {}},
+      {.name = "kidnaps", .overrides = {"drive.length=90.0"}, .scenarios = {Scenario::kidnap}},
+      {.name = "wrong_starts",
+       .overrides = {},
+       .scenarios = {Scenario::wrong_start},
+       .wrong_starts = 12},
+  };
+  return worlds;
+}
+
+Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
+                                          int kidnaps) {
+  constexpr std::array<std::uint64_t, 7> kUsed{1, 7, 11, 23, 32, 38, 50};
+  if (std::ranges::find(kUsed, seed) != kUsed.end()) {
+    return fail(ErrorCode::invalid_input,
+                fmt::format("seed {} is that of a world of configs/simulate/; take another", seed));
+  }
+  std::vector<std::string> overrides = world.overrides;
+  overrides.push_back(fmt::format("seed={}", seed));
+  overrides.push_back(fmt::format("drive.kidnaps={}", kidnaps));
+  return simulation::load_world(VANTAGE_SOURCE_DIR "/configs/simulate/integrity.toml", overrides);
+}
+
+Result<PointCloud> simulated_map(const simulation::WorldParams& params) {
+  VANTAGE_TRY(const auto world, simulation::World::create(params));
+  PointCloud map = simulation::sample_map(world, params.map, params.seed);
+  for (Point& p : map) p = p.cast<float>().cast<double>();
+  return map;
+}
+
+Result<SimulatedDrive> simulated_drive(const simulation::WorldParams& params,
+                                       std::size_t most_scans) {
+  VANTAGE_TRY(const auto world, simulation::World::create(params));
+  VANTAGE_TRY(const auto drive, simulation::Drive::create(world, params));
+  SimulatedDrive result;
+  result.reference = simulation::reference_of(world, drive);
+  result.odometry = simulation::simulate_odometry(
+      simulation::without_kidnaps(world, drive, result.reference), params.odometry, params.seed);
+  std::size_t scans = drive.scans();
+  if (most_scans > 0) scans = std::min(scans, most_scans);
+  result.reference.resize(scans);
+  result.odometry.resize(scans);
+  result.scans.resize(scans);
+  const simulation::Lidar lidar(params.lidar, params.seed);
+  tbb::parallel_for(std::size_t{0}, scans, [&](std::size_t i) {
+    result.scans[i] = lidar.scan(world, drive, i);
+    for (Point& p : result.scans[i]) p = p.cast<float>().cast<double>();
+  });
+  for (std::size_t i = 0; i < scans; ++i) result.kidnapped.push_back(drive.is_kidnapped(i));
+  return result;
+}
+
+}  // namespace vantage::benchmarks
