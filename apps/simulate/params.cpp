@@ -27,6 +27,13 @@ Result<void> LidarParams::validate() const {
                    rings > 1 ? "lowest_ring must be below highest_ring"
                              : "with one ring, lowest_ring and highest_ring must be equal");
   }
+  if (covered_from.has_value() != covered_to.has_value()) {
+    return fail_at({covered_from ? "covered_from" : "covered_to"},
+                   "covered_from and covered_to belong together");
+  }
+  if (!(disturbed_from < disturbed_to)) {
+    return fail_at({"disturbed_from", "disturbed_to"}, "disturbed_from must be below disturbed_to");
+  }
   return {};
 }
 

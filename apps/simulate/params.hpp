@@ -105,6 +105,9 @@ struct LidarParams {
   double grazing_angle = 3.0;
   double height = 1.0;
   bool motion_distortion = false;
+  std::optional<double> covered_from, covered_to;
+  double clutter = 0.0;
+  double disturbed_from = 0.0, disturbed_to = 1.0;
 
   static constexpr auto schema() {
     using P = LidarParams;
@@ -129,6 +132,21 @@ struct LidarParams {
             "true: each firing is taken from the sensor's pose at that moment, in the frame of "
             "that pose; the field t [s] is its time after the scan's stamp, which is that of the "
             "first firing; false: all firings are taken from the pose at the scan's stamp"),
+        optional(
+            "covered_from", &P::covered_from, "deg",
+            "nothing returns from covered_from counter-clockwise to covered_to: 0 is ahead, 90 "
+            "to the left; nothing is covered if left out",
+            between(-180, 180)),
+        optional("covered_to", &P::covered_to, "deg", "see covered_from", between(-180, 180)),
+        optional("clutter", &P::clutter, "",
+                 "share of the rays that return early, like from rain or dust: at any range up to "
+                 "15 m before the surface",
+                 between(0, 1)),
+        optional("disturbed_from", &P::disturbed_from, "",
+                 "share of the drive after which the sensor is covered and sees clutter",
+                 between(0, 1)),
+        optional("disturbed_to", &P::disturbed_to, "", "share of the drive at which this ends",
+                 between(0, 1)),
     };
   }
   [[nodiscard]] Result<void> validate() const;

@@ -81,6 +81,7 @@ params = {{ root = "{}", overwrite = true }}
 plugin = "{}"
 [localizer]
 scan_min_range = 1.0
+prefetch = false
 {}
 )",
                                      map.partitioner, whole ? "" : "max_range = 60.0\n",

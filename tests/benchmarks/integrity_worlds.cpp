@@ -26,6 +26,10 @@ const char* to_string(Scenario scenario) noexcept {
 std::span<const NamedWorld> all_worlds() {
   static const std::vector<NamedWorld> worlds{
       {.name = "plain", .overrides = {}},
+      {.name = "half_covered",
+       .overrides = {"lidar.covered_from=-180.0", "lidar.covered_to=0.0",
+                     "lidar.disturbed_from=0.2"}},
+      {.name = "clutter", .overrides = {"lidar.clutter=0.15"}},
       {.name = "kidnaps", .overrides = {"drive.length=90.0"}, .scenarios = {Scenario::kidnap}},
       {.name = "wrong_starts",
        .overrides = {},
