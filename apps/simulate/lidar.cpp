@@ -28,11 +28,12 @@ bool Lidar::is_covered(int firing) const noexcept {
   if (!params_.covered_from || !params_.covered_to) return false;
   constexpr double kRounding = 1e-9;
   const double azimuth = 180.0 - 360.0 * firing / params_.firings();
-  const double from =
-      *params_.covered_from + (azimuth < *params_.covered_from - kRounding ? -360.0 : 0.0);
   double width = *params_.covered_to - *params_.covered_from;
   if (width <= 0.0) width += 360.0;
-  return azimuth - from <= width + kRounding;
+  double inside = azimuth - *params_.covered_from;  // made to lie in [0, 360)
+  if (inside < -kRounding) inside += 360.0;
+  if (inside >= 360.0 - kRounding) inside -= 360.0;
+  return inside <= width + kRounding;
 }
 
 std::optional<double> Lidar::cluttered(const std::optional<Hit>& hit, const Ray& ray) const {

@@ -5,6 +5,7 @@
 
 #include "simulate/drive.hpp"
 #include "simulate/events.hpp"
+#include "simulate/layouts.hpp"
 #include "simulate/route.hpp"
 #include "simulate/street_grid.hpp"
 #include "vantage/engine/config.hpp"
@@ -72,6 +73,15 @@ Result<void> WorldParams::validate() const {
                    "drive.turn_radius (" + number(drive.turn_radius) +
                        " m) leaves the street in a turn: at most " + number(largest_radius) +
                        " m with this street_width and lateral_offset");
+  }
+  if (campus.layout == Layout::tunnel) {
+    const Street street = tunnel_street(streets);
+    const double longest = (street.to - street.from).norm() - 2.0 * kTunnelMouth;
+    if (campus.tunnel_length > longest) {
+      return fail_at({"campus.tunnel_length", "campus.layout", "campus.street_spacing"},
+                     "campus.tunnel_length (" + number(campus.tunnel_length) +
+                         " m) does not fit its street: at most " + number(longest) + " m");
+    }
   }
   VANTAGE_TRY(const auto route, streets.route(drive.route));
 

@@ -185,13 +185,18 @@ Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool ov
                          const StageProgress& progress) {
   VANTAGE_TRY(auto directory, OutputDirectory::create(out, overwrite));
   VANTAGE_TRY(const World world, World::create(params));
+  std::optional<World> other_day;
+  if (params.changes.any()) {
+    VANTAGE_TRY(other_day, World::create(params, Day::drive));
+  }
   VANTAGE_TRY(const Drive drive, Drive::create(world, params));
 
   VANTAGE_TRY(Summary summary,
               write_map(world, drive, params, directory.path() / "map.pcd", progress));
 
   const fs::path scans = directory.path() / "scans";
-  VANTAGE_TRY(summary.scan_points, write_scans(world, drive, params, scans, progress));
+  VANTAGE_TRY(summary.scan_points,
+              write_scans(other_day ? *other_day : world, drive, params, scans, progress));
   summary.scans = drive.scans();
   summary.holes = drive.holes().size();
 

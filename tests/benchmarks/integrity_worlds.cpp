@@ -29,6 +29,10 @@ std::span<const NamedWorld> all_worlds() {
       {.name = "half_covered",
        .overrides = {"lidar.covered_from=-180.0", "lidar.covered_to=0.0",
                      "lidar.disturbed_from=0.2"}},
+      {.name = "cars_moved", .overrides = {"changes.moved_cars=1.0"}},
+      {.name = "building_gone", .overrides = {"changes.buildings_gone=3"}},
+      {.name = "building_new", .overrides = {"changes.buildings_new=2", "changes.fences_new=4"}},
+      {.name = "leaves", .overrides = {"changes.leaves_gone=1.0"}},
       {.name = "clutter", .overrides = {"lidar.clutter=0.15"}},
       {.name = "kidnaps", .overrides = {"drive.length=90.0"}, .scenarios = {Scenario::kidnap}},
       {.name = "wrong_starts",
@@ -61,7 +65,7 @@ Result<PointCloud> simulated_map(const simulation::WorldParams& params) {
 
 Result<SimulatedDrive> simulated_drive(const simulation::WorldParams& params,
                                        std::size_t most_scans) {
-  VANTAGE_TRY(const auto world, simulation::World::create(params));
+  VANTAGE_TRY(const auto world, simulation::World::create(params, simulation::Day::drive));
   VANTAGE_TRY(const auto drive, simulation::Drive::create(world, params));
   SimulatedDrive result;
   result.reference = simulation::reference_of(world, drive);
