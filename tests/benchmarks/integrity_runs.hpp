@@ -23,7 +23,7 @@ struct JudgedScan {
   double metres = 0.0, degrees = 0.0;  ///< the error of the pose; no meaning without a pose
   std::optional<double> nvtl = {}, coverage = {};
   double seconds_align = 0.0, seconds_search = 0.0;
-  std::string reason;
+  std::string reason = {};
   bool misled = false;  ///< the first scan after a kidnap or a wrong start
 
   [[nodiscard]] bool is_right() const noexcept {

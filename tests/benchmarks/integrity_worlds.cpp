@@ -12,6 +12,16 @@
 #include "simulate/world.hpp"
 
 namespace vantage::benchmarks {
+namespace {
+
+/// A level campus with a straight street of 120 m, which the drive takes as its second one.
+std::vector<std::string> long_street(const std::string& layout) {
+  return {"campus.layout=" + layout,     "campus.size_x=80.0",       "campus.size_y=240.0",
+          "campus.street_spacing=120.0", "campus.street_jitter=0.0", "campus.ground_relief=0.0",
+          "drive.length=130.0",          "drive.scan_every=6"};
+}
+
+}  // namespace
 
 const char* to_string(Scenario scenario) noexcept {
   switch (scenario) {
@@ -34,6 +44,14 @@ std::span<const NamedWorld> all_worlds() {
       {.name = "building_new", .overrides = {"changes.buildings_new=2", "changes.fences_new=4"}},
       {.name = "leaves", .overrides = {"changes.leaves_gone=1.0"}},
       {.name = "clutter", .overrides = {"lidar.clutter=0.15"}},
+      {.name = "rows", .overrides = long_street("rows"), .ambiguous = true},
+      {.name = "tunnel", .overrides = long_street("tunnel"), .ambiguous = true},
+      {.name = "square",
+       .overrides = {"campus.layout=square", "campus.size_x=150.0", "campus.size_y=150.0",
+                     "campus.street_spacing=50.0", "campus.ground_relief=0.0",
+                     "lidar.max_range=35.0", "drive.route=2", "drive.length=130.0",
+                     "drive.scan_every=6"},
+       .ambiguous = true},
       {.name = "kidnaps", .overrides = {"drive.length=90.0"}, .scenarios = {Scenario::kidnap}},
       {.name = "wrong_starts",
        .overrides = {},
