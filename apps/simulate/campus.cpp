@@ -2,11 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
-#include <optional>
+#include <utility>
 
+#include "simulate/block.hpp"
+#include "simulate/layouts.hpp"
 #include "simulate/objects.hpp"
 #include "simulate/random.hpp"
 
@@ -15,87 +16,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kVerge = 2.4;         // beside a street, for cars, lamps and trees in a row [m]
-constexpr double kVergeMiddle = 1.25;  // from the edge of the street [m]
-constexpr double kBorder = 0.8;        // kept empty along the border of the campus [m]
-constexpr double kGap = 2.6;           // between buildings and anything else [m]
-
-double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-/// The land between streets, counter-clockwise; side k runs from corner k to corner k + 1.
-struct Block {
-  std::array<Vector2d, 4> corners;
-  std::array<bool, 4> has_street;
-
-  [[nodiscard]] const Vector2d& corner(std::size_t k) const { return corners[k % 4]; }
-  [[nodiscard]] Vector2d along(std::size_t k) const {
-    return (corner(k + 1) - corner(k)).normalized();
-  }
-  /// Unit vector to the left of side k.
-  [[nodiscard]] Vector2d inward(std::size_t k) const {
-    const Vector2d a = along(k);
-    return {-a.y(), a.x()};
-  }
-  [[nodiscard]] double area() const {
-    return 0.5 * (cross(corners[1] - corners[0], corners[2] - corners[0]) +
-                  cross(corners[2] - corners[0], corners[3] - corners[0]));
-  }
-  [[nodiscard]] bool contains(const Vector2d& p, double margin) const {
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (inward(k).dot(p - corners[k]) < margin) return false;
-    }
-    return true;
-  }
-  [[nodiscard]] bool contains(const Plot& plot, double margin) const {
-    for (const double u : {-1.0, 1.0}) {
-      for (const double v : {-1.0, 1.0}) {
-        if (!contains(plot.at(u * plot.half.x(), v * plot.half.y()), margin)) return false;
-      }
-    }
-    return true;
-  }
-};
-
-/// The land between the streets around (i - 1, j - 1) and (i, j), without the verges. Nothing if it
-/// is too small to use.
-std::optional<Block> block_between(const StreetGrid& streets, double street_width, int i, int j) {
-  const std::array nodes{streets.node(i - 1, j - 1), streets.node(i, j - 1), streets.node(i, j),
-                         streets.node(i - 1, j)};
-  Block block{nodes,
-              {!streets.is_border_y(j - 1), !streets.is_border_x(i), !streets.is_border_y(j),
-               !streets.is_border_x(i - 1)}};
-  std::array<Vector2d, 4> corners;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const auto inset = [&](std::size_t side) {
-      return block.has_street[side] ? street_width / 2.0 + kVerge : kBorder;
-    };
-    // Where the sides before and after the corner meet after both move inwards.
-    const std::size_t before = (k + 3) % 4;
-    Eigen::Matrix2d normals;
-    normals << block.inward(before).transpose(), block.inward(k).transpose();
-    corners[k] = block.corners[k] + normals.inverse() * Vector2d(inset(before), inset(k));
-  }
-  block.corners = corners;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Vector2d side = nodes[(k + 1) % 4] - nodes[k];
-    if ((block.corner(k + 1) - block.corner(k)).dot(side.normalized()) < 3.0) return std::nullopt;
-  }
-  return block;
-}
-
 template <class T>
 void append(std::vector<T>& to, std::vector<T> from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
-}
-
-void append(Campus& campus, Tree tree) {
-  append(campus.solids, std::move(tree.wood));
-  append(campus.leaves, std::move(tree.leaves));
-}
-
-bool is_free(const Plot& plot, const std::vector<Plot>& taken) {
-  return std::none_of(taken.begin(), taken.end(),
-                      [&](const Plot& other) { return overlap(plot, other); });
 }
 
 /// One block with the verges of its sides.
@@ -129,16 +52,20 @@ class BlockFiller {
       const double at = length / 2.0 + (k + 0.5 - places / 2.0) * kPlace;
       const Vector2d middle = block_.corner(side) + at * along + (kVerge - kVergeMiddle) * outward;
       if (!is_free({middle, along, {2.8, 1.1}}, taken_)) continue;
+      const Plot post{middle, along, {0.3, 0.3}};
       if (k % 4 == 1) {
-        append(campus_.solids, make_lamp(middle, outward, terrain_, random_));
+        campus_.add(Surface::pole, post, make_lamp(middle, outward, terrain_, random_));
       } else if (random_.chance(params_.parked_cars)) {
         const double direction = random_.chance(0.8) ? 1.0 : -1.0;
-        append(campus_.solids, make_car(middle + random_.uniform(-0.5, 0.5) * along,
-                                        direction * along, terrain_, random_));
+        const Vector2d centre = middle + random_.uniform(-0.5, 0.5) * along;
+        campus_.add(Surface::car, {centre, along, {2.4, 0.95}},
+                    make_car(centre, direction * along, terrain_, random_));
       } else if (random_.chance(0.3)) {
-        append(campus_, make_tree(middle, params_.leaf_area_density, terrain_, random_));
+        add(post, make_tree(middle, params_.leaf_area_density, terrain_, random_));
       } else if (random_.chance(0.15)) {
-        append(campus_.solids, make_sign(middle, along, terrain_, random_));
+        campus_.add(Surface::pole, post, make_sign(middle, along, terrain_, random_));
+      } else {
+        campus_.free_parking.push_back({middle, along});
       }
     }
   }
@@ -155,7 +82,7 @@ class BlockFiller {
                       {piece / 2.0 - 0.7, kHalfThickness}};
       at += piece;
       if (!random_.chance(params_.wall_share) || !is_free(plot.grown(0.3), taken_)) continue;
-      append(campus_.solids, make_wall(plot, terrain_, random_));
+      campus_.add(Surface::wall, plot, make_wall(plot, terrain_, random_));
       taken_.push_back(plot);
     }
   }
@@ -196,7 +123,7 @@ class BlockFiller {
       // A gable shows its ridge along the longer side.
       if (half.y() > half.x()) plot = {plot.centre, plot.across(), {half.y(), half.x()}};
       if (!block_.contains(plot, kMargin) || !is_free(plot.grown(kGap), taken_)) continue;
-      append(campus_.solids, make_building(shape, plot, terrain_, random_));
+      campus_.add(Surface::building, plot, make_building(shape, plot, terrain_, random_));
       taken_.push_back(plot);
       built += 4.0 * half.prod();
     }
@@ -213,8 +140,12 @@ class BlockFiller {
   void plant(double clearance, Make make) {
     const Plot plot{somewhere(), block_.along(0), {0.3, 0.3}};
     if (!block_.contains(plot.centre, 0.9) || !is_free(plot.grown(clearance), taken_)) return;
-    append(campus_, make(plot.centre, params_.leaf_area_density, terrain_, random_));
+    add(plot, make(plot.centre, params_.leaf_area_density, terrain_, random_));
     taken_.push_back(plot.grown(0.5));
+  }
+
+  void add(const Plot& plot, Tree tree) {
+    campus_.add(Surface::vegetation, plot, std::move(tree.wood), std::move(tree.leaves));
   }
 
   const CampusParams& params_;
@@ -310,28 +241,74 @@ Plot plot_of(const OverpassShape& shape) {
 
 }  // namespace
 
+void Campus::add(Surface kind, const Plot& plot, std::vector<Solid> thing_solids,
+                 std::vector<Leaf> thing_leaves) {
+  things.push_back({kind, plot, solids.size(), solids.size() + thing_solids.size(), leaves.size(),
+                    leaves.size() + thing_leaves.size()});
+  append(solids, std::move(thing_solids));
+  append(leaves, std::move(thing_leaves));
+}
+
+void Campus::add(Campus part) {
+  for (Thing thing : part.things) {
+    thing.first_solid += solids.size();
+    thing.end_solid += solids.size();
+    thing.first_leaf += leaves.size();
+    thing.end_leaf += leaves.size();
+    things.push_back(thing);
+  }
+  append(solids, std::move(part.solids));
+  append(leaves, std::move(part.leaves));
+  append(overpasses, std::move(part.overpasses));
+  append(free_parking, std::move(part.free_parking));
+}
+
+Campus without(const Campus& campus, const std::vector<bool>& gone) {
+  Campus kept;
+  kept.overpasses = campus.overpasses;
+  kept.free_parking = campus.free_parking;
+  for (std::size_t k = 0; k < campus.things.size(); ++k) {
+    if (gone[k]) continue;
+    const Thing& thing = campus.things[k];
+    const auto part = [](const auto& all, std::size_t first, std::size_t end) {
+      return std::vector(all.begin() + static_cast<std::ptrdiff_t>(first),
+                         all.begin() + static_cast<std::ptrdiff_t>(end));
+    };
+    kept.add(thing.kind, thing.plot, part(campus.solids, thing.first_solid, thing.end_solid),
+             part(campus.leaves, thing.first_leaf, thing.end_leaf));
+  }
+  return kept;
+}
+
 Campus make_campus(const CampusParams& params, std::uint64_t seed, const StreetGrid& streets,
                    const Terrain& terrain) {
   Campus campus;
-  std::vector<Plot> bridges;
-  for (const OverpassShape& shape : plan_overpasses(params, streets, terrain)) {
-    append(campus.solids, make_overpass(shape, terrain));
-    campus.overpasses.push_back(
-        {shape.centre, shape.direction, shape.half_span, shape.half_width, shape.underside});
-    bridges.push_back(plot_of(shape));
+  if (params.layout == Layout::streets) {
+    for (const OverpassShape& shape : plan_overpasses(params, streets, terrain)) {
+      campus.add(Surface::overpass, plot_of(shape), make_overpass(shape, terrain));
+      campus.overpasses.push_back(
+          {shape.centre, shape.direction, shape.half_span, shape.half_width, shape.underside});
+    }
+  } else if (params.layout == Layout::tunnel) {
+    campus.add(make_tunnel(params, streets, terrain));
   }
+  std::vector<Plot> taken;
+  for (const Thing& thing : campus.things) taken.push_back(thing.plot);
   for (int j = 0; j <= streets.streets_y(); ++j) {
     for (int i = 0; i <= streets.streets_x(); ++i) {
       const auto block = block_between(streets, params.street_width, i, j);
       if (!block) continue;
-      Campus part =
-          BlockFiller(params, terrain, *block, bridges, Random(hash(seed, Purpose::block, i, j)))
-              .fill();
-      append(campus.solids, std::move(part.solids));
-      append(campus.leaves, std::move(part.leaves));
+      const bool is_end = j == 0 || j == streets.streets_y();
+      if (params.layout == Layout::rows && !is_end) {
+        campus.add(make_rows(*block, terrain));
+        continue;
+      }
+      campus.add(
+          BlockFiller(params, terrain, *block, taken, Random(hash(seed, Purpose::block, i, j)))
+              .fill());
     }
   }
-  return campus;
+  return params.layout == Layout::square ? without_square(campus, params) : campus;
 }
 
 }  // namespace vantage::simulation

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "simulate/objects.hpp"
 #include "simulate/params.hpp"
 #include "simulate/solid.hpp"
 #include "simulate/street_grid.hpp"
@@ -20,12 +22,35 @@ struct Overpass {
   double underside;           ///< height of the deck's lower side
 };
 
+/// One thing that stands on the ground: a building, a tree, a car.
+struct Thing {
+  Surface kind;
+  Plot plot;                                                 ///< where it stands
+  std::size_t first_solid, end_solid, first_leaf, end_leaf;  ///< of the campus: [first, end)
+};
+
+/// A place beside a street where a car may park, between the lamps.
+struct ParkingPlace {
+  Eigen::Vector2d middle;
+  Eigen::Vector2d along;  ///< unit, of the street
+};
+
 /// Everything that stands on the ground. Campus frame [m].
 struct Campus {
   std::vector<Solid> solids;
   std::vector<Leaf> leaves;
-  std::vector<Overpass> overpasses;  ///< at least one over every route
+  std::vector<Overpass> overpasses;  ///< at least one over every route in the layout `streets`
+  std::vector<Thing> things;         ///< every solid and leaf belongs to one, in their order
+  std::vector<ParkingPlace> free_parking;
+
+  void add(Surface kind, const Plot& plot, std::vector<Solid> thing_solids,
+           std::vector<Leaf> thing_leaves = {});
+  void add(Campus part);
 };
+
+/// The campus without some of its things.
+/// @param gone  for each thing
+[[nodiscard]] Campus without(const Campus& campus, const std::vector<bool>& gone);
 
 /// Fills the blocks between the streets. The same parameters and seed give the same campus.
 [[nodiscard]] Campus make_campus(const CampusParams& params, std::uint64_t seed,

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "simulate/drive.hpp"
@@ -28,7 +29,8 @@ class Lidar {
   /// clockwise seen from above and starts at the back.
   [[nodiscard]] Eigen::Vector3d direction(int firing, int ring) const noexcept;
 
-  /// Noise and losses of a ray depend only on the seed, the scan and the ray.
+  /// Noise, clutter and losses of a ray depend only on the seed, the scan and the ray. A covered or
+  /// cluttered ray changes no other ray.
   /// With `motion_distortion`, a point is in the sensor frame at its own moment; otherwise in the
   /// sensor frame at the scan's stamp.
   [[nodiscard]] Sweep sweep(const World& world, const Drive& drive, std::size_t index) const;
@@ -36,8 +38,20 @@ class Lidar {
   [[nodiscard]] PointCloud scan(const World& world, const Drive& drive, std::size_t index) const;
 
  private:
+  struct Ray {
+    std::size_t scan;
+    int firing, ring;
+  };
+  [[nodiscard]] bool is_disturbed(std::size_t index, std::size_t scans) const noexcept;
+  [[nodiscard]] bool is_covered(int firing) const noexcept;
+  /// The range at which clutter before the surface returns a ray [m].
+  [[nodiscard]] std::optional<double> cluttered(const std::optional<Hit>& hit,
+                                                const Ray& ray) const;
+  /// The range that is measured of a surface [m]; nothing if the return is lost.
+  [[nodiscard]] std::optional<double> returned(const std::optional<Hit>& hit, const Ray& ray) const;
+
   LidarParams params_;
-  std::uint64_t seed_;
+  std::uint64_t seed_, clutter_seed_;
 };
 
 }  // namespace vantage::simulation

@@ -2,10 +2,37 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "simulate/random.hpp"
 
 namespace vantage::simulation {
+
+io::Trajectory reference_of(const World& world, const Drive& drive) {
+  io::Trajectory reference;
+  for (std::size_t k = 0; k < drive.scans(); ++k) {
+    Pose pose = drive.pose(drive.stamp(k));
+    pose.translation += world.map_origin();
+    reference.push_back({drive.stamp(k), pose});
+  }
+  return reference;
+}
+
+io::Trajectory without_kidnaps(const World& world, const Drive& drive,
+                               const io::Trajectory& reference) {
+  io::Trajectory felt;
+  std::optional<Pose> T_felt_map;  // none before the first kidnap
+  for (std::size_t k = 0; k < reference.size(); ++k) {
+    if (drive.is_kidnapped(k)) {
+      Pose driven_on = drive.pose_driven_on(k);
+      driven_on.translation += world.map_origin();
+      T_felt_map = T_felt_map.value_or(Pose{}) * driven_on * reference[k].pose.inverse();
+    }
+    const Pose& pose = reference[k].pose;
+    felt.push_back({reference[k].stamp, T_felt_map ? *T_felt_map * pose : pose});
+  }
+  return felt;
+}
 
 io::Trajectory simulate_odometry(const io::Trajectory& truth, const OdometryParams& params,
                                  std::uint64_t seed) {

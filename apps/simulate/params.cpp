@@ -5,6 +5,7 @@
 
 #include "simulate/drive.hpp"
 #include "simulate/events.hpp"
+#include "simulate/layouts.hpp"
 #include "simulate/route.hpp"
 #include "simulate/street_grid.hpp"
 #include "vantage/engine/config.hpp"
@@ -26,6 +27,13 @@ Result<void> LidarParams::validate() const {
     return fail_at({"lowest_ring", "highest_ring", "rings"},
                    rings > 1 ? "lowest_ring must be below highest_ring"
                              : "with one ring, lowest_ring and highest_ring must be equal");
+  }
+  if (covered_from.has_value() != covered_to.has_value()) {
+    return fail_at({covered_from ? "covered_from" : "covered_to"},
+                   "covered_from and covered_to belong together");
+  }
+  if (!(disturbed_from < disturbed_to)) {
+    return fail_at({"disturbed_from", "disturbed_to"}, "disturbed_from must be below disturbed_to");
   }
   return {};
 }
@@ -65,6 +73,15 @@ Result<void> WorldParams::validate() const {
                    "drive.turn_radius (" + number(drive.turn_radius) +
                        " m) leaves the street in a turn: at most " + number(largest_radius) +
                        " m with this street_width and lateral_offset");
+  }
+  if (campus.layout == Layout::tunnel) {
+    const Street street = tunnel_street(streets);
+    const double longest = (street.to - street.from).norm() - 2.0 * kTunnelMouth;
+    if (campus.tunnel_length > longest) {
+      return fail_at({"campus.tunnel_length", "campus.layout", "campus.street_spacing"},
+                     "campus.tunnel_length (" + number(campus.tunnel_length) +
+                         " m) does not fit its street: at most " + number(longest) + " m");
+    }
   }
   VANTAGE_TRY(const auto route, streets.route(drive.route));
 

@@ -1,18 +1,32 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "vantage/params.hpp"
 
 namespace vantage::simulation {
 
+/// What stands between the streets.
+enum class Layout : std::uint8_t { streets, rows, tunnel, square };
+constexpr auto enum_names(Layout) {
+  return std::array{std::pair{std::string_view("streets"), Layout::streets},
+                    std::pair{std::string_view("rows"), Layout::rows},
+                    std::pair{std::string_view("tunnel"), Layout::tunnel},
+                    std::pair{std::string_view("square"), Layout::square}};
+}
+
 /// [campus]: what the campus contains.
 struct CampusParams {
+  Layout layout = Layout::streets;
+  double tunnel_length = 60.0, square_radius = 40.0;
   double size_x = 80.0, size_y = 80.0;
   double origin_x = 0.0, origin_y = 0.0, origin_z = 0.0;
   double ground_relief = 2.0;
@@ -30,6 +44,15 @@ struct CampusParams {
   static constexpr auto schema() {
     using P = CampusParams;
     return std::tuple{
+        optional("layout", &P::layout, "",
+                 "streets: houses, trees and cars everywhere, overpasses over the streets; rows: "
+                 "equal houses every 12 m along the streets along y, others only at the ends of "
+                 "these streets; tunnel: a smooth one over the second street of route 0; square: "
+                 "an empty flat one in the middle. The last three have no overpasses"),
+        optional("tunnel_length", &P::tunnel_length, "m",
+                 "of the layout tunnel; the street is 30 m longer at least", between(10, 1000)),
+        optional("square_radius", &P::square_radius, "m", "of the layout square",
+                 between(10, 1000)),
         optional("size_x", &P::size_x, "m", "extent along x", between(60, 5000)),
         optional("size_y", &P::size_y, "m", "extent along y", between(60, 5000)),
         optional("origin_x", &P::origin_x, "m", "map coordinates of the centre of the campus",
@@ -105,6 +128,9 @@ struct LidarParams {
   double grazing_angle = 3.0;
   double height = 1.0;
   bool motion_distortion = false;
+  std::optional<double> covered_from, covered_to;
+  double clutter = 0.0;
+  double disturbed_from = 0.0, disturbed_to = 1.0;
 
   static constexpr auto schema() {
     using P = LidarParams;
@@ -129,10 +155,56 @@ struct LidarParams {
             "true: each firing is taken from the sensor's pose at that moment, in the frame of "
             "that pose; the field t [s] is its time after the scan's stamp, which is that of the "
             "first firing; false: all firings are taken from the pose at the scan's stamp"),
+        optional(
+            "covered_from", &P::covered_from, "deg",
+            "nothing returns from covered_from counter-clockwise to covered_to: 0 is ahead, 90 "
+            "to the left; nothing is covered if left out",
+            between(-180, 180)),
+        optional("covered_to", &P::covered_to, "deg", "see covered_from", between(-180, 180)),
+        optional("clutter", &P::clutter, "",
+                 "share of the rays that return early, like from rain or dust: at any range up to "
+                 "15 m before the surface",
+                 between(0, 1)),
+        optional("disturbed_from", &P::disturbed_from, "",
+                 "share of the drive after which the sensor is covered and sees clutter",
+                 between(0, 1)),
+        optional("disturbed_to", &P::disturbed_to, "", "share of the drive at which this ends",
+                 between(0, 1)),
     };
   }
   [[nodiscard]] Result<void> validate() const;
   [[nodiscard]] int firings() const noexcept;  ///< a revolution
+};
+
+/// [changes]: how the campus differs on the day of the drive from the day of the map.
+struct ChangesParams {
+  double moved_cars = 0.0;
+  int buildings_gone = 0, buildings_new = 0;
+  double leaves_gone = 0.0;
+  int fences_new = 0;
+
+  static constexpr auto schema() {
+    using P = ChangesParams;
+    return std::tuple{
+        optional("moved_cars", &P::moved_cars, "",
+                 "share of the parked cars that left; as many arrived at other parking places, if "
+                 "there are so many",
+                 between(0, 1)),
+        optional("buildings_gone", &P::buildings_gone, "", "buildings that were taken away",
+                 between(0, 1000)),
+        optional("buildings_new", &P::buildings_new, "",
+                 "buildings that were built between the others; trees made way for them",
+                 between(0, 1000)),
+        optional("leaves_gone", &P::leaves_gone, "", "share of the leaves that fell",
+                 between(0, 1)),
+        optional("fences_new", &P::fences_new, "",
+                 "straight walls that were built beside the streets", between(0, 1000)),
+    };
+  }
+  [[nodiscard]] bool any() const noexcept {
+    return moved_cars > 0.0 || buildings_gone > 0 || buildings_new > 0 || leaves_gone > 0.0 ||
+           fences_new > 0;
+  }
 };
 
 /// [drive]: where the sensor goes.
@@ -191,6 +263,7 @@ struct WorldParams {
   int schema_version = 1;
   std::uint64_t seed = 1;
   CampusParams campus;
+  ChangesParams changes;
   MapParams map;
   LidarParams lidar;
   DriveParams drive;
@@ -203,6 +276,7 @@ struct WorldParams {
                  between(1, 1)),
         optional("seed", &P::seed, "", "another seed makes another world of the same kind"),
         optional("campus", &P::campus, "", "what there is"),
+        optional("changes", &P::changes, "", "what changed between the map and the drive"),
         optional("map", &P::map, "", "the wide-area map"),
         optional("lidar", &P::lidar, "", "the sensor"),
         optional("drive", &P::drive, "", "where the sensor goes"),

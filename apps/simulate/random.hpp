@@ -9,7 +9,17 @@
 namespace vantage::simulation {
 
 /// What a seed is used for; each use has its own numbers.
-enum class Purpose : std::uint64_t { terrain, streets, block, map_point, ray, odometry, kidnap };
+enum class Purpose : std::uint64_t {
+  terrain,
+  streets,
+  block,
+  map_point,
+  ray,
+  odometry,
+  kidnap,
+  clutter,
+  change,
+};
 
 /// SplitMix64 with the distributions that the simulation needs. Unlike the distributions of
 /// <random>, they do not differ between standard libraries.

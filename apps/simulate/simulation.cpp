@@ -179,54 +179,38 @@ Result<std::uint64_t> write_scans(const World& world, const Drive& drive, const 
   return points;
 }
 
-/// The drive as odometry knows it: odometry does not notice kidnaps.
-/// @param reference  T_map_sensor of the scans
-io::Trajectory without_jumps(const Drive& drive, const io::Trajectory& reference,
-                             const Point& map_origin) {
-  io::Trajectory felt;
-  std::optional<Pose> T_felt_map;  // none before the first jump
-  for (std::size_t k = 0; k < reference.size(); ++k) {
-    if (drive.is_kidnapped(k)) {
-      Pose driven_on = drive.pose_driven_on(k);
-      driven_on.translation += map_origin;
-      T_felt_map = T_felt_map.value_or(Pose{}) * driven_on * reference[k].pose.inverse();
-    }
-    const Pose& pose = reference[k].pose;
-    felt.push_back({reference[k].stamp, T_felt_map ? *T_felt_map * pose : pose});
-  }
-  return felt;
-}
-
 }  // namespace
 
 Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool overwrite,
                          const StageProgress& progress) {
   VANTAGE_TRY(auto directory, OutputDirectory::create(out, overwrite));
   VANTAGE_TRY(const World world, World::create(params));
+  std::optional<World> other_day;
+  if (params.changes.any()) {
+    VANTAGE_TRY(other_day, World::create(params, Day::drive));
+  }
   VANTAGE_TRY(const Drive drive, Drive::create(world, params));
 
   VANTAGE_TRY(Summary summary,
               write_map(world, drive, params, directory.path() / "map.pcd", progress));
 
   const fs::path scans = directory.path() / "scans";
-  VANTAGE_TRY(summary.scan_points, write_scans(world, drive, params, scans, progress));
+  VANTAGE_TRY(summary.scan_points,
+              write_scans(other_day ? *other_day : world, drive, params, scans, progress));
   summary.scans = drive.scans();
   summary.holes = drive.holes().size();
 
   std::string times, events = "stamp,kidnapped,in_hole\n";
-  io::Trajectory reference;
   for (std::size_t k = 0; k < drive.scans(); ++k) {
     times += fmt::format("{}\n", drive.stamp(k));
     events +=
         fmt::format("{},{:d},{:d}\n", drive.stamp(k), drive.is_kidnapped(k), drive.is_in_hole(k));
     if (drive.is_kidnapped(k)) ++summary.kidnaps;
-    Pose pose = drive.pose(drive.stamp(k));
-    pose.translation += world.map_origin();
-    reference.push_back({drive.stamp(k), pose});
   }
+  const io::Trajectory reference = reference_of(world, drive);
   VANTAGE_CHECK(io::write_text_atomically(scans / "times.txt", times));
   VANTAGE_CHECK(io::write_tum(directory.path() / "reference.tum", reference));
-  const io::Trajectory felt = without_jumps(drive, reference, world.map_origin());
+  const io::Trajectory felt = without_kidnaps(world, drive, reference);
   VANTAGE_CHECK(io::write_tum(directory.path() / "odometry.tum",
                               simulate_odometry(felt, params.odometry, params.seed)));
   VANTAGE_CHECK(io::write_text_atomically(directory.path() / "events.csv", events));

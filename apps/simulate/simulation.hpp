@@ -27,7 +27,8 @@ struct Summary {
 using StageProgress =
     std::function<void(std::string_view stage, std::size_t done, std::size_t total)>;
 
-/// Makes the world and drives through it. Writes into the directory `out`:
+/// Makes the world, maps it, and drives through it as it is after `[changes]`. Writes into the
+/// directory `out`:
 /// - `map.pcd`: the wide-area map, map frame; float32 unless that would move a point by a
 ///   millimetre
 /// - `scans/000000.pcd`, ...: sensor frame, float32; with motion distortion, each point is in the

@@ -54,6 +54,19 @@ Terrain::Terrain(const CampusParams& params, std::uint64_t seed)
   const auto [low, high] = std::minmax_element(heights_.begin(), heights_.end());
   const double middle = (*low + *high) / 2.0, scale = params.ground_relief / (*high - *low);
   for (double& height : heights_) height = (height - middle) * scale;
+  if (params.layout == Layout::square) flatten(params.square_radius);
+}
+
+void Terrain::flatten(double radius) {
+  constexpr double kSlope = 10.0;  // from the plane to the hills around it [m]
+  for (int j = 0; j < rows_; ++j) {
+    for (int i = 0; i < columns_; ++i) {
+      const double beyond = (vertex(i, j).head<2>().norm() - radius) / kSlope;
+      const double t = std::clamp(beyond, 0.0, 1.0);
+      heights_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
+               static_cast<std::size_t>(i)] *= t * t * (3.0 - 2.0 * t);
+    }
+  }
 }
 
 Eigen::Vector3d Terrain::vertex(int i, int j) const noexcept {

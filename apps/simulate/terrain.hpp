@@ -31,6 +31,9 @@ class Terrain {
   [[nodiscard]] Eigen::Vector3d vertex(int i, int j) const noexcept;
 
  private:
+  /// Makes a plane at half of the relief, around the centre.
+  void flatten(double radius);
+
   Eigen::Vector2d half_size_, cell_;
   int columns_, rows_;
   std::vector<double> heights_;

@@ -9,7 +9,10 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <vector>
+
+#include "simulate/changes.hpp"
 
 namespace vantage::simulation {
 namespace {
@@ -118,10 +121,10 @@ Result<std::vector<Surface>> write_objects(RTCGeometry geometry, const Campus& c
 }  // namespace
 
 struct World::Parts {
-  explicit Parts(const WorldParams& params)
-      : streets(params.campus, params.seed),
-        terrain(params.campus, params.seed),
-        campus(make_campus(params.campus, params.seed, streets, terrain)),
+  Parts(const WorldParams& params, StreetGrid grid, Terrain ground, Campus things)
+      : streets(std::move(grid)),
+        terrain(std::move(ground)),
+        campus(std::move(things)),
         index(campus.solids, terrain.half_size()),
         origin(params.campus.origin_x, params.campus.origin_y, params.campus.origin_z) {}
 
@@ -135,8 +138,15 @@ struct World::Parts {
   Scene scene;
 };
 
-Result<World> World::create(const WorldParams& params) {
-  auto parts = std::make_unique<Parts>(params);
+Result<World> World::create(const WorldParams& params, Day day) {
+  StreetGrid streets(params.campus, params.seed);
+  Terrain terrain(params.campus, params.seed);
+  Campus campus = make_campus(params.campus, params.seed, streets, terrain);
+  if (day == Day::drive && params.changes.any()) {
+    VANTAGE_TRY(campus, changed(campus, params, streets, terrain));
+  }
+  auto parts =
+      std::make_unique<Parts>(params, std::move(streets), std::move(terrain), std::move(campus));
   parts->device.reset(rtcNewDevice(nullptr));
   RTCDevice device = parts->device.get();
   if (device == nullptr) return embree_error(rtcGetDeviceError(nullptr), "starting");

@@ -21,14 +21,18 @@ struct Hit {
   Surface surface;
 };
 
+/// The day on which a world is looked at: `[changes]` lie between the map and the drive.
+enum class Day : std::uint8_t { map, drive };
+
 /// The campus as triangles for casting rays. Campus frame: z up, origin at the centre of the
 /// campus, half-way between its lowest and highest ground [m]; in the map frame, that origin is
 /// `map_origin()`.
 /// Thread safety: const methods may run on one object from many threads at once.
 class World {
  public:
-  /// Errors: `internal` if Embree refuses (its message is passed on).
-  [[nodiscard]] static Result<World> create(const WorldParams& params);
+  /// Streets and terrain are the same on both days.
+  /// Errors: `internal` if Embree refuses (its message is passed on); those of `changed`.
+  [[nodiscard]] static Result<World> create(const WorldParams& params, Day day = Day::map);
 
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;

@@ -80,10 +80,11 @@ TEST_CASE("every point of a scan without noise lies on a surface") {
     double worst = 0.0, worst_from_first_pose = 0.0;
     for (const Point& p : lidar.scan(world, drive, index)) {
       const double fired = motion_distortion ? ray_of(p).firing / 1800.0 * 0.1 : 0.0;
-      worst =
-          std::max(worst, test::distance_to_surface(world, drive.pose(drive.stamp(index) + fired) * p, 1.0));
-      worst_from_first_pose = std::max(
-          worst_from_first_pose, test::distance_to_surface(world, drive.pose(drive.stamp(index)) * p, 1.0));
+      worst = std::max(
+          worst, test::distance_to_surface(world, drive.pose(drive.stamp(index) + fired) * p, 1.0));
+      worst_from_first_pose =
+          std::max(worst_from_first_pose,
+                   test::distance_to_surface(world, drive.pose(drive.stamp(index)) * p, 1.0));
     }
     CHECK(worst < 1e-3);
     CHECK((worst_from_first_pose > 0.1) == motion_distortion);
@@ -155,6 +156,80 @@ TEST_CASE("a world where every return is lost gives empty scans") {
   const World world = test::make_world(params);
   const Drive drive = test::make_drive(world, params);
   CHECK(Lidar(params.lidar, params.seed).scan(world, drive, 0).empty());
+}
+
+TEST_CASE("nothing returns from a covered sector, and the other rays are as they were") {
+  WorldParams params = test::small_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  const PointCloud open = Lidar(params.lidar, params.seed).scan(world, drive, 5);
+  struct Sector {
+    double from, to;
+  };
+  for (const Sector& sector : {Sector{-30.0, 90.0}, Sector{100.0, -100.0}, Sector{-180.0, 0.0}}) {
+    CAPTURE(sector.from);
+    params.lidar.covered_from = sector.from;
+    params.lidar.covered_to = sector.to;
+    const PointCloud covered = Lidar(params.lidar, params.seed).scan(world, drive, 5);
+    PointCloud expected;
+    for (const Point& p : open) {
+      const double azimuth = 180.0 - 0.2 * ray_of(p).firing;  // (-180, 180]
+      const bool between = azimuth >= sector.from - 1e-6 && azimuth <= sector.to + 1e-6;
+      const bool round = azimuth >= sector.from - 1e-6 || azimuth <= sector.to + 1e-6;
+      const bool is_behind = std::abs(azimuth - 180.0) < 1e-6 && sector.from == -180.0;
+      if (!(sector.from < sector.to ? between || is_behind : round)) expected.push_back(p);
+    }
+    CHECK(covered.size() > open.size() / 5);
+    CHECK(covered.size() < open.size() * 4 / 5);
+    CHECK((covered == expected));
+  }
+}
+
+TEST_CASE("clutter returns its share of the rays before their surfaces, and no other ray differs") {
+  WorldParams params = exact_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  std::map<Ray, double> clear;
+  for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) clear[ray_of(p)] = p.norm();
+  params.lidar.clutter = 0.1;
+  std::size_t early = 0, in_the_sky = 0, rays = 0;
+  for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) {
+    ++rays;
+    const auto surface = clear.find(ray_of(p));
+    if (surface == clear.end()) {
+      ++in_the_sky;
+    } else if (p.norm() < surface->second - 1e-9) {
+      ++early;
+    } else {
+      CHECK(p.norm() == surface->second);
+      continue;
+    }
+    CHECK(p.norm() >= params.lidar.min_range);
+    CHECK(p.norm() <= 15.0);
+  }
+  CHECK(static_cast<double>(early) / static_cast<double>(clear.size()) ==
+        doctest::Approx(0.1).epsilon(0.1));
+  CHECK(in_the_sky > 100);
+  CHECK(rays == clear.size() + in_the_sky);
+}
+
+TEST_CASE("a sensor may be disturbed for a part of the drive only") {
+  WorldParams params = test::small_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  const Lidar clear(params.lidar, params.seed);
+  params.lidar.clutter = 0.05;
+  params.lidar.covered_from = 0.0;
+  params.lidar.covered_to = 60.0;
+  params.lidar.disturbed_from = 0.25;
+  params.lidar.disturbed_to = 0.5;
+  const Lidar disturbed(params.lidar, params.seed);
+  for (const double at : {0.0, 0.24, 0.26, 0.49, 0.51, 0.99}) {
+    CAPTURE(at);
+    const auto index = static_cast<std::size_t>(at * static_cast<double>(drive.scans()));
+    const bool same = disturbed.scan(world, drive, index) == clear.scan(world, drive, index);
+    CHECK(same == (at < 0.25 || at > 0.5));
+  }
 }
 
 }  // namespace

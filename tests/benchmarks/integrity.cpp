@@ -1,0 +1,374 @@
+// Whether the localizer knows when it is right: simulated worlds, what changed in them since the
+// map was made, wrong starts and kidnaps, against what the localizer says of each scan.
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arguments.hpp"
+#include "drive.hpp"
+#include "integrity_runs.hpp"
+#include "integrity_worlds.hpp"
+#include "simulate/random.hpp"
+#include "support/plugins.hpp"
+#include "support/real_data.hpp"
+#include "terminal/command_line.hpp"
+#include "vantage/engine/bundle_build.hpp"
+#include "vantage/kit/atomic_file.hpp"
+
+namespace vantage::benchmarks {
+namespace {
+
+constexpr std::size_t kScansAfterWrongStart = 30;
+constexpr int kKidnaps = 2;
+
+struct Options {
+  std::vector<std::uint64_t> seeds{101, 102};
+  std::vector<std::string> worlds, matchers{"ndt", "icp", "gicp"},
+      maps{"whole", "points", "prepared"}, scenarios;
+  std::string localizer;  // lines of [localizer], with ';' between them
+  std::size_t scans = 0;  // of a run; 0: all
+  std::filesystem::path json;
+  bool quick = false;
+  std::size_t jobs = 1;
+};
+
+/// How a map is stored and cut.
+struct NamedMap {
+  std::string name, partitioner, content;
+};
+const std::vector<NamedMap>& all_maps() {
+  static const std::vector<NamedMap> maps{
+      {"whole", "plugin = \"whole_map\"", "points"},
+      {"points", "plugin = \"uniform_grid\"\nparams = { cell_width = 20.0 }", "points"},
+      {"prepared", "plugin = \"uniform_grid\"\nparams = { cell_width = 20.0 }", "prepared"}};
+  return maps;
+}
+
+Result<Config> config_of(const NamedMap& map, const std::string& matcher, const Options& options,
+                         const std::filesystem::path& bundle) {
+  std::string localizer = options.localizer;
+  std::ranges::replace(localizer, ';', '\n');
+  const bool whole = map.name == "whole";
+  VANTAGE_TRY(const Table table,
+              parse_toml(fmt::format(R"(schema = 1
+[map]
+files = ["map.pcd"]
+[partitioner]
+{}
+[ground]
+plugin = "pmf"
+[viewpoints]
+voxel_size = 2.0
+sensor_height = 1.0
+[visibility]
+plugin = "keep_all"
+{}[store]
+plugin = "pcd_tiles"
+content = "{}"
+params = {{ root = "{}", overwrite = true }}
+[matcher]
+plugin = "{}"
+[localizer]
+scan_min_range = 1.0
+prefetch = false
+{}
+)",
+                                     map.partitioner, whole ? "" : "max_range = 60.0\n",
+                                     map.content, bundle.string(), matcher, localizer),
+                         "integrity"));
+  return parse_config(table);
+}
+
+/// The bundles of one map, each built when it is first asked for.
+class Bundles {
+ public:
+  Bundles(PointCloud map, const Options& options) : map_(std::move(map)), options_(options) {}
+
+  [[nodiscard]] Result<Bundle> open(const NamedMap& map) {
+    const std::filesystem::path place = folder_.path() / map.name;
+    const PluginLoader plugins = test::built_plugins();
+    if (!std::filesystem::exists(place)) {
+      // Points are the same for all matchers; only ndt prepares maps.
+      VANTAGE_TRY(const Config config, config_of(map, "ndt", options_, place));
+      VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
+      VANTAGE_CHECK(build.run(map_, {}));
+    }
+    return Bundle::open(place, plugins);
+  }
+
+ private:
+  PointCloud map_;
+  const Options& options_;
+  test::TemporaryFolder folder_;
+};
+
+/// A run that is to be done.
+struct Task {
+  Scenario scenario;
+  std::size_t part = 0;
+  Pose start;
+  std::size_t begin = 0, end = 0;  // scans
+};
+
+/// 5 to 40 m and any heading off, within the campus.
+Pose wrong_start(const Pose& T_map_sensor, const simulation::WorldParams& params,
+                 std::size_t part) {
+  simulation::Random random(hash(params.seed, 0x577a47U, part));
+  constexpr double kPi = std::numbers::pi, kBorder = 5.0;
+  while (true) {
+    const double metres = random.uniform(5.0, 40.0), direction = kPi * random.symmetric();
+    const Point place =
+        T_map_sensor.translation + metres * Point(std::cos(direction), std::sin(direction), 0.0);
+    const double turn = kPi * random.symmetric();
+    if (std::abs(place.x() - params.campus.origin_x) > params.campus.size_x / 2.0 - kBorder ||
+        std::abs(place.y() - params.campus.origin_y) > params.campus.size_y / 2.0 - kBorder) {
+      continue;
+    }
+    return {.rotation = rotation_from_vector({0.0, 0.0, turn}) * T_map_sensor.rotation,
+            .translation = place};
+  }
+}
+
+std::vector<Task> tasks_of(const NamedWorld& world, Scenario scenario, const SimulatedDrive& drive,
+                           const simulation::WorldParams& params) {
+  const std::size_t scans = drive.scans.size();
+  if (scenario != Scenario::wrong_start) {
+    return {
+        {.scenario = scenario, .start = drive.reference.front().pose, .begin = 0, .end = scans}};
+  }
+  std::vector<Task> tasks;
+  const auto starts = static_cast<std::size_t>(world.wrong_starts);
+  const std::size_t length = std::min(kScansAfterWrongStart, scans);
+  for (std::size_t k = 0; k < starts; ++k) {
+    const std::size_t begin = k * (scans - length) / std::max<std::size_t>(1, starts - 1);
+    tasks.push_back({.scenario = scenario,
+                     .part = k,
+                     .start = wrong_start(drive.reference[begin].pose, params, k),
+                     .begin = begin,
+                     .end = begin + length});
+  }
+  return tasks;
+}
+
+JudgedScan judge(const ScanReport& report, const Pose& truth) {
+  JudgedScan scan{.stamp = report.stamp,
+                  .tracking = report.tracking,
+                  .risk = report.risk,
+                  .has_pose = report.has_pose,
+                  .seconds_align = report.seconds_align,
+                  .seconds_search = report.seconds_search,
+                  .reason = report.reason};
+  if (report.has_pose) {
+    const PoseError error = error_of(report.T_map_scan, truth);
+    scan.metres = error.centimetres / 100.0;
+    scan.degrees = error.degrees;
+  }
+  if (report.alignment) {
+    scan.nvtl = report.alignment->score.nvtl;
+    scan.coverage = report.alignment->score.coverage;
+  }
+  return scan;
+}
+
+Result<std::vector<JudgedScan>> localize(Localizer localizer, const Task& task,
+                                         const SimulatedDrive& drive) {
+  VANTAGE_CHECK(localizer.start(task.start));
+  std::vector<JudgedScan> scans;
+  for (std::size_t i = task.begin; i < task.end; ++i) {
+    std::optional<Pose> odometry;
+    if (task.scenario != Scenario::constant_velocity) odometry = drive.odometry[i].pose;
+    VANTAGE_TRY(const ScanReport report, localizer.localize({.stamp = drive.reference[i].stamp,
+                                                             .points = drive.scans[i],
+                                                             .odometry = odometry}));
+    scans.push_back(judge(report, drive.reference[i].pose));
+    scans.back().misled =
+        drive.kidnapped[i] || (task.scenario == Scenario::wrong_start && i == task.begin);
+  }
+  return scans;
+}
+
+class Bench {
+ public:
+  explicit Bench(const Options& options) : options_(options) {}
+
+  [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed) {
+    const auto begin = std::chrono::steady_clock::now();
+    const std::size_t before = scans_;
+    for (const bool kidnapped : {false, true}) {
+      std::vector<Scenario> scenarios;
+      for (const Scenario scenario : world.scenarios) {
+        if ((scenario == Scenario::kidnap) == kidnapped && is_wanted(scenario)) {
+          scenarios.push_back(scenario);
+        }
+      }
+      if (!scenarios.empty()) VANTAGE_CHECK(add(world, seed, scenarios, kidnapped));
+    }
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    std::cerr << fmt::format("{}, seed {}: {} scans in {:.1f} s\n", world.name, seed,
+                             scans_ - before, seconds.count());
+    return {};
+  }
+
+  [[nodiscard]] const std::vector<JudgedRun>& runs() const { return runs_; }
+
+ private:
+  [[nodiscard]] bool is_wanted(Scenario scenario) const {
+    return options_.scenarios.empty() ||
+           std::ranges::find(options_.scenarios, to_string(scenario)) != options_.scenarios.end();
+  }
+
+  [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed,
+                                 const std::vector<Scenario>& scenarios, bool kidnapped) {
+    VANTAGE_TRY(const auto params, params_of(world, seed, kidnapped ? kKidnaps : 0));
+    VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans));
+    VANTAGE_TRY(Bundles * bundles, bundles_of(params));
+    for (const std::string& name : options_.maps) {
+      const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);
+      VANTAGE_TRY(const Bundle bundle, bundles->open(map));
+      for (const std::string& matcher : options_.matchers) {
+        if (map.content == "prepared" && matcher != "ndt") continue;
+        VANTAGE_TRY(const Config config, config_of(map, matcher, options_, bundle.name()));
+        std::vector<Task> tasks;
+        for (const Scenario scenario : scenarios) {
+          const auto more = tasks_of(world, scenario, drive, params);
+          tasks.insert(tasks.end(), more.begin(), more.end());
+        }
+        VANTAGE_CHECK(localize_all(tasks, drive, bundle, config,
+                                   {.world = world.name,
+                                    .seed = seed,
+                                    .matcher = matcher,
+                                    .map = name,
+                                    .ambiguous = world.ambiguous}));
+      }
+    }
+    return {};
+  }
+
+  /// @param run  all but what belongs to a task
+  [[nodiscard]] Result<void> localize_all(const std::vector<Task>& tasks,
+                                          const SimulatedDrive& drive, const Bundle& bundle,
+                                          const Config& config, const JudgedRun& run) {
+    std::vector<std::optional<Result<std::vector<JudgedScan>>>> done(tasks.size());
+    tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t k) {
+      auto localizer = Localizer::open(bundle, config, test::built_plugins());
+      if (!localizer) {
+        done[k] = fail(std::move(localizer).error());
+      } else {
+        done[k] = localize(*std::move(localizer), tasks[k], drive);
+      }
+    });
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      runs_.push_back(run);
+      runs_.back().scenario = to_string(tasks[k].scenario);
+      runs_.back().part = tasks[k].part;
+      VANTAGE_TRY(runs_.back().scans, *std::move(done[k]));
+      scans_ += runs_.back().scans.size();
+    }
+    return {};
+  }
+
+  /// Worlds with the same map share its bundles.
+  [[nodiscard]] Result<Bundles*> bundles_of(const simulation::WorldParams& params) {
+    simulation::WorldParams key;
+    key.seed = params.seed;
+    key.campus = params.campus;
+    key.map = params.map;
+    auto& bundles = bundles_[simulation::to_world_file(key)];
+    if (!bundles) {
+      VANTAGE_TRY(PointCloud map, simulated_map(key));
+      bundles = std::make_unique<Bundles>(std::move(map), options_);
+    }
+    return bundles.get();
+  }
+
+  const Options& options_;
+  std::map<std::string, std::unique_ptr<Bundles>> bundles_;
+  std::vector<JudgedRun> runs_;
+  std::size_t scans_ = 0;
+};
+
+Result<void> run(Options options) {
+  if (options.quick) {
+    options.seeds.resize(1);
+    options.maps = {"points"};
+    if (options.scans == 0) options.scans = 60;
+  }
+  const cli::ThreadLimit threads(options.jobs);
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<JudgedRun> runs;
+  std::size_t scans = 0;
+  for (const std::uint64_t seed : options.seeds) {
+    Bench bench(options);
+    for (const NamedWorld& world : all_worlds()) {
+      if (options.worlds.empty() ||
+          std::ranges::find(options.worlds, world.name) != options.worlds.end()) {
+        VANTAGE_CHECK(bench.add(world, seed));
+      }
+    }
+    for (const JudgedRun& run : bench.runs()) scans += run.scans.size();
+    runs.insert(runs.end(), bench.runs().begin(), bench.runs().end());
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  std::cerr << fmt::format("{} scans in {:.0f} s: {:.0f} a minute\n", scans, seconds.count(),
+                           60.0 * static_cast<double>(scans) / seconds.count());
+  print(runs);
+  if (options.json.empty()) return {};
+  return io::write_text_atomically(options.json, to_json(runs));
+}
+
+void declare(Arguments& arguments, Options& options) {
+  arguments.program(
+      "./dev bench integrity",
+      "Whether the localizer knows when it is right: simulated worlds, changes since the map was "
+      "made, wrong starts and kidnaps; markdown tables.");
+  const auto names = [](const auto& all) {
+    std::vector<std::string> result;
+    for (const auto& one : all) result.push_back(one.name);
+    return result;
+  };
+  std::vector<std::string> scenarios;
+  for (const Scenario scenario : kScenarios) scenarios.emplace_back(to_string(scenario));
+  arguments.shown("--seeds", options.seeds, "of the worlds; none of configs/simulate", "N,N,...")
+      ->delimiter(',');
+  arguments
+      .add("--worlds", options.worlds, "all if left out", "NAME,NAME,...",
+           CLI::IsMember(names(all_worlds())))
+      ->delimiter(',');
+  arguments
+      .shown("--matchers", options.matchers, "which", "NAME,NAME,...",
+             CLI::IsMember({"ndt", "icp", "gicp"}))
+      ->delimiter(',');
+  arguments
+      .shown("--maps", options.maps,
+             "the whole map, region maps with points, and region maps that ndt prepared",
+             "NAME,NAME,...", CLI::IsMember(names(all_maps())))
+      ->delimiter(',');
+  arguments
+      .add("--scenarios", options.scenarios, "all if left out", "NAME,NAME,...",
+           CLI::IsMember(scenarios))
+      ->delimiter(',');
+  arguments.add("--localizer", options.localizer, "keys of [localizer]: 'min_nvtl = 0.6; ...'",
+                "PARAMS");
+  arguments.add("--scans", options.scans, "the first of each drive only", "N", CLI::PositiveNumber);
+  arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
+  arguments.flag("--quick", options.quick, "one seed, region maps with points, 60 scans a drive");
+  arguments.shown("-j,--jobs", options.jobs, "threads; results do not depend on it; 0: all", "N");
+}
+
+const auto program = table(declare, run);
+
+}  // namespace
+}  // namespace vantage::benchmarks
+
+int main(int argc, char** argv) { return vantage::benchmarks::program(argc, argv); }

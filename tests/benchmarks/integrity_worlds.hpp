@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "simulate/params.hpp"
+#include "vantage/io/trajectory_io.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::benchmarks {
+
+enum class Scenario : std::uint8_t {
+  odometry,           ///< from the right start, with odometry
+  constant_velocity,  ///< from the right start, without odometry
+  wrong_start,        ///< from starts that are far off, with odometry
+  kidnap,             ///< from the right start, with odometry, carried away on the way
+};
+inline constexpr std::array kScenarios{Scenario::odometry, Scenario::constant_velocity,
+                                       Scenario::wrong_start, Scenario::kidnap};
+[[nodiscard]] const char* to_string(Scenario scenario) noexcept;
+
+/// A row of the benchmark's table: a world, and what differs between its map and its drive.
+struct NamedWorld {
+  std::string name;
+  std::vector<std::string> overrides;  ///< of configs/simulate/integrity.toml
+  bool ambiguous = false;              ///< it has places that look alike to the sensor
+  std::vector<Scenario> scenarios{kScenarios.begin(), kScenarios.end()};
+  int wrong_starts = 5;  ///< a drive
+};
+[[nodiscard]] std::span<const NamedWorld> all_worlds();
+
+/// Errors: those of load_world; a seed of configs/simulate/, whose worlds the engine was made with.
+[[nodiscard]] Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
+                                                        int kidnaps);
+
+/// @return  what map.pcd would hold, map frame [m]
+[[nodiscard]] Result<PointCloud> simulated_map(const simulation::WorldParams& params);
+
+/// A drive with its scans, in memory.
+struct SimulatedDrive {
+  std::vector<PointCloud> scans;  ///< sensor frame [m]
+  std::vector<bool> kidnapped;    ///< whether each scan is the first after a kidnap
+  io::Trajectory reference, odometry;
+};
+/// @param most_scans  fewer if the drive is shorter; 0: all
+[[nodiscard]] Result<SimulatedDrive> simulated_drive(const simulation::WorldParams& params,
+                                                     std::size_t most_scans);
+
+}  // namespace vantage::benchmarks
