@@ -14,7 +14,7 @@ constexpr std::string_view kTitle = "vantage pcd_tiles attachment\n";
 constexpr std::size_t kLongestName = 32;
 static_assert(std::endian::native == std::endian::little);
 
-std::uint64_t checksum_of(std::string_view content) {
+std::uint64_t sum_of_attachment(std::string_view content) {
   Fnv1a sum;
   sum.add(content);
   return sum.value();
@@ -35,7 +35,7 @@ Result<std::string> attachment_name(std::string_view name) {
 std::string encode_attachment(std::span<const std::byte> bytes) {
   std::string content(kTitle);
   content.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const std::uint64_t sum = checksum_of(content);
+  const std::uint64_t sum = sum_of_attachment(content);
   content.append(reinterpret_cast<const char*>(&sum), sizeof(sum));
   return content;
 }
@@ -50,7 +50,7 @@ Result<std::vector<std::byte>> decode_attachment(std::string_view content,
   if (content.size() < kTitle.size() + sizeof(sum)) return corrupt("the file is cut off");
   const std::string_view body = content.substr(0, content.size() - sizeof(sum));
   std::memcpy(&sum, content.data() + body.size(), sizeof(sum));
-  if (sum != checksum_of(body)) return corrupt("the checksum does not fit the content");
+  if (sum != sum_of_attachment(body)) return corrupt("the checksum does not fit the content");
   const auto bytes = std::as_bytes(std::span(body.substr(kTitle.size())));
   return std::vector<std::byte>(bytes.begin(), bytes.end());
 }
