@@ -16,11 +16,11 @@ inline constexpr double kTunnelMouth = 15.0;  ///< from a tunnel to the next cro
 /// kRowPitch, evenly around the middle of the side.
 [[nodiscard]] Campus make_rows(const Block& block, const Terrain& terrain);
 
-/// The crossings between which the tunnel is: the second street of route 0.
-/// Precondition: the layout is `tunnel`.
+/// A part of a street, from one crossing to the next.
 struct Street {
   Eigen::Vector2d from, to;
 };
+/// The second street of route 0, over which the tunnel is built.
 [[nodiscard]] Street tunnel_street(const StreetGrid& streets);
 
 /// A tunnel over the middle of that street: two smooth walls and a ceiling.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -33,9 +34,8 @@ constexpr std::size_t kScansAfterWrongStart = 30;
 constexpr int kKidnaps = 2;
 
 struct Options {
-  std::vector<std::uint64_t> seeds{101, 102};
-  std::vector<std::string> worlds, matchers{"ndt", "icp", "gicp"},
-      maps{"whole", "points", "prepared"}, scenarios;
+  std::vector<std::uint64_t> seeds;
+  std::vector<std::string> worlds, matchers{"ndt", "icp", "gicp"}, maps, scenarios;
   std::string localizer;  // lines of [localizer], with ';' between them
   std::size_t scans = 0;  // of a run; 0: all
   std::filesystem::path json;
@@ -298,12 +298,18 @@ class Bench {
   std::size_t scans_ = 0;
 };
 
+/// What the command line leaves open, for a look of a minute.
+Options quick(Options options) {
+  if (options.seeds.empty()) options.seeds = {101};
+  if (options.maps.empty()) options.maps = {"points"};
+  if (options.scans == 0) options.scans = 60;
+  return options;
+}
+
 Result<void> run(Options options) {
-  if (options.quick) {
-    options.seeds.resize(1);
-    options.maps = {"points"};
-    if (options.scans == 0) options.scans = 60;
-  }
+  if (options.quick) options = quick(std::move(options));
+  if (options.seeds.empty()) options.seeds = {101, 102};
+  if (options.maps.empty()) options.maps = {"whole", "points", "prepared"};
   const cli::ThreadLimit threads(options.jobs);
   const auto begin = std::chrono::steady_clock::now();
   std::vector<JudgedRun> runs;
@@ -339,7 +345,9 @@ void declare(Arguments& arguments, Options& options) {
   };
   std::vector<std::string> scenarios;
   for (const Scenario scenario : kScenarios) scenarios.emplace_back(to_string(scenario));
-  arguments.shown("--seeds", options.seeds, "of the worlds; none of configs/simulate", "N,N,...")
+  arguments
+      .add("--seeds", options.seeds,
+           "of the worlds, none of configs/simulate; 101 and 102 if left out", "N,N,...")
       ->delimiter(',');
   arguments
       .add("--worlds", options.worlds, "all if left out", "NAME,NAME,...",
@@ -350,9 +358,9 @@ void declare(Arguments& arguments, Options& options) {
              CLI::IsMember({"ndt", "icp", "gicp"}))
       ->delimiter(',');
   arguments
-      .shown("--maps", options.maps,
-             "the whole map, region maps with points, and region maps that ndt prepared",
-             "NAME,NAME,...", CLI::IsMember(names(all_maps())))
+      .add("--maps", options.maps,
+           "the whole map, region maps with points, region maps that ndt prepared; all if left out",
+           "NAME,NAME,...", CLI::IsMember(names(all_maps())))
       ->delimiter(',');
   arguments
       .add("--scenarios", options.scenarios, "all if left out", "NAME,NAME,...",
@@ -362,7 +370,8 @@ void declare(Arguments& arguments, Options& options) {
                 "PARAMS");
   arguments.add("--scans", options.scans, "the first of each drive only", "N", CLI::PositiveNumber);
   arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
-  arguments.flag("--quick", options.quick, "one seed, region maps with points, 60 scans a drive");
+  arguments.flag("--quick", options.quick,
+                 "unless given: one seed, region maps with points, 60 scans a drive");
   arguments.shown("-j,--jobs", options.jobs, "threads; results do not depend on it; 0: all", "N");
 }
 
