@@ -33,9 +33,10 @@ void print_priors(const PriorUse& prior, std::size_t scans) {
 void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
                    const cli::Style& style) {
   std::cout << fmt::format(
-      "{} scans ({}): {} tracked, {} lost, found again {} times; {} region switches, {} blocking\n",
-      s.scans, run.stamp_rule, s.tracked, s.count("lost"), s.count("recovered"),
-      s.count("switched"), s.count("blocked"));
+      "{} scans ({}): {} tracked, {} uncertain, {} lost, found again {} times; {} region switches, "
+      "{} blocking\n",
+      s.scans, run.stamp_rule, s.tracked, s.count("uncertain"), s.count("lost"),
+      s.count("recovered"), s.count("switched"), s.count("blocked"));
   if (run.skipped.not_later > 0) {
     std::cout << fmt::format("{} scans stamped no later than the one before were skipped\n",
                              run.skipped.not_later);

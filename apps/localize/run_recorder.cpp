@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "localize/diagnostics.hpp"
 #include "vantage/evaluation/metrics.hpp"
 
 namespace vantage {
@@ -60,11 +61,6 @@ void add_metrics(Values& values, const RunScan& scan) {
       values.add(std::string(metric.key), fmt::format("{}", *x));
     }
   }
-}
-
-Diagnostic::Level level_of(const ScanReport& report) {
-  if (report.tracking == Tracking::tracked) return Diagnostic::Level::ok;
-  return report.has_pose ? Diagnostic::Level::warn : Diagnostic::Level::error;
 }
 
 }  // namespace
@@ -160,10 +156,9 @@ Result<void> RunRecorder::add_diagnostics(const RunScan& result) {
   add_metrics(values, result);
   values.add("origin_m", text_of(origin_));
   if (!has_maps_) values.add("map", std::string(kNoMaps));
-  const bool tracked = report.tracking == Tracking::tracked;
   const std::array diagnostics{Diagnostic{.level = level_of(report),
                                           .name = "vantage: localization",
-                                          .message = tracked ? "tracked" : report.reason,
+                                          .message = message_of(report),
                                           .values = std::move(values).take()}};
   VANTAGE_TRY(const auto message,
               io::ros::write_diagnostics({.stamp = report.stamp, .frame = kMapFrame}, diagnostics));

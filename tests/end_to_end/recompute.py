@@ -125,6 +125,11 @@ def recompute(path):
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     tracked = [row["tracking"] == "tracked" for row in rows]
+    for i, row in enumerate(rows):
+        if row["tracking"] not in ("tracked", "uncertain", "lost"):
+            problems.append(f"{path}:{i + 2}: no state: {row['tracking']}")
+        if (row["risk"] != "") != (row["x"] != "") or not 0.0 <= float(row["risk"] or 0.0) <= 1.0:
+            problems.append(f"{path}:{i + 2}: no risk of the pose: {row['risk']!r}")
     truth = [pose(row, "ref_") for row in rows]
     found = [pose(row, "") for row in rows]
     errors = [
@@ -143,6 +148,7 @@ def recompute(path):
     switched = [row["switched"] == "1" for row in rows]
     good = [e for e, t in zip(errors, tracked) if t and e is not None]
     far = [e is not None and (e[0] > 2.0 or e[1] > 5.0) for e in errors]
+    beyond_alert = [e is not None and (e[0] > 0.5 or e[1] > 3.0) for e in errors]
     lcp = statistics(
         [float(r["fitness"]) / float(r["map_points"])
          for r, t in zip(rows, tracked) if t and r["fitness"] and r["map_points"]]
@@ -155,9 +161,11 @@ def recompute(path):
         "scans": {
             "total": len(rows),
             "tracked": sum(tracked),
-            "lost": len(rows) - sum(tracked),
+            "lost": sum(row["tracking"] == "lost" for row in rows),
+            "uncertain": sum(row["tracking"] == "uncertain" for row in rows),
             "far_off": sum(far) if seen else None,
             "wrong": sum(f and t for f, t in zip(far, tracked)) if good else None,
+            "misleading": sum(b and t for b, t in zip(beyond_alert, tracked)) if good else None,
             "recovered": total("recovered"),
             "switched": sum(switched[1:]),
             "outside": total("outside"),

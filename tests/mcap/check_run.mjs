@@ -1,7 +1,7 @@
 // Compares the recording of a run with the run's own files:
 //   VANTAGE_NODE_MODULES=.../node_modules node check_run.mjs RUN.mcap RUN_FOLDER SCANS MAPS SHIFT LEVELS
 // SCANS: folder of the scans; MAPS: whether /map is there; SHIFT: "x,y,z", the origin [m];
-// LEVELS: those of diagnostics that must be there, "012" for OK, WARN and ERROR.
+// LEVELS: those of diagnostics that must be there: "0", "1" and "2" for OK, WARN and ERROR.
 import assert from "node:assert/strict";
 import { readdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -95,22 +95,24 @@ rows.forEach((row, i) => {
   const { logTime, value } = messagesOf("/diagnostics")[i];
   assert.equal(logTime, stampOf(row.stamp));
   const [status] = value.status;
-  const level = row.tracking === "tracked" ? 0 : row.x !== "" ? 1 : 2;
+  const level = ["tracked", "uncertain", "lost"].indexOf(row.tracking);
   assert.equal(status.level, level);
   seenLevels.add(level);
-  if (level === 0) assert.equal(status.message, "tracked");
-  else assert.ok(row.reason.startsWith(`"${status.message.split(/[",]/)[0]}`), status.message);
+  const [state, ...reason] = status.message.split(": ");
+  assert.equal(state, row.tracking);
+  if (level === 2) assert.ok(reason.length > 0, "a lost scan has a reason");
+  assert.ok(row.reason.startsWith(`"${reason.join(": ").split(/[",]/)[0]}`), status.message);
   const values = Object.fromEntries(status.values.map(({ key, value }) => [key, value]));
   assert.equal(values.tracking, row.tracking);
   for (const [name, column] of [["align_ms", "align_ms"], ["stall_ms", "stall_ms"],
     ["fitness", "fitness"], ["nvtl", "nvtl"], ["coverage", "coverage"], ["sigma_m", "sigma_m"],
-    ["error_m", "error_m"], ["error_deg", "error_deg"]]) {
+    ["risk", "risk"], ["error_m", "error_m"], ["error_deg", "error_deg"]]) {
     if (row[column] === "") assert.equal(values[name], undefined, name);
     else near(Number(values[name]), Number(row[column]), 1e-4, `${row.stamp} ${name}`);
   }
 });
 
-assert.equal([...seenLevels].sort().join(""), levels);
+for (const level of levels) assert.ok(seenLevels.has(Number(level)), `level ${level} is missing`);
 
 // ASCII and binary PCD say how many points they have in their head.
 const files = (await readdir(scans)).filter((name) => name.endsWith(".pcd")).sort();

@@ -137,8 +137,9 @@ TEST_CASE("the page names every metric and shows its statistics") {
 
 TEST_CASE("the page has every section, each in the navigation, and closes what it opens") {
   const std::string page = page_of(made_evaluation({.configs = {"wide", "L10", "L20"}}));
-  for (const std::string id : {"verdict", "points", "accuracy", "regionmaps", "alignment",
-                               "fitness", "lcp", "error", "trajectories", "view", "method"}) {
+  for (const std::string id :
+       {"verdict", "points", "accuracy", "regionmaps", "alignment", "fitness", "lcp", "error",
+        "risk", "trajectories", "view", "method"}) {
     CAPTURE(id);
     CHECK(page.find("<section id=\"" + std::string(id) + "\">") != std::string::npos);
     CHECK(page.find("<a href=\"#" + std::string(id) + "\">") != std::string::npos);
@@ -272,6 +273,25 @@ TEST_CASE("a bundle without points, no map and no error still make a page") {
   CHECK(imbalance(markup_of(page)).empty());
   CHECK(page.find("nan") == page.find("nan", page.find("<script")));  // none in text or pictures
   CHECK(markup_of(page).find("60 of 60 scans lost") != std::string::npos);
+}
+
+std::size_t times(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+TEST_CASE("the page shows tracked, uncertain and lost scans, and the risk along the route") {
+  const std::string markup = markup_of(page_of(made_evaluation({.configs = {"wide", "L10"}})));
+  CHECK(times(markup, "<path class=\"uncertain\"") == 2);  // one a configuration
+  CHECK(times(markup, "<path class=\"lost\"") == 2);
+  CHECK(markup.find("risk 1e-06") != std::string::npos);
+  CHECK(markup.find("uncertain: the fit is &lt;poor&gt;") != std::string::npos);
+  CHECK(markup.find("60 scans, 1 uncertain, 1 lost") != std::string::npos);
+  CHECK(markup.find("; 1 of 60 scans lost, 1 uncertain.") != std::string::npos);
+  CHECK(markup.find("</i>scan uncertain</span>") != std::string::npos);
+  CHECK(markup.find("data-file=\"risk-way\"") != std::string::npos);
+  CHECK(markup.find("data-metric=\"scans.uncertain\" data-value=\"1\"") != std::string::npos);
 }
 
 TEST_CASE("the terminal's table: a row each, baselines beneath, nothing measured is a dash") {

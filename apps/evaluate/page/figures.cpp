@@ -107,9 +107,8 @@ double longest_way(const Evaluation& e, std::size_t route) {
 }
 
 /// One curve per configuration over the distance travelled.
-std::vector<std::string> lines(const Evaluation& e, const std::string& what,
-                               const std::string& label, std::string_view metric, bool from_zero) {
-  const Axis y = report::axis_over(label, everything(e, metric, false), from_zero, 5);
+std::vector<std::string> lines(const Evaluation& e, const std::string& what, const Axis& y,
+                               std::string_view metric) {
   std::vector<std::string> panels;
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     LinePanel panel{
@@ -124,6 +123,19 @@ std::vector<std::string> lines(const Evaluation& e, const std::string& what,
     panels.push_back(to_svg(panel, 560.0, 210.0));
   }
   return panels;
+}
+
+std::vector<std::string> lines(const Evaluation& e, const std::string& what,
+                               const std::string& label, std::string_view metric, bool from_zero) {
+  return lines(e, what, report::axis_over(label, everything(e, metric, false), from_zero, 5),
+               metric);
+}
+
+/// Up to 1, logarithmic. Risks below 1e-9 are drawn at the lower end.
+Axis risk_axis(const std::vector<double>& risks) {
+  double least = 0.1;
+  for (const double risk : risks) least = std::min(least, std::max(risk, 1e-9));
+  return report::logarithmic_axis("integrity risk, less is better", least, 1.0);
 }
 
 /// The cumulative distribution of a metric over one run.
@@ -237,7 +249,7 @@ std::string error_figures(const Evaluation& e) {
   if (!has_reference(e)) return "<p>No scan has both a reference and an estimate.</p>\n";
   std::string html =
       "<p>Errors against the reference of tracked scans, without aligning trajectories. A gap in a "
-      "curve is a scan that was lost or has no reference.</p>\n";
+      "curve is a scan that was not tracked or has no reference.</p>\n";
   std::string figures =
       report::figure(lines(e, "Position error along the route", "error [cm]", "error_m", true),
                      "Error along the route.", "error-way");
@@ -256,6 +268,19 @@ std::string error_figures(const Evaluation& e) {
   figures += report::figure(boxes(e, "Rotation error", "error [°]", "error_deg", true),
                             "Rotation error.", "error-rotation");
   return html + side_by_side(figures) + against;
+}
+
+std::string risk_figures(const Evaluation& e) {
+  const std::vector<double> risks = everything(e, "risk", false);
+  if (risks.empty()) return "<p>No scan has a pose.</p>\n";
+  return "<p>The integrity risk is the localizer’s own estimate of the probability that a pose is "
+         "beyond the alert limit. The localizer knows no reference: compare the risk with the "
+         "error.</p>\n" +
+         report::figure(
+             lines(e, "Integrity risk along the route", risk_axis(risks), "risk"),
+             "Integrity risk of every scan that has a pose, tracked or not. A gap in a curve is a "
+             "scan without a pose.",
+             "risk-way");
 }
 
 }  // namespace vantage::page

@@ -13,5 +13,7 @@ namespace vantage::page {
 /// Fig. 12: LCP, over scans and for each region.
 [[nodiscard]] std::string lcp_figures(const Evaluation& evaluation);
 [[nodiscard]] std::string error_figures(const Evaluation& evaluation);
+/// The integrity risk along the routes.
+[[nodiscard]] std::string risk_figures(const Evaluation& evaluation);
 
 }  // namespace vantage::page

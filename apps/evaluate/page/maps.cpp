@@ -13,6 +13,7 @@
 #include "report/plan.hpp"
 #include "report/points.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/metrics.hpp"
 
 namespace vantage::page {
 namespace {
@@ -168,8 +169,10 @@ std::string tip_of(const Run& run, std::size_t i, double way) {
     text += fmt::format("\n{:.1f} cm, {:.2f}°", 100.0 * scan.error->metres, scan.error->degrees);
   }
   if (scan.report.switched) text += "\nswitched to this region";
-  if (!is_tracked(scan)) text += "\nlost: " + scan.report.reason;
-  return text;
+  text += fmt::format("\nrisk {}", shown(*find_metric("risk"), scan.report.risk));
+  if (is_tracked(scan)) return text;
+  text += fmt::format("\n{}", to_string(scan.report.tracking));
+  return scan.report.reason.empty() ? text : text + ": " + scan.report.reason;
 }
 
 std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindow& window) {
@@ -182,8 +185,9 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   const RunSummary& s = r.run->summary;
   svg += fmt::format(
       "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" dx=\"8\">{} "
-      "scans, {} lost, {} switches</tspan></text>\n",
-      escaped(report::shortened(title, 40)), s.scans, s.count("lost"), s.count("switched"));
+      "scans, {} uncertain, {} lost, {} switches</tspan></text>\n",
+      escaped(report::shortened(title, 40)), s.scans, s.count("uncertain"), s.count("lost"),
+      s.count("switched"));
   svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
                      window.height());
   svg += frame(window);
@@ -210,7 +214,7 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
     const auto& p = scan.report.T_map_scan.translation;
     const double x = window.x(p.x()), y = window.y(p.y());
     const std::string tip = "<title>" + escaped(tip_of(run, i, way[i])) + "</title>";
-    if (!is_tracked(scan)) {
+    if (scan.report.tracking == Tracking::lost) {
       above += fmt::format("<path class=\"lost\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\">{}</path>\n",
                            x - 4.0, y - 4.0, tip);
       continue;
@@ -219,6 +223,12 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
       above += fmt::format(
           "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\">{}</circle>\n", x, y,
           ring, tip);
+    }
+    if (scan.report.tracking == Tracking::uncertain) {
+      above +=
+          fmt::format("<path class=\"uncertain\" d=\"M{:.1f} {:.1f}l4 4l-4 4l-4 -4z\">{}</path>\n",
+                      x, y - 4.0, tip);
+      continue;
     }
     const Number error = shown_value("error_m", scan);
     svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",
@@ -233,7 +243,8 @@ std::string trajectory_legend() {
     html += fmt::format("<span><i class=\"dot e{}\"></i>{}</span> ", k, kErrorClasses[k].label);
   }
   return html +
-         "<span><i class=\"dot ringed\"></i>map switched</span> <span><i class=\"cross\">✕</i>scan "
+         "<span><i class=\"dot ringed\"></i>map switched</span> <span><i "
+         "class=\"rhomb\">◇</i>scan uncertain</span> <span><i class=\"cross\">✕</i>scan "
          "lost</span> <span><i class=\"bar\"></i>region border</span></p>\n";
 }
 
@@ -320,8 +331,11 @@ Result<std::string> trajectories(const Evaluation& e) {
     for (const MapRun& r : runs_of(e, route)) {
       if (r.own()) panels.push_back(trajectory_svg(e, r, window));
     }
-    html += report::figure(panels, "Estimated positions, coloured by error; grey line: reference.",
-                           fmt::format("trajectory-{}", route + 1));
+    html +=
+        report::figure(panels,
+                       "Estimated positions; those of tracked scans are coloured by error. Grey "
+                       "line: reference.",
+                       fmt::format("trajectory-{}", route + 1));
   }
   return html;
 }

@@ -24,6 +24,12 @@ constexpr std::array kDefinitions{
         "Relative error",
         "translation and angle of (true motion)⁻¹ · (estimated motion), from each scan "
         "to the next, and to the first scan at least 10 m on along the reference; both tracked"},
+    Definition{"Tracked, uncertain, lost",
+               "tracked: the pose comes from matching and can be trusted; uncertain: it comes from "
+               "matching, but evidence for or against it is missing; lost: it is a prediction, or "
+               "was found and not yet confirmed"},
+    Definition{"Alert limit",
+               "the error, 0.5 m or 3°, beyond which a tracked pose is misleading information"},
     Definition{"Reduction",
                "share of the wide-area map’s points that the mean region map leaves out, over all "
                "regions; <em>reduction used</em> is the same for the maps that scans were matched "

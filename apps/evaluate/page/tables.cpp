@@ -232,19 +232,45 @@ Number mean_of(std::string_view metric, const std::vector<RouteRun>& routes) {
   return n == 0 ? Number{} : Number{sum / static_cast<double>(n)};
 }
 
-std::pair<std::size_t, std::size_t> lost_of(const std::vector<RouteRun>& routes) {
-  std::size_t lost = 0, scans = 0;
-  for (const RouteRun& r : routes) {
-    lost += r.summary.count("lost");
-    scans += r.summary.scans;
+/// What a metric counts on all routes.
+std::size_t count_of(std::string_view metric, const std::vector<RouteRun>& routes) {
+  std::size_t sum = 0;
+  for (const RouteRun& r : routes) sum += r.summary.count(metric);
+  return sum;
+}
+
+/// "; 3 of 200 scans lost, 5 uncertain, 1 misleading."
+std::string states_of(const std::vector<RouteRun>& routes) {
+  std::size_t scans = 0;
+  for (const RouteRun& r : routes) scans += r.summary.scans;
+  const std::size_t lost = count_of("lost", routes);
+  std::string text = lost == 0 ? fmt::format("; none of {} scans lost", scans)
+                               : fmt::format("; {} of {} scans lost", lost, scans);
+  if (const auto n = count_of("uncertain", routes); n > 0) text += fmt::format(", {} uncertain", n);
+  if (const auto n = count_of("misleading", routes); n > 0) {
+    text += fmt::format(", {} misleading", n);
   }
-  return {lost, scans};
+  return text + ".";
+}
+
+/// " with 3 lost, 5 uncertain", where a baseline differs from its configuration.
+std::string states_beside(const std::vector<RouteRun>& baseline, const std::vector<RouteRun>& own) {
+  std::size_t scans = 0;
+  for (const RouteRun& r : own) scans += r.summary.scans;
+  if (count_of("lost", baseline) == scans) return " lost throughout";
+  std::string text;
+  for (const char* state : {"lost", "uncertain"}) {
+    const std::size_t n = count_of(state, baseline);
+    if (n == count_of(state, own)) continue;
+    text += text.empty() ? " with " : ", ";
+    text += n == 0 ? fmt::format("none {}", state) : fmt::format("{} {}", n, state);
+  }
+  return text;
 }
 
 std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
   const EvaluatedConfig* wide = wide_area_config(e);
   const Number error = mean_of("error_m", c.routes);
-  const auto [lost, scans] = lost_of(c.routes);
   std::string text = fmt::format("<strong>{}</strong>: ", report::escaped(c.name));
   if (&c == wide) {
     text += "the wide-area map";
@@ -262,19 +288,13 @@ std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
   if (error && wide_error && &c != wide && *wide_error > 0.0) {
     text += fmt::format(", {:.2f} times the wide-area map’s", *error / *wide_error);
   }
-  text += lost == 0 ? fmt::format("; none of {} scans lost.", scans)
-                    : fmt::format("; {} of {} scans lost.", lost, scans);
+  text += states_of(c.routes);
   std::string baselines;
   for (const Baseline& baseline : c.baselines) {
     const Number theirs = mean_of("error_m", baseline.routes);
-    const std::size_t gone = lost_of(baseline.routes).first;
     baselines += (baselines.empty() ? "" : ", ") + report::escaped(baseline.name);
     if (theirs) baselines += fmt::format(" {:.2f} cm", 100.0 * *theirs);
-    if (gone == scans) {
-      baselines += " lost throughout";
-    } else if (gone != lost) {
-      baselines += gone == 0 ? " with none lost" : fmt::format(" with {} lost", gone);
-    }
+    baselines += states_beside(baseline.routes, c.routes);
   }
   if (!baselines.empty())
     text += " The same number of points, chosen otherwise: " + baselines + ".";

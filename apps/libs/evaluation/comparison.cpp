@@ -15,20 +15,34 @@ namespace {
 constexpr double kSameStamp = 1e-6;  // [s]
 constexpr std::size_t kResamples = 2000;
 
-/// What a metric counts in one run.
-std::size_t count_of(const Metric& metric, const ScanTable& table, std::size_t at) {
-  if (metric.key == "lost") return table.tracked[at] ? 0 : 1;
-  if (at == 0 && metric.is(kAfterFirst)) return 0;
-  return static_cast<std::size_t>(table.columns.find(metric.key)->second[at].value_or(0.0));
+std::optional<double> cell(const ScanTable& table, std::string_view column, std::size_t at) {
+  return table.columns.find(column)->second[at];
 }
 
-ComparedCount counted(const Comparison& c, const Metric& metric) {
+/// What a metric counts at one scan; none if that is unknown.
+std::optional<double> count_at(const Metric& metric, const ScanTable& table, std::size_t at) {
+  if (at == 0 && metric.is(kAfterFirst)) return 0.0;
+  if (!metric.is(kNotInFiles)) return cell(table, metric.key, at);
+  // Such a count follows from the state and the error.
+  RunScan scan;
+  scan.report.tracking = table.tracking[at];
+  const auto metres = cell(table, "error_m", at), degrees = cell(table, "error_deg", at);
+  if (metres && degrees) scan.error = PoseError{.metres = *metres, .degrees = *degrees};
+  return metric.value(scan);
+}
+
+/// None if one of the runs has nothing to count.
+std::optional<ComparedCount> counted(const Comparison& c, const Metric& metric) {
   ComparedCount n{.metric = &metric};
+  bool in_a = false, in_b = false;
   for (const ScanPair& pair : c.pairs) {
-    n.a += count_of(metric, c.a, pair.a);
-    n.b += count_of(metric, c.b, pair.b);
+    const auto a = count_at(metric, c.a, pair.a), b = count_at(metric, c.b, pair.b);
+    n.a += static_cast<std::size_t>(a.value_or(0.0));
+    n.b += static_cast<std::size_t>(b.value_or(0.0));
+    in_a = in_a || a;
+    in_b = in_b || b;
   }
-  return n;
+  return in_a && in_b ? std::optional(n) : std::nullopt;
 }
 
 Compared compared(const Comparison& c, const Metric& metric) {
@@ -41,7 +55,7 @@ Compared compared(const Comparison& c, const Metric& metric) {
   for (std::size_t i = 0; i < c.pairs.size(); ++i) {
     const auto [at_a, at_b] = c.pairs[i];
     if (!a[at_a] || !b[at_b]) continue;
-    if (metric.is(kTrackedOnly) && (!c.a.tracked[at_a] || !c.b.tracked[at_b])) continue;
+    if (metric.is(kTrackedOnly) && (!c.a.is_tracked(at_a) || !c.b.is_tracked(at_b))) continue;
     const double x = scale * *a[at_a], y = scale * *b[at_b];
     result.pairs.push_back(i);
     result.a.push_back(x);
@@ -114,9 +128,7 @@ Result<Comparison> compare(ScanTable a, ScanTable b) {
   }
   for (const Metric* metric : metrics_by_group()) {
     if (metric->is_count()) {
-      if (!metric->is(kNotInFiles) || metric->key == "lost") {
-        c.counts.push_back(counted(c, *metric));
-      }
+      if (const auto count = counted(c, *metric)) c.counts.push_back(*count);
       continue;
     }
     Compared result = compared(c, *metric);
@@ -140,11 +152,10 @@ std::vector<std::vector<std::string>> rows_of(const Comparison& c) {
   std::vector<std::vector<std::string>> rows{
       {"", "scans", "A", "B", "B - A", "95 % interval", "B better [%]"}};
   for (const Compared& q : c.quantities) {
-    const int digits = q.metric->digits;
     const auto text = [&](double x, const char* sign = "") {
-      return digits == 0 && std::abs(x) < 0.5
+      return q.metric->digits == 0 && std::abs(x) < 0.5
                  ? std::string("0")
-                 : fmt::format("{}{:.{}f}", x > 0.0 ? sign : "", x, digits);
+                 : (x > 0.0 ? sign : "") + rounded(*q.metric, x);
     };
     rows.push_back({heading(*q.metric), std::to_string(q.pairs.size()), text(q.mean_a),
                     text(q.mean_b), text(q.difference, "+"),

@@ -14,7 +14,11 @@ namespace {
 using Value = std::optional<double>;
 using Size = MetricUnit::Size;
 
-constexpr double kFarMetres = 2.0, kFarDegrees = 5.0;
+/// A distance and an angle from the reference.
+struct ErrorLimit {
+  double metres, degrees;
+};
+constexpr ErrorLimit kFar{2.0, 5.0}, kAlert{0.5, 3.0};
 
 constexpr std::array kLengths{Size{"m", 1.0}, Size{"cm", 1e-2}, Size{"mm", 1e-3}};
 constexpr std::array kAngles{Size{"deg", 1.0}, Size{"rad", kDegrees}};
@@ -49,25 +53,35 @@ Value score(const RunScan& s, double ScanScore::*member) {
 Value error(const RunScan& s, double PoseError::*member) {
   return s.error ? Value((*s.error).*member) : Value();
 }
-Value far_off(const RunScan& s) {
+Value beyond(const RunScan& s, const ErrorLimit& limit) {
   if (!s.error) return {};
-  return flag(s.error->metres > kFarMetres || s.error->degrees > kFarDegrees);
+  return flag(s.error->metres > limit.metres || s.error->degrees > limit.degrees);
+}
+Value tracked_beyond(const RunScan& s, const ErrorLimit& limit) {
+  return is_tracked(s) ? beyond(s, limit) : Value();
 }
 Value map_points(const RunScan& s) {
   return was_aligned(s) && s.map.points > 0 ? count(s.report.map_points) : Value();
 }
 
 constexpr std::array kMetrics{
-    Metric{"lost", "lost", &kNumber, 0, kLess, G::scans, "sum", "sum",
-           "1 if the scan is not tracked", [](const RunScan& s) { return flag(!is_tracked(s)); },
+    Metric{"lost", "lost", &kNumber, 0, kLess, G::scans, "sum", "sum", "1 if the scan is lost",
+           [](const RunScan& s) { return flag(s.report.tracking == Tracking::lost); },
+           kNotInFiles | kShareOfScans},
+    Metric{"uncertain", "uncertain", &kNumber, 0, kLess, G::scans, "sum", "sum",
+           "1 if the scan is uncertain: neither tracked nor lost",
+           [](const RunScan& s) { return flag(s.report.tracking == Tracking::uncertain); },
            kNotInFiles | kShareOfScans},
     Metric{"far_off", "beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if the pose, tracked or not, is more than 2 m or 5 degrees from the reference",
-           far_off, kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return beyond(s, kFar); }, kNotInFiles | kShareOfScans},
     Metric{"wrong", "tracked beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if a tracked scan is more than 2 m or 5 degrees from the reference",
-           [](const RunScan& s) { return is_tracked(s) ? far_off(s) : Value(); },
-           kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return tracked_beyond(s, kFar); }, kNotInFiles | kShareOfScans},
+    Metric{"misleading", "misleading information", &kNumber, 0, kLess, G::scans, "sum", "",
+           "1 if a tracked scan is beyond the alert limit: more than 0.5 m or 3 degrees from the "
+           "reference",
+           [](const RunScan& s) { return tracked_beyond(s, kAlert); }, kNotInFiles | kShareOfScans},
     Metric{"recovered", "found again", &kNumber, 0, kNeither, G::scans, "sum", "",
            "1 for the first tracked scan after lost ones",
            [](const RunScan& s) { return flag(s.report.recovered); }},
@@ -162,6 +176,10 @@ constexpr std::array kMetrics{
                  (r.alignment->T_map_scan.translation - r.T_map_scan_predicted.translation).norm());
            },
            kTrackedOnly},
+    Metric{"risk", "integrity risk", &kNumber, 2, kLess, G::match, "mean median max", "",
+           "probability, in the localizer's own estimate, that the pose is beyond the alert limit",
+           [](const RunScan& s) { return s.report.has_pose ? Value(s.report.risk) : Value(); },
+           kNotInOldFiles | kSignificant},
     Metric{"error_m", "error", &kLength, 2, kLess, G::error, "mean rmse median p95 max", "mean p95",
            "distance from the reference; trajectories are not aligned",
            [](const RunScan& s) { return error(s, &PoseError::metres); }, kTrackedOnly},
@@ -222,7 +240,12 @@ std::string heading(const Metric& metric) {
 }
 
 std::string shown(const Metric& metric, double value) {
-  return fmt::format("{:.{}f}", metric.unit->scale * value, metric.digits);
+  return rounded(metric, metric.unit->scale * value);
+}
+
+std::string rounded(const Metric& metric, double value) {
+  return metric.is(kSignificant) ? fmt::format("{:.{}g}", value, metric.digits)
+                                 : fmt::format("{:.{}f}", value, metric.digits);
 }
 
 std::string_view name_in_gates(const Metric& metric) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -128,6 +129,14 @@ Result<std::optional<double>> number(const CsvTable::Row& row, std::size_t colum
   return value;
 }
 
+/// None if there is no such state.
+std::optional<Tracking> tracking_of(std::string_view state) {
+  constexpr std::array kStates{Tracking::tracked, Tracking::uncertain, Tracking::lost};
+  const auto* found = std::find_if(kStates.begin(), kStates.end(),
+                                   [&](Tracking known) { return to_string(known) == state; });
+  return found == kStates.end() ? std::nullopt : std::optional(*found);
+}
+
 Result<void> read_stamps(const CsvTable& csv, const std::string& file, ScanTable& table) {
   VANTAGE_TRY(const std::size_t stamp, column(csv, "stamp", file));
   VANTAGE_TRY(const std::size_t tracking, column(csv, "tracking", file));
@@ -139,13 +148,15 @@ Result<void> read_stamps(const CsvTable& csv, const std::string& file, ScanTable
           fmt::format("the stamp {} is not after the one before, {}", *value, table.stamps.back()),
           file, row.line);
     }
-    const std::string& state = row.cells[tracking];
-    if (state != "tracked" && state != "lost") {
-      return corrupt(io::quoted(state) + " in column 'tracking'; expected tracked or lost", file,
-                     row.line);
+    const std::string& text = row.cells[tracking];
+    const auto state = tracking_of(text);
+    if (!state) {
+      return corrupt(
+          io::quoted(text) + " in column 'tracking'; expected tracked, uncertain or lost", file,
+          row.line);
     }
     table.stamps.push_back(*value);
-    table.tracked.push_back(state == "tracked");
+    table.tracking.push_back(*state);
     table.lines.push_back(row.line);
   }
   return {};
@@ -196,13 +207,19 @@ Result<ScanTable> read_scans(const fs::path& path) {
   VANTAGE_TRY(const io::FileContent content,
               io::read_file(file, "scans.csv of `vantage localize`"));
   VANTAGE_TRY(const CsvTable csv, parse_csv(content.view(), name));
-  ScanTable table{.file = file, .stamps = {}, .tracked = {}, .lines = {}, .columns = {}};
+  ScanTable table{.file = file, .stamps = {}, .tracking = {}, .lines = {}, .columns = {}};
   VANTAGE_CHECK(read_stamps(csv, name, table));
   if (csv.rows.empty()) return corrupt("no scan", name, 1);
   VANTAGE_CHECK(read_numbers(csv, name, "distance_m", table));
   for (const Metric& metric : metrics()) {
     if (metric.is(kNotInFiles)) continue;
-    VANTAGE_CHECK(read_numbers(csv, name, std::string(metric.key), table));
+    std::string key(metric.key);
+    const bool there = std::find(csv.header.begin(), csv.header.end(), key) != csv.header.end();
+    if (!there && metric.is(kNotInOldFiles)) {
+      table.columns[std::move(key)].resize(table.size());
+      continue;
+    }
+    VANTAGE_CHECK(read_numbers(csv, name, key, table));
   }
   return table;
 }

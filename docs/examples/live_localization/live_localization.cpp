@@ -21,6 +21,9 @@ Result<void> run(const char* config_file, const io::ScanOptions& recording) {
     const auto& t = report.T_map_scan.translation;
     if (report.tracking == Tracking::tracked)
       std::printf("%.3f %.3f %.3f %.3f\n", scan->stamp, t.x(), t.y(), t.z());
+    if (report.tracking == Tracking::uncertain)
+      std::printf("%.3f uncertain, risk %.1g: %s\n", scan->stamp, report.risk,
+                  report.reason.c_str());
     if (report.tracking == Tracking::lost)
       std::printf("%.3f lost: %s\n", scan->stamp, report.reason.c_str());
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "compare/page.hpp"
 #include "evaluation/json.hpp"
@@ -61,6 +62,45 @@ TEST_CASE("means, difference and share are those of the paired scans, by hand") 
   const auto json = to_json(*c);
   CHECK(json["quantities"]["error_m"]["difference"] == error.difference);
   CHECK(json["stamps_only_in_b"] == nlohmann::ordered_json{5.0});
+}
+
+const ComparedCount* count_of(const Comparison& c, std::string_view key) {
+  const auto found = std::find_if(c.counts.begin(), c.counts.end(),
+                                  [&](const ComparedCount& n) { return n.metric->key == key; });
+  return found == c.counts.end() ? nullptr : &*found;
+}
+
+TEST_CASE("uncertain scans are counted, are not lost, and their errors do not count") {
+  // tiny_csv gives every scan 0.5 degrees.
+  const auto c = compared({{.stamp = "1", .error_m = "0.02"},
+                           {.stamp = "2", .error_m = "0.6"},
+                           {.stamp = "3", .error_m = "3"}},
+                          {{.stamp = "1", .error_m = "0.02"},
+                           {.stamp = "2", .tracking = "uncertain", .error_m = "0.6"},
+                           {.stamp = "3", .tracking = "lost", .error_m = "3"}});
+  REQUIRE_MESSAGE(c, to_string(c.error()));
+  const auto both = [&](std::string_view key) {
+    const ComparedCount* n = count_of(*c, key);
+    REQUIRE_MESSAGE(n != nullptr, key);
+    return std::pair(n->a, n->b);
+  };
+  CHECK(both("lost") == std::pair<std::size_t, std::size_t>(0, 1));
+  CHECK(both("uncertain") == std::pair<std::size_t, std::size_t>(0, 1));
+  CHECK(both("far_off") == std::pair<std::size_t, std::size_t>(1, 1));
+  CHECK(both("wrong") == std::pair<std::size_t, std::size_t>(1, 0));
+  CHECK(both("misleading") == std::pair<std::size_t, std::size_t>(2, 0));
+  CHECK(c->quantities.front().pairs.size() == 1);
+  const auto risk = std::find_if(c->quantities.begin(), c->quantities.end(),
+                                 [](const Compared& q) { return q.metric->key == "risk"; });
+  REQUIRE(risk != c->quantities.end());
+  CHECK(risk->pairs.size() == 3);
+}
+
+TEST_CASE("what needs a reference is not counted without one") {
+  const auto c = compared({{.stamp = "1", .error_m = ""}}, {{.stamp = "1", .error_m = "0.1"}});
+  REQUIRE(c);
+  for (const char* key : {"far_off", "wrong", "misleading"}) CHECK(count_of(*c, key) == nullptr);
+  CHECK(count_of(*c, "uncertain") != nullptr);
 }
 
 TEST_CASE("runs without a scan in common are an error that names file and line") {

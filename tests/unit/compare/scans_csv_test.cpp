@@ -50,16 +50,21 @@ struct File {
 };
 
 TEST_CASE_FIXTURE(File, "columns are found by name; empty cells are no numbers") {
-  test::write_text(
-      path, tiny_csv({{.stamp = "1.5"}, {.stamp = "2.5", .tracking = "lost", .error_m = ""}}));
+  test::write_text(path, tiny_csv({{.stamp = "1.5"},
+                                   {.stamp = "2.5", .tracking = "lost", .error_m = ""},
+                                   {.stamp = "3.5", .tracking = "uncertain"}}));
   for (const auto& given : {path, folder.path()}) {
     const auto scans = read_scans(given);
     REQUIRE_MESSAGE(scans, to_string(scans.error()));
-    CHECK(scans->stamps == std::vector<double>{1.5, 2.5});
-    CHECK(scans->tracked == std::vector<bool>{true, false});
+    CHECK(scans->stamps == std::vector<double>{1.5, 2.5, 3.5});
+    CHECK(scans->tracking == std::vector{Tracking::tracked, Tracking::lost, Tracking::uncertain});
+    CHECK(scans->is_tracked(0));
+    CHECK_FALSE(scans->is_tracked(1));
+    CHECK_FALSE(scans->is_tracked(2));
+    CHECK(scans->columns.at("risk")[0] == 0.5);
     CHECK(scans->columns.at("error_m")[0] == 0.01);
     CHECK_FALSE(scans->columns.at("error_m")[1]);
-    CHECK(scans->lines == std::vector<std::uint32_t>{2, 3});
+    CHECK(scans->lines == std::vector<std::uint32_t>{2, 3, 4});
   }
 }
 
@@ -76,7 +81,35 @@ TEST_CASE_FIXTURE(File, "what is no scans.csv is an error with its line") {
   CHECK(error(tiny_csv({{.stamp = "1", .error_m = "nan"}})) ==
         "scans.csv:2: error: 'nan' in column 'error_m' is no finite number");
   CHECK(error(tiny_csv({{.stamp = "1", .tracking = "maybe"}})) ==
-        "scans.csv:2: error: 'maybe' in column 'tracking'; expected tracked or lost");
+        "scans.csv:2: error: 'maybe' in column 'tracking'; expected tracked, uncertain or lost");
+}
+
+TEST_CASE_FIXTURE(File, "a scans.csv from before there was a risk is read without one") {
+  const std::string csv = tiny_csv({{.stamp = "1"}, {.stamp = "2", .tracking = "lost"}});
+  const auto table = parse_csv(csv, "scans.csv");
+  REQUIRE(table);
+  std::string old;
+  const auto add = [&](const std::vector<std::string>& cells) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (table->header[i] == "risk") continue;
+      old += (i == 0 ? "\"" : ",\"") + cells[i] + '"';
+    }
+    old += '\n';
+  };
+  add(table->header);
+  for (const auto& row : table->rows) {
+    std::vector<std::string> cells = row.cells;
+    cells.front() = "reason";  // has quotes otherwise
+    add(cells);
+  }
+  REQUIRE(old.find("risk") == std::string::npos);
+  test::write_text(path, old);
+  const auto scans = read_scans(path);
+  REQUIRE_MESSAGE(scans, to_string(scans.error()));
+  REQUIRE(scans->columns.at("risk").size() == 2);
+  CHECK_FALSE(scans->columns.at("risk")[0]);
+  CHECK(scans->columns.at("nvtl")[0] == 0.5);
+  CHECK(scans->tracking == std::vector{Tracking::tracked, Tracking::lost});
 }
 
 TEST_CASE("a folder without scans.csv: those below that hold one are named") {

@@ -23,7 +23,7 @@ inline std::string tiny_csv(const std::vector<TinyScan>& scans) {
     csv += "\"a \"\"b\"\", c\"," + s.stamp + "," + s.tracking + "," + s.stamp;
     for (const Metric& metric : metrics()) {
       if (metric.is(kNotInFiles)) continue;
-      const bool of_match = metric.group == MetricGroup::match;
+      const bool of_match = metric.group == MetricGroup::match && metric.key != "risk";
       csv += ',';
       if (metric.key == "error_m") {
         csv += s.error_m;

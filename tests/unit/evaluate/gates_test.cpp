@@ -102,7 +102,18 @@ TEST_CASE("gates: what is wrong is named, with what was expected") {
 }
 
 TEST_CASE("gates: values are measured in the gate's unit, and a limit is kept when it is met") {
-  const EvaluatedConfig c = config("c", {route(0.004, 3)});
+  EvaluatedConfig c = config("c", {route(0.004, 3)});
+  Statistics uncertain;
+  uncertain.count = 200;
+  uncertain.sum = 20;
+  set(c.routes.front().summary, "uncertain", uncertain);
+  Statistics misleading;
+  misleading.count = 177;  // those that are tracked
+  misleading.sum = 1;
+  set(c.routes.front().summary, "misleading", misleading);
+  Statistics risk = constant(2e-5);
+  risk.max = 1e-4;
+  set(c.routes.front().summary, "risk", risk);
   CHECK(*judge_one("error=0.4cm", c).value == doctest::Approx(0.4));
   CHECK(judge_one("error<=0.004m", c).holds);
   CHECK_FALSE(judge_one("error=0.39cm", c).holds);
@@ -111,6 +122,12 @@ TEST_CASE("gates: values are measured in the gate's unit, and a limit is kept wh
   CHECK_FALSE(judge_one("lost=2", c).holds);
   CHECK(*judge_one("lost=1%", c).value == doctest::Approx(1.5));
   CHECK_FALSE(judge_one("lost=1%", c).holds);
+  CHECK(judge_one("uncertain=20", c).holds);
+  CHECK_FALSE(judge_one("uncertain=9%", c).holds);
+  CHECK_FALSE(judge_one("misleading=0", c).holds);
+  CHECK(judge_one("risk=1e-4", c).holds);
+  CHECK_FALSE(judge_one("risk_max=9e-5", c).holds);
+  CHECK(to_string(judge_one("risk=1e-4", c)) == "risk 2e-05 <= 0.0001 on a");
   CHECK(judge_one("coverage=0.9", c).holds);
   CHECK_FALSE(judge_one("coverage=91%", c).holds);
   CHECK(judge_one("memory=12MB", c).holds);

@@ -91,6 +91,74 @@ TEST_CASE("scans that were never aligned are left out of means, and are dashes a
   CHECK(json["scans"]["far_off"].is_null());  // nobody knows without a reference
 }
 
+RunScan located(Tracking tracking, double metres, double risk) {
+  RunScan scan;
+  scan.report.tracking = tracking;
+  scan.report.risk = risk;
+  scan.error = PoseError{.metres = metres};
+  return scan;
+}
+
+TEST_CASE("a scan is tracked, uncertain or lost; what is not tracked is not called lost") {
+  Run run;
+  run.index.partition = *Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});
+  run.scans = {located(Tracking::tracked, 0.1, 1e-6), located(Tracking::uncertain, 0.2, 0.02),
+               located(Tracking::uncertain, 9.0, 0.5), located(Tracking::lost, 8.0, 0.9)};
+  const RunSummary s = summarize(run);
+  CHECK(s.scans == 4);
+  CHECK(s.tracked == 1);
+  CHECK(s.count("uncertain") == 2);
+  CHECK(s.count("lost") == 1);
+  CHECK(s.count("far_off") == 2);
+  CHECK(s.count("wrong") == 0);
+  CHECK(s["error_m"].count == 1);
+  CHECK(trajectory_of(run).size() == 1);
+  const auto json = to_json(run, s);
+  CHECK(json["scans"]["uncertain"] == 2);
+  CHECK(json["scans"]["lost"] == 1);
+}
+
+TEST_CASE(
+    "a tracked scan beyond the alert limit is misleading, and wrong only beyond 2 m or 5 deg") {
+  const Metric& misleading = *find_metric("misleading");
+  const Metric& wrong = *find_metric("wrong");
+  const auto at = [](Tracking tracking, double metres, double degrees) {
+    RunScan scan = located(tracking, metres, 0.1);
+    scan.error->degrees = degrees;
+    return scan;
+  };
+  CHECK(misleading.value(at(Tracking::tracked, 0.5, 3.0)) == 0.0);
+  CHECK(misleading.value(at(Tracking::tracked, 0.501, 0.0)) == 1.0);
+  CHECK(misleading.value(at(Tracking::tracked, 0.0, 3.01)) == 1.0);
+  CHECK(wrong.value(at(Tracking::tracked, 0.501, 3.01)) == 0.0);
+  for (const Tracking tracking : {Tracking::uncertain, Tracking::lost}) {
+    CHECK_FALSE(misleading.value(at(tracking, 9.0, 9.0)));
+    CHECK_FALSE(wrong.value(at(tracking, 9.0, 9.0)));
+  }
+  RunScan unknown = at(Tracking::tracked, 9.0, 9.0);
+  unknown.error.reset();
+  CHECK_FALSE(misleading.value(unknown));
+}
+
+TEST_CASE("the risk of every scan with a pose counts, with its significant digits") {
+  Run run;
+  run.index.partition = *Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});
+  run.scans = {located(Tracking::tracked, 0.1, 1e-6), located(Tracking::uncertain, 0.1, 0.2),
+               located(Tracking::lost, 0.1, 0.7), located(Tracking::lost, 0.1, 1.0)};
+  run.scans.back().report.has_pose = false;
+  const Statistics risk = summarize(run)["risk"];
+  CHECK(risk.count == 3);
+  CHECK(risk.min == 1e-6);
+  CHECK(risk.median == doctest::Approx(0.2));
+  CHECK(risk.max == 0.7);
+  const Metric& metric = *find_metric("risk");
+  CHECK(shown(metric, 1.23e-6) == "1.2e-06");
+  CHECK(shown(metric, 0.0) == "0");
+  CHECK(shown(metric, 0.257) == "0.26");
+  CHECK(shown(metric, 1.0) == "1");
+  CHECK(to_csv(run).find(",1e-06,") != std::string::npos);
+}
+
 TEST_CASE("of a map that holds no points, neither their number nor what follows from it is known") {
   RunScan scan = aligned(0.002, 1.5);
   scan.map = {.elements = 100};

@@ -4,10 +4,14 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/evaluation/scan_table.hpp"
+#include "vantage/io/trajectory_io.hpp"
 
 using namespace vantage;
 
@@ -67,4 +71,27 @@ TEST_CASE("a run that cannot be written leaves the files of the one before, all 
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 3);
   REQUIRE(write_run(after, summarize(after), folder.path()));
   CHECK(content("scans.csv") == to_csv(after));
+}
+
+TEST_CASE("scans.csv has all three states and the risk; the trajectory has tracked poses alone") {
+  Run run = run_of(4);
+  run.scans[1].report.tracking = Tracking::uncertain;
+  run.scans[1].report.reason = "the match is ambiguous";
+  run.scans[2].report.tracking = Tracking::lost;
+  run.scans[3].report.tracking = Tracking::lost;
+  run.scans[3].report.has_pose = false;
+  const double risks[] = {2.5e-7, 0.125, 1.0, 1.0};
+  for (std::size_t i = 0; i < 4; ++i) run.scans[i].report.risk = risks[i];
+  const test::TemporaryFolder folder;
+  REQUIRE(write_run(run, summarize(run), folder.path()));
+  const auto table = read_scans(folder.path());
+  REQUIRE_MESSAGE(table, to_string(table.error()));
+  CHECK(table->tracking ==
+        std::vector{Tracking::tracked, Tracking::uncertain, Tracking::lost, Tracking::lost});
+  using Cells = std::vector<std::optional<double>>;
+  CHECK(table->columns.at("risk") == Cells{2.5e-7, 0.125, 1.0, std::nullopt});
+  const auto poses = io::read_trajectory(folder.path() / "trajectory.tum");
+  REQUIRE_MESSAGE(poses, to_string(poses.error()));
+  REQUIRE(poses->size() == 1);
+  CHECK(poses->front().stamp == 0.0);
 }

@@ -66,9 +66,13 @@ TEST_CASE("a turn between scans is a relative error in degrees") {
   CHECK(s.relative_frame.deg.mean == doctest::Approx(0.1));
 }
 
-TEST_CASE("lost scans and scans without a reference are left out of relative errors") {
+TEST_CASE(
+    "scans that are not tracked and scans without a reference are left out of relative errors") {
+  Tracking state = Tracking::lost;
+  SUBCASE("lost") {}
+  SUBCASE("uncertain") { state = Tracking::uncertain; }
   Run run = drive(20, [](std::size_t, Pose truth) { return truth; });
-  run.scans[7].report.tracking = Tracking::lost;
+  run.scans[7].report.tracking = state;
   run.scans[7].report.T_map_scan.translation.y() = 50;
   run.scans[12].reference.reset();
   const RunSummary s = summarize(run);

@@ -46,7 +46,7 @@ struct Comparison {
   ScanTable a, b;
   std::vector<ScanPair> pairs = {};
   std::vector<double> only_a = {}, only_b = {};  ///< stamps [s]
-  std::vector<ComparedCount> counts = {};        ///< of the pairs
+  std::vector<ComparedCount> counts = {};        ///< of the pairs, if both runs have any
   std::vector<Compared> quantities = {};         ///< those that any pair has
 };
 

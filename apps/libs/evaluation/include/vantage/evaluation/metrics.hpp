@@ -31,12 +31,14 @@ enum class MetricGroup : std::uint8_t { error, map, scans, time, match };
 
 /// Further properties of a metric, as bits.
 enum MetricTrait : unsigned {
-  kTrackedOnly = 1U,    ///< statistics and comparisons leave out lost scans
-  kNotInFiles = 2U,     ///< no column of scans.csv: other columns say the same
-  kOwnMaps = 4U,        ///< no meaning for baselines: their maps are made during the run
-  kNeedsPoints = 8U,    ///< unknown for a bundle without points
-  kAfterFirst = 16U,    ///< the first scan of a run does not count
-  kShareOfScans = 32U,  ///< counts scans: gates can also limit the share of scans
+  kTrackedOnly = 1U,     ///< statistics and comparisons leave out scans that are not tracked
+  kNotInFiles = 2U,      ///< no column of scans.csv: other columns say the same
+  kOwnMaps = 4U,         ///< no meaning for baselines: their maps are made during the run
+  kNeedsPoints = 8U,     ///< unknown for a bundle without points
+  kAfterFirst = 16U,     ///< the first scan of a run does not count
+  kShareOfScans = 32U,   ///< counts scans: gates can also limit the share of scans
+  kNotInOldFiles = 64U,  ///< scans.csv of earlier versions has no such column
+  kSignificant = 128U,   ///< `digits` is the number of significant digits
 };
 
 /// A number that is measured for every scan. The metrics form one table. scans.csv, summary.json,
@@ -48,7 +50,7 @@ struct Metric {
   std::string_view key;
   std::string_view name;  ///< in headings, without the unit
   const MetricUnit* unit;
-  int digits;  ///< decimals, in the unit shown
+  int digits;  ///< decimals, in the unit shown; see kSignificant
   Better better;
   MetricGroup group;
   /// Statistics that tables show (see named_statistics); the first represents a run.
@@ -69,8 +71,8 @@ struct Metric {
 [[nodiscard]] std::span<const Metric> metrics();
 /// All metrics, in the order of tables.
 [[nodiscard]] std::vector<const Metric*> metrics_by_group();
-/// The value of a scan that counts in statistics; none for a lost scan if the metric is
-/// kTrackedOnly.
+/// The value of a scan that counts in statistics; none for a scan that is not tracked if the metric
+/// is kTrackedOnly.
 [[nodiscard]] std::optional<double> counted_value(const Metric& metric, const RunScan& scan);
 /// Finds a metric by its key; returns nullptr if there is none.
 [[nodiscard]] const Metric* find_metric(std::string_view key);
@@ -79,6 +81,8 @@ struct Metric {
 [[nodiscard]] std::string heading(const Metric& metric);
 /// A value in the unit that people read, without the name of the unit.
 [[nodiscard]] std::string shown(const Metric& metric, double value);
+/// The same for a value that is in the unit that people read.
+[[nodiscard]] std::string rounded(const Metric& metric, double value);
 /// The key without its unit: "error" for "error_m".
 [[nodiscard]] std::string_view name_in_gates(const Metric& metric);
 

@@ -106,8 +106,7 @@ using ScanProgress = std::function<void(std::size_t, std::size_t)>;
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
 
-/// The tracked poses. Lost scans are left out, because their poses are only predictions (see
-/// scans.csv).
+/// The tracked poses. Other scans are left out: nobody may rely on their poses (see scans.csv).
 [[nodiscard]] io::Trajectory trajectory_of(const Run& run);
 
 }  // namespace vantage

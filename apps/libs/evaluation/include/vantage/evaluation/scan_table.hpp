@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "vantage/engine/localizer.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -32,19 +33,20 @@ struct CsvTable {
 struct ScanTable {
   std::filesystem::path file;
   std::vector<double> stamps;  ///< [s], strictly ascending
-  std::vector<bool> tracked;
+  std::vector<Tracking> tracking;
   std::vector<std::uint32_t> lines;  ///< of the file
   /// `distance_m` and every metric that is in files, by its key: a number a scan; none where the
-  /// cell is empty.
+  /// cell is empty, or where the file is older than the metric.
   std::map<std::string, std::vector<std::optional<double>>, std::less<>> columns;
 
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
+  [[nodiscard]] bool is_tracked(std::size_t at) const { return tracking[at] == Tracking::tracked; }
 };
 
 /// Reads DIR/scans.csv, or a file itself.
 /// Errors (`where` is the file and line): `not_found`, which names folders below that hold one;
-/// `io_failure`; those of parse_csv; `corrupt_data` for a column that is missing, a cell that is no
-/// finite number, stamps that do not ascend, or no scan.
+/// `io_failure`; those of parse_csv; `corrupt_data` for a column that is missing, an unknown
+/// state, a cell that is no finite number, stamps that do not ascend, or no scan.
 [[nodiscard]] Result<ScanTable> read_scans(const std::filesystem::path& path);
 
 }  // namespace vantage
