@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "localize/evidence.hpp"
+#include "localize/motion.hpp"
+#include "vantage/partition.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage {
+
+/// A pose that a sensor may have.
+struct Hypothesis {
+  Motion motion;
+  std::optional<Pose> initial = {};  ///< given or found, not yet in `motion`
+  Pose predicted = {};               ///< at this scan
+  RegionId region = {};              ///< whose map this scan is matched to
+  std::optional<Alignment> alignment = {};
+  std::string failure = {};  ///< why there is no alignment
+  std::optional<Evidence> evidence = {};
+
+  /// At this scan.
+  [[nodiscard]] const Pose& pose() const { return alignment ? alignment->T_map_scan : predicted; }
+  /// At the scan before.
+  [[nodiscard]] const Pose& last() const { return initial ? *initial : motion.pose(); }
+  /// How far matching moved the predicted position [m]. Precondition: aligned.
+  [[nodiscard]] double correction() const {
+    return (alignment->T_map_scan.translation - predicted.translation).norm();
+  }
+};
+
+/// Whether two poses are nearer to each other than this.
+[[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
+  return (a.translation - b.translation).norm() < metres && rotation_between(a, b) < radians;
+}
+
+/// The direction of the sensor's x axis in plan view [rad].
+[[nodiscard]] double heading_of(const Pose& pose);
+
+}  // namespace vantage

@@ -1,0 +1,58 @@
+#include "localize/search_area.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace vantage {
+namespace {
+
+/// Twice as far at each scan. Once that is everywhere, only now and then, because it takes long.
+std::optional<double> search_radius(std::uint32_t scans, double everywhere,
+                                    const LocalizerParams& params) {
+  const double radius =
+      std::ldexp(params.search_first_radius, static_cast<int>(std::min(scans, 60U)) - 1);
+  if (scans <= 1 || radius < 2.0 * everywhere) return std::min(radius, everywhere);
+  if (scans % params.search_pause == 0) return everywhere;
+  return {};
+}
+
+std::optional<PlaceArea> around(const PosePrior& prior) {
+  constexpr double kSigmas = 3.0, kSlack = 2.0;  // [m]
+  const double sigma = prior.sigma_translation.head<2>().maxCoeff();
+  if (!std::isfinite(sigma)) return {};
+  PlaceArea area;
+  area.centre = prior.T_map_sensor.translation.head<2>();
+  area.radius = kSlack + kSigmas * sigma;
+  area.heading = heading_of(prior.T_map_sensor);
+  area.heading_within = std::min(std::numbers::pi, kSigmas * prior.sigma_heading);
+  return area;
+}
+
+}  // namespace
+
+std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
+                                     const std::optional<Pose>& predicted, const Bounds3& map,
+                                     std::uint32_t scans, const LocalizerParams& params) {
+  if (prior) {
+    if (auto area = around(*prior)) return area;
+  }
+  if (!predicted) {
+    if (scans > 1 && scans % params.search_pause != 0) return {};
+    return PlaceArea();
+  }
+  PlaceArea area;
+  area.centre = predicted->translation.head<2>();
+  // The distance to the farthest place of the map.
+  const double everywhere = (area.centre - map.min.head<2>())
+                                .cwiseAbs()
+                                .cwiseMax((area.centre - map.max.head<2>()).cwiseAbs())
+                                .norm();
+  const auto radius = search_radius(
+      scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)), params);
+  if (!radius || *radius <= 0.0) return {};
+  area.radius = *radius;
+  return area;
+}
+
+}  // namespace vantage

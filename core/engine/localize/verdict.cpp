@@ -1,0 +1,101 @@
+#include "localize/verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "vantage/engine/confidence.hpp"
+
+namespace vantage {
+namespace {
+
+// A scan is lost if the sensor is probably at none of the poses that are followed.
+constexpr double kLost = 0.5;
+
+/// Two-sided tail of the normal distribution beyond `limit` for a standard deviation `sigma`.
+double beyond(double limit, double sigma) {
+  return sigma > 0.0 ? std::erfc(limit / (sigma * std::numbers::sqrt2)) : 0.0;
+}
+
+}  // namespace
+
+void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere,
+                       ScanReport& report) {
+  report.T_map_scan_predicted = best.predicted;
+  report.T_map_scan = best.pose();
+  report.alignment = best.alignment;
+  if (best.alignment) {
+    const double fitness = best.alignment->score.fitness;
+    report.lcp = localization_contribution_per_point(fitness, report.map_points);
+    report.confidence = confidence_of(*best.alignment, params_.covariance_scale);
+  }
+  const double wrong = 1.0 - belief;
+  report.risk = std::min(1.0, wrong + imprecision(best, report));
+  if (elsewhere > kLost || !best.alignment) {
+    report.tracking = Tracking::lost;
+    report.T_map_scan = best.predicted;
+    report.reason = best.alignment ? "the scan does not fit the map here" : best.failure;
+  } else if (report.risk > params_.max_risk) {
+    report.tracking = Tracking::uncertain;
+    report.reason = wrong > params_.max_risk
+                        ? "other poses are not excluded yet"
+                        : "the scan leaves open where along one direction the sensor is";
+  } else {
+    report.tracking = Tracking::tracked;
+  }
+  limit(best, report);
+  if (report.tracking == Tracking::tracked) {
+    report.recovered = std::exchange(was_lost_, false);
+  } else {
+    was_lost_ = was_lost_ || report.tracking == Tracking::lost;
+  }
+}
+
+double Verdict::imprecision(const Hypothesis& best, const ScanReport& report) {
+  // The error of the last pose grows with the way; where the scan says more, its own error counts.
+  constexpr double kDriftMetres = 0.02, kDriftRadians = 0.002;  // per metre, with odometry
+  constexpr double kWithoutOdometry = 5.0;                      // times as much
+  double way = 0.0;
+  if (const auto step = best.motion.step()) way = step->T_now_later.translation.norm();
+  if (!best.motion.has_odometry()) way *= kWithoutOdometry;
+  const double carried_m = std::hypot(sigma_m_, kDriftMetres * way);
+  const double carried_rad = std::hypot(sigma_rad_, kDriftRadians * way);
+  const bool known = sigma_m_ > 0.0;
+  if (report.confidence) {
+    sigma_m_ = report.confidence->sigma_translation[0];
+    sigma_rad_ = report.confidence->sigma_rotation[0];
+  }
+  if (known) {
+    sigma_m_ = report.confidence ? std::min(sigma_m_, carried_m) : carried_m;
+    sigma_rad_ = report.confidence ? std::min(sigma_rad_, carried_rad) : carried_rad;
+  }
+  const double limit_rad = params_.alert_limit_deg * std::numbers::pi / 180.0;
+  return beyond(params_.alert_limit, sigma_m_) + beyond(limit_rad, sigma_rad_);
+}
+
+void Verdict::limit(const Hypothesis& best, ScanReport& report) const {
+  if (report.tracking == Tracking::lost) return;
+  const ScanScore& score = best.alignment->score;
+  if (params_.min_coverage && score.coverage < *params_.min_coverage) {
+    report.reason = "coverage " + std::to_string(score.coverage) + " below min_coverage";
+  } else if (params_.min_nvtl && score.nvtl < *params_.min_nvtl) {
+    report.reason = "NVTL " + std::to_string(score.nvtl) + " below min_nvtl";
+  } else if (params_.max_correction && best.motion.step() &&
+             !(best.correction() <= *params_.max_correction)) {
+    report.reason = "matching moved the scan by " + std::to_string(best.correction()) +
+                    " m, more than max_correction";
+  } else {
+    return;
+  }
+  report.tracking = Tracking::lost;
+  report.T_map_scan = best.predicted;
+}
+
+void Verdict::forget(bool lost) {
+  was_lost_ = lost;
+  sigma_m_ = sigma_rad_ = 0.0;
+}
+
+}  // namespace vantage
