@@ -13,7 +13,7 @@ constexpr double kLeastVariance = 1e-12;
 /// The covariance with its eigenvalues raised; no value if all points coincide.
 std::optional<Eigen::Matrix3d> raised_covariance(const Moments& m, const Eigen::Vector3d& mean,
                                                  double eigenvalue_floor) {
-  const double n = m.points();
+  const double n = m.count();
   const Eigen::Matrix3d covariance = (m.sum_of_squares() - n * mean * mean.transpose()) / (n - 1.0);
 
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
@@ -49,8 +49,27 @@ std::int16_t to_signed(double x) {
 
 }  // namespace
 
+void Moments::add(const Cell& cell, const Eigen::Vector3d& upper) noexcept {
+  const double n = cell.points;
+  const double d = 0.5 * std::ldexp(1.0 / 65536.0, -int{cell.exponent});  // edges become halves
+  Eigen::Matrix3d L = Eigen::Matrix3d::Zero();
+  L.diagonal() << d * cell.diagonal[0], d * cell.diagonal[1], d * cell.diagonal[2];
+  L(1, 0) = 2.0 * d * cell.lower[0];
+  L(2, 0) = 2.0 * d * cell.lower[1];
+  L(2, 1) = 2.0 * d * cell.lower[2];
+  const Eigen::Vector3d mean(0.5 * ((cell.mean[0] + 0.5) / 65536.0 + upper.x()) - 0.5,
+                             0.5 * ((cell.mean[1] + 0.5) / 65536.0 + upper.y()) - 0.5,
+                             0.5 * ((cell.mean[2] + 0.5) / 65536.0 + upper.z()) - 0.5);
+  const Eigen::Matrix3d squares = (n - 1.0) * (L * L.transpose()) + n * (mean * mean.transpose());
+  xy_ += Pair{n * mean.x(), n * mean.y()};
+  z_n_ += Pair{n * mean.z(), n};
+  xx_xy_ += Pair{squares(0, 0), squares(0, 1)};
+  xz_yy_ += Pair{squares(0, 2), squares(1, 1)};
+  yz_zz_ += Pair{squares(1, 2), squares(2, 2)};
+}
+
 std::optional<Cell> cell_of(const Moments& m, double eigenvalue_floor) {
-  const Eigen::Vector3d mean = m.sum() / m.points();
+  const Eigen::Vector3d mean = m.sum() / m.count();
   const auto covariance = raised_covariance(m, mean, eigenvalue_floor);
   if (!covariance) return std::nullopt;
   const double largest = covariance->diagonal().maxCoeff();

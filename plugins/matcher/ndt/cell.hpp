@@ -1,11 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
 
 namespace vantage::ndt {
+
+struct Cell;
 
 /// Sums over the points of one voxel, relative to the voxel's centre and in units of its edge. The
 /// numbers are small there, and the covariance loses no digits to cancellation.
@@ -22,8 +25,13 @@ class Moments {
     xz_yy_ += xy * Pair{dz, dy};
     yz_zz_ += Pair{dy, dz} * Pair{dz, dz};
   }
+  /// Adds the points of one of the eight cells that a voxel consists of.
+  /// @param upper  by axis: 1 for a cell in the upper half of the voxel, 0 in the lower
+  void add(const Cell& cell, const Eigen::Vector3d& upper) noexcept;
+  [[nodiscard]] double count() const noexcept { return z_n_[1]; }
+  /// The count, or the largest number that a cell can keep.
   [[nodiscard]] std::uint32_t points() const noexcept {
-    return static_cast<std::uint32_t>(z_n_[1]);
+    return static_cast<std::uint32_t>(std::min(z_n_[1], 4294967295.0));
   }
   [[nodiscard]] Eigen::Vector3d sum() const noexcept { return {xy_[0], xy_[1], z_n_[0]}; }
   [[nodiscard]] Eigen::Matrix3d sum_of_squares() const noexcept {

@@ -44,6 +44,15 @@ bool in_range(const Eigen::Vector3d& index) noexcept {
   return (index.array() >= 1.0).all() && (index.array() < double{kIndexEnd}).all();
 }
 
+/// The indices of which key_of_shifted makes a key.
+std::array<std::uint32_t, 3> shifted_of(VoxelKey key) noexcept {
+  const auto axis = [&](unsigned block_shift, unsigned place_shift) {
+    return static_cast<std::uint32_t>(((key >> (block_shift + 6U)) & 0x7FFFFU) << 2U |
+                                      ((key >> place_shift) & 3U));
+  };
+  return {axis(38, 4), axis(19, 2), axis(0, 0)};
+}
+
 /// Sums up points voxel by voxel. It looks up blocks of voxels, because the table then stays small
 /// and consecutive points of a map mostly stay in one block.
 class Voxels {
@@ -130,6 +139,35 @@ Voxels sum_up(PointsView points, const Lattice& lattice, const Eigen::Vector3d& 
   return voxels;
 }
 
+/// The Gaussians of the voxels with enough points, in the order of their keys.
+struct Gaussians {
+  std::vector<VoxelKey> keys;
+  std::vector<Cell> cells;
+};
+Gaussians gaussians_of(const Voxels& voxels, const VoxelOptions& options) {
+  std::vector<std::pair<VoxelKey, std::uint32_t>> order;
+  for (std::uint32_t i = 0; i < voxels.keys().size(); ++i) {
+    if (voxels.moments()[i].points() >= options.min_points) order.emplace_back(voxels.keys()[i], i);
+  }
+  std::ranges::sort(order);
+  std::vector<std::optional<Cell>> made(order.size());
+  matching::for_each_chunk(
+      order.size(), kVoxelChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          made[i] = cell_of(voxels.moments()[order[i].second], options.eigenvalue_floor);
+        }
+      });
+  Gaussians found;
+  found.keys.reserve(made.size());
+  found.cells.reserve(made.size());
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    if (!made[i]) continue;
+    found.keys.push_back(order[i].first);
+    found.cells.push_back(*made[i]);
+  }
+  return found;
+}
+
 Result<void> check_extent(PointsView points, const Bounds3& bounds, const VoxelOptions& options,
                           const Eigen::Vector3d& origin) {
   const auto index = [&](const Point& p) -> Eigen::Vector3d {
@@ -154,33 +192,35 @@ Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
   VANTAGE_CHECK(check_extent(map, bounds, options, origin));
   const Voxels voxels = sum_up(map, Lattice(options.resolution), origin);
 
-  std::vector<std::pair<VoxelKey, std::uint32_t>> order;
-  for (std::uint32_t i = 0; i < voxels.keys().size(); ++i) {
-    if (voxels.moments()[i].points() >= options.min_points) order.emplace_back(voxels.keys()[i], i);
-  }
-  std::ranges::sort(order);
-  std::vector<std::optional<Cell>> made(order.size());
-  matching::for_each_chunk(
-      order.size(), kVoxelChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          made[i] = cell_of(voxels.moments()[order[i].second], options.eigenvalue_floor);
-        }
-      });
-  std::vector<VoxelKey> keys;
-  std::vector<Cell> cells;
-  keys.reserve(made.size());
-  cells.reserve(made.size());
-  for (std::size_t i = 0; i < made.size(); ++i) {
-    if (!made[i]) continue;
-    keys.push_back(order[i].first);
-    cells.push_back(*made[i]);
-  }
+  auto [keys, cells] = gaussians_of(voxels, options);
   if (cells.empty()) {
     return fail(ErrorCode::too_few_matches,
                 "the map is too sparse: no voxel of " + std::to_string(options.resolution) +
                     " m holds " + std::to_string(options.min_points) + " distinct points");
   }
   return VoxelMap(options, origin, std::move(keys), std::move(cells));
+}
+
+VoxelMap VoxelMap::merged() const {
+  const Eigen::Vector3d origin = (0.5 * origin_voxel_).array().floor();
+  // 1 where the origin is the upper one of its pair.
+  const Eigen::Vector3d odd = origin_voxel_ - 2.0 * origin;
+  const std::array<std::uint32_t, 3> shift{static_cast<std::uint32_t>(odd.x()),
+                                           static_cast<std::uint32_t>(odd.y()),
+                                           static_cast<std::uint32_t>(odd.z())};
+  Voxels voxels;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const auto [x, y, z] = shifted_of(keys_[i]);
+    const std::uint32_t a = x + shift[0], b = y + shift[1], c = z + shift[2];
+    constexpr std::uint32_t kHalf = kHalfRange;  // even: it does not change which half
+    voxels[key_of_shifted((a + kHalf) >> 1U, (b + kHalf) >> 1U, (c + kHalf) >> 1U)].add(
+        cells_[i],
+        {static_cast<double>(a & 1U), static_cast<double>(b & 1U), static_cast<double>(c & 1U)});
+  }
+  VoxelOptions options = options_;
+  options.resolution *= 2.0;
+  auto [keys, cells] = gaussians_of(voxels, options);
+  return {options, origin, std::move(keys), std::move(cells)};
 }
 
 VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
@@ -237,12 +277,8 @@ VoxelKey VoxelMap::key_of(const Point& p) const noexcept {
 }
 
 Eigen::Vector3d VoxelMap::corner_of(VoxelKey key) noexcept {
-  const auto axis = [&](unsigned block_shift, unsigned place_shift) {
-    const VoxelKey index =
-        ((key >> (block_shift + 6U)) & 0x7FFFFU) << 2U | ((key >> place_shift) & 3U);
-    return static_cast<double>(index) - kShift;
-  };
-  return {axis(38, 4), axis(19, 2), axis(0, 0)};
+  const auto [x, y, z] = shifted_of(key);
+  return {x - kShift, y - kShift, z - kShift};
 }
 
 kernel::Map VoxelMap::view() const noexcept {

@@ -45,6 +45,11 @@ class VoxelMap {
   VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
            std::vector<VoxelKey> keys, std::vector<Cell> cells);
 
+  /// The same map in voxels of twice the edge, each the sum of the Gaussians in its eight voxels:
+  /// mean and covariance are those of all their points, up to the rounding of cells and raised
+  /// eigenvalues. A restored map therefore has the coarse voxels of the map that was stored.
+  [[nodiscard]] VoxelMap merged() const;
+
   [[nodiscard]] const VoxelOptions& options() const noexcept { return options_; }
   /// The voxel from which keys count, in whole numbers.
   [[nodiscard]] const Eigen::Vector3d& origin_voxel() const noexcept { return origin_voxel_; }

@@ -73,6 +73,8 @@ const std::vector<Matcher>& matchers() {
        .smooth = "neighbours = \"direct26\"",
        .refused_params = {"resolution = 0.0",
                           "resolution = -1.0",
+                          "levels = 0",
+                          "levels = 7",
                           "outlier_ratio = 1.0",
                           "outlier_ratio = 0.0",
                           "neighbours = \"direct8\"",

@@ -65,18 +65,23 @@ TEST_CASE("an alignment allocates nothing after the first of its size") {
   const PointCloud scan = test::seen_from(test::yard(32), truth, 15.0, 3000, 1);
   std::mt19937 random(1);
   const Pose guess = test::disturbed(truth, 0.3, 2.0, random);
+  Pose far = truth;  // for the coarse levels
+  far.translation.x() += 2.0;
+  far.rotation = rotation_from_vector({0.0, 0.0, 0.2}) * far.rotation;
   for (const char* mode : {"direct7", "direct26", "direct1", "kdtree"}) {
     CAPTURE(mode);
     const auto target = test::prepared(map, std::string("neighbours = \"") + mode + "\"");
     std::size_t before = allocations;
-    REQUIRE(target->align(scan, guess));
+    REQUIRE(target->align(scan, far));
     CHECK(allocations > before);  // the counter works across the plugin's border
     before = allocations;
-    const auto again = target->align(scan, guess);
+    const auto again = target->align(scan, far);
+    const auto near = target->align(scan, guess);
     const auto smaller = target->align(PointsView(scan).first(2000), guess);
     const auto score = target->score(scan, guess);
     CHECK(allocations == before);
     CHECK(again);
+    CHECK(near);
     CHECK(smaller);
     CHECK(score);
   }
