@@ -182,6 +182,26 @@ struct Localizer::State {
     return {};
   }
 
+  /// The probability that the sensor is not where any hypothesis predicts it.
+  [[nodiscard]] double doubt_of_prediction(const Scan& scan) const {
+    constexpr double kAcceleration = 1.0;  // [m/s^2]; standard deviation
+    constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
+    constexpr double kMost = 0.9;
+    const Hypothesis& best = hypotheses.front();
+    const bool driven = scan.odometry && best.motion.has_odometry();
+    if (best.initial || driven || !stamp) return kCarriedAway;
+    const double seconds = scan.stamp - *stamp;
+    const double sigma = 0.5 * kAcceleration * seconds * seconds;
+    return std::min(kMost, kCarriedAway + std::erfc(kBasin / (sigma * std::numbers::sqrt2)));
+  }
+
+  /// Whether no other poses need to be looked for.
+  [[nodiscard]] bool is_sure(const std::optional<PosePrior>& prior) const {
+    constexpr double kDisagreement = -1.0;
+    return !hypotheses.empty() && belief.of(0) >= kSure &&
+           agreement(hypotheses.front().pose(), prior) > kDisagreement;
+  }
+
   /// Looks for other poses that the sensor may have, and adds them to the hypotheses.
   Result<void> search(const Scan& scan, const PreparedScan& prepared, ScanReport& report) {
     const auto predicted =
@@ -358,20 +378,27 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
 
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
+  std::vector<double> compared;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(scan, prepared.points, report));
-    s.belief.forget(kCarriedAway);
+    s.belief.forget(s.doubt_of_prediction(scan));
     if (s.weighing.is_due(s.hypotheses, s.belief.of(0))) {
       auto news = s.weighing(prepared, scan.prior, s.hypotheses);
       if (!news) return during(std::move(news).error());
       s.belief.weigh(*news);
+      compared = s.weighing.compare(s.hypotheses);
+      s.belief.weigh(compared);
     }
   }
-  const bool sure = !s.hypotheses.empty() && s.belief.of(0) >= kSure;
+  const bool sure = s.is_sure(scan.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
   if (!sure && !prepared.points.empty()) {
     auto searched = s.search(scan, prepared, report);
     if (!searched) return during(std::move(searched).error());
+    // The finds take part in the comparison.
+    std::vector<double> anew = s.weighing.compare(s.hypotheses);
+    for (std::size_t h = 0; h < compared.size(); ++h) anew[h] -= compared[h];
+    s.belief.weigh(anew);
   }
   s.stamp = scan.stamp;
   if (s.hypotheses.empty()) {

@@ -29,9 +29,15 @@ double surprise(const Hypothesis& one) {
   return -std::min(kMost, pulled * pulled);
 }
 
-/// log(p(prior | pose) / p(prior | elsewhere within three sigma)).
+}  // namespace
+
+double heading_of(const Pose& pose) {
+  const Eigen::Matrix3d R = pose.rotation.toRotationMatrix();
+  return std::atan2(R(1, 0), R(0, 0));
+}
+
 double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
-  constexpr double kMost = 8.0, kElsewhere = 3.0;
+  constexpr double kMost = 10.0, kElsewhere = 3.0;
   if (!prior) return 0.0;
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -42,27 +48,6 @@ double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
       std::remainder(heading_of(pose) - heading_of(prior->T_map_sensor), 2.0 * std::numbers::pi);
   squared += turned * turned / (prior->sigma_heading * prior->sigma_heading);
   return std::max(-kMost, std::min(0.0, kElsewhere - 0.5 * squared));
-}
-
-/// Of several poses for one scan, the wrong ones fit worse than the right one.
-void prefer_sharper(const std::vector<Hypothesis>& hypotheses, std::vector<double>& ratios) {
-  constexpr double kPreference = 15.0;
-  const auto share = [](const Hypothesis& one) {
-    return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
-  };
-  double best = 0.0;
-  for (const Hypothesis& one : hypotheses) best = std::max(best, share(one));
-  if (best <= 0.0) return;
-  for (std::size_t h = 0; h < hypotheses.size(); ++h) {
-    ratios[h] += kPreference * (share(hypotheses[h]) - best) / best;
-  }
-}
-
-}  // namespace
-
-double heading_of(const Pose& pose) {
-  const Eigen::Matrix3d R = pose.rotation.toRotationMatrix();
-  return std::atan2(R(1, 0), R(0, 0));
 }
 
 PointCloud Weighing::scored(const PreparedScan& scan) {
@@ -97,11 +82,25 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
     reference_.reset();
     VANTAGE_CHECK(renew_reference(scan, at));
   }
-  prefer_sharper(hypotheses, ratios);
-  const double news =
+  news_ =
       weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kIndependent, kLeastNews, 1.0) : 1.0;
-  for (double& ratio : ratios) ratio *= news;
+  for (double& ratio : ratios) ratio *= news_;
   weighed_at_ = at;
+  return ratios;
+}
+
+std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses) const {
+  constexpr double kPreference = 15.0;
+  const auto share = [](const Hypothesis& one) {
+    return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
+  };
+  double best = 0.0;
+  for (const Hypothesis& one : hypotheses) best = std::max(best, share(one));
+  std::vector<double> ratios(hypotheses.size(), 0.0);
+  if (best <= 0.0) return ratios;
+  for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+    ratios[h] = news_ * kPreference * (share(hypotheses[h]) - best) / best;
+  }
   return ratios;
 }
 
@@ -142,6 +141,7 @@ void Weighing::forget() {
   usual_level_ = 0.0;
   reference_.reset();
   weighed_at_.reset();
+  news_ = 1.0;
 }
 
 }  // namespace vantage

@@ -10,6 +10,9 @@
 
 namespace vantage {
 
+/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-10, 0]; 0 without a prior.
+[[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
+
 /// Says how much a scan speaks for each hypothesis.
 class Weighing {
  public:
@@ -22,13 +25,19 @@ class Weighing {
   [[nodiscard]] bool is_due(const std::vector<Hypothesis>& hypotheses, double belief) const;
 
   /// log(p(scan | hypothesis right) / p(scan | wrong)) for each of the hypotheses; fills in their
-  /// evidence. Scans that are taken side by side share their errors and count less.
+  /// evidence. Scans that are taken side by side share their errors and count less. Hypotheses are
+  /// not compared with each other.
   /// Errors: those of the matcher and of RegionMaps::borrow.
   [[nodiscard]] Result<std::vector<double>> operator()(const PreparedScan& scan,
                                                        const std::optional<PosePrior>& prior,
                                                        std::vector<Hypothesis>& hypotheses);
 
-  /// The same for a pose that a search found.
+  /// Compares the hypotheses with each other: of several poses for one scan, the wrong ones fit
+  /// worse than the right one. For each, what its fit falls short of the best one's says; no more
+  /// than 0.
+  [[nodiscard]] std::vector<double> compare(const std::vector<Hypothesis>& hypotheses) const;
+
+  /// log(p(scan | pose right) / p(scan | wrong)) for a pose that a search found.
   [[nodiscard]] double of(const Evidence& evidence, const Pose& pose,
                           const std::optional<PosePrior>& prior) const;
 
@@ -54,6 +63,7 @@ class Weighing {
   std::optional<Fit> reference_;  // the fit to itself of the scan at `reference_at_`
   Point reference_at_ = Point::Zero();
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
+  double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
 
 }  // namespace vantage
