@@ -110,17 +110,17 @@ Result<std::vector<Find>> align_from(const RegionMaps& maps, PointsView scan, Po
 /// Starts around a pose. On a map that has changed, one alignment often ends some decimetres off.
 std::vector<Start> starts_around(const Find& find) {
   constexpr double kMoved = 0.8, kTurned = 3.0 * std::numbers::pi / 180.0;  // [m], [rad]
+  const Eigen::Matrix3d R = find.alignment.T_map_scan.rotation.toRotationMatrix();
   std::vector<Start> starts;
   for (const double side : {-1.0, 1.0}) {
-    for (const Point axis : {Point(1, 0, 0), Point(0, 1, 0), Point(0, 0, 1)}) {
-      Pose pose = find.alignment.T_map_scan;
-      if (axis.z() > 0.0) {
-        pose.rotation = rotation_from_vector(side * kTurned * axis) * pose.rotation;
-      } else {
-        pose.translation += side * kMoved * (pose.rotation.toRotationMatrix() * axis);
-      }
-      starts.push_back({find.region, pose});
+    for (const Eigen::Index axis : {0, 1}) {
+      Pose moved = find.alignment.T_map_scan;
+      moved.translation += side * kMoved * R.col(axis);
+      starts.push_back({find.region, moved});
     }
+    Pose turned = find.alignment.T_map_scan;
+    turned.rotation = rotation_from_vector({0.0, 0.0, side * kTurned}) * turned.rotation;
+    starts.push_back({find.region, turned});
   }
   return starts;
 }
