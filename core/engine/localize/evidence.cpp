@@ -15,6 +15,8 @@ constexpr int kAxes = 4;
 // The constants below come from alignments of three matchers on the recorded street and the demo's
 // campus, right (0.55-1.1) and wrong (99 % below 0.045). docs/localization.md tests them on others.
 constexpr double kWrongScale = 0.015;  // mean share at wrong poses; exponential
+// Of wrong poses that share a street's walls or a row of trees with the right one.
+constexpr double kSimilar = 0.1, kSimilarScale = 0.06;
 constexpr double kScoreNoise = 0.012;  // of the level, with 512 points
 // Of poses that are wrong although they fit like right ones: places that are alike.
 constexpr double kAlike = 1e-4;
@@ -73,7 +75,9 @@ double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usua
   const double x = std::clamp(evidence.share, 0.0, kMostRight);
   // Little structure makes wrong poses look as sharp as right ones.
   const double scale = std::hypot(kWrongScale, evidence.noise);
-  const double wrong = std::exp(-x / scale) / scale;
+  const double similar = std::hypot(kSimilarScale, evidence.noise);
+  const double wrong =
+      (1.0 - kSimilar) * std::exp(-x / scale) / scale + kSimilar * std::exp(-x / similar) / similar;
   const double floor = 1.0 / kMostRight;
   const double any = x < kLeastRight ? floor : 1.0 / (x * std::log(kMostRight / kLeastRight));
   const double right =

@@ -40,6 +40,11 @@ struct Evidence {
 /// @param usual  the share of recent scans that were tracked, if there are any
 [[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual);
 
+/// Whether a scan speaks for its pose, or at least not against it.
+[[nodiscard]] inline bool fits(const Evidence& evidence) {
+  return log_likelihood_ratio(evidence, {}) >= -1.0;
+}
+
 /// At most so many points, evenly picked.
 [[nodiscard]] PointCloud evenly_picked(PointsView points, std::size_t most);
 

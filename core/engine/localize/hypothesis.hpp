@@ -25,6 +25,8 @@ struct Hypothesis {
   [[nodiscard]] const Pose& pose() const { return alignment ? alignment->T_map_scan : predicted; }
   /// At the scan before.
   [[nodiscard]] const Pose& last() const { return initial ? *initial : motion.pose(); }
+  /// Whether the scan fits the map there, as far as is known.
+  [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
   /// How far matching moved the predicted position [m]. Precondition: aligned.
   [[nodiscard]] double correction() const {
     return (alignment->T_map_scan.translation - predicted.translation).norm();

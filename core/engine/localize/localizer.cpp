@@ -42,6 +42,8 @@ constexpr double kTrustInStart = 0.9;
 constexpr double kCarriedAway = 2e-5;
 // A search finds the place, if it is in the area.
 constexpr double kRecall = 0.9, kInArea = 0.5;
+// In a narrow area [m], it hardly misses it.
+constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
 // With less belief than this in the best hypothesis, others are looked for.
 constexpr double kSure = 0.8;
 // Hypotheses with less belief are dropped.
@@ -76,6 +78,7 @@ struct Localizer::State {
   Weighing weighing{*matcher, maps};
   Verdict verdict{params};
   std::optional<PlaceIndex> places;  // from the first search on
+  bool compared = false;             // the hypotheses with all other places
   std::uint32_t doubtful_scans = 0;  // in a row
 
   [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
@@ -198,7 +201,7 @@ struct Localizer::State {
   /// Whether no other poses need to be looked for.
   [[nodiscard]] bool is_sure(const std::optional<PosePrior>& prior) const {
     constexpr double kDisagreement = -1.0;
-    return !hypotheses.empty() && belief.of(0) >= kSure &&
+    return !hypotheses.empty() && compared && hypotheses.front().fits() && belief.of(0) >= kSure &&
            agreement(hypotheses.front().pose(), prior) > kDisagreement;
   }
 
@@ -215,8 +218,10 @@ struct Localizer::State {
     VANTAGE_TRY(const Finds found, search_pose(index, maps, *places, prepared.points,
                                                Weighing::scored(prepared), *reference, *area));
     report.seconds_search = stopwatch.seconds();
-    const bool partly = std::isfinite(area->radius) && !scan.prior;
-    const double recall = kRecall * (partly ? kInArea : 1.0);
+    const double recall = !area->complete           ? kRecall * kInArea
+                          : area->radius <= kNarrow ? kRecallNarrow
+                                                    : kRecall;
+    compared = compared || area->complete;
     for (const Find& find : found.finds) add(find, recall, found.aligned, scan);
     return {};
   }
@@ -296,6 +301,7 @@ struct Localizer::State {
     hypotheses.clear();
     belief = Belief();
     stamp.reset();
+    compared = params.recovery_radius == 0.0;  // nothing to compare with
     doubtful_scans = 0;
     weighing.forget();
     verdict.forget(lost);
@@ -378,7 +384,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
 
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
-  std::vector<double> compared;
+  std::vector<double> comparison;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(scan, prepared.points, report));
     s.belief.forget(s.doubt_of_prediction(scan));
@@ -386,10 +392,12 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       auto news = s.weighing(prepared, scan.prior, s.hypotheses);
       if (!news) return during(std::move(news).error());
       s.belief.weigh(*news);
-      compared = s.weighing.compare(s.hypotheses);
-      s.belief.weigh(compared);
+      comparison = s.weighing.compare(s.hypotheses);
+      s.belief.weigh(comparison);
     }
   }
+  // Once lost, what was compared has become worthless.
+  if (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5) s.compared = false;
   const bool sure = s.is_sure(scan.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
   if (!sure && !prepared.points.empty()) {
@@ -397,7 +405,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     if (!searched) return during(std::move(searched).error());
     // The finds take part in the comparison.
     std::vector<double> anew = s.weighing.compare(s.hypotheses);
-    for (std::size_t h = 0; h < compared.size(); ++h) anew[h] -= compared[h];
+    for (std::size_t h = 0; h < comparison.size(); ++h) anew[h] -= comparison[h];
     s.belief.weigh(anew);
   }
   s.stamp = scan.stamp;
@@ -409,7 +417,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.sort_out();
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
-  s.verdict.conclude(s.hypotheses.front(), s.belief.of(0), s.belief.elsewhere(), report);
+  s.verdict.conclude(s.hypotheses.front(), s.belief.of(0), s.belief.elsewhere(), s.compared,
+                     report);
   if (report.tracking == Tracking::tracked) s.weighing.learn(s.hypotheses.front());
   report.held_bytes = s.maps.statistics().bytes;
   s.move_on(scan, report);

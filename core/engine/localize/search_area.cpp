@@ -7,12 +7,15 @@
 namespace vantage {
 namespace {
 
+// A search this far [m] takes a fraction of a second.
+constexpr double kQuick = 400.0;
+
 /// Twice as far at each scan. Once that is everywhere, only now and then, because it takes long.
 std::optional<double> search_radius(std::uint32_t scans, double everywhere,
                                     const LocalizerParams& params) {
-  const double radius =
-      std::ldexp(params.search_first_radius, static_cast<int>(std::min(scans, 60U)) - 1);
-  if (scans <= 1 || radius < 2.0 * everywhere) return std::min(radius, everywhere);
+  const double first = everywhere <= kQuick ? everywhere : params.search_first_radius;
+  const double radius = std::ldexp(first, static_cast<int>(std::min(scans, 60U)) - 1);
+  if (scans <= 2 || radius < 2.0 * everywhere) return std::min(radius, everywhere);
   if (scans % params.search_pause == 0) return everywhere;
   return {};
 }
@@ -52,6 +55,7 @@ std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
       scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)), params);
   if (!radius || *radius <= 0.0) return {};
   area.radius = *radius;
+  area.complete = *radius >= std::min(everywhere, params.recovery_radius.value_or(everywhere));
   return area;
 }
 

@@ -13,6 +13,8 @@ namespace {
 
 // A scan is lost if the sensor is probably at none of the poses that are followed.
 constexpr double kLost = 0.5;
+// The probability of a place that looks alike, as long as nobody has looked for one.
+constexpr double kAlike = 0.05;
 
 /// Two-sided tail of the normal distribution beyond `limit` for a standard deviation `sigma`.
 double beyond(double limit, double sigma) {
@@ -21,7 +23,7 @@ double beyond(double limit, double sigma) {
 
 }  // namespace
 
-void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere,
+void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere, bool compared,
                        ScanReport& report) {
   report.T_map_scan_predicted = best.predicted;
   report.T_map_scan = best.pose();
@@ -31,15 +33,21 @@ void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere,
     report.lcp = localization_contribution_per_point(fitness, report.map_points);
     report.confidence = confidence_of(*best.alignment, params_.covariance_scale);
   }
+  // The pose of a scan that does not fit is where the motion led, not where matching pulled it.
+  const bool fits = best.fits();
+  if (!fits) report.T_map_scan = best.predicted;
   const double wrong = 1.0 - belief;
-  report.risk = std::min(1.0, wrong + imprecision(best, report));
+  report.risk = std::min(1.0, wrong + imprecision(best, fits, report));
+  if (!compared) report.risk = std::max(report.risk, kAlike);
   if (elsewhere > kLost || !best.alignment) {
     report.tracking = Tracking::lost;
-    report.T_map_scan = best.predicted;
     report.reason = best.alignment ? "the scan does not fit the map here" : best.failure;
+  } else if (!fits) {
+    report.tracking = Tracking::uncertain;
+    report.reason = "the scan does not fit the map here";
   } else if (report.risk > params_.max_risk) {
     report.tracking = Tracking::uncertain;
-    report.reason = wrong > params_.max_risk
+    report.reason = wrong > params_.max_risk || !compared
                         ? "other poses are not excluded yet"
                         : "the scan leaves open where along one direction the sensor is";
   } else {
@@ -53,7 +61,7 @@ void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere,
   }
 }
 
-double Verdict::imprecision(const Hypothesis& best, const ScanReport& report) {
+double Verdict::imprecision(const Hypothesis& best, bool fits, const ScanReport& report) {
   // The error of the last pose grows with the way; where the scan says more, its own error counts.
   constexpr double kDriftMetres = 0.02, kDriftRadians = 0.002;  // per metre, with odometry
   constexpr double kWithoutOdometry = 5.0;                      // times as much
@@ -63,13 +71,13 @@ double Verdict::imprecision(const Hypothesis& best, const ScanReport& report) {
   const double carried_m = std::hypot(sigma_m_, kDriftMetres * way);
   const double carried_rad = std::hypot(sigma_rad_, kDriftRadians * way);
   const bool known = sigma_m_ > 0.0;
-  if (report.confidence) {
+  if (fits) {
     sigma_m_ = report.confidence->sigma_translation[0];
     sigma_rad_ = report.confidence->sigma_rotation[0];
   }
   if (known) {
-    sigma_m_ = report.confidence ? std::min(sigma_m_, carried_m) : carried_m;
-    sigma_rad_ = report.confidence ? std::min(sigma_rad_, carried_rad) : carried_rad;
+    sigma_m_ = fits ? std::min(sigma_m_, carried_m) : carried_m;
+    sigma_rad_ = fits ? std::min(sigma_rad_, carried_rad) : carried_rad;
   }
   const double limit_rad = params_.alert_limit_deg * std::numbers::pi / 180.0;
   return beyond(params_.alert_limit, sigma_m_) + beyond(limit_rad, sigma_rad_);

@@ -14,15 +14,18 @@ class Verdict {
   /// Fills in the poses, the alignment, the risk, the state and its reason.
   /// @param belief     in the hypothesis
   /// @param elsewhere  belief that the sensor is at none of the hypotheses
+  /// @param compared   whether the map was searched for places that look alike
   /// @param report     holds the region and its points
-  void conclude(const Hypothesis& best, double belief, double elsewhere, ScanReport& report);
+  void conclude(const Hypothesis& best, double belief, double elsewhere, bool compared,
+                ScanReport& report);
 
   void forget(bool lost);
 
  private:
   /// The probability that the pose is off by more than the alert limit although the sensor is
   /// there.
-  [[nodiscard]] double imprecision(const Hypothesis& best, const ScanReport& report);
+  /// @param fits  whether the scan fits the map there
+  [[nodiscard]] double imprecision(const Hypothesis& best, bool fits, const ScanReport& report);
   /// Applies the limits that a user may set.
   void limit(const Hypothesis& best, ScanReport& report) const;
 

@@ -9,7 +9,9 @@ namespace vantage {
 namespace {
 
 // Scans taken this near to each other say the same [m].
-constexpr double kIndependent = 1.0, kLeastNews = 0.1;
+constexpr double kIndependent = 2.0, kLeastNews = 0.1;
+// If the fit of the first hypothesis changes by this share, something has happened.
+constexpr double kChange = 0.4;
 // A hypothesis beyond doubt is weighed after this way [m], or if its level fell by this share.
 constexpr double kSettledWay = 2.5, kFall = 0.2, kSettledRisk = 1e-4;
 // The fit of scans to themselves changes with the surroundings [m].
@@ -84,6 +86,9 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
   }
   news_ =
       weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kIndependent, kLeastNews, 1.0) : 1.0;
+  const double share = hypotheses.front().evidence ? hypotheses.front().evidence->share : 0.0;
+  if (std::abs(share - share_) > kChange * std::max(share, share_)) news_ = 1.0;
+  share_ = share;
   for (double& ratio : ratios) ratio *= news_;
   weighed_at_ = at;
   return ratios;
@@ -142,6 +147,7 @@ void Weighing::forget() {
   reference_.reset();
   weighed_at_.reset();
   news_ = 1.0;
+  share_ = 0.0;
 }
 
 }  // namespace vantage

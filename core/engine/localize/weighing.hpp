@@ -63,6 +63,7 @@ class Weighing {
   std::optional<Fit> reference_;  // the fit to itself of the scan at `reference_at_`
   Point reference_at_ = Point::Zero();
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
+  double share_ = 0.0;               // evidence of the first hypothesis then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
 

@@ -17,6 +17,7 @@ struct PlaceArea {
   double radius = std::numeric_limits<double>::infinity();  ///< in plan view [m]
   double heading = 0.0;                                     ///< of the sensor's x axis [rad]
   double heading_within = std::numbers::pi;                 ///< on both sides of it [rad]
+  bool complete = true;  ///< whether the sensor can be nowhere else
 };
 
 /// A place from which a scan may have been taken.
