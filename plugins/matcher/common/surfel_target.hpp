@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/answer.hpp"
+#include "common/approach.hpp"
 #include "common/gauss_newton.hpp"
 #include "common/parallel.hpp"
 #include "common/params.hpp"
@@ -92,49 +93,67 @@ template <class Residual>
 class SurfelTarget final : public MatchTarget {
  public:
   SurfelTarget(SurfelMap map, const MatchingParams& params, const NdtCoefficients& coefficients,
-               const Residual& residual)
+               std::vector<NdtCoefficients> coarse, const Residual& residual)
       : map_(std::move(map)),
         params_(params),
         loss_(params.loss()),
         coefficients_(coefficients),
-        residual_(residual) {}
+        residual_(residual),
+        approach_(std::move(coarse)) {}
 
   [[nodiscard]] Result<Alignment> align(PointsView scan,
                                         const Pose& T_map_scan_guess) const noexcept override {
-    const auto align_with = [&](Workspace& workspace) -> Result<Alignment> {
+    const auto align_with = [&](Scratch& scratch) -> Result<Alignment> {
+      const ndt::Start start = from_afar(scan, map_.to_local(T_map_scan_guess), scratch);
+      Workspace& workspace = scratch.whole;
       begin(scan, workspace);
       const auto linearized = [&](const Pose& pose, std::uint32_t steps) {
         return linearize(scan, pose, params_.distance_after(steps), workspace);
       };
-      const Pose start = map_.to_local(T_map_scan_guess);
-      const NormalEquations at_start = linearized(start, 0);
+      const NormalEquations at_start = linearized(start.T_local_scan, 0);
       VANTAGE_CHECK(check_overlap(at_start.matched, scan.size(), "at the guess"));
+      StepOptions options = params_.steps();
+      options.max_iterations -= start.iterations;
       const Minimum minimum =
-          minimize(start, at_start, params_.steps(), params_.settled(), linearized);
+          minimize(start.T_local_scan, at_start, options, params_.settled(), linearized);
       VANTAGE_CHECK(check_overlap(minimum.at.matched, scan.size(), "at the solution"));
       return Alignment{.T_map_scan = map_.to_map(minimum.T_local_scan),
                        .termination = minimum.termination,
-                       .iterations = minimum.iterations,
+                       .iterations = start.iterations + minimum.iterations,
                        .score = score(scan, minimum.T_local_scan, workspace),
                        .hessian = minimum.at.hessian};
     };
-    return answer_with<Alignment>(workspaces_, scan, T_map_scan_guess, align_with);
+    return answer_with<Alignment>(scratches_, scan, T_map_scan_guess, align_with);
   }
 
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
-    return answer_with<ScanScore>(workspaces_, scan, T_map_scan, [&](Workspace& workspace) {
-      begin(scan, workspace);
-      return score(scan, map_.to_local(T_map_scan), workspace);
+    return answer_with<ScanScore>(scratches_, scan, T_map_scan, [&](Scratch& scratch) {
+      begin(scan, scratch.whole);
+      return score(scan, map_.to_local(T_map_scan), scratch.whole);
     });
   }
 
   /// The scratch memory of alignments is not included.
-  [[nodiscard]] std::size_t bytes() const noexcept override { return sizeof(*this) + map_.bytes(); }
+  [[nodiscard]] std::size_t bytes() const noexcept override {
+    return sizeof(*this) + map_.bytes() + approach_.bytes();
+  }
   [[nodiscard]] std::size_t elements() const noexcept override { return map_.points().size(); }
 
  private:
   static constexpr std::size_t kPointChunk = 256;
+
+  // A guess is judged by the fit of this many points. On kitti_street and the demo's campus, it is
+  // at least 0.7 at 5 cm off, and at most 0.65 at 0.3 m and 1 degree, or at more.
+  static constexpr std::size_t kJudgedPoints = 256;
+  static constexpr double kNearGuess = 0.7;
+
+  struct Scratch {
+    Workspace whole;
+    PointCloud points;  // a part of the scan
+    Correspondences part;
+    Approach::Workspace approach;
+  };
 
   [[nodiscard]] Result<void> check_overlap(std::size_t matched, std::size_t points,
                                            const char* where) const {
@@ -147,6 +166,38 @@ class SurfelTarget final : public MatchTarget {
     workspace.equations.resize(chunks);
     workspace.scores.assign(chunks, ScanScoreSum(coefficients_));
     residual_.begin(scan, workspace);
+  }
+
+  /// Goes through coarse voxels if the guess is far off, and keeps the guess if they lead to a
+  /// worse pose.
+  [[nodiscard]] ndt::Start from_afar(PointsView scan, const Pose& guess, Scratch& scratch) const {
+    const std::size_t points = std::min(kJudgedPoints, scan.size());
+    PointCloud& part = scratch.points;
+    part.resize(points);
+    for (std::size_t i = 0; i < points; ++i) part[i] = scan[i * scan.size() / points];
+    scratch.part.begin(points, params_.max_distance);
+    const double at_guess = fit(part, guess, scratch.part);
+    if (at_guess >= kNearGuess || at_guess == 0.0) return {guess};
+    const ndt::Start start =
+        approach_.nearer(map_.points(), scan, guess, params_.steps(), scratch.approach);
+    const double there = fit(part, start.T_local_scan, scratch.part);
+    return there > at_guess ? start : ndt::Start{guess};
+  }
+  /// The mean likelihood of the points' distances from the map's surface, 1 at most.
+  [[nodiscard]] double fit(PointsView part, const Pose& T_local_scan,
+                           Correspondences& correspondences) const {
+    const double precision = 0.5 * coefficients_.d2 / (params_.sigma * params_.sigma);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const Eigen::Vector3d x = T_local_scan * part[i];
+      const std::uint32_t j = correspondences.nearest(map_, i, x, params_.max_distance);
+      if (j == kNone) continue;
+      const Eigen::Vector3d d = x - map_.points()[j];
+      const Eigen::Vector3d& n = map_.normals()[j];
+      const double squared = n.isZero() ? d.squaredNorm() : d.dot(n) * d.dot(n);
+      sum += std::exp(-precision * squared);
+    }
+    return sum / static_cast<double>(part.size());
   }
 
   /// Calls `use(i, y, d, map_normal, chunk)` for every scan point i that has a match, with y = R p
@@ -211,7 +262,8 @@ class SurfelTarget final : public MatchTarget {
   RobustLoss loss_;
   NdtCoefficients coefficients_;
   Residual residual_;
-  mutable WorkspacePool<Workspace> workspaces_;
+  Approach approach_;
+  mutable WorkspacePool<Scratch> scratches_;
 };
 
 /// The parameters and `prepare` of a matcher with a Residual, for ScanMatcherOf.
@@ -222,11 +274,12 @@ struct SurfelMatching : Params {
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const {
     // The defaults of ndt (outlier_ratio, resolution [m]), so that scores are comparable.
     VANTAGE_TRY(const NdtCoefficients coefficients, NdtCoefficients::derive(0.55, 1.0));
+    VANTAGE_TRY(auto coarse, Approach::coefficients());
     VANTAGE_TRY(SurfelMap surfels, SurfelMap::build(map, {.voxel = this->map_voxel,
                                                           .neighbours = this->neighbours,
                                                           .planes_only = Residual::kPlanesOnly}));
     return std::make_unique<SurfelTarget<Residual>>(std::move(surfels), *this, coefficients,
-                                                    Residual(*this));
+                                                    std::move(coarse), Residual(*this));
   }
 };
 

@@ -181,6 +181,21 @@ TEST_CASE("offsets are recovered in every mode, with every loss and distance") {
   });
 }
 
+TEST_CASE("guesses 2 m and 5 degrees off are recovered in every mode") {
+  for_each({&Matcher::modes, &Matcher::maps}, [&](const Matcher& matcher, const auto& toml) {
+    const auto target = prepared_by(matcher.plugin, yard_scene().map, toml);
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d by = 2.0 * Eigen::Vector3d(std::cos(i), std::sin(i), 0.0);
+      const Pose guess{
+          rotation_from_vector({0.0, 0.0, i % 2 == 0 ? 0.087 : -0.087}) * kYardPose.rotation,
+          kYardPose.translation + by};
+      const Alignment alignment = aligned(*target, yard_scene().scan, guess);
+      CHECK(metres_off(alignment, kYardPose) < 0.01);
+      CHECK(degrees_off(alignment, kYardPose) < 0.1);
+    }
+  });
+}
+
 TEST_CASE("an alignment says what it ended with") {
   for (const Matcher& matcher : matchers()) {
     CAPTURE(matcher.plugin);

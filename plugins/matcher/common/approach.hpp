@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+#include <optional>
+
+#include "common/steps.hpp"
+#include "pyramid.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::matching {
+
+/// The way to a pose from a guess that is far off, for a matcher that needs a near one: ndt's
+/// objective in voxels of 8, 4 and 2 m.
+///
+/// The voxels are made when they are first needed: tracking needs none.
+/// Thread safety: const functions may run on one object from many threads at once.
+class Approach {
+ public:
+  using Workspace = ndt::Pyramid::Workspace;
+
+  /// Errors: those of NdtCoefficients::derive.
+  [[nodiscard]] static Result<std::vector<NdtCoefficients>> coefficients();
+
+  explicit Approach(std::vector<NdtCoefficients> coefficients)
+      : pyramid_(std::move(coefficients)) {}
+
+  /// @param map    the map's points; the same ones in each call
+  /// @param guess  in the frame of `map`; it is returned if the map is too sparse for voxels
+  [[nodiscard]] ndt::Start nearer(PointsView map, PointsView scan, const Pose& guess,
+                                  const StepOptions& options, Workspace& workspace) const;
+
+  /// Memory that the voxels hold; 0 before they are needed.
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    const std::size_t coarse = pyramid_.bytes();
+    return coarse == 0 ? 0 : coarse + finest_->bytes();
+  }
+
+ private:
+  ndt::Pyramid pyramid_;
+  mutable std::once_flag made_;
+  mutable std::optional<ndt::VoxelMap> finest_;
+};
+
+}  // namespace vantage::matching
