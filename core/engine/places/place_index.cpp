@@ -21,11 +21,13 @@ std::uint64_t key_of(const Eigen::Vector3i& voxel, const Eigen::Vector3i& extent
          std::uint64_t(voxel.x());
 }
 
-template <class T>
-void put(std::vector<std::byte>& bytes, const T& value) {
-  const auto* const from = reinterpret_cast<const std::byte*>(&value);
-  bytes.insert(bytes.end(), from, from + sizeof(value));
-}
+/// What the bytes of an index begin with.
+struct Header {
+  std::array<char, 8> format = kPlacesFormat;
+  std::array<std::int32_t, 3> first{}, extent{};  // voxels, without the margin
+  std::uint64_t voxels = 0;
+};
+static_assert(sizeof(Header) == 40);
 
 Eigen::Array3d in_voxels(const Point& p) { return (p / PlaceIndex::kVoxel).array().floor(); }
 
@@ -104,14 +106,15 @@ std::vector<std::uint64_t> PlaceIndex::keys() const {
 }
 
 std::vector<std::byte> PlaceIndex::encode() const {
-  std::vector<std::byte> bytes;
-  put(bytes, kPlacesFormat);
   const Eigen::Vector3i first = first_ + Eigen::Vector3i(kMargin, kMargin, 0);
   const Eigen::Vector3i extent = size_ - Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
-  for (const int number : first) put(bytes, std::int32_t{number});
-  for (const int number : extent) put(bytes, std::int32_t{number});
   const std::vector<std::uint64_t> all = keys();
-  put(bytes, std::uint64_t{all.size()});
+  Header header;
+  header.first = {first.x(), first.y(), first.z()};
+  header.extent = {extent.x(), extent.y(), extent.z()};
+  header.voxels = all.size();
+  std::vector<std::byte> bytes(sizeof(header));
+  std::memcpy(bytes.data(), &header, sizeof(header));
   // Differences of ascending keys, seven bits a byte, the last without its highest bit.
   std::uint64_t before = 0;
   for (const std::uint64_t key : all) {
@@ -124,12 +127,7 @@ std::vector<std::byte> PlaceIndex::encode() const {
 }
 
 Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
-  struct Header {
-    std::array<char, 8> format;
-    std::int32_t first[3], extent[3];
-    std::uint64_t voxels;
-  } header{};
-  static_assert(sizeof(Header) == 40);
+  Header header;
   if (bytes.size() < sizeof(header)) return no_index("is cut off");
   std::memcpy(&header, bytes.data(), sizeof(header));
   if (header.format != kPlacesFormat) return no_index("is of another version");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <map>
@@ -133,14 +134,17 @@ struct Truth {
   double coverage = 1.0;
   bool overlap = true;
   double reach = std::numeric_limits<double>::infinity();  ///< [m]; a tenth of it [rad]
+  PointCloud scan;  ///< what is prepared from its points is the scan itself, not a map
 };
 
 /// Always finds the truth, unless the scan is empty or nothing overlaps; with a reach, only from
-/// guesses and at poses that near.
+/// guesses that near. A scan fits well only within a metre of the truth. The truth of a scan that
+/// is matched to itself is that it did not move.
 class TruthMatcher final : public ScanMatcher {
  public:
   explicit TruthMatcher(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
-  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView) const noexcept override {
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept override {
     class Target final : public MatchTarget {
      public:
       explicit Target(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
@@ -168,12 +172,16 @@ class TruthMatcher final : public ScanMatcher {
                rotation_between(pose, truth_->T_map_scan) <= truth_->reach / 10.0;
       }
       [[nodiscard]] ScanScore score_at(const Pose& pose) const {
-        if (near(pose)) return {.fitness = 2.0, .nvtl = 3.0, .coverage = truth_->coverage};
+        const double off = (pose.translation - truth_->T_map_scan.translation).norm();
+        if (near(pose) && off < 1.0) {
+          return {.fitness = 2.0, .nvtl = 3.0, .coverage = truth_->coverage};
+        }
         return {.fitness = 0.1, .nvtl = 1.0, .coverage = 0.1};
       }
       std::shared_ptr<Truth> truth_;
     };
-    return std::make_unique<Target>(truth_);
+    const bool itself = std::ranges::equal(map, truth_->scan);
+    return std::make_unique<Target>(itself ? std::make_shared<Truth>() : truth_);
   }
 
  private:

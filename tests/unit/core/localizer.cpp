@@ -13,20 +13,32 @@ using namespace vantage;
 
 namespace {
 
-/// Three strips of 10 m along x; strip 1 has no map.
+/// Posts of different heights beside the strips; no two places are alike.
+PointCloud posts() {
+  PointCloud points;
+  for (int i = 0; i < 60; ++i) {
+    const double x = 40.0 * ((i * 37) % 60) / 60.0 - 5.0, y = 30.0 * ((i * 23) % 60) / 60.0 - 15.0;
+    for (double z = 0.2; z < 1.5 + i % 7; z += 0.4) points.emplace_back(x, y, z);
+  }
+  return points;
+}
+
+/// Three strips of 10 m along x; with a gap, strip 1 has no map.
 struct World {
   std::shared_ptr<test::Memory> memory = std::make_shared<test::Memory>();
   std::shared_ptr<test::Truth> truth = std::make_shared<test::Truth>();
+  PointCloud posts_of_map = posts();
   PointCloud scan{{5, 0, 0}, {6, 0, 0}, {0, 7, 1}};
 
   explicit World(bool gap = false) {
+    truth->scan = scan;
     test::MemoryStore store(memory);
     const Partition partition =
         test::Strips(3).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
     REQUIRE(store.begin(MapIndex{partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}));
     for (std::uint32_t r = 0; r < 3; ++r) {
       RegionMap map;
-      if (!(gap && r == 1)) map.points.assign(10 * (r + 1), Point(1, 2, 3));
+      if (!(gap && r == 1)) map.points = posts_of_map;
       for (int x = 0; x < 10; ++x) map.viewpoints.emplace_back(10.0 * r + x + 0.5, 0, 1);
       REQUIRE(store.put(RegionId{r}, map));
     }
@@ -39,6 +51,17 @@ struct World {
         test::in_process<test::TruthMatcher, ScanMatcher>(truth), params);
     REQUIRE_MESSAGE(opened, to_string(opened.error()));
     return *std::move(opened);
+  }
+
+  /// Localizes what is seen from a pose.
+  ScanReport look(Localizer& localizer, double stamp, const Pose& T_map_scan) {
+    truth->T_map_scan = T_map_scan;
+    scan.clear();
+    for (const Point& p : posts_of_map) scan.push_back(T_map_scan.inverse() * p);
+    truth->scan = scan;
+    auto report = localizer.localize({stamp, scan, {}});
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    return *std::move(report);
   }
 
   /// Moves the truth to x and localizes a scan there.
@@ -72,8 +95,8 @@ TEST_CASE("Eq. 11: the map changes for the scan after the border was crossed") {
   CHECK(after.switched);
   CHECK(after.blocked);
   CHECK(after.region == RegionId{1});
-  CHECK(after.map_points == 20);
-  CHECK(after.lcp == doctest::Approx(2.0 / 20));
+  CHECK(after.map_points == world.posts_of_map.size());
+  CHECK(after.lcp == doctest::Approx(2.0 / static_cast<double>(world.posts_of_map.size())));
   CHECK_FALSE(world.at(localizer, 0.4, 10.2).switched);
   CHECK(world.memory->gets == 2);
 }
@@ -82,7 +105,6 @@ TEST_CASE("switch_margin keeps a map until the border is that far behind") {
   const World world;
   LocalizerParams params;
   params.switch_margin = 1.0;
-  params.max_correction = 100.0;  // the path is jumpy
   Localizer localizer = world.localizer(params);
   REQUIRE(localizer.start(at_x(9)));
   const double path[] = {9.0, 10.5, 9.5, 10.9, 11.2, 10.5, 9.5, 8.8, 8.7};
@@ -148,19 +170,51 @@ TEST_CASE("a scan without overlap or coverage is lost, keeps its prediction, and
   world.truth->coverage = 0.01;
   const ScanReport thin = world.at(localizer, 0.3, 3.0);
   CHECK(thin.tracking == Tracking::lost);
-  CHECK(thin.reason.starts_with("coverage"));
+  CHECK(thin.reason == "the scan does not fit the map here");
   CHECK(thin.T_map_scan.translation.x() == doctest::Approx(2.5));
+  CHECK(thin.risk > 0.5);
 
   world.truth->coverage = 1.0;
   const ScanReport found = world.at(localizer, 0.4, 3.0);
   CHECK(found.T_map_scan_predicted.translation.x() == doctest::Approx(3.0));
   CHECK(found.T_map_scan.translation.x() == 3.0);
-  CHECK(found.tracking == Tracking::lost);
-  CHECK(found.reason == "found, to be confirmed by the next scans");
-  const ScanReport confirmed = world.at(localizer, 0.5, 3.5);
-  CHECK(confirmed.tracking == Tracking::tracked);
-  CHECK(confirmed.recovered);
+  CHECK(found.tracking == Tracking::tracked);
+  CHECK(found.recovered);
+  CHECK(found.risk < 0.01);
   CHECK_FALSE(world.at(localizer, 0.6, 4.0).recovered);
+}
+
+TEST_CASE("one scan that does not fit is uncertain, and its pose is where the motion led") {
+  const World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  for (int i = 0; i < 4; ++i) {
+    CHECK(world.at(localizer, 0.1 * i, 1.0 + 0.5 * i).tracking == Tracking::tracked);
+  }
+  world.truth->coverage = 0.01;  // a lorry beside the sensor
+  const ScanReport covered = world.at(localizer, 0.4, 3.2);
+  CHECK(covered.tracking == Tracking::uncertain);
+  CHECK(covered.T_map_scan.translation.x() == doctest::Approx(3.0));
+  world.truth->coverage = 1.0;
+  CHECK(world.at(localizer, 0.5, 3.5).tracking == Tracking::tracked);
+}
+
+TEST_CASE("limits on a score are for those who set them") {
+  const World world;
+  world.truth->coverage = 0.6;
+  LocalizerParams params;
+  for (const auto& [coverage, nvtl, called] : {std::tuple{0.0, 0.0, Tracking::tracked},
+                                               {0.7, 0.0, Tracking::lost},
+                                               {0.0, 3.5, Tracking::lost}}) {
+    if (coverage > 0.0) params.min_coverage = coverage;
+    if (nvtl > 0.0) params.min_nvtl = nvtl;
+    Localizer localizer = world.localizer(params);
+    REQUIRE(localizer.start(at_x(1)));
+    const ScanReport report = world.at(localizer, 0.0, 1.0);
+    CHECK(report.tracking == called);
+    CHECK(report.reason.empty() == (called == Tracking::tracked));
+    params = {};
+  }
 }
 
 TEST_CASE("a scan that matching moves too far from its prediction is lost") {
@@ -178,27 +232,25 @@ TEST_CASE("a scan that matching moves too far from its prediction is lost") {
   CHECK(jump.T_map_scan.translation.x() == doctest::Approx(3.0));
 }
 
-TEST_CASE("a sensor that was carried away is found again among the viewpoints") {
-  const World world;
-  world.truth->reach = 1.0;
+TEST_CASE("a sensor that was carried away is found again") {
+  World world;
+  world.truth->reach = 3.0;
   Localizer localizer = world.localizer();
-  REQUIRE(localizer.start(at_x(1)));
-  for (int i = 0; i < 4; ++i) world.at(localizer, 0.1 * i, 1.0 + 0.2 * i);
+  const auto at = [](double x, double yaw) {
+    return pose_from_xyz_rpy({x, 0.1, 1.0}, {0, 0, yaw});
+  };
+  REQUIRE(localizer.start(at(1.0, 0.0)));
+  for (int i = 0; i < 4; ++i) world.look(localizer, 0.1 * i, at(1.0 + 0.2 * i, 0.0));
 
   // 24 m away and turned: in another region, with another heading.
   const auto carried = [&](int i) {
-    world.truth->T_map_scan = pose_from_xyz_rpy({25.4 - 0.2 * i, 0.1, 1.0}, {0, 0, M_PI});
-    auto report = localizer.localize({1.0 + 0.1 * i, world.scan, {}});
-    REQUIRE(report);
-    return *std::move(report);
+    return world.look(localizer, 1.0 + 0.1 * i, at(25.4 - 0.2 * i, M_PI));
   };
   int scans = 0;
   ScanReport report = carried(scans++);
-  CHECK(report.tracking == Tracking::lost);
-  while (report.tracking == Tracking::lost && scans < 20) report = carried(scans++);
+  while (report.tracking != Tracking::tracked && scans < 10) report = carried(scans++);
   CHECK(report.tracking == Tracking::tracked);
-  CHECK(report.recovered);
-  CHECK(scans <= 6);
+  CHECK(scans <= 3);
   CHECK(report.region == RegionId{2});
   CHECK((report.T_map_scan.translation - world.truth->T_map_scan.translation).norm() < 1e-9);
   // It goes on as it did, 0.2 m a scan forward.
@@ -209,68 +261,96 @@ TEST_CASE("a sensor that was carried away is found again among the viewpoints") 
 }
 
 TEST_CASE("a scan that switches maps and is found by the search in the new one has switched") {
-  const World world;
-  world.truth->reach = 1.0;
+  World world;
+  world.truth->reach = 3.0;
   Localizer localizer = world.localizer();
   REQUIRE(localizer.start(pose_from_xyz_rpy({9, 0, 1}, {0, 0, 0})));
   const auto at = [&](double stamp, double x) {
-    world.truth->T_map_scan.translation = {x, 0, 1};
-    return localizer.localize({stamp, world.scan, {}}).value();
+    return world.look(localizer, stamp, pose_from_xyz_rpy({x, 0, 1}, {0, 0, 0}));
   };
   CHECK(at(0.0, 9.0).region == RegionId{0});
   CHECK(at(0.1, 9.6).region == RegionId{0});
   CHECK(at(0.2, 10.2).region == RegionId{0});
   // Beyond the border, and farther than the matcher reaches from the prediction at 10.8.
-  const ScanReport found = at(0.3, 12.0);
+  const ScanReport found = at(0.3, 18.0);
   CHECK(found.seconds_search > 0.0);
-  REQUIRE(found.T_map_scan.translation.x() == doctest::Approx(12.0));
+  REQUIRE(found.T_map_scan.translation.x() == doctest::Approx(18.0));
   CHECK(found.region == RegionId{1});
   CHECK(found.switched);
 }
 
-TEST_CASE("the keys of the search are what it goes by") {
-  /// Scans of a turned sensor 3 m away: how many of twelve look for it, and whether it is found.
-  struct Searched {
-    int scans = 0;
-    bool found = false;
+TEST_CASE("recovery_radius bounds the search, 0 is none; search_pause spaces it out") {
+  struct Case {
+    double radius;
+    std::uint32_t pause;
+    int searches;  // of twelve scans
   };
-  const auto search = [](const LocalizerParams& params, double away, double yaw) {
-    const World world;
+  for (const Case& one : {Case{0.0, 4, 0}, {12.0, 4, 5}, {12.0, 1, 12}}) {
+    World world;
     world.truth->reach = 1.0;
+    LocalizerParams params;
+    params.recovery_radius = one.radius;
+    params.search_pause = one.pause;
     Localizer localizer = world.localizer(params);
-    REQUIRE(localizer.start(at_x(1)));
-    for (int i = 0; i < 3; ++i) world.at(localizer, 0.1 * i, 1.0);
-    Searched searched;
-    world.truth->T_map_scan = pose_from_xyz_rpy({1.0 + away, 0, 1}, {0, 0, yaw});
-    for (int i = 0; i < 12 && !searched.found; ++i) {
-      const ScanReport report = localizer.localize({1.0 + 0.1 * i, world.scan, {}}).value();
-      searched.scans += report.seconds_search > 0.0 ? 1 : 0;
-      searched.found = report.tracking == Tracking::tracked;
+    const auto at = [](double x) { return pose_from_xyz_rpy({x, 0, 1}, {0, 0, 0}); };
+    REQUIRE(localizer.start(at(1.0)));
+    for (int i = 0; i < 3; ++i) world.look(localizer, 0.1 * i, at(1.0));
+    int searches = 0;
+    for (int i = 0; i < 12; ++i) {
+      const ScanReport report = world.look(localizer, 1.0 + 0.1 * i, at(25.0));
+      CHECK(report.tracking != Tracking::tracked);
+      if (i > 2) CHECK(report.tracking == Tracking::lost);
+      searches += report.seconds_search > 0.0 ? 1 : 0;
     }
-    return searched;
-  };
-  LocalizerParams params;
-  CHECK(search(params, 3.0, M_PI).found);
-  params.search_headings = 1;
-  CHECK(search(params, 3.0, 0.0).found);
-  CHECK_FALSE(search(params, 3.0, M_PI).found);
-  params = {};
-  params.search_nvtl_share = 1.1;
-  CHECK_FALSE(search(params, 3.0, M_PI).found);
-  params = {};
-  params.search_spacing = 100.0;  // one place for a whole strip
-  CHECK_FALSE(search(params, 6.0, M_PI).found);
+    CHECK(searches == one.searches);
+  }
+}
 
-  params = {};
-  params.recovery_radius = 4.0;
-  CHECK(search(params, 9.0, M_PI).scans == 4);  // the 1st, 4th, 8th and 12th
-  params.search_pause = 1;
-  CHECK(search(params, 9.0, M_PI).scans == 12);
-  params.search_pause = 4;
-  params.search_first_radius = 0.5;
-  CHECK(search(params, 9.0, M_PI).scans == 6);  // 0.5, 1, 2 and 4 m, then the 8th and 12th
-  params.search_first_radius = 100.0;
-  CHECK(search(params, 3.0, M_PI).scans == 1);  // not left out because it is large
+TEST_CASE("start_anywhere looks in all regions and says so until it has found the sensor") {
+  World world;
+  world.truth->reach = 3.0;
+  world.truth->overlap = false;
+  Localizer localizer = world.localizer();
+  localizer.start_anywhere();
+  const ScanReport nowhere = world.at(localizer, 0.0, 17.3);
+  CHECK(nowhere.tracking == Tracking::lost);
+  CHECK_FALSE(nowhere.has_pose);
+  world.truth->overlap = true;
+  const Pose truth = pose_from_xyz_rpy({17.3, 0.2, 1.1}, {0, 0, -2.0});
+  ScanReport found = world.look(localizer, 0.1, truth);
+  CHECK(found.has_pose);
+  CHECK((found.T_map_scan.translation - truth.translation).norm() < 1e-9);
+  CHECK(found.region == RegionId{1});
+  CHECK(found.tracking == Tracking::tracked);
+  CHECK(found.recovered);
+}
+
+TEST_CASE("a prior starts a sensor, and refutes a pose that it contradicts") {
+  World world;
+  world.truth->reach = 3.0;
+  Localizer localizer = world.localizer();
+  localizer.start_anywhere();
+  const Pose truth = pose_from_xyz_rpy({17.3, 0.2, 1.1}, {0, 0, -2.0});
+  const PosePrior prior{.T_map_sensor = pose_from_xyz_rpy({14.0, 2.0, 1.0}, {0, 0, -1.8}),
+                        .sigma_translation = {4.0, 4.0, 1.0},
+                        .sigma_heading = 0.2};
+  world.truth->T_map_scan = truth;
+  world.scan.clear();
+  for (const Point& p : world.posts_of_map) world.scan.push_back(truth.inverse() * p);
+  world.truth->scan = world.scan;
+  const auto report =
+      localizer.localize({.stamp = 0.0, .points = world.scan, .prior = prior}).value();
+  CHECK(report.tracking == Tracking::tracked);
+  CHECK((report.T_map_scan.translation - truth.translation).norm() < 1e-9);
+
+  // The same place, but the prior says that the sensor is 25 m away.
+  Localizer other = world.localizer();
+  other.start_anywhere();
+  const PosePrior away{.T_map_sensor = pose_from_xyz_rpy({-8.0, 2.0, 1.0}, {0, 0, -1.8}),
+                       .sigma_translation = {1.0, 1.0, 1.0},
+                       .sigma_heading = 0.2};
+  CHECK(other.localize({.stamp = 0.0, .points = world.scan, .prior = away})->tracking !=
+        Tracking::tracked);
 }
 
 TEST_CASE("parameters that a file could not set are refused") {

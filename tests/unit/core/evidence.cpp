@@ -1,0 +1,66 @@
+#include "localize/evidence.hpp"
+
+#include <doctest/doctest.h>
+
+#include "fakes.hpp"
+
+using namespace vantage;
+
+TEST_CASE("a sharper fit speaks for a pose, a flat one against it, within bounds") {
+  double before = -100.0;
+  for (double share = 0.0; share <= 1.2; share += 0.02) {
+    const double ratio = log_likelihood_ratio({share, 0.0}, {});
+    CHECK(ratio >= before - 0.5);  // grows, but for the step where any right pose begins
+    CHECK(ratio >= -6.0);
+    CHECK(ratio <= 9.3);
+    before = ratio;
+  }
+  CHECK(log_likelihood_ratio({0.0, 0.0}, {}) < -3.0);
+  CHECK(log_likelihood_ratio({-0.5, 0.0}, {}) == log_likelihood_ratio({0.0, 0.0}, {}));
+  CHECK(log_likelihood_ratio({0.8, 0.0}, {}) > 6.0);
+}
+
+TEST_CASE("a scan without structure says nothing") {
+  const double told = log_likelihood_ratio({0.0, 0.0}, {});
+  const double untold = log_likelihood_ratio({0.0, 1.0}, {});
+  CHECK(std::abs(untold) < 0.1 * std::abs(told));
+  CHECK(log_likelihood_ratio({0.5, 1.0}, {}) < 0.3 * log_likelihood_ratio({0.5, 0.0}, {}));
+  const Evidence flat =
+      evidence_of({.level = 1.0, .sharpness = 0.0}, {.level = 1.0, .sharpness = 0.0});
+  CHECK(flat.noise > 1.0);
+}
+
+TEST_CASE("what is usual is more credible than what is not") {
+  CHECK(log_likelihood_ratio({0.3, 0.0}, 0.3) > log_likelihood_ratio({0.3, 0.0}, 0.9));
+}
+
+TEST_CASE("sharpness is what is lost 2 m beside, along the weakest axis") {
+  /// Along a wall parallel to x, sliding costs nothing.
+  class Wall final : public MatchTarget {
+   public:
+    [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
+      return fail(ErrorCode::unsupported, "");
+    }
+    [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
+      const double off = std::abs(pose.translation.y()) + slope * std::abs(pose.translation.x());
+      return ScanScore{.fitness = 0.0, .nvtl = 2.0 * std::exp(-off), .coverage = 0.5};
+    }
+    [[nodiscard]] std::size_t bytes() const noexcept override { return 0; }
+    [[nodiscard]] std::size_t elements() const noexcept override { return 1; }
+    double slope = 0.0;
+  } target;
+  const PointCloud scan{{1, 0, 0}};
+  const Fit along = fit_at(target, scan, Pose{}).value();
+  CHECK(along.level == doctest::Approx(1.0));
+  CHECK(along.sharpness == doctest::Approx(0.0));
+  target.slope = 1.0;
+  CHECK(fit_at(target, scan, Pose{})->sharpness == doctest::Approx(1.0 - std::exp(-2.0)));
+}
+
+TEST_CASE("points are picked evenly, and no more than there are") {
+  const PointCloud points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+  CHECK(evenly_picked(points, 2).size() == 2);
+  CHECK(evenly_picked(points, 2)[1].x() == 2.0);
+  CHECK(evenly_picked(points, 9).size() == 4);
+  CHECK(evenly_picked({}, 9).empty());
+}

@@ -1,0 +1,131 @@
+#include <doctest/doctest.h>
+
+#include <random>
+
+#include "fakes.hpp"
+#include "places/place_index.hpp"
+#include "places/place_search.hpp"
+
+using namespace vantage;
+
+namespace {
+
+/// Posts and walls at random on flat ground, 120 x 120 m; no two places are alike.
+PointCloud town(std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const auto number = [&](double from, double to) {
+    return from + (to - from) * double(random() % 100000) / 1e5;
+  };
+  PointCloud points;
+  for (int i = 0; i < 120; ++i) {
+    const Point foot(number(-60, 60), number(-60, 60), 0);
+    const double angle = number(0, 3.14), length = number(0, 12), height = number(1, 8);
+    for (double along = 0.0; along <= length; along += 0.4) {
+      for (double z = 0.2; z < height; z += 0.4) {
+        points.push_back(foot + Point(along * std::cos(angle), along * std::sin(angle), z));
+      }
+    }
+  }
+  for (double x = -60; x < 60; x += 1.0) {
+    for (double y = -60; y < 60; y += 1.0) points.emplace_back(x, y, 0.0);
+  }
+  return points;
+}
+
+/// What stands up within 40 m, in the sensor's frame.
+PointCloud seen(const PointCloud& map, const Pose& T_map_scan) {
+  PointCloud scan;
+  const Pose inverse = T_map_scan.inverse();
+  for (const Point& p : map) {
+    if (p.z() > 0.5 && (p - T_map_scan.translation).norm() < 40.0) scan.push_back(inverse * p);
+  }
+  return scan;
+}
+
+bool is_at(const Place& place, const Pose& truth) {
+  return (place.T_map_scan.translation - truth.translation).norm() < 3.0 &&
+         rotation_between(place.T_map_scan, truth) < 0.15;
+}
+
+}  // namespace
+
+TEST_CASE("an index of places holds the voxels of the points, and keeps them as bytes") {
+  const PointCloud map{{100.1, -7.3, 2.2}, {100.2, -7.2, 2.3}, {-31.0, 40.0, 9.0}};
+  const PlaceIndex index = PlaceIndex::of(map).value();
+  std::size_t occupied = 0;
+  for (int z = 0; z < index.size().z(); ++z) {
+    for (int y = 0; y < index.size().y(); ++y) {
+      for (int x = 0; x < index.size().x(); ++x) occupied += index.occupied({x, y, z}) ? 1 : 0;
+    }
+  }
+  CHECK(occupied == 2);
+  for (const Point& p : map) {
+    const Eigen::Array3d at = ((p - index.origin()) / PlaceIndex::kVoxel).array().floor();
+    CHECK(index.occupied(at.cast<int>()));
+  }
+  const auto bytes = index.encode();
+  const auto again = PlaceIndex::decode(bytes);
+  REQUIRE(again);
+  CHECK(again->encode() == bytes);
+  CHECK(again->origin() == index.origin());
+  CHECK(again->lowest(PlaceIndex::kMargin, PlaceIndex::kMargin) ==
+        index.lowest(PlaceIndex::kMargin, PlaceIndex::kMargin));
+}
+
+TEST_CASE("bytes that are no index of places are refused, wherever they are cut or changed") {
+  const auto bytes = PlaceIndex::of(PointCloud{{0, 0, 0}, {9, 9, 9}})->encode();
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    const auto cut = PlaceIndex::decode(std::span(bytes).first(n));
+    REQUIRE_FALSE(cut);
+    CHECK(cut.error().code == ErrorCode::corrupt_data);
+  }
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    auto changed = bytes;
+    changed[at] ^= std::byte{0xFF};
+    const auto decoded = PlaceIndex::decode(changed);
+    if (!decoded) CHECK(decoded.error().code == ErrorCode::corrupt_data);
+  }
+  CHECK_FALSE(PlaceIndex::of({}));
+  CHECK_FALSE(PlaceIndex::of(PointCloud{{0, 0, 0}, {1e6, 0, 0}}));
+}
+
+TEST_CASE("a scan is found among all places and headings, and within an area") {
+  const PointCloud map = town(3);
+  const PlaceIndex index = PlaceIndex::of(map).value();
+  for (const auto& [x, y, yaw] :
+       {std::array{10.0, -20.0, 1.0}, {-30.0, 5.0, -2.5}, {0.0, 33.0, 3.1}}) {
+    const Pose truth = pose_from_xyz_rpy({x, y, 1.5}, {0, 0, yaw});
+    const PointCloud scan = seen(map, truth);
+    const auto places = find_places(index, scan, {}, 5);
+    REQUIRE_FALSE(places.empty());
+    CHECK(is_at(places.front(), truth));
+    CHECK(places.front().contrast > 0.2);
+    for (std::size_t k = 1; k < places.size(); ++k) {
+      CHECK(places[k].contrast <= places[k - 1].contrast);
+      CHECK_FALSE(is_at(places[k], truth));
+    }
+    const auto near = find_places(
+        index, scan, {.centre = {x + 4.0, y}, .radius = 9.0, .heading = yaw, .heading_within = 0.3},
+        5);
+    REQUIRE_FALSE(near.empty());
+    CHECK(is_at(near.front(), truth));
+    for (const Place& place :
+         find_places(index, scan, {.centre = {x + 30.0, y}, .radius = 9.0}, 5)) {
+      CHECK((place.T_map_scan.translation.head<2>() - Eigen::Vector2d(x + 30.0, y)).norm() < 15.0);
+    }
+  }
+}
+
+TEST_CASE("the bits count what a point by point search counts") {
+  const PointCloud map = town(7);
+  const PlaceIndex index = PlaceIndex::of(map).value();
+  const Pose truth = pose_from_xyz_rpy({-12.0, 8.0, 1.5}, {0, 0, 0.0});
+  const auto places = find_places(index, seen(map, truth), {}, 1);
+  REQUIRE(places.size() == 1);
+  CHECK(is_at(places.front(), truth));
+}
+
+TEST_CASE("nothing is found for an empty scan") {
+  const PlaceIndex index = PlaceIndex::of(town(1)).value();
+  CHECK(find_places(index, {}, {}, 5).empty());
+}
