@@ -41,7 +41,7 @@ std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
     if (auto area = around(*prior)) return area;
   }
   if (!predicted) {
-    if (scans > 1 && scans % params.search_pause != 0) return {};
+    if (scans > 2 && scans % params.search_pause != 0) return {};
     return PlaceArea();
   }
   PlaceArea area;

@@ -157,7 +157,7 @@ class TruthMatcher final : public ScanMatcher {
         alignment.T_map_scan = near(guess) ? truth_->T_map_scan : guess;
         alignment.termination = Termination::converged;
         alignment.score = score_at(alignment.T_map_scan);
-        alignment.hessian.setIdentity();
+        alignment.hessian = 1e6 * Alignment::Hessian::Identity();  // a millimetre
         return alignment;
       }
       [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
