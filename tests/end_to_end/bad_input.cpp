@@ -190,14 +190,13 @@ TEST_CASE("localize: scans that see nothing of the map are marked lost, and loca
   const auto done = street.localize(config, "run", {"--quiet", "--json"});
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   const auto summary = nlohmann::json::parse(done.out);
-  // And a fourth, which fits again, until the next one confirms it.
-  CHECK(summary["scans"]["lost"] == 4);
+  CHECK(summary["scans"]["lost"] == 3);
   CHECK(summary["scans"]["recovered"] == 1);
-  CHECK(summary["scans"]["tracked"] == test::Street::kScans - 4);
+  CHECK(summary["scans"]["tracked"] == test::Street::kScans - 3);
   CHECK(summary["scans"]["dropped_points"] == 1);
   CHECK(summary["error_m"]["max"] < 0.5);
   CHECK(io::read_trajectory(street.folder() / "run/trajectory.tum")->size() ==
-        test::Street::kScans - 4);
+        test::Street::kScans - 3);
 }
 
 TEST_CASE("localize: a pose outside every region keeps the nearest map, and the output says so") {
@@ -218,8 +217,8 @@ TEST_CASE("localize: a pose outside every region keeps the nearest map, and the 
 
   // Where it may look for the sensor, it finds it.
   const auto found = from_there("recovery_radius=1000");
-  CHECK(found["scans"]["recovered"] == 1);
-  CHECK(found["scans"]["lost"] < 20);
+  CHECK(found["scans"]["tracked"] >= test::Street::kScans - 1);
+  CHECK(found["scans"]["lost"] <= 1);
 }
 
 TEST_CASE("evaluate: a missing bundle is told before any scan is localized") {

@@ -37,7 +37,7 @@ namespace {
 constexpr std::string_view kJob = "localization";  // what a missing table would be for
 
 // What is believed of a pose that a user gives, before any scan.
-constexpr double kTrustInStart = 0.9;
+constexpr double kTrustInStart = 0.97;
 // The sensor may be carried away between two scans, unnoticed.
 constexpr double kCarriedAway = 2e-5;
 // A search finds the place, if it is in the area.

@@ -17,7 +17,8 @@ constexpr double kSettledWay = 2.5, kFall = 0.2, kSettledRisk = 1e-4;
 // The fit of scans to themselves changes with the surroundings [m].
 constexpr double kSurroundings = 25.0;
 constexpr std::size_t kScored = 512;
-constexpr double kNothingFits = -6.0;
+// A scan that matches nothing may come from a place off the map, or from a covered sensor.
+constexpr double kNothingFits = -3.0;
 
 double level_of(const Alignment& alignment) {
   return alignment.score.nvtl * alignment.score.coverage;
@@ -124,6 +125,7 @@ Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at
 Result<double> Weighing::ratio(Hypothesis& one, PointsView some,
                                const std::optional<PosePrior>& prior) const {
   one.evidence.reset();
+  if (some.empty()) return 0.0;  // says nothing
   if (!one.alignment) return kNothingFits;
   if (!reference_) return 0.0;
   VANTAGE_TRY(const auto ready, maps_.borrow(one.region));

@@ -29,6 +29,9 @@ constexpr double kCoarseEpsilon = 10.0;
 constexpr std::size_t kJudgedPoints = 512;
 constexpr double kNearGuess = 0.42;
 
+// Larger voxels lead astray: a whole house has one distribution [m].
+constexpr double kCoarsest = 8.0;
+
 /// Normal distributions transform, point to distribution (Magnusson 2009).
 struct Params : matching::StepParams {
   Params() { max_iterations = 35; }
@@ -48,8 +51,8 @@ struct Params : matching::StepParams {
         optional("resolution", &Params::resolution, "m", "edge of a voxel", positive,
                  Source{{}, "Magnusson 2009, ch. 6"}),
         optional("levels", &Params::levels, "",
-                 "voxel maps of 1, 2, 4, ... times the resolution; a guess that is far off goes "
-                 "through them from the coarsest to the finest",
+                 "voxel maps of 1, 2, 4, ... times the resolution, at most 8 m; a guess that is far "
+                 "off goes through them from the coarsest to the finest",
                  between(1, 6)),
         optional("neighbours", &Params::neighbours, "",
                  "which voxels a scan point is compared with", Source{{}, "K. Koide's ndt_omp"}),
@@ -94,7 +97,10 @@ struct Params : matching::StepParams {
   /// Of the voxels of each level, the finest first.
   [[nodiscard]] Result<std::vector<NdtCoefficients>> coefficients() const {
     std::vector<NdtCoefficients> all;
-    for (double edge = resolution; all.size() < levels; edge *= 2.0) {
+    const auto wanted = [&](double edge) {
+      return all.empty() || (all.size() < levels && edge <= kCoarsest);
+    };
+    for (double edge = resolution; wanted(edge); edge *= 2.0) {
       if (d1 && d2 && d3) {
         all.push_back({*d1, *d2, *d3});
       } else {
