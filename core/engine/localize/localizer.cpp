@@ -396,8 +396,11 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       s.belief.weigh(comparison);
     }
   }
-  // Once lost, what was compared has become worthless.
-  if (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5) s.compared = false;
+  // Once the sensor is lost or was carried away, what was compared has become worthless.
+  if (!s.hypotheses.empty() &&
+      (s.belief.elsewhere() > 0.5 || is_surprising(s.hypotheses.front()))) {
+    s.compared = s.params.recovery_radius == 0.0;
+  }
   const bool sure = s.is_sure(scan.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
   if (!sure && !prepared.points.empty()) {

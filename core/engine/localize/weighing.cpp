@@ -24,11 +24,20 @@ double level_of(const Alignment& alignment) {
   return alignment.score.nvtl * alignment.score.coverage;
 }
 
+/// How far matching pulls a right pose from its prediction, in units of what is expected; nothing
+/// before there is a prediction.
+std::optional<double> pull(const Hypothesis& one) {
+  constexpr double kWithOdometry = 0.3, kWithoutOdometry = 1.0;  // [m]
+  if (!one.alignment || one.initial) return {};
+  if (one.motion.has_odometry()) return one.correction() / kWithOdometry;
+  if (!one.motion.step()) return {};
+  return one.correction() / kWithoutOdometry;
+}
+
 /// A wrong pose does not move as the sensor does: matching pulls it about.
 double surprise(const Hypothesis& one) {
-  constexpr double kExpected = 1.0, kMost = 6.0;  // [m]
-  if (!one.motion.step()) return 0.0;
-  const double pulled = one.correction() / kExpected;
+  constexpr double kMost = 6.0;
+  const double pulled = pull(one).value_or(0.0);
   return -std::min(kMost, pulled * pulled);
 }
 
@@ -53,6 +62,8 @@ double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
   return std::max(-kMost, std::min(0.0, kElsewhere - 0.5 * squared));
 }
 
+bool is_surprising(const Hypothesis& one) { return pull(one).value_or(0.0) > 2.0; }
+
 PointCloud Weighing::scored(const PreparedScan& scan) {
   return evenly_picked(scan.points, kScored);
 }
@@ -64,7 +75,7 @@ Result<std::optional<Fit>> Weighing::reference(const PreparedScan& scan) const {
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment) return true;
-  if (1.0 - belief > kSettledRisk) return true;
+  if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   if (level_of(*first.alignment) < (1.0 - kFall) * usual_level_) return true;
   return (first.pose().translation - *weighed_at_).norm() >= kSettledWay;
 }

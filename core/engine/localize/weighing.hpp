@@ -13,6 +13,10 @@ namespace vantage {
 /// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-10, 0]; 0 without a prior.
 [[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
 
+/// Whether matching pulled a pose much farther from its prediction than motion explains: the sensor
+/// may have been carried to a place that looks alike.
+[[nodiscard]] bool is_surprising(const Hypothesis& one);
+
 /// Says how much a scan speaks for each hypothesis.
 class Weighing {
  public:
