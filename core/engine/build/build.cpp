@@ -62,11 +62,13 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                                               .config = params.effective_config}));
   VANTAGE_TRY(report, build_regions(map, sight, regions, condenser, *plugins.store,
                                     std::move(report), progress));
-  // What a search needs is kept beside the regions, by a store that can.
-  VANTAGE_TRY(const PlaceIndex index, PlaceIndex::of(map));
-  const auto attached = plugins.store->attach(PlaceIndex::kAttachment, index.encode());
-  if (!attached && attached.error().code != ErrorCode::unsupported) {
-    return fail(attached.error());
+  // What a search needs is kept beside the regions, by a store that can. A map that is too large
+  // for one index is built without it.
+  if (const auto index = PlaceIndex::of(map)) {
+    const auto attached = plugins.store->attach(PlaceIndex::kAttachment, index->encode());
+    if (!attached && attached.error().code != ErrorCode::unsupported) {
+      return fail(attached.error());
+    }
   }
   VANTAGE_CHECK(plugins.store->commit());
   report.seconds_visibility = stopwatch.seconds();

@@ -36,7 +36,7 @@ class PlaceIndex {
   [[nodiscard]] Eigen::Vector3d origin() const { return kVoxel * first_.cast<double>(); }
   /// Number of voxels along each axis. Along x and y, the outer `kMargin` are empty.
   [[nodiscard]] const Eigen::Vector3i& size() const noexcept { return size_; }
-  static constexpr int kMargin = 42;
+  static constexpr int kMargin = 46;
 
   /// A row of voxels along x, a bit each; at least one word may be read beyond its end.
   [[nodiscard]] const std::uint64_t* row(int y, int z) const noexcept {

@@ -17,7 +17,10 @@ constexpr double kVoxel = PlaceIndex::kVoxel;
 constexpr int kHeadings = 72;
 constexpr std::size_t kPoints = 200;   // of the scan; fewer than 256, the counters have eight bits
 constexpr std::size_t kDecided = 112;  // after so many points, most places are out of the question
-constexpr double kFarthest = 58.0;     // [m]; within PlaceIndex::kMargin
+constexpr double kFarthest = 58.0;     // [m]
+constexpr int kFarthestAround = 5;     // voxels, see contrast_at
+// What is read around a place lies in the margin of the index.
+static_assert(kFarthest / kVoxel + 1.0 + kFarthestAround <= PlaceIndex::kMargin);
 constexpr std::size_t kPerHeading = 256, kWeighed = 4000;
 // Layers of the sensor above the lowest points around: up to 4.5 m.
 constexpr int kLayersAbove = 2;
