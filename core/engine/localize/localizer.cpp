@@ -214,7 +214,8 @@ struct Localizer::State {
     const Stopwatch stopwatch;
     VANTAGE_TRY(const auto reference, weighing.reference(prepared));
     if (!reference) return {};  // too sparse for anything
-    VANTAGE_CHECK(need_places());
+    VANTAGE_TRY(const bool searchable, need_places());
+    if (!searchable) return {};
     VANTAGE_TRY(const Finds found, search_pose(index, maps, *places, prepared.points,
                                                Weighing::scored(prepared), *reference, *area));
     report.seconds_search = stopwatch.seconds();
@@ -226,10 +227,20 @@ struct Localizer::State {
     return {};
   }
 
-  Result<void> need_places() {
-    if (places) return {};
-    VANTAGE_TRY(places, PlaceIndex::of_bundle(index, *bundle.store()));
-    return {};
+  /// Whether there is an index of places. A bundle of an older version that holds prepared maps
+  /// only has none: its maps can be tracked in, but not searched.
+  Result<bool> need_places() {
+    if (places) return true;
+    auto made = PlaceIndex::of_bundle(index, *bundle.store());
+    if (made) {
+      places = *std::move(made);
+    } else if (made.error().code == ErrorCode::unsupported) {
+      params.recovery_radius = 0.0;
+      compared = true;  // nothing to compare with
+    } else {
+      return fail(std::move(made).error());
+    }
+    return places.has_value();
   }
 
   void add(const Find& find, double recall, std::size_t aligned, const Scan& scan) {

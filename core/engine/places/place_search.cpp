@@ -6,9 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <set>
 #include <tuple>
+
+#include "localize/evidence.hpp"
 
 namespace vantage {
 namespace {
@@ -50,10 +51,7 @@ PointCloud picked(PointsView scan) {
     const Eigen::Array3i voxel = (p / kVoxel).array().floor().cast<int>();
     if (taken.insert({voxel.x(), voxel.y(), voxel.z()}).second) all.push_back(p);
   }
-  PointCloud some;
-  const std::size_t n = std::min(kPoints, all.size());
-  for (std::size_t k = 0; k < n; ++k) some.push_back(all[k * all.size() / n]);
-  return some;
+  return evenly_picked(all, kPoints);
 }
 
 /// Counts in 128 columns at once: bit i of the counters is in planes[i].

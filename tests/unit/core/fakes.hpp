@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "vantage/engine/plugin_loader.hpp"
@@ -134,6 +135,7 @@ struct Truth {
   double coverage = 1.0;
   bool overlap = true;
   double reach = std::numeric_limits<double>::infinity();  ///< [m]; a tenth of it [rad]
+  bool restorable = false;                                 ///< whether there are prepared maps
   PointCloud scan;  ///< what is prepared from its points is the scan itself, not a map
 };
 
@@ -182,6 +184,11 @@ class TruthMatcher final : public ScanMatcher {
     };
     const bool itself = std::ranges::equal(map, truth_->scan);
     return std::make_unique<Target>(itself ? std::make_shared<Truth>() : truth_);
+  }
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
+      std::span<const std::byte> prepared) const noexcept override {
+    if (!truth_->restorable) return ScanMatcher::restore(prepared);
+    return prepare({});
   }
 
  private:

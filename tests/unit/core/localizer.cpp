@@ -469,3 +469,21 @@ TEST_CASE("scan preparation: range limits, thinning, NaN counted") {
   params.scan_voxel_size = 0.0;
   CHECK(prepare_scan(raw, params)->points.size() == 2);
 }
+
+TEST_CASE("a bundle of prepared maps without an index of places is tracked in, not searched") {
+  World world;
+  for (auto& [region, map] : world.memory->maps) {
+    map.prepared = {.bytes = {std::byte{1}}, .elements = map.points.size()};
+    map.points.clear();
+  }
+  for (RegionSummary& region : world.memory->index.regions) {
+    region.elements = region.points;
+    region.points = 0;
+  }
+  world.truth->restorable = true;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  const ScanReport report = world.at(localizer, 0.0, 1.0);
+  CHECK(report.tracking == Tracking::tracked);
+  CHECK(report.seconds_search == 0.0);
+}
