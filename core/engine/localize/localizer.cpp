@@ -206,10 +206,13 @@ struct Localizer::State {
   }
 
   /// Looks for other poses that the sensor may have, and adds them to the hypotheses.
-  Result<void> search(const Scan& scan, const PreparedScan& prepared, ScanReport& report) {
+  /// @param everywhere  at once, not near the prediction first
+  Result<void> search(const Scan& scan, const PreparedScan& prepared, bool everywhere,
+                      ScanReport& report) {
     const auto predicted =
         hypotheses.empty() ? std::nullopt : std::optional(hypotheses.front().predicted);
-    const auto area = search_area(scan.prior, predicted, index.map_bounds, doubtful_scans, params);
+    const auto area =
+        search_area(scan.prior, predicted, index.map_bounds, doubtful_scans, everywhere, params);
     if (!area) return {};
     const Stopwatch stopwatch;
     VANTAGE_TRY(const auto reference, weighing.reference(prepared));
@@ -408,14 +411,14 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     }
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
-  if (!s.hypotheses.empty() &&
-      (s.belief.elsewhere() > 0.5 || is_surprising(s.hypotheses.front()))) {
+  const bool surprised = !s.hypotheses.empty() && s.weighing.is_surprising(s.hypotheses.front());
+  if (surprised || (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5)) {
     s.compared = s.params.recovery_radius == 0.0;
   }
   const bool sure = s.is_sure(scan.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
   if (!sure && !prepared.points.empty()) {
-    auto searched = s.search(scan, prepared, report);
+    auto searched = s.search(scan, prepared, surprised, report);
     if (!searched) return during(std::move(searched).error());
     // The finds take part in the comparison.
     std::vector<double> anew = s.weighing.compare(s.hypotheses);
@@ -433,7 +436,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.switched = s.map && (!had_map || s.region != region_before);
   s.verdict.conclude(s.hypotheses.front(), s.belief.of(0), s.belief.elsewhere(), s.compared,
                      report);
-  if (report.tracking == Tracking::tracked) s.weighing.learn(s.hypotheses.front());
+  s.weighing.learn(s.hypotheses.front(), report.tracking == Tracking::tracked);
   report.held_bytes = s.maps.statistics().bytes;
   s.move_on(scan, report);
   s.expect_what_is_ahead();

@@ -36,7 +36,8 @@ std::optional<PlaceArea> around(const PosePrior& prior) {
 
 std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
                                      const std::optional<Pose>& predicted, const Bounds3& map,
-                                     std::uint32_t scans, const LocalizerParams& params) {
+                                     std::uint32_t scans, bool everywhere,
+                                     const LocalizerParams& params) {
   if (prior) {
     if (auto area = around(*prior)) return area;
   }
@@ -47,15 +48,15 @@ std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
   PlaceArea area;
   area.centre = predicted->translation.head<2>();
   // The distance to the farthest place of the map.
-  const double everywhere = (area.centre - map.min.head<2>())
-                                .cwiseAbs()
-                                .cwiseMax((area.centre - map.max.head<2>()).cwiseAbs())
-                                .norm();
-  const auto radius = search_radius(
-      scans, std::min(everywhere, params.recovery_radius.value_or(everywhere)), params);
+  const double farthest = (area.centre - map.min.head<2>())
+                              .cwiseAbs()
+                              .cwiseMax((area.centre - map.max.head<2>()).cwiseAbs())
+                              .norm();
+  const double widest = std::min(farthest, params.recovery_radius.value_or(farthest));
+  const std::optional<double> radius = everywhere ? widest : search_radius(scans, widest, params);
   if (!radius || *radius <= 0.0) return {};
   area.radius = *radius;
-  area.complete = *radius >= std::min(everywhere, params.recovery_radius.value_or(everywhere));
+  area.complete = *radius >= widest;
   return area;
 }
 

@@ -16,6 +16,9 @@ constexpr double kChange = 0.4;
 constexpr double kSettledWay = 2.5, kFall = 0.2, kSettledRisk = 1e-4;
 // The fit of scans to themselves changes with the surroundings [m].
 constexpr double kSurroundings = 25.0;
+// From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
+// usual change is a surprise: the sensor may have been carried away.
+constexpr double kUnusual = 6.0, kFirstChange = 0.05, kLeastChange = 0.01, kLeastLevel = 1e-6;
 constexpr std::size_t kScored = 512;
 // A scan that matches nothing may come from a place off the map, or from a covered sensor.
 constexpr double kNothingFits = -3.0;
@@ -62,10 +65,16 @@ double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
   return std::max(-kMost, std::min(0.0, kElsewhere - 0.5 * squared));
 }
 
-bool is_surprising(const Hypothesis& one) { return pull(one).value_or(0.0) > 2.0; }
-
 PointCloud Weighing::scored(const PreparedScan& scan) {
   return evenly_picked(scan.points, kScored);
+}
+
+bool Weighing::is_surprising(const Hypothesis& one) const {
+  constexpr double kPulled = 2.0;
+  if (pull(one).value_or(0.0) > kPulled) return true;
+  if (!one.alignment || !(last_level_ > 0.0)) return false;
+  const double fall = std::log(last_level_ / std::max(level_of(*one.alignment), kLeastLevel));
+  return fall > kUnusual * std::max(usual_change_, kLeastChange);
 }
 
 Result<std::optional<Fit>> Weighing::reference(const PreparedScan& scan) const {
@@ -145,18 +154,26 @@ Result<double> Weighing::ratio(Hypothesis& one, PointsView some,
   return of(*one.evidence, one.pose(), prior) + surprise(one);
 }
 
-void Weighing::learn(const Hypothesis& tracked) {
-  constexpr double kNew = 0.1;  // the usual value is that of about the last ten scans
-  const double level = level_of(*tracked.alignment);
-  usual_level_ = usual_level_ == 0.0 ? level : std::lerp(usual_level_, level, kNew);
-  if (!tracked.evidence || !(tracked.evidence->share > 0.0)) return;
-  const double share = tracked.evidence->share;
+void Weighing::learn(const Hypothesis& first, bool tracked) {
+  constexpr double kNew = 0.1;   // the usual value is that of about the last ten scans
+  constexpr double kMost = 4.0;  // one jump of the level does not make jumps usual
+  const double before = last_level_;
+  if (first.alignment) last_level_ = level_of(*first.alignment);
+  if (!tracked) return;
+  if (before > 0.0 && last_level_ > 0.0) {
+    const double change = std::abs(std::log(last_level_ / before));
+    usual_change_ = std::lerp(usual_change_, std::min(change, kMost * usual_change_), kNew);
+  }
+  usual_level_ = usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kNew);
+  if (!first.evidence || !(first.evidence->share > 0.0)) return;
+  const double share = first.evidence->share;
   usual_share_ = usual_share_ ? std::lerp(*usual_share_, share, kNew) : share;
 }
 
 void Weighing::forget() {
   usual_share_.reset();
-  usual_level_ = 0.0;
+  usual_level_ = last_level_ = 0.0;
+  usual_change_ = kFirstChange;
   reference_.reset();
   weighed_at_.reset();
   news_ = 1.0;

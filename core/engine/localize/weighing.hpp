@@ -13,10 +13,6 @@ namespace vantage {
 /// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-10, 0]; 0 without a prior.
 [[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
 
-/// Whether matching pulled a pose much farther from its prediction than motion explains: the sensor
-/// may have been carried to a place that looks alike.
-[[nodiscard]] bool is_surprising(const Hypothesis& one);
-
 /// Says how much a scan speaks for each hypothesis.
 class Weighing {
  public:
@@ -27,6 +23,10 @@ class Weighing {
   /// then, or if its fit becomes worse.
   /// @param belief  in the first of the hypotheses
   [[nodiscard]] bool is_due(const std::vector<Hypothesis>& hypotheses, double belief) const;
+
+  /// Whether the sensor may have been carried to a place that looks alike: matching pulled the pose
+  /// much farther from its prediction than motion explains, or the scan suddenly fits much worse.
+  [[nodiscard]] bool is_surprising(const Hypothesis& one) const;
 
   /// log(p(scan | hypothesis right) / p(scan | wrong)) for each of the hypotheses; fills in their
   /// evidence. Scans that are taken side by side share their errors and count less. Hypotheses are
@@ -50,8 +50,8 @@ class Weighing {
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
   [[nodiscard]] Result<std::optional<Fit>> reference(const PreparedScan& scan) const;
 
-  /// Learns what is usual from a scan that is tracked.
-  void learn(const Hypothesis& tracked);
+  /// Learns what is usual: from the hypothesis that is reported.
+  void learn(const Hypothesis& first, bool tracked);
   /// Forgets everything.
   void forget();
 
@@ -64,6 +64,8 @@ class Weighing {
   const RegionMaps& maps_;
   std::optional<double> usual_share_;  // of recent tracked scans
   double usual_level_ = 0.0;
+  double last_level_ = 0.0;       // of the scan before
+  double usual_change_ = 0.0;     // of the level's logarithm, from scan to scan
   std::optional<Fit> reference_;  // the fit to itself of the scan at `reference_at_`
   Point reference_at_ = Point::Zero();
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last

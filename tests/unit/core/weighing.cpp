@@ -1,0 +1,70 @@
+#include "localize/weighing.hpp"
+
+#include <doctest/doctest.h>
+
+#include <memory>
+
+#include "fakes.hpp"
+
+using namespace vantage;
+
+namespace {
+
+/// A hypothesis whose alignment has this level.
+Hypothesis at_level(double level) {
+  Hypothesis one;
+  one.alignment = Alignment{};
+  one.alignment->score.nvtl = level;
+  one.alignment->score.coverage = 1.0;
+  return one;
+}
+
+struct Bench {
+  PluginPtr<MapStore> store =
+      test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
+  PluginPtr<ScanMatcher> matcher =
+      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>());
+  RegionMaps maps{store, matcher, {.memory = 1, .background = false}};
+  Weighing weighing{*matcher, maps};
+
+  /// Scans whose level changes by a share, up and down.
+  void track(double level, double change) {
+    weighing.forget();
+    for (int k = 0; k < 40; ++k) {
+      weighing.learn(at_level(level * (k % 2 == 0 ? 1.0 : 1.0 - change)), true);
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a sudden fall of the level is a surprise, where the level is usually steady") {
+  Bench bench;
+  CHECK_FALSE(bench.weighing.is_surprising(at_level(1.0)));  // nothing is usual yet
+  bench.track(1.2, 0.01);
+  CHECK_FALSE(bench.weighing.is_surprising(at_level(1.2)));
+  CHECK_FALSE(bench.weighing.is_surprising(at_level(1.15)));
+  CHECK(bench.weighing.is_surprising(at_level(1.05)));
+  CHECK(bench.weighing.is_surprising(at_level(0.0)));
+
+  bench.track(1.2, 0.08);  // here it is not
+  CHECK_FALSE(bench.weighing.is_surprising(at_level(1.0)));
+  CHECK(bench.weighing.is_surprising(at_level(0.5)));
+}
+
+TEST_CASE("what has fallen and stays so is no surprise again, and rising is none") {
+  Bench bench;
+  bench.track(1.2, 0.01);
+  CHECK(bench.weighing.is_surprising(at_level(0.6)));
+  bench.weighing.learn(at_level(0.6), false);
+  CHECK_FALSE(bench.weighing.is_surprising(at_level(0.6)));
+  CHECK_FALSE(bench.weighing.is_surprising(at_level(1.2)));
+}
+
+TEST_CASE("one jump of the level does not make jumps usual") {
+  Bench bench;
+  bench.track(1.2, 0.01);
+  bench.weighing.learn(at_level(0.3), true);
+  bench.weighing.learn(at_level(1.2), true);
+  CHECK(bench.weighing.is_surprising(at_level(0.8)));
+}
