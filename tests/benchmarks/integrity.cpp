@@ -31,13 +31,13 @@ namespace vantage::benchmarks {
 namespace {
 
 constexpr std::size_t kScansAfterWrongStart = 30;
-constexpr int kKidnaps = 2;
 
 struct Options {
   std::vector<std::uint64_t> seeds;
   std::vector<std::string> worlds, matchers{"ndt", "icp", "gicp"}, maps, scenarios;
   std::string localizer;  // lines of [localizer], with ';' between them
   std::size_t scans = 0;  // of a run; 0: all
+  int kidnaps = 2;        // of a drive with kidnaps
   std::filesystem::path json;
   bool quick = false;
   std::size_t jobs = 1;
@@ -230,7 +230,7 @@ class Bench {
 
   [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed,
                                  const std::vector<Scenario>& scenarios, bool kidnapped) {
-    VANTAGE_TRY(const auto params, params_of(world, seed, kidnapped ? kKidnaps : 0));
+    VANTAGE_TRY(const auto params, params_of(world, seed, kidnapped ? options_.kidnaps : 0));
     VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans));
     VANTAGE_TRY(Bundles * bundles, bundles_of(params));
     for (const std::string& name : options_.maps) {
@@ -369,6 +369,8 @@ void declare(Arguments& arguments, Options& options) {
   arguments.add("--localizer", options.localizer, "keys of [localizer]: 'min_nvtl = 0.6; ...'",
                 "PARAMS");
   arguments.add("--scans", options.scans, "the first of each drive only", "N", CLI::PositiveNumber);
+  arguments.shown("--kidnaps", options.kidnaps, "in each drive with kidnaps", "N",
+                  CLI::Range(1, 1000));
   arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
   arguments.flag("--quick", options.quick,
                  "unless given: one seed, region maps with points, 60 scans a drive");
