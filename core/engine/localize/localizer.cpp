@@ -350,6 +350,7 @@ Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plug
 }
 
 const MapIndex& Localizer::index() const noexcept { return state_->index; }
+const LocalizerParams& Localizer::params() const noexcept { return state_->params; }
 
 Result<void> Localizer::start(const Pose& T_map_scan) {
   State& s = *state_;
