@@ -114,6 +114,10 @@ constexpr std::array kMetrics{
     Metric{"search_ms", "search", &kTime, 2, kLess, G::time, "mean max", "",
            "time of the search for a lost sensor",
            [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_search)); }},
+    Metric{"verdict_ms", "verdict", &kTime, 2, kLess, G::time, "mean max", "",
+           "time of weighing the poses that are followed, and of comparing them",
+           [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_verdict)); },
+           kNotInOldFiles},
     Metric{"load_ms", "load", &kTime, 2, kLess, G::time, "mean max", "",
            "time to load the map of the new region, in any thread",
            [](const RunScan& s) {

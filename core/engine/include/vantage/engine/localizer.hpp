@@ -52,6 +52,7 @@ struct ScanReport {
   std::size_t dropped_points = 0;            ///< points that are not finite
   double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
   double seconds_search = 0.0;               ///< the search for a lost sensor
+  double seconds_verdict = 0.0;              ///< weighing and comparing the poses that are followed
   std::optional<Alignment> alignment;        ///< none if nothing matched
   std::optional<PoseConfidence> confidence;  ///< of `alignment`
   double lcp = 0.0;                          ///< Eq. 13
