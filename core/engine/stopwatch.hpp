@@ -18,6 +18,19 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
+/// Adds the wall clock of its scope to a sum [s].
+class ScopeTimer {
+ public:
+  explicit ScopeTimer(double& seconds) noexcept : seconds_(seconds) {}
+  ~ScopeTimer() { seconds_ += stopwatch_.seconds(); }
+  ScopeTimer(const ScopeTimer&) = delete;
+  ScopeTimer& operator=(const ScopeTimer&) = delete;
+
+ private:
+  double& seconds_;
+  Stopwatch stopwatch_;
+};
+
 /// Processor time of all threads of the process since its construction.
 class CpuStopwatch {
  public:

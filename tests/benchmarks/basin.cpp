@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -84,6 +85,55 @@ Grid grid(const ReadyMap& map, const std::vector<Frame>& frames, const Options& 
     }
   }
   return result;
+}
+
+// ---- times
+
+/// The first is how far off tracking is.
+constexpr std::array kTimed{Off{0.05, 0.1}, Off{0.3, 1.0}, Off{1.0, 2.0}, Off{2.0, 5.0},
+                            Off{3.0, 10.0}};
+
+/// Mean CPU time of an alignment [ms], for each of kTimed. The starts take turns, so that all of
+/// them meet the same load. What a map makes for its first far start is made before.
+std::vector<double> times(const ReadyMap& map, const std::vector<Frame>& frames,
+                          const Options& options) {
+  const cli::ThreadLimit one(1);
+  std::vector<double> seconds(kTimed.size(), 0.0);
+  std::vector<std::size_t> of(kTimed.size(), 0);
+  for (const Frame& frame : frames) {
+    (void)map.align(frame.scan, starts(frame.T_map_scan, kTimed.back(), 2).front());
+    for (std::size_t k = 0; k < kTimed.size(); ++k) {
+      for (const Pose& start : starts(frame.T_map_scan, kTimed[k], options.directions)) {
+        const double begin = cpu_seconds();
+        (void)map.align(frame.scan, start);
+        seconds[k] += cpu_seconds() - begin;
+        ++of[k];
+      }
+    }
+  }
+  for (std::size_t k = 0; k < seconds.size(); ++k) {
+    seconds[k] *= 1e3 / static_cast<double>(of[k]);
+  }
+  return seconds;
+}
+
+void print_times(const std::vector<NamedMap>& maps, const std::vector<Frame>& frames,
+                 const Options& options) {
+  std::vector<std::string> columns{"off by"};
+  std::vector<std::vector<double>> of_maps;
+  for (const NamedMap& map : maps) {
+    columns.push_back(map.name);
+    of_maps.push_back(times(map.map, frames, options));
+  }
+  print_head("Mean time of an alignment, one thread, CPU time, and its ratio to the first row:",
+             columns);
+  for (std::size_t k = 0; k < kTimed.size(); ++k) {
+    std::vector<std::string> row{fmt::format("{:g} m, {:g}°", kTimed[k].metres, kTimed[k].degrees)};
+    for (const auto& ms : of_maps) {
+      row.push_back(fmt::format("{:.2f} ms, {:.2f}", ms[k], ms[k] / ms.front()));
+    }
+    print_row(row);
+  }
 }
 
 // ---- maps
@@ -210,6 +260,7 @@ Result<void> run(Options options) {
       options.matcher, drive.frames.size(), options.directions, options.centimetres_arrived,
       options.degrees_arrived);
   print(all, grids, options);
+  print_times(all, drive.frames, options);
   if (options.svg.empty()) return {};
   return io::write_text_atomically(options.svg, plotted(all, grids, options));
 }
@@ -218,7 +269,8 @@ void declare(Arguments& arguments, Options& options) {
   arguments.program(
       "./dev bench basin",
       "From how far off a matcher finds the pose, on the recorded street, against the whole map "
-      "and against its region maps of points and of cells: markdown tables and a plot.");
+      "and against its region maps of points and of cells; and how long an alignment takes: "
+      "markdown tables and a plot.");
   const CLI::Validator even(
       [](const std::string& text) {
         return (text.back() - '0') % 2 == 0 ? std::string() : std::string("it must be even");

@@ -121,7 +121,7 @@ def relative_errors(rows, truth, found, tracked, step):
     return {"m": statistics(metres), "deg": statistics(turns)}
 
 
-def recompute(path):
+def recompute(path, alert_limit):
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     tracked = [row["tracking"] == "tracked" for row in rows]
@@ -148,7 +148,7 @@ def recompute(path):
     switched = [row["switched"] == "1" for row in rows]
     good = [e for e, t in zip(errors, tracked) if t and e is not None]
     far = [e is not None and (e[0] > 2.0 or e[1] > 5.0) for e in errors]
-    beyond_alert = [e is not None and (e[0] > 0.5 or e[1] > 3.0) for e in errors]
+    beyond_alert = [e is not None and (e[0] > alert_limit["m"] or e[1] > alert_limit["deg"]) for e in errors]
     lcp = statistics(
         [float(r["fitness"]) / float(r["map_points"])
          for r, t in zip(rows, tracked) if t and r["fitness"] and r["map_points"]]
@@ -260,11 +260,12 @@ def main(folder):
                 if name != "observable":
                     path = os.path.join(path, name)
                 where = f"{config['name']}/{run['route']}/{name}"
-                numbers = recompute(os.path.join(path, "scans.csv"))
+                with open(os.path.join(path, "summary.json")) as file:
+                    written = json.load(file)
+                numbers = recompute(os.path.join(path, "scans.csv"), written["alert_limit"])
                 runs[config["name"], run["route"], name] = numbers
                 compare_tree(where, numbers, found)
-                with open(os.path.join(path, "summary.json")) as file:
-                    compare_tree(path, numbers, json.load(file))
+                compare_tree(path, numbers, written)
     cells = Cells()
     with open(os.path.join(folder, "report.html")) as file:
         cells.feed(file.read())

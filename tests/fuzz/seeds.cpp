@@ -8,6 +8,7 @@
 
 #include "io/autoware_tiles.hpp"
 #include "io/ros/message_writers.hpp"
+#include "places/place_index.hpp"
 #include "support/bags/bags.hpp"
 #include "support/bags/nav_sat_fix.hpp"
 #include "support/captures/velodyne_captures.hpp"
@@ -228,6 +229,15 @@ std::vector<std::string> map_projector() {
           "projector_type: LocalCartesianUTM\n" + origin,
           "projector_type: TransverseMercator\nscale_factor: 0.9996\n" + origin,
           "projector_type: LocalCartesian\n" + origin};
+}
+
+std::vector<std::string> places() {
+  std::vector<std::string> indexes;
+  for (const PointCloud& map : {cloud(), PointCloud{{0.0, 0.0, 0.0}, {400.0, 300.0, 30.0}}}) {
+    const std::vector<std::byte> bytes = PlaceIndex::of(map).value().encode();
+    indexes.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  return indexes;
 }
 
 }  // namespace vantage::test::seeds

@@ -22,5 +22,7 @@ namespace vantage::test::seeds {
 [[nodiscard]] std::vector<std::string> trajectory();
 [[nodiscard]] std::vector<std::string> tiles();
 [[nodiscard]] std::vector<std::string> map_projector();
+/// An index of places, as a store keeps it.
+[[nodiscard]] std::vector<std::string> places();
 
 }  // namespace vantage::test::seeds

@@ -9,6 +9,7 @@
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
 #include "io/velodyne/capture.hpp"
+#include "places/place_index.hpp"
 #include "seeds.hpp"
 #include "support/bags/message_writer.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -132,6 +133,13 @@ Outcome read_map_projector(std::string_view input) {
   return point.error();
 }
 
+Outcome read_places(std::string_view input) {
+  auto index = PlaceIndex::decode(std::as_bytes(std::span(input)));
+  if (index) return std::nullopt;
+  index.error().where = kWhere;  // the store knows the file, the index does not
+  return index.error();
+}
+
 constexpr std::array kTargets{
     FuzzTarget{"pcd", read_cloud, seeds::pcd},
     FuzzTarget{"ply", read_cloud, seeds::ply},
@@ -146,6 +154,7 @@ constexpr std::array kTargets{
     FuzzTarget{"trajectory", read_trajectory, seeds::trajectory},
     FuzzTarget{"tiles", read_tiles, seeds::tiles},
     FuzzTarget{"map_projector", read_map_projector, seeds::map_projector},
+    FuzzTarget{"places", read_places, seeds::places},
 };
 
 }  // namespace

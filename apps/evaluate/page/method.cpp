@@ -29,7 +29,9 @@ constexpr std::array kDefinitions{
                "matching, but evidence for or against it is missing; lost: it is a prediction, or "
                "was found and not yet confirmed"},
     Definition{"Alert limit",
-               "the error, 0.5 m or 3°, beyond which a tracked pose is misleading information"},
+               "the error beyond which a tracked pose is misleading information: "
+               "<code>alert_limit</code> and <code>alert_limit_deg</code> of the run, 0.5 m and 3° "
+               "unless it sets others"},
     Definition{"Reduction",
                "share of the wide-area map’s points that the mean region map leaves out, over all "
                "regions; <em>reduction used</em> is the same for the maps that scans were matched "

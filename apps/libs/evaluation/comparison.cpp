@@ -26,6 +26,7 @@ std::optional<double> count_at(const Metric& metric, const ScanTable& table, std
   // Such a count follows from the state and the error.
   RunScan scan;
   scan.report.tracking = table.tracking[at];
+  scan.alert_limit = table.alert_limit;
   const auto metres = cell(table, "error_m", at), degrees = cell(table, "error_deg", at);
   if (metres && degrees) scan.error = PoseError{.metres = *metres, .degrees = *degrees};
   return metric.value(scan);

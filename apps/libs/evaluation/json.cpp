@@ -69,6 +69,7 @@ Json to_json(const Run& run, const RunSummary& s) {
   Json json{{"config", run.config},
             {"stamps", run.stamp_rule},
             {"map", {{"points", run.index.map_points}, {"regions", run.index.partition.size()}}},
+            {"alert_limit", {{"m", run.alert_limit.metres}, {"deg", run.alert_limit.degrees}}},
             {"scans", std::move(scans)}};
   json.update(numbers);
   if (run.prior) {

@@ -14,11 +14,7 @@ namespace {
 using Value = std::optional<double>;
 using Size = MetricUnit::Size;
 
-/// A distance and an angle from the reference.
-struct ErrorLimit {
-  double metres, degrees;
-};
-constexpr ErrorLimit kFar{2.0, 5.0}, kAlert{0.5, 3.0};
+constexpr double kFarMetres = 2.0, kFarDegrees = 5.0;
 
 constexpr std::array kLengths{Size{"m", 1.0}, Size{"cm", 1e-2}, Size{"mm", 1e-3}};
 constexpr std::array kAngles{Size{"deg", 1.0}, Size{"rad", kDegrees}};
@@ -53,12 +49,13 @@ Value score(const RunScan& s, double ScanScore::*member) {
 Value error(const RunScan& s, double PoseError::*member) {
   return s.error ? Value((*s.error).*member) : Value();
 }
-Value beyond(const RunScan& s, const ErrorLimit& limit) {
+/// Whether the pose is farther than this from the reference.
+Value beyond(const RunScan& s, double metres, double degrees) {
   if (!s.error) return {};
-  return flag(s.error->metres > limit.metres || s.error->degrees > limit.degrees);
+  return flag(s.error->metres > metres || s.error->degrees > degrees);
 }
-Value tracked_beyond(const RunScan& s, const ErrorLimit& limit) {
-  return is_tracked(s) ? beyond(s, limit) : Value();
+Value tracked_beyond(const RunScan& s, double metres, double degrees) {
+  return is_tracked(s) ? beyond(s, metres, degrees) : Value();
 }
 Value map_points(const RunScan& s) {
   return was_aligned(s) && s.map.points > 0 ? count(s.report.map_points) : Value();
@@ -74,14 +71,19 @@ constexpr std::array kMetrics{
            kNotInFiles | kShareOfScans},
     Metric{"far_off", "beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if the pose, tracked or not, is more than 2 m or 5 degrees from the reference",
-           [](const RunScan& s) { return beyond(s, kFar); }, kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return beyond(s, kFarMetres, kFarDegrees); },
+           kNotInFiles | kShareOfScans},
     Metric{"wrong", "tracked beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if a tracked scan is more than 2 m or 5 degrees from the reference",
-           [](const RunScan& s) { return tracked_beyond(s, kFar); }, kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return tracked_beyond(s, kFarMetres, kFarDegrees); },
+           kNotInFiles | kShareOfScans},
     Metric{"misleading", "misleading information", &kNumber, 0, kLess, G::scans, "sum", "",
-           "1 if a tracked scan is beyond the alert limit: more than 0.5 m or 3 degrees from the "
-           "reference",
-           [](const RunScan& s) { return tracked_beyond(s, kAlert); }, kNotInFiles | kShareOfScans},
+           "1 if a tracked scan is farther from the reference than `alert_limit` or "
+           "`alert_limit_deg` of the run",
+           [](const RunScan& s) {
+             return tracked_beyond(s, s.alert_limit.metres, s.alert_limit.degrees);
+           },
+           kNotInFiles | kShareOfScans},
     Metric{"recovered", "found again", &kNumber, 0, kNeither, G::scans, "sum", "",
            "1 for the first tracked scan after lost ones",
            [](const RunScan& s) { return flag(s.report.recovered); }},
@@ -112,6 +114,10 @@ constexpr std::array kMetrics{
     Metric{"search_ms", "search", &kTime, 2, kLess, G::time, "mean max", "",
            "time of the search for a lost sensor",
            [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_search)); }},
+    Metric{"verdict_ms", "verdict", &kTime, 2, kLess, G::time, "mean max", "",
+           "time of weighing the poses that are followed, and of comparing them",
+           [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_verdict)); },
+           kNotInOldFiles},
     Metric{"load_ms", "load", &kTime, 2, kLess, G::time, "mean max", "",
            "time to load the map of the new region, in any thread",
            [](const RunScan& s) {

@@ -139,6 +139,11 @@ Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWind
   return {};
 }
 
+AlertLimit alert_limit_of(const Localizer& localizer) {
+  const LocalizerParams& params = localizer.params();
+  return {.metres = params.alert_limit, .degrees = params.alert_limit_deg};
+}
+
 Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
                               const io::StampedScan& scan, const std::optional<PosePrior>& prior) {
   std::optional<Pose> odometry;
@@ -159,6 +164,7 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
   }
   done.map = localizer.index().regions[done.report.region.value];
   done.wide_area_points = localizer.index().map_points;
+  done.alert_limit = alert_limit_of(localizer);
   return done;
 }
 }  // namespace
@@ -198,6 +204,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
   Run run{.config = config,
           .stamp_rule = scans.stamp_rule(),
           .index = localizer.index(),
+          .alert_limit = alert_limit_of(localizer),
           .scans = {},
           .speed = inputs.speed};
   if (inputs.priors) run.prior = {.source = inputs.priors->source, .notes = inputs.priors->notes};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "io/text.hpp"
@@ -172,6 +173,26 @@ Result<void> read_numbers(const CsvTable& csv, const std::string& file, const st
   return {};
 }
 
+/// The alert limit that a run's summary.json states; the default if there is none.
+Result<AlertLimit> read_alert_limit(const fs::path& summary) {
+  std::error_code error;
+  if (!fs::exists(summary, error)) return AlertLimit{};
+  const std::string file = summary.string();
+  VANTAGE_TRY(const io::FileContent content, io::read_file(summary, "summary.json of a run"));
+  const auto json = nlohmann::json::parse(content.view(), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return corrupt("the summary of the run is no JSON object", file, 0);
+  const auto stated = json.find("alert_limit");
+  if (stated == json.end()) return AlertLimit{};
+  const auto limit = [&](const char* key) {
+    const auto found = stated->is_object() ? stated->find(key) : stated->end();
+    const bool is_there = stated->is_object() && found != stated->end() && found->is_number();
+    return is_there ? found->get<double>() : 0.0;
+  };
+  const AlertLimit read{.metres = limit("m"), .degrees = limit("deg")};
+  if (read.metres > 0.0 && read.degrees > 0.0) return read;
+  return corrupt("'alert_limit' must have the numbers 'm' and 'deg' above 0", file, 0);
+}
+
 }  // namespace
 
 Result<CsvTable> parse_csv(std::string_view content, const std::string& file) {
@@ -208,6 +229,7 @@ Result<ScanTable> read_scans(const fs::path& path) {
               io::read_file(file, "scans.csv of `vantage localize`"));
   VANTAGE_TRY(const CsvTable csv, parse_csv(content.view(), name));
   ScanTable table{.file = file, .stamps = {}, .tracking = {}, .lines = {}, .columns = {}};
+  VANTAGE_TRY(table.alert_limit, read_alert_limit(file.parent_path() / "summary.json"));
   VANTAGE_CHECK(read_stamps(csv, name, table));
   if (csv.rows.empty()) return corrupt("no scan", name, 1);
   VANTAGE_CHECK(read_numbers(csv, name, "distance_m", table));

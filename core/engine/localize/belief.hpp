@@ -5,11 +5,11 @@
 
 namespace vantage {
 
-/// Probabilities of several hypotheses about where a sensor is, and of none of them being right.
-/// They always add up to 1.
+/// The probability of each of several hypotheses about a sensor's pose, and the probability that
+/// the sensor is elsewhere: at none of them. The probabilities always add up to 1.
 class Belief {
  public:
-  /// Nothing is known.
+  /// No hypothesis: the sensor is elsewhere.
   Belief() = default;
   /// One hypothesis, which is right with this probability.
   [[nodiscard]] static Belief in_one(double probability);
@@ -18,14 +18,17 @@ class Belief {
   [[nodiscard]] double of(std::size_t hypothesis) const;
   [[nodiscard]] double elsewhere() const;
 
-  /// Takes in what a scan says: log(p(scan | right) / p(scan | wrong)) for each hypothesis.
+  /// Updates the belief with a scan.
+  /// @param log_likelihood_ratios  log(p(scan | right) / p(scan | wrong)) of each hypothesis
   void weigh(const std::vector<double>& log_likelihood_ratios);
-  /// A part of the belief in each hypothesis goes elsewhere: the sensor may have been carried away.
+  /// Moves this share of the belief in each hypothesis to elsewhere: the sensor may have been
+  /// carried away.
   void forget(double share);
-  /// Adds a hypothesis with these odds against elsewhere.
+  /// Adds a hypothesis.
+  /// @param log_odds  log(p(hypothesis) / p(elsewhere))
   void add(double log_odds);
-  /// Makes one hypothesis of each group of these numbers, in this order. What was believed of the
-  /// others goes elsewhere.
+  /// Merges the hypotheses of each group into one, in the order of the groups. The belief in a
+  /// hypothesis that is in no group moves to elsewhere.
   void keep(const std::vector<std::vector<std::size_t>>& groups);
 
  private:

@@ -11,9 +11,11 @@ namespace vantage {
 
 /// How well a scan fits a map at a pose, over all its points.
 struct Fit {
-  double level = 0.0;  ///< NVTL times coverage: the mean likelihood, 0 for points without a match
-  /// How much of the level is lost 2 m beside the pose, along the horizontal axis along which least
-  /// is lost. At a wrong pose nothing is lost, whatever the level; along a bare wall neither.
+  /// NVTL times coverage: the mean likelihood over all points. A point without a match counts 0.
+  double level = 0.0;
+  /// The level at the pose less the level 2 m beside it. The smallest of these differences counts,
+  /// over several horizontal axes. It is about 0 at a wrong pose, however high the level is. It is
+  /// also about 0 along a bare wall.
   double sharpness = 0.0;
 };
 
@@ -21,10 +23,10 @@ struct Fit {
 [[nodiscard]] Result<Fit> fit_at(const MatchTarget& target, PointsView scan,
                                  const Pose& T_map_scan);
 
-/// The fit of a scan to itself: what could be expected of a perfect map.
+/// The fit of a scan to itself. A perfect map would give the same fit.
 /// @param all   the points of the scan, sensor frame [m]
 /// @param some  those that are scored
-/// @return      nothing for a scan that is too sparse to match anything against
+/// @return      nothing if the scan is too sparse to match anything against
 /// Errors: those of the matcher.
 [[nodiscard]] Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView all,
                                                        PointsView some);
@@ -37,15 +39,16 @@ struct Evidence {
 [[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
 /// log(p(evidence | pose right) / p(evidence | pose wrong)), in [-6, 9.3].
-/// @param usual  the share of recent scans that were tracked, if there are any
+/// @param usual  the share that recent tracked scans had; none before the first
 [[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual);
 
-/// Whether a scan speaks for its pose, or at least not against it.
+/// Whether the evidence supports the pose, or at least does not speak against it.
 [[nodiscard]] inline bool fits(const Evidence& evidence) {
   return log_likelihood_ratio(evidence, {}) >= -1.0;
 }
 
-/// At most so many points, evenly picked.
+/// Picks points evenly.
+/// @param most  how many points at most
 [[nodiscard]] PointCloud evenly_picked(PointsView points, std::size_t most);
 
 }  // namespace vantage

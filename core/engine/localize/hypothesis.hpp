@@ -14,18 +14,18 @@ namespace vantage {
 /// A pose that a sensor may have.
 struct Hypothesis {
   Motion motion;
-  std::optional<Pose> initial = {};  ///< given or found, not yet in `motion`
-  Pose predicted = {};               ///< at this scan
-  RegionId region = {};              ///< whose map this scan is matched to
+  std::optional<Pose> initial = {};  ///< a pose that was given or found, and is not yet in `motion`
+  Pose predicted = {};               ///< the prediction for this scan
+  RegionId region = {};              ///< the region whose map this scan is matched to
   std::optional<Alignment> alignment = {};
   std::string failure = {};  ///< why there is no alignment
   std::optional<Evidence> evidence = {};
 
-  /// At this scan.
+  /// The pose at this scan: aligned if possible, otherwise predicted.
   [[nodiscard]] const Pose& pose() const { return alignment ? alignment->T_map_scan : predicted; }
-  /// At the scan before.
+  /// The pose at the scan before.
   [[nodiscard]] const Pose& last() const { return initial ? *initial : motion.pose(); }
-  /// Whether the scan fits the map there, as far as is known.
+  /// Whether the scan fits the map at this pose. Without evidence, an alignment is enough.
   [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
   /// How far matching moved the predicted position [m]. Precondition: aligned.
   [[nodiscard]] double correction() const {
@@ -33,7 +33,7 @@ struct Hypothesis {
   }
 };
 
-/// Whether two poses are nearer to each other than this.
+/// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
   return (a.translation - b.translation).norm() < metres && rotation_between(a, b) < radians;
 }

@@ -353,6 +353,7 @@ Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plug
 }
 
 const MapIndex& Localizer::index() const noexcept { return state_->index; }
+const LocalizerParams& Localizer::params() const noexcept { return state_->params; }
 
 Result<void> Localizer::start(const Pose& T_map_scan) {
   State& s = *state_;
@@ -403,6 +404,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     VANTAGE_CHECK(s.match(scan, prepared.points, report));
     s.belief.forget(s.doubt_of_prediction(scan));
     if (s.weighing.is_due(s.hypotheses, s.belief.of(0))) {
+      const ScopeTimer timer(report.seconds_verdict);
       auto news = s.weighing(prepared, scan.prior, s.hypotheses);
       if (!news) return during(std::move(news).error());
       s.belief.weigh(*news);
@@ -421,6 +423,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     auto searched = s.search(scan, prepared, surprised, report);
     if (!searched) return during(std::move(searched).error());
     // The finds take part in the comparison.
+    const ScopeTimer timer(report.seconds_verdict);
     std::vector<double> anew = s.weighing.compare(s.hypotheses);
     for (std::size_t h = 0; h < comparison.size(); ++h) anew[h] -= comparison[h];
     s.belief.weigh(anew);

@@ -7,7 +7,7 @@
 
 namespace vantage {
 
-/// Where the sensor was at the last two scans, and what that says about the next one.
+/// The poses of the sensor at the last two scans. They predict its pose at the next scan.
 class Motion {
  public:
   struct Step {

@@ -18,14 +18,15 @@ struct Find {
 };
 
 struct Finds {
-  std::vector<Find> finds;  ///< that differ from each other, those with the most evidence first
-  std::size_t aligned = 0;  ///< places that were tried
+  std::vector<Find> finds;  ///< no two of them are the same pose; the best evidence comes first
+  std::size_t aligned = 0;  ///< number of places where the scan was aligned
 };
 
-/// Finds poses from which a scan may have been taken: aligns it at the places that fit best (see
-/// find_places). Only the regions of these places are loaded.
+/// Finds poses from which a scan may have been taken. It aligns the scan at the places that fit
+/// best (see find_places), and loads only the regions of these places.
 /// @param scan       N points, sensor frame [m], evenly thinned
-/// @param to_itself  the scan's fit to itself, of the points `some`
+/// @param some       the points that are scored, sensor frame [m]
+/// @param to_itself  the fit of the points `some` to their own scan
 /// Errors: those of RegionMaps::borrow and of the matcher, except `too_few_matches`.
 [[nodiscard]] Result<Finds> search_pose(const MapIndex& index, const RegionMaps& maps,
                                         const PlaceIndex& places, PointsView scan, PointsView some,

@@ -35,7 +35,6 @@ Result<Ready> make_ready(const PluginPtr<MapStore>& store, const PluginPtr<ScanM
 
   ready->map_points = map.points.empty() ? ready->target->elements() : map.points.size();
   ready->viewpoints = std::move(map.viewpoints);
-  ready->bytes = ready->target->bytes() + ready->viewpoints.size() * sizeof(Point);
   return ready;
 }
 
@@ -79,11 +78,18 @@ struct RegionMaps::State {
     return {};
   }
 
+  /// Counted anew each time: targets may have grown.
+  [[nodiscard]] std::size_t bytes() const {
+    std::size_t sum = 0;
+    for (const auto& [region, entry] : entries) sum += entry.ready->bytes();
+    return sum;
+  }
+
   /// Takes entries out until the rest fits: first those used longest ago, then those expected last.
   /// The caller destroys them, without the lock.
   [[nodiscard]] std::vector<Ready> shrink() {
     std::vector<Ready> dropped;
-    while (counts.bytes > options.memory) {
+    while (bytes() > options.memory) {
       // Expected regions count by how soon they are needed, and more than all others.
       const auto worth = [&](std::uint32_t r,
                              const Entry& entry) -> std::pair<std::size_t, std::uint64_t> {
@@ -100,7 +106,6 @@ struct RegionMaps::State {
       }
       if (least == entries.end()) break;
       if (is_expected(least->first)) given_up.insert(least->first);
-      counts.bytes -= least->second.ready->bytes;
       ++counts.dropped;
       dropped.push_back(std::move(least->second.ready));
       entries.erase(least);
@@ -110,7 +115,6 @@ struct RegionMaps::State {
 
   /// @return  the entries that made room for it; destroy them without the lock
   [[nodiscard]] std::vector<Ready> keep(std::uint32_t region, Ready ready) {
-    counts.bytes += ready->bytes;
     entries[region] = {std::move(ready), takes};
     return shrink();
   }
@@ -156,12 +160,15 @@ Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
   State& s = *state_;
   const std::uint32_t r = region.value;
   bool blocked = false;
+  std::vector<Ready> dropped;  // destroyed after the lock
   std::unique_lock lock(s.mutex);
   for (;;) {
     if (const auto entry = s.entries.find(r); entry != s.entries.end()) {
       entry->second.used = ++s.takes;
       s.taken_last = r;
-      return Taken{entry->second.ready, blocked};
+      Taken taken{entry->second.ready, blocked};
+      dropped = s.shrink();
+      return taken;
     }
     blocked = true;
     if (!s.loading.contains(r)) break;
@@ -170,7 +177,6 @@ Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
   s.loading.insert(r);
   lock.unlock();
   Result<Ready> ready = make_ready(s.store, s.matcher, region);
-  std::vector<Ready> dropped;
   lock.lock();
   s.loading.erase(r);
   s.changed.notify_all();
@@ -212,6 +218,7 @@ void RegionMaps::wait_until_idle() const {
 RegionMaps::Statistics RegionMaps::statistics() const {
   const std::scoped_lock lock(state_->mutex);
   Statistics counts = state_->counts;
+  counts.bytes = state_->bytes();
   counts.regions = state_->entries.size();
   return counts;
 }

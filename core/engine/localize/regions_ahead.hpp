@@ -16,8 +16,8 @@ class RegionsAhead {
   /// The region with a map that is nearest to a place; there always is one.
   [[nodiscard]] RegionId nearest(const Eigen::Vector2d& xy) const;
 
-  /// Regions with a map that come within `margin` of the way ahead, in the order in which the
-  /// sensor reaches them. The way is straight, with an allowance for turns.
+  /// The regions with a map that are within `margin` of the way ahead, in the order in which the
+  /// sensor reaches them. The way is a straight line, with an allowance for turns.
   /// @param xy        plan position [m]
   /// @param velocity  [m/s]
   /// @param seconds   how far ahead to look

@@ -10,12 +10,13 @@
 
 namespace vantage {
 
-/// Where to search for a sensor whose pose is in doubt: around an absolute prior, otherwise around
-/// the prediction, in a circle that grows from scan to scan, otherwise everywhere.
-/// @param predicted   of the best hypothesis; none if the sensor may be anywhere
-/// @param scans       in a row with such doubts, 1 or more
+/// Where to search for a sensor whose pose is in doubt. The search goes around the absolute prior
+/// if there is one. Otherwise it goes around the prediction, in a circle that grows from scan to
+/// scan. Without a prediction either, it goes everywhere.
+/// @param predicted   prediction of the best hypothesis; none if the sensor may be anywhere
+/// @param scans       number of doubtful scans in a row, this one included
 /// @param everywhere  without a prior, the circle is the widest at once
-/// @return            nothing if this scan does not search
+/// @return            nothing if this scan is not searched with
 [[nodiscard]] std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
                                                    const std::optional<Pose>& predicted,
                                                    const Bounds3& map, std::uint32_t scans,

@@ -13,44 +13,44 @@ namespace vantage {
 /// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-10, 0]; 0 without a prior.
 [[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
 
-/// Says how much a scan speaks for each hypothesis.
+/// Measures how strongly a scan supports each hypothesis.
 class Weighing {
  public:
   /// Both must outlive the object.
   Weighing(const ScanMatcher& matcher, const RegionMaps& maps) : matcher_(matcher), maps_(maps) {}
 
-  /// Whether there is anything to be learnt: a hypothesis beyond doubt needs weighing only now and
-  /// then, or if its fit becomes worse.
-  /// @param belief  in the first of the hypotheses
+  /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so only
+  /// after some metres, or if its fit becomes worse.
+  /// @param belief  belief in the first hypothesis
   [[nodiscard]] bool is_due(const std::vector<Hypothesis>& hypotheses, double belief) const;
 
   /// Whether the sensor may have been carried to a place that looks alike: matching pulled the pose
   /// much farther from its prediction than motion explains, or the scan suddenly fits much worse.
   [[nodiscard]] bool is_surprising(const Hypothesis& one) const;
 
-  /// log(p(scan | hypothesis right) / p(scan | wrong)) for each of the hypotheses; fills in their
-  /// evidence. Scans that are taken side by side share their errors and count less. Hypotheses are
-  /// not compared with each other.
+  /// log(p(scan | hypothesis right) / p(scan | wrong)) of each hypothesis. The call also sets the
+  /// evidence of each. Scans that are taken near each other share their errors, so they count less.
+  /// The hypotheses are not compared with each other.
   /// Errors: those of the matcher and of RegionMaps::borrow.
   [[nodiscard]] Result<std::vector<double>> operator()(const PreparedScan& scan,
                                                        const std::optional<PosePrior>& prior,
                                                        std::vector<Hypothesis>& hypotheses);
 
-  /// Compares the hypotheses with each other: of several poses for one scan, the wrong ones fit
-  /// worse than the right one. For each, what its fit falls short of the best one's says; no more
-  /// than 0.
+  /// Compares the hypotheses with each other: for one scan, a wrong pose fits worse than the right
+  /// one. The result has a logarithm of a likelihood ratio for each hypothesis. It is 0 for the
+  /// best fit, and the lower the more a fit falls short of it.
   [[nodiscard]] std::vector<double> compare(const std::vector<Hypothesis>& hypotheses) const;
 
-  /// log(p(scan | pose right) / p(scan | wrong)) for a pose that a search found.
+  /// log(p(scan | pose right) / p(scan | wrong)) of a pose that a search found.
   [[nodiscard]] double of(const Evidence& evidence, const Pose& pose,
                           const std::optional<PosePrior>& prior) const;
 
-  /// The points of a scan that are scored, and the fit of the scan to itself; no fit for a scan
-  /// that is too sparse. Errors: those of the matcher.
+  /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
+  /// The fit of a scan to itself; none if the scan is too sparse. Errors: those of the matcher.
   [[nodiscard]] Result<std::optional<Fit>> reference(const PreparedScan& scan) const;
 
-  /// Learns what is usual: from the hypothesis that is reported.
+  /// Learns from the hypothesis that is reported which fit is usual.
   void learn(const Hypothesis& first, bool tracked);
   /// Forgets everything.
   void forget();
@@ -62,14 +62,14 @@ class Weighing {
 
   const ScanMatcher& matcher_;
   const RegionMaps& maps_;
-  std::optional<double> usual_share_;  // of recent tracked scans
+  std::optional<double> usual_share_;  // the share of recent tracked scans
   double usual_level_ = 0.0;
   double last_level_ = 0.0;       // of the scan before
   double usual_change_ = 0.0;     // of the level's logarithm, from scan to scan
-  std::optional<Fit> reference_;  // the fit to itself of the scan at `reference_at_`
+  std::optional<Fit> reference_;  // how the scan at `reference_at_` fits itself
   Point reference_at_ = Point::Zero();
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
-  double share_ = 0.0;               // evidence of the first hypothesis then
+  double share_ = 0.0;               // the first hypothesis's share of sharpness then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
 

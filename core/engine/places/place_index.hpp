@@ -12,8 +12,9 @@
 
 namespace vantage {
 
-/// Which voxels of the wide-area map hold points: all that a search needs to tell places apart,
-/// about a byte per voxel in a bundle. Voxels are anchored to the world. Immutable.
+/// The voxels of the wide-area map that hold points. A search needs no more than these to tell
+/// places apart. In a bundle, they take about a byte each. Voxels are anchored to the world.
+/// Immutable.
 class PlaceIndex {
  public:
   /// Edge of a voxel [m].
@@ -22,14 +23,14 @@ class PlaceIndex {
   static constexpr const char* kAttachment = "places";
 
   /// @param map  N points, map frame [m]; finite
-  /// Errors: `invalid_input` for a map that is too large for the index: 32768 voxels along an edge.
+  /// Errors: `invalid_input` for a map with more than 32768 voxels along an edge.
   [[nodiscard]] static Result<PlaceIndex> of(PointsView map);
-  /// Errors: `corrupt_data` for bytes that `encode` does not make.
+  /// Errors: `corrupt_data` for bytes that `encode` cannot have made.
   [[nodiscard]] static Result<PlaceIndex> decode(std::span<const std::byte> bytes);
   [[nodiscard]] std::vector<std::byte> encode() const;
 
-  /// The index of a bundle: the one that it holds, otherwise made from its points.
-  /// Errors: `unsupported` for a bundle that holds neither; those of the store.
+  /// The index that a bundle holds. If it holds none, the index is made from the bundle's points.
+  /// Errors: `unsupported` for a bundle with neither; those of the store.
   [[nodiscard]] static Result<PlaceIndex> of_bundle(const MapIndex& index, const MapStore& store);
 
   /// The lower corner of voxel (0, 0, 0), map frame [m].
@@ -38,7 +39,7 @@ class PlaceIndex {
   [[nodiscard]] const Eigen::Vector3i& size() const noexcept { return size_; }
   static constexpr int kMargin = 46;
 
-  /// A row of voxels along x, a bit each; at least one word may be read beyond its end.
+  /// A row of voxels along x, one bit each. At least one word beyond its end may be read.
   [[nodiscard]] const std::uint64_t* row(int y, int z) const noexcept {
     return bits_.data() + (std::size_t(z) * std::size_t(size_.y()) + std::size_t(y)) * words_;
   }

@@ -11,29 +11,30 @@
 
 namespace vantage {
 
-/// Where a sensor may be.
+/// An area in which a sensor may be.
 struct PlaceArea {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();         ///< map frame [m]
   double radius = std::numeric_limits<double>::infinity();  ///< in plan view [m]
   double heading = 0.0;                                     ///< of the sensor's x axis [rad]
-  double heading_within = std::numbers::pi;                 ///< on both sides of it [rad]
-  bool complete = true;  ///< whether the sensor can be nowhere else
+  double heading_within = std::numbers::pi;                 ///< to either side of `heading` [rad]
+  bool complete = true;  ///< whether the sensor cannot be outside the area
 };
 
 /// A place from which a scan may have been taken.
 struct Place {
-  Pose T_map_scan;  ///< upright; to about a voxel and half a step of the heading
-  /// Share of the scan's points that meet an occupied voxel there, less that share a few metres
-  /// around: what fits a thicket fits it everywhere, what fits a place fits it only there.
+  Pose T_map_scan;  ///< upright; accurate to about a voxel and half a step of the heading
+  /// The share of the scan's points that fall into an occupied voxel here, less the same share a
+  /// few metres away. A scan falls into a thicket's voxels anywhere in the thicket; it fits its own
+  /// place only there.
   double contrast = 0.0;
 };
 
-/// Finds the places that a scan fits best. All translations of whole voxels, all headings in steps
-/// of 5 degrees and the heights that a sensor may have above the lowest points around are tried,
-/// 128 translations at once as bits. A bound excludes those that can no longer be among the best.
-/// The answer does not depend on the number of threads.
-/// @param scan  points that stand up, sensor frame, z up [m]
-/// @param most  number of places
+/// Finds the places that a scan fits best. It tries all translations by whole voxels, all headings
+/// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby.
+/// It tests 128 translations at once as bits. A bound excludes places that cannot be among the
+/// best. The result does not depend on the number of threads.
+/// @param scan  points on upright things, sensor frame, z up [m]
+/// @param most  how many places to return at most
 /// @return      places that differ from each other, the greatest contrast first
 [[nodiscard]] std::vector<Place> find_places(const PlaceIndex& index, PointsView scan,
                                              const PlaceArea& area, std::size_t most);

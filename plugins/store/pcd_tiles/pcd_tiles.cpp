@@ -188,9 +188,10 @@ class PcdTiles final : public MapStore {
   [[nodiscard]] Result<std::vector<std::byte>> attachment(
       std::string_view name) const noexcept override {
     return guarded([&]() -> Result<std::vector<std::byte>> {
-      VANTAGE_TRY(const std::string file_name, attachment_name(name));
       VANTAGE_TRY(const auto current, current_index());  // without a bundle there is nothing
-      const fs::path file = root_ / file_name;
+      const auto file_name = attachment_name(name);
+      if (!file_name) return fail(ErrorCode::not_found, file_name.error().message, at(root_));
+      const fs::path file = root_ / *file_name;
       VANTAGE_TRY(const auto content,
                   io::read_file(file, "a regular file", io::InputFile::Empty::accept));
       return decode_attachment(content.view(), file);

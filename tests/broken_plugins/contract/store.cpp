@@ -37,6 +37,10 @@ class Broken final : public MapStore {
   [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
     return guarded([&] { return put_checked(region, map); });
   }
+  [[nodiscard]] Result<void> attach(std::string_view name,
+                                    std::span<const std::byte> bytes) noexcept override {
+    return guarded([&] { return attach_checked(name, bytes); });
+  }
   [[nodiscard]] Result<void> commit() noexcept override {
     return guarded([&]() -> Result<void> {
       if (breaks("S2") && std::exchange(committed_, false)) return {};
@@ -77,6 +81,18 @@ class Broken final : public MapStore {
       // A buffer that all calls share.
       if (breaks("S5") && Crowded(inside_) && map) std::swap(map->points[0], map->points[1]);
       return map;
+    });
+  }
+  [[nodiscard]] Result<std::vector<std::byte>> attachment(
+      std::string_view name) const noexcept override {
+    return guarded([&]() -> Result<std::vector<std::byte>> {
+      auto bytes = sound_->attachment(name);
+      if (bytes) return bytes;
+      if (breaks("S19") && bytes.error().code == ErrorCode::not_found) {
+        return fail(ErrorCode::io_failure, "no such file");
+      }
+      if (breaks("S24") && bytes.error().code == ErrorCode::corrupt_data) bytes.emplace();
+      return bytes;
     });
   }
 
@@ -120,6 +136,23 @@ class Broken final : public MapStore {
       return sound_->commit();
     }
     return {};
+  }
+
+  [[nodiscard]] Result<void> attach_checked(std::string_view name,
+                                            std::span<const std::byte> bytes) {
+    if (breaks("S17")) {  // as a C string
+      bytes = bytes.first(std::size_t(std::ranges::find(bytes, std::byte{0}) - bytes.begin()));
+    }
+    if (breaks("S18") && name.find('_') != std::string_view::npos) {
+      return fail(ErrorCode::unsupported, "a name has letters only");
+    }
+    if (breaks("S21") && !begun_) return {};
+    if (breaks("S23")) std::ofstream(root_.parent_path() / name) << "attached";
+    auto done = sound_->attach(name, bytes);
+    if (done) return done;
+    if (breaks("S20") && done.error().code == ErrorCode::already_exists) return {};
+    if (breaks("S22") && begun_ && done.error().code == ErrorCode::invalid_input) return {};
+    return done;
   }
 
   PluginPtr<MapStore> sound_;

@@ -96,6 +96,25 @@ TEST_CASE("uncertain scans are counted, are not lost, and their errors do not co
   CHECK(risk->pairs.size() == 3);
 }
 
+TEST_CASE("misleading scans of two runs are counted by each run's own alert limit") {
+  const test::TemporaryFolder folder;
+  for (const char* run : {"a", "b"}) {
+    std::filesystem::create_directories(folder.path() / run);
+    test::write_text(
+        folder.path() / run / "scans.csv",
+        tiny_csv({{.stamp = "1", .error_m = "0.6"}, {.stamp = "2", .error_m = "0.3"}}));
+  }
+  test::write_text(folder.path() / "b" / "summary.json",
+                   "{\"alert_limit\": {\"m\": 0.2, \"deg\": 3.0}}");
+  const auto c =
+      compare(read_scans(folder.path() / "a").value(), read_scans(folder.path() / "b").value());
+  REQUIRE_MESSAGE(c, to_string(c.error()));
+  const ComparedCount* n = count_of(*c, "misleading");
+  REQUIRE(n != nullptr);
+  CHECK(n->a == 1);
+  CHECK(n->b == 2);
+}
+
 TEST_CASE("what needs a reference is not counted without one") {
   const auto c = compared({{.stamp = "1", .error_m = ""}}, {{.stamp = "1", .error_m = "0.1"}});
   REQUIRE(c);

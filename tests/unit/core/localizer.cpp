@@ -275,6 +275,7 @@ TEST_CASE("a scan that switches maps and is found by the search in the new one h
   // Beyond the border, and farther than the matcher reaches from the prediction at 10.8.
   const ScanReport found = at(0.3, 18.0);
   CHECK(found.seconds_search > 0.0);
+  CHECK(found.seconds_verdict > 0.0);
   REQUIRE(found.T_map_scan.translation.x() == doctest::Approx(18.0));
   CHECK(found.region == RegionId{1});
   CHECK(found.switched);

@@ -24,7 +24,8 @@ struct Events {
   std::vector<std::uint32_t> gets;
   std::set<std::uint32_t> broken;
   std::atomic<int> alive{0};
-  std::atomic<bool> gate_open{true};  // nothing is loaded while it is not
+  std::atomic<std::size_t> grown_by{0};  // every target, since it was made [bytes]
+  std::atomic<bool> gate_open{true};     // nothing is loaded while it is not
 
   [[nodiscard]] std::vector<std::uint32_t> loaded() {
     const std::scoped_lock lock(mutex);
@@ -70,7 +71,9 @@ class ReportingMatcher final : public ScanMatcher {
       [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
         return ScanScore{};
       }
-      [[nodiscard]] std::size_t bytes() const noexcept override { return kBytes; }
+      [[nodiscard]] std::size_t bytes() const noexcept override {
+        return kBytes + events_.grown_by;
+      }
       [[nodiscard]] std::size_t elements() const noexcept override { return points_; }
 
      private:
@@ -171,6 +174,19 @@ TEST_CASE("memory is bounded: what was used longest ago goes, what is expected s
     CHECK(f.events.loaded().size() == loads);
   }
   CHECK(f.events.alive == 0);
+}
+
+TEST_CASE("memory that targets take while they are used counts, and is given back at a take") {
+  Fixture f;
+  RegionMaps maps(f.store, f.matcher, {.memory = 3 * kRegionBytes});
+  for (const std::uint32_t r : {0U, 1U, 2U}) REQUIRE(maps.take(RegionId{r}));
+  f.events.grown_by = kRegionBytes / 2;
+  CHECK(maps.statistics().bytes == 3 * (kRegionBytes + kRegionBytes / 2));
+  CHECK_FALSE(maps.take(RegionId{1})->blocked);
+  CHECK(f.events.alive == 2);  // 0 went
+  CHECK(maps.statistics().bytes == 2 * (kRegionBytes + kRegionBytes / 2));
+  CHECK_FALSE(maps.take(RegionId{2})->blocked);
+  CHECK(maps.take(RegionId{0})->blocked);
 }
 
 TEST_CASE("a region larger than the memory is kept while it is the last one taken") {

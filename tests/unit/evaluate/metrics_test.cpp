@@ -140,6 +140,21 @@ TEST_CASE(
   CHECK_FALSE(misleading.value(unknown));
 }
 
+TEST_CASE("misleading follows the alert limit of the run, and wrong does not") {
+  RunScan scan = located(Tracking::tracked, 0.3, 0.1);
+  scan.error->degrees = 1.5;
+  const Metric& misleading = *find_metric("misleading");
+  CHECK(misleading.value(scan) == 0.0);
+  scan.alert_limit = {.metres = 0.2, .degrees = 3.0};
+  CHECK(misleading.value(scan) == 1.0);
+  scan.alert_limit = {.metres = 0.5, .degrees = 1.0};
+  CHECK(misleading.value(scan) == 1.0);
+  scan.alert_limit = {.metres = 10.0, .degrees = 45.0};
+  scan.error->metres = 3.0;
+  CHECK(misleading.value(scan) == 0.0);
+  CHECK(find_metric("wrong")->value(scan) == 1.0);
+}
+
 TEST_CASE("the risk of every scan with a pose counts, with its significant digits") {
   Run run;
   run.index.partition = *Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});

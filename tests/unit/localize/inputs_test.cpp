@@ -26,7 +26,7 @@ std::vector<test::FloatScan> three_scans() {
 }
 
 /// Of a map with one region, in which every scan is where it was thought to be.
-Localizer localizer() {
+Localizer localizer(const LocalizerParams& params = {}) {
   auto memory = std::make_shared<test::Memory>();
   const auto partition = Partition::from({Region{"all", HalfOpenBox{{-50, -50}, {50, 50}}, {}}});
   REQUIRE(partition);
@@ -35,9 +35,20 @@ Localizer localizer() {
   REQUIRE(test::MemoryStore(memory).commit());
   auto opened = Localizer::open(
       Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
-      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {});
+      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), params);
   REQUIRE_MESSAGE(opened, to_string(opened.error()));
   return *std::move(opened);
+}
+
+/// A bag of three scans, from the origin.
+RunInputs inputs_in(const test::TemporaryFolder& folder) {
+  const auto path = folder.path() / "scans";
+  std::ofstream(path, std::ios::binary)
+      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
+  auto inputs = InputOptions{.scans = path}.open();
+  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+  inputs->initial_pose = Pose{};
+  return *std::move(inputs);
 }
 
 Result<Run> run(const RunInputs& inputs) { return localize_scans(localizer(), "c.toml", inputs); }
@@ -63,16 +74,27 @@ TEST_CASE("a recording is opened once: the run reads what was opened to look at 
   }
 }
 
+TEST_CASE("a run and each of its scans have the alert limit of the localizer") {
+  const test::TemporaryFolder folder;
+  const RunInputs inputs = inputs_in(folder);
+  LocalizerParams params;
+  params.alert_limit = 0.2;
+  params.alert_limit_deg = 1.5;
+  const auto done = localize_scans(localizer(params), "c.toml", inputs);
+  REQUIRE_MESSAGE(done, to_string(done.error()));
+  CHECK(done->alert_limit.metres == 0.2);
+  CHECK(done->alert_limit.degrees == 1.5);
+  for (const RunScan& scan : done->scans) {
+    CHECK(scan.alert_limit.metres == 0.2);
+    CHECK(scan.alert_limit.degrees == 1.5);
+  }
+}
+
 TEST_CASE("every run reads the recording from its beginning") {
   const test::TemporaryFolder folder;
-  const auto path = folder.path() / "scans";
-  std::ofstream(path, std::ios::binary)
-      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
-  auto inputs = InputOptions{.scans = path}.open();
-  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
-  inputs->initial_pose = Pose{};
+  const RunInputs inputs = inputs_in(folder);
   for (int i = 0; i < 3; ++i) {
-    const auto done = run(*inputs);
+    const auto done = run(inputs);
     REQUIRE_MESSAGE(done, to_string(done.error()));
     REQUIRE(done->scans.size() == 3);
     CHECK(done->scans.front().report.stamp == 1.0);

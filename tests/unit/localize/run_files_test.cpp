@@ -73,6 +73,38 @@ TEST_CASE("a run that cannot be written leaves the files of the one before, all 
   CHECK(content("scans.csv") == to_csv(after));
 }
 
+TEST_CASE("the alert limit of a run is kept in its folder; a run without one has the default") {
+  const test::TemporaryFolder folder;
+  Run run = run_of(1);
+  run.alert_limit = {.metres = 0.2, .degrees = 1.5};
+  REQUIRE(write_run(run, summarize(run), folder.path()));
+  for (const auto& path : {folder.path(), folder.path() / "scans.csv"}) {
+    const auto table = read_scans(path);
+    REQUIRE_MESSAGE(table, to_string(table.error()));
+    CHECK(table->alert_limit.metres == 0.2);
+    CHECK(table->alert_limit.degrees == 1.5);
+  }
+  const auto summary = folder.path() / "summary.json";
+  const auto limit_of = [&](const char* text) {
+    test::write_text(summary, text);
+    return read_scans(folder.path());
+  };
+  const auto without = limit_of("{\"scans\": {}}");
+  REQUIRE_MESSAGE(without, to_string(without.error()));
+  CHECK(without->alert_limit.metres == 0.5);
+  CHECK(without->alert_limit.degrees == 3.0);
+  for (const char* text : {"[]", "{", "{\"alert_limit\": 1}", "{\"alert_limit\": {\"m\": 1}}",
+                           "{\"alert_limit\": {\"m\": 0, \"deg\": 3}}"}) {
+    CAPTURE(text);
+    const auto wrong = limit_of(text);
+    REQUIRE_FALSE(wrong);
+    CHECK(wrong.error().code == ErrorCode::corrupt_data);
+    CHECK(to_string(wrong.error()).starts_with(summary.string()));
+  }
+  std::filesystem::remove(summary);
+  REQUIRE(read_scans(folder.path()));
+}
+
 TEST_CASE("scans.csv has all three states and the risk; the trajectory has tracked poses alone") {
   Run run = run_of(4);
   run.scans[1].report.tracking = Tracking::uncertain;

@@ -61,7 +61,8 @@ class VANTAGE_API MatchTarget {
   [[nodiscard]] virtual Result<ScanScore> score(PointsView scan,
                                                 const Pose& T_map_scan) const noexcept = 0;
 
-  /// Memory that the target holds [bytes]; counts towards memory limits.
+  /// Memory that the target holds now [bytes]; counts towards memory limits. It may grow while the
+  /// target is used.
   [[nodiscard]] virtual std::size_t bytes() const noexcept = 0;
   /// The number of things that a scan point can be compared with: distributions or points.
   [[nodiscard]] virtual std::size_t elements() const noexcept = 0;

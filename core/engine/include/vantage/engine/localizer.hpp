@@ -21,9 +21,9 @@
 namespace vantage {
 
 enum class Tracking : std::uint8_t {
-  tracked,    ///< the pose comes from matching and can be trusted
-  uncertain,  ///< the pose comes from matching; evidence for or against it is still missing
-  lost,       ///< the pose is a prediction, or was found but not yet confirmed by later scans
+  tracked,    ///< the risk is at most LocalizerParams::max_risk
+  uncertain,  ///< neither tracked nor lost
+  lost,       ///< the sensor is probably at none of the poses that are followed, or nothing matched
 };
 [[nodiscard]] VANTAGE_API const char* to_string(Tracking) noexcept;
 
@@ -31,7 +31,7 @@ enum class Tracking : std::uint8_t {
 struct ScanReport {
   double stamp = 0.0;  ///< [s]
   Tracking tracking = Tracking::lost;
-  std::string reason;    ///< why the scan is lost; empty if tracked
+  std::string reason;    ///< why the scan is uncertain or lost; empty if tracked
   bool has_pose = true;  ///< false: the sensor has not been found yet; the poses have no meaning
   Pose T_map_scan;       ///< the estimate if tracked, otherwise the best guess
   /// Integrity risk: the probability that `T_map_scan` is off by more than the alert limit.
@@ -52,6 +52,7 @@ struct ScanReport {
   std::size_t dropped_points = 0;            ///< points that are not finite
   double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
   double seconds_search = 0.0;               ///< the search for a lost sensor
+  double seconds_verdict = 0.0;              ///< weighing and comparing the poses that are followed
   std::optional<Alignment> alignment;        ///< none if nothing matched
   std::optional<PoseConfidence> confidence;  ///< of `alignment`
   double lcp = 0.0;                          ///< Eq. 13
@@ -77,6 +78,8 @@ class VANTAGE_API Localizer {
   ~Localizer();
 
   [[nodiscard]] const MapIndex& index() const noexcept;
+  /// As in use.
+  [[nodiscard]] const LocalizerParams& params() const noexcept;
 
   /// Sets the sensor's pose for the next scan, makes the map of that place ready, and forgets all
   /// motion.
@@ -89,9 +92,8 @@ class VANTAGE_API Localizer {
 
   /// Predicts the pose (from odometry, otherwise with constant velocity), chooses the region of the
   /// last estimate (Eq. 11), switches maps if the region changed, and matches the scan. A scan that
-  /// cannot be matched is reported as lost, with the prediction as its pose. While the sensor is
-  /// lost, the scans search for it in a growing circle. The sensor counts as found once
-  /// LocalizerParams::confirming_scans scans in a row fit. Localization continues in every case.
+  /// cannot be matched keeps the prediction as its pose. While there is doubt, the scans search for
+  /// other poses in a growing circle. Localization continues in every case.
   /// Errors: `invalid_input` before a start, for a stamp that does not increase, or for times that
   /// do not belong to the points; a region map that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);

@@ -18,9 +18,13 @@ struct ReadyRegion {
   PluginPtr<MatchTarget> target;
   PointCloud viewpoints;         ///< map frame [m]
   std::uint64_t map_points = 0;  ///< N_point of Eq. 13: points, or elements if no points are stored
-  std::size_t bytes = 0;         ///< memory that the region holds
   double seconds_load = 0.0;     ///< time to read it from the store
   double seconds_prepare = 0.0;  ///< time to make it ready for matching
+
+  /// Memory that the region holds now. A target may take more while it is used.
+  [[nodiscard]] std::size_t bytes() const {
+    return target->bytes() + viewpoints.size() * sizeof(Point);
+  }
 };
 
 /// Makes a region ready for matching, from its prepared map if one is stored, otherwise from its
@@ -38,8 +42,9 @@ struct ReadyRegion {
 class VANTAGE_API RegionMaps {
  public:
   struct Options {
-    std::size_t memory = std::size_t{40} << 20U;  ///< limit [bytes]; the last region taken stays
-    bool background = true;                       ///< false: `expect` does nothing
+    /// Limit [bytes]; the last region taken stays. It is enforced when a region is taken or loaded.
+    std::size_t memory = std::size_t{40} << 20U;
+    bool background = true;  ///< false: `expect` does nothing
   };
 
   /// @param store, matcher  must outlive the object

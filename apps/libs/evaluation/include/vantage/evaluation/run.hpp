@@ -53,6 +53,12 @@ struct PoseError {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero(), rotation = Eigen::Vector3d::Zero();
 };
 
+/// The alert limit of a run: a tracked pose beyond it is misleading information. See
+/// LocalizerParams.
+struct AlertLimit {
+  double metres = LocalizerParams{}.alert_limit, degrees = LocalizerParams{}.alert_limit_deg;
+};
+
 /// One localized scan of a run.
 struct RunScan {
   ScanReport report;
@@ -61,6 +67,7 @@ struct RunScan {
   std::optional<PoseError> error;       ///< none without a reference or without a pose
   RegionSummary map = {};               ///< the region in use, from the bundle's index
   std::uint64_t wide_area_points = 0;   ///< points of the map from which the bundle was built
+  AlertLimit alert_limit = {};          ///< of the run
 };
 
 [[nodiscard]] inline bool is_tracked(const RunScan& scan) {
@@ -80,6 +87,7 @@ struct Run {
   std::string stamp_rule;         ///< where the stamps come from
   io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
   MapIndex index;
+  AlertLimit alert_limit = {};
   std::vector<RunScan> scans;
   std::optional<PriorUse> prior = {};  ///< empty without priors
   std::optional<double> speed = {};    ///< of the replay, see RunInputs

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "vantage/engine/localizer.hpp"
+#include "vantage/evaluation/run.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -38,15 +39,18 @@ struct ScanTable {
   /// `distance_m` and every metric that is in files, by its key: a number a scan; none where the
   /// cell is empty, or where the file is older than the metric.
   std::map<std::string, std::vector<std::optional<double>>, std::less<>> columns;
+  /// From summary.json beside the file; the default if that says nothing.
+  AlertLimit alert_limit = {};
 
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
   [[nodiscard]] bool is_tracked(std::size_t at) const { return tracking[at] == Tracking::tracked; }
 };
 
-/// Reads DIR/scans.csv, or a file itself.
+/// Reads DIR/scans.csv, or a file itself, and summary.json beside it if there is one.
 /// Errors (`where` is the file and line): `not_found`, which names folders below that hold one;
 /// `io_failure`; those of parse_csv; `corrupt_data` for a column that is missing, an unknown
-/// state, a cell that is no finite number, stamps that do not ascend, or no scan.
+/// state, a cell that is no finite number, stamps that do not ascend, or no scan; `corrupt_data`
+/// for a summary.json that is no JSON, or with an alert limit that is not above 0.
 [[nodiscard]] Result<ScanTable> read_scans(const std::filesystem::path& path);
 
 }  // namespace vantage

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "scenes.hpp"
+#include "temporary_folder.hpp"
+#include "vantage/conformance.hpp"
+#include "vantage/map_store.hpp"
+
+/// The bundles with which the clauses test a store, and what the clauses share.
+namespace vantage::conformance {
+
+/// The place where one bundle is stored.
+class Place {
+ public:
+  explicit Place(const Subject& subject) : params_(subject.params_in(folder_.path())) {}
+  [[nodiscard]] const std::filesystem::path& folder() const noexcept { return folder_.path(); }
+  [[nodiscard]] PluginPtr<MapStore> open(const Subject& subject) const;
+
+ private:
+  TemporaryFolder folder_;
+  Table params_;
+};
+
+struct Bundle {
+  MapIndex index;
+  std::vector<RegionMap> maps;  // by RegionId
+};
+
+[[nodiscard]] MapIndex index_of(std::vector<Region> regions);
+/// Bytes of every value.
+[[nodiscard]] PreparedMap some_prepared(Random& random, std::size_t bytes, std::uint64_t elements);
+/// Counts up to `most`; `most` is among them unless there are no points.
+[[nodiscard]] std::vector<std::uint32_t> some_views(Random& random, std::size_t points,
+                                                    std::uint32_t most);
+/// Three regions side by side, one of them with views.
+[[nodiscard]] Bundle some_bundle(const Subject& subject);
+
+void require(const Result<void>& done, const char* what);
+void put_all(MapStore& store, const Bundle& bundle);
+/// Begins, puts all and commits.
+void write(MapStore& store, const Bundle& bundle);
+[[nodiscard]] MapIndex index_in(const MapStore& store);
+[[nodiscard]] RegionMap get(const MapStore& store, std::uint32_t region);
+
+[[nodiscard]] bool same_bits(const Point& a, const Point& b);
+[[nodiscard]] bool same(const RegionMap& a, const RegionMap& b);
+[[nodiscard]] bool same(const MapIndex& a, const MapIndex& b);
+/// Checks that points came back in their order, each within `precision` [m].
+void check_points_kept(const PointCloud& put, const PointCloud& got, double precision);
+/// Checks that these are the points and viewpoints that were put, each within `precision` [m].
+void check_kept(const Bundle& bundle, const MapStore& store, double precision);
+/// Checks that these are the points and viewpoints that were put. Only S1 checks how close they
+/// are.
+void check_kept(const Subject& subject, const Bundle& bundle, const MapStore& store);
+
+/// Every file below a folder, with its content.
+[[nodiscard]] std::map<std::filesystem::path, std::string> files_below(
+    const std::filesystem::path& folder);
+void write_file(const std::filesystem::path& path, const std::string& content);
+
+/// A content, and how it was damaged.
+struct Damaged {
+  std::string how, content;
+};
+[[nodiscard]] std::vector<Damaged> damages(Random& random, const std::string& good);
+
+/// S17 to S24, about MapStore::attach and attachment. For a store that keeps no attachments, they
+/// check that it says so.
+void attached_bytes(const Subject& subject);
+void attach_supported(const Subject& subject);
+void not_attached(const Subject& subject);
+void attached_twice(const Subject& subject);
+void attach_without_begin(const Subject& subject);
+void attachment_names(const Subject& subject);
+void attachments_commit(const Subject& subject);
+void damaged_attachments(const Subject& subject);
+
+}  // namespace vantage::conformance
