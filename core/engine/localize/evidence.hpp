@@ -45,7 +45,4 @@ struct Evidence {
   return log_likelihood_ratio(evidence, {}) >= -1.0;
 }
 
-/// At most so many points, evenly picked.
-[[nodiscard]] PointCloud evenly_picked(PointsView points, std::size_t most);
-
 }  // namespace vantage

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "evenly_picked.hpp"
+
 namespace vantage {
 namespace {
 
@@ -68,10 +70,6 @@ PointCloud Weighing::scored(const PreparedScan& scan) {
   return evenly_picked(scan.points, kScored);
 }
 
-Result<std::optional<Fit>> Weighing::reference(const PreparedScan& scan) const {
-  return fit_to_itself(matcher_, scan.finite, scored(scan));
-}
-
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment) return true;
@@ -83,6 +81,7 @@ bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) 
 Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
                                                  const std::optional<PosePrior>& prior,
                                                  std::vector<Hypothesis>& hypotheses) {
+  fresh_ = false;
   const PointCloud some = scored(scan);
   const Point at = hypotheses.front().pose().translation;
   VANTAGE_CHECK(renew_reference(scan, at));
@@ -128,8 +127,9 @@ double Weighing::of(const Evidence& evidence, const Pose& pose,
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
   if (reference_ && (at - reference_at_).norm() < kSurroundings) return {};
-  VANTAGE_TRY(reference_, reference(scan));
+  VANTAGE_TRY(reference_, fit_to_itself(matcher_, scan.finite, scored(scan)));
   reference_at_ = at;
+  fresh_ = true;
   return {};
 }
 
@@ -158,6 +158,7 @@ void Weighing::forget() {
   usual_share_.reset();
   usual_level_ = 0.0;
   reference_.reset();
+  fresh_ = false;
   weighed_at_.reset();
   news_ = 1.0;
   share_ = 0.0;

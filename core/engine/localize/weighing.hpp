@@ -45,10 +45,12 @@ class Weighing {
   [[nodiscard]] double of(const Evidence& evidence, const Pose& pose,
                           const std::optional<PosePrior>& prior) const;
 
-  /// The points of a scan that are scored, and the fit of the scan to itself; no fit for a scan
-  /// that is too sparse. Errors: those of the matcher.
+  /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
-  [[nodiscard]] Result<std::optional<Fit>> reference(const PreparedScan& scan) const;
+  /// The fit to itself of the scan that was weighed last, if that scan needed it.
+  [[nodiscard]] std::optional<Fit> fresh_reference() const {
+    return fresh_ ? reference_ : std::nullopt;
+  }
 
   /// Learns what is usual from a scan that is tracked.
   void learn(const Hypothesis& tracked);
@@ -66,6 +68,7 @@ class Weighing {
   double usual_level_ = 0.0;
   std::optional<Fit> reference_;  // the fit to itself of the scan at `reference_at_`
   Point reference_at_ = Point::Zero();
+  bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double share_ = 0.0;               // evidence of the first hypothesis then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
