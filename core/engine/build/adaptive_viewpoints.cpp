@@ -22,13 +22,13 @@ struct Square {
 };
 
 /// All viewpoints over one voxel of the plan view.
-struct Place {
+struct Standpoint {
   Square voxel;
   PointCloud viewpoints;
 };
 
 struct Block {
-  std::vector<Place> places;  // places not asked yet
+  std::vector<Standpoint> places;  // places not asked yet
   std::vector<Square> asked;  // voxels of the places that were asked
 };
 
@@ -65,12 +65,12 @@ PointCloud next_of(Block& block, int n) {
   for (const Square& voxel : block.asked) chosen.erase(voxel.of_size(n));
   PointCloud viewpoints;
   for (const auto& [square, k] : chosen) {
-    Place& place = block.places[k];
+    Standpoint& place = block.places[k];
     viewpoints.insert(viewpoints.end(), place.viewpoints.begin(), place.viewpoints.end());
     block.asked.push_back(place.voxel);
     place.viewpoints.clear();
   }
-  std::erase_if(block.places, [](const Place& place) { return place.viewpoints.empty(); });
+  std::erase_if(block.places, [](const Standpoint& place) { return place.viewpoints.empty(); });
   return viewpoints;
 }
 
@@ -105,7 +105,7 @@ Result<AdaptiveSight> see_adaptively(
       if (more) {
         going_on.push_back(std::move(blocks[b]));
       } else {
-        for (const Place& place : blocks[b].places) sight.skipped += place.viewpoints.size();
+        for (const Standpoint& place : blocks[b].places) sight.skipped += place.viewpoints.size();
       }
     }
     blocks = std::move(going_on);

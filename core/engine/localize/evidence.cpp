@@ -89,12 +89,4 @@ double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usua
   return ratio < 0.0 ? std::max(-6.0, ratio) * told : ratio;
 }
 
-PointCloud evenly_picked(PointsView points, std::size_t most) {
-  PointCloud some;
-  const std::size_t n = std::min(most, points.size());
-  some.reserve(n);
-  for (std::size_t k = 0; k < n; ++k) some.push_back(points[k * points.size() / n]);
-  return some;
-}
-
 }  // namespace vantage

@@ -47,8 +47,4 @@ struct Evidence {
   return log_likelihood_ratio(evidence, {}) >= -1.0;
 }
 
-/// Picks points evenly.
-/// @param most  how many points at most
-[[nodiscard]] PointCloud evenly_picked(PointsView points, std::size_t most);
-
 }  // namespace vantage

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "localize/evidence.hpp"
 #include "localize/motion.hpp"
+#include "vantage/engine/region_maps.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/scan_matcher.hpp"
@@ -17,6 +19,7 @@ struct Hypothesis {
   std::optional<Pose> initial = {};  ///< a pose that was given or found, and is not yet in `motion`
   Pose predicted = {};               ///< the prediction for this scan
   RegionId region = {};              ///< the region whose map this scan is matched to
+  std::shared_ptr<const ReadyRegion> map = {};  ///< of the region; held so that it stays ready
   std::optional<Alignment> alignment = {};
   std::string failure = {};  ///< why there is no alignment
   std::optional<Evidence> evidence = {};
@@ -25,6 +28,11 @@ struct Hypothesis {
   [[nodiscard]] const Pose& pose() const { return alignment ? alignment->T_map_scan : predicted; }
   /// The pose at the scan before.
   [[nodiscard]] const Pose& last() const { return initial ? *initial : motion.pose(); }
+  /// How the sensor moved since the scan before; not at all if it was elsewhere then.
+  [[nodiscard]] Pose step() const {
+    if (initial) return {};
+    return motion.pose().inverse() * (fits() ? pose() : predicted);
+  }
   /// Whether the scan fits the map at this pose. Without evidence, an alignment is enough.
   [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
   /// How far matching moved the predicted position [m]. Precondition: aligned.

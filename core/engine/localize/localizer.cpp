@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -11,12 +12,12 @@
 
 #include "localize/belief.hpp"
 #include "localize/hypothesis.hpp"
-#include "localize/pose_search.hpp"
 #include "localize/regions_ahead.hpp"
 #include "localize/search_area.hpp"
+#include "localize/search_job.hpp"
+#include "localize/searcher.hpp"
 #include "localize/verdict.hpp"
 #include "localize/weighing.hpp"
-#include "places/place_index.hpp"
 #include "stopwatch.hpp"
 #include "vantage/engine/deskew.hpp"
 #include "vantage/engine/region_maps.hpp"
@@ -38,12 +39,6 @@ constexpr std::string_view kJob = "localization";  // what a missing table would
 
 // What is believed of a pose that a user gives, before any scan.
 constexpr double kTrustInStart = 0.97;
-// The sensor may be carried away between two scans, unnoticed.
-constexpr double kCarriedAway = 2e-5;
-// A search finds the place, if it is in the area.
-constexpr double kRecall = 0.9, kInArea = 0.5;
-// In a narrow area [m], it hardly misses it.
-constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
 // With less belief than this in the best hypothesis, others are looked for.
 constexpr double kSure = 0.8;
 // Hypotheses with less belief are dropped.
@@ -69,6 +64,7 @@ struct Localizer::State {
 
   bool started = false;
   std::optional<double> stamp;         // of the last scan
+  std::optional<Pose> odometry;        // of the last scan
   std::vector<Hypothesis> hypotheses;  // the first is the one that is reported
   Belief belief;                       // in them
 
@@ -77,9 +73,13 @@ struct Localizer::State {
 
   Weighing weighing{*matcher, maps};
   Verdict verdict{params};
-  std::optional<PlaceIndex> places;  // from the first search on
   bool compared = false;             // the hypotheses with all other places
   std::uint32_t doubtful_scans = 0;  // in a row
+
+  Searcher searcher{index, bundle.store(), matcher, ahead, maps, params};
+  bool startled = false;   // the sensor was carried away, maybe, since the search began
+  bool surprised = false;  // by a scan, since a search began last
+  SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
 
   [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
 
@@ -154,6 +154,7 @@ struct Localizer::State {
       } else {
         VANTAGE_TRY(ready, maps.borrow(choice.region));
       }
+      one.map = ready;
       one.region = choice.region;
       const Stopwatch stopwatch;
       auto alignment = ready->target->align(points, one.predicted);
@@ -185,19 +186,6 @@ struct Localizer::State {
     return {};
   }
 
-  /// The probability that the sensor is not where any hypothesis predicts it.
-  [[nodiscard]] double doubt_of_prediction(const Scan& scan) const {
-    constexpr double kAcceleration = 1.0;  // [m/s^2]; standard deviation
-    constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
-    constexpr double kMost = 0.9;
-    const Hypothesis& best = hypotheses.front();
-    const bool driven = scan.odometry && best.motion.has_odometry();
-    if (best.initial || driven || !stamp) return kCarriedAway;
-    const double seconds = scan.stamp - *stamp;
-    const double sigma = 0.5 * kAcceleration * seconds * seconds;
-    return std::min(kMost, kCarriedAway + std::erfc(kBasin / (sigma * std::numbers::sqrt2)));
-  }
-
   /// Whether no other poses need to be looked for.
   [[nodiscard]] bool is_sure(const std::optional<PosePrior>& prior) const {
     constexpr double kDisagreement = -1.0;
@@ -205,45 +193,37 @@ struct Localizer::State {
            agreement(hypotheses.front().pose(), prior) > kDisagreement;
   }
 
-  /// Looks for other poses that the sensor may have, and adds them to the hypotheses.
-  /// @param everywhere  at once, not near the prediction first
-  Result<void> search(const Scan& scan, const PreparedScan& prepared, bool everywhere,
-                      ScanReport& report) {
+  /// How the sensor moved since the scan before: by odometry, otherwise as the best hypothesis did.
+  [[nodiscard]] Pose step_to(const Scan& scan) const {
+    if (odometry && scan.odometry) return odometry->inverse() * *scan.odometry;
+    return hypotheses.empty() ? Pose{} : hypotheses.front().step();
+  }
+
+  /// @param weighed  whether the scan was
+  void begin_search(const Scan& scan, const PreparedScan& prepared, bool weighed) {
     const auto predicted =
         hypotheses.empty() ? std::nullopt : std::optional(hypotheses.front().predicted);
     const auto area =
-        search_area(scan.prior, predicted, index.map_bounds, doubtful_scans, everywhere, params);
-    if (!area) return {};
-    const Stopwatch stopwatch;
-    VANTAGE_TRY(const auto reference, weighing.reference(prepared));
-    if (!reference) return {};  // too sparse for anything
-    VANTAGE_TRY(const bool searchable, need_places());
-    if (!searchable) return {};
-    VANTAGE_TRY(const Finds found, search_pose(index, maps, *places, prepared.points,
-                                               Weighing::scored(prepared), *reference, *area));
-    report.seconds_search = stopwatch.seconds();
-    const double recall = !area->complete           ? kRecall * kInArea
-                          : area->radius <= kNarrow ? kRecallNarrow
-                                                    : kRecall;
-    compared = compared || area->complete;
-    for (const Find& find : found.finds) add(find, recall, found.aligned, scan);
-    return {};
+        search_area(scan.prior, predicted, index.map_bounds, doubtful_scans, surprised, params);
+    if (!area) return;
+    startled = surprised = false;
+    job.begin(scan.stamp, {prepared, weighed ? weighing.fresh_reference() : std::nullopt, *area});
   }
 
-  /// Whether there is an index of places. A bundle of an older version that holds prepared maps
-  /// only has none: its maps can be tracked in, but not searched.
-  Result<bool> need_places() {
-    if (places) return true;
-    auto made = PlaceIndex::of_bundle(index, *bundle.store());
-    if (made) {
-      places = *std::move(made);
-    } else if (made.error().code == ErrorCode::unsupported) {
-      params.recovery_radius = 0.0;
-      compared = true;  // nothing to compare with
-    } else {
-      return fail(std::move(made).error());
+  /// Adds what the search under way found to the hypotheses, once it is known.
+  Result<void> take_finds(const Scan& scan, const PreparedScan& prepared) {
+    auto known = job.answer(scan.stamp);
+    if (!known) return {};
+    VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
+    if (!answer.searchable) params.recovery_radius = 0.0;
+    if (known->T_then_now) {
+      VANTAGE_TRY(answer.found.finds,
+                  align_again(answer.found.finds, *known->T_then_now, prepared.points,
+                              Weighing::scored(prepared), answer.to_itself));
     }
-    return places.has_value();
+    compared = compared || !answer.searchable || (answer.compared && !startled);
+    for (const Find& f : answer.found.finds) add(f, answer.recall, answer.found.aligned, scan);
+    return {};
   }
 
   void add(const Find& find, double recall, std::size_t aligned, const Scan& scan) {
@@ -258,6 +238,7 @@ struct Localizer::State {
                    .initial = pose,
                    .predicted = pose,
                    .region = find.region,
+                   .map = find.map,
                    .alignment = find.alignment,
                    .failure = {},
                    .evidence = find.evidence};
@@ -314,8 +295,11 @@ struct Localizer::State {
   void forget_everything(bool lost) {
     hypotheses.clear();
     belief = Belief();
+    job.drop();
     stamp.reset();
+    odometry.reset();
     compared = params.recovery_radius == 0.0;  // nothing to compare with
+    startled = surprised = false;
     doubtful_scans = 0;
     weighing.forget();
     verdict.forget(lost);
@@ -402,7 +386,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   std::vector<double> comparison;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(scan, prepared.points, report));
-    s.belief.forget(s.doubt_of_prediction(scan));
+    s.belief.forget(doubt_of_prediction(s.hypotheses.front(), scan, s.stamp));
     if (s.weighing.is_due(s.hypotheses, s.belief.of(0))) {
       const ScopeTimer timer(report.seconds_verdict);
       auto news = s.weighing(prepared, scan.prior, s.hypotheses);
@@ -413,15 +397,22 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     }
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
-  const bool surprised = !s.hypotheses.empty() && s.weighing.is_surprising(s.hypotheses.front());
-  if (surprised || (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5)) {
+  const bool surprise = !s.hypotheses.empty() && s.weighing.is_surprising(s.hypotheses.front());
+  if (surprise || (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5)) {
+    s.startled = s.startled || s.compared || surprise;
+    s.surprised = s.surprised || surprise;
     s.compared = s.params.recovery_radius == 0.0;
   }
   const bool sure = s.is_sure(scan.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
-  if (!sure && !prepared.points.empty()) {
-    auto searched = s.search(scan, prepared, surprised, report);
-    if (!searched) return during(std::move(searched).error());
+  s.job.move(s.step_to(scan));
+  const Stopwatch search;
+  if (!sure && !prepared.points.empty() && !s.job.under_way()) {
+    s.begin_search(scan, prepared, !comparison.empty());
+  }
+  if (s.job.under_way() && !prepared.points.empty()) {
+    if (auto taken = s.take_finds(scan, prepared); !taken) return during(std::move(taken).error());
+    report.seconds_search = search.seconds();
     // The finds take part in the comparison.
     const ScopeTimer timer(report.seconds_verdict);
     std::vector<double> anew = s.weighing.compare(s.hypotheses);
@@ -429,6 +420,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.belief.weigh(anew);
   }
   s.stamp = scan.stamp;
+  s.odometry = scan.odometry;
   if (s.hypotheses.empty()) {
     report.reason = "the sensor has not been found yet";
     report.has_pose = false;

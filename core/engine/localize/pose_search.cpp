@@ -9,6 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "evenly_picked.hpp"
+
 namespace vantage {
 namespace {
 
@@ -49,63 +51,45 @@ PointCloud upright_part(PointsView scan) {
   return upright;
 }
 
-/// The region that owns a place, otherwise the nearest one with a map.
-RegionId region_at(const MapIndex& index, const Point& place) {
-  const auto owner = index.partition.locate(place);
-  if (owner && !index.regions[owner->value].empty()) return *owner;
-  RegionId nearest;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
-    if (index.regions[r].empty()) continue;
-    const double away = distance(index.partition[RegionId{r}].footprint, place.head<2>());
-    if (away < least) {
-      least = away;
-      nearest = RegionId{r};
-    }
-  }
-  return nearest;
-}
-
 struct Start {
   RegionId region;
+  std::shared_ptr<const ReadyRegion> map;
   Pose T_map_scan;
 };
 
-/// Aligns from every start; starts from which nothing matches are left out.
-Result<std::vector<Find>> align_from(const RegionMaps& maps, PointsView scan, PointsView some,
-                                     const Fit& to_itself, const std::vector<Start>& starts) {
-  std::map<RegionId, std::vector<Pose>> by_region;
-  for (const Start& start : starts) by_region[start.region].push_back(start.T_map_scan);
-  std::vector<Find> finds;
-  for (const auto& [region, poses] : by_region) {
-    VANTAGE_TRY(const auto ready, maps.borrow(region));
-    std::vector<Result<std::optional<Find>>> found(poses.size());
-    tbb::parallel_for(
-        std::size_t{0}, poses.size(), [&, &from = poses, &in = region](std::size_t k) {
-          found[k] = [&]() -> Result<std::optional<Find>> {
-            auto alignment = ready->target->align(scan, from[k]);
-            if (!alignment) {
-              if (alignment.error().code == ErrorCode::too_few_matches)
-                return std::optional<Find>();
-              return fail(std::move(alignment).error());
-            }
-            if (!is_valid(alignment->T_map_scan)) return std::optional<Find>();
-            VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, alignment->T_map_scan));
-            return std::optional<Find>(
-                Find{in, *std::move(alignment), evidence_of(fit, to_itself)});
-          }();
-        });
-    for (auto& find : found) {
-      VANTAGE_TRY(auto one, std::move(find));
-      if (one) finds.push_back(*std::move(one));
-    }
+/// Nothing if nothing matches there.
+Result<std::optional<Find>> align_at(const Start& start, PointsView scan, PointsView some,
+                                     const Fit& to_itself) {
+  const MatchTarget& target = *start.map->target;
+  auto alignment = target.align(scan, start.T_map_scan);
+  if (!alignment) {
+    if (alignment.error().code == ErrorCode::too_few_matches) return std::optional<Find>();
+    return fail(std::move(alignment).error());
   }
-  // A stable order: regions and starts have one.
+  if (!is_valid(alignment->T_map_scan)) return std::optional<Find>();
+  VANTAGE_TRY(const Fit fit, fit_at(target, some, alignment->T_map_scan));
+  return Find{start.region, start.map, *std::move(alignment), evidence_of(fit, to_itself)};
+}
+
+/// Aligns from every start; starts from which nothing matches are left out.
+Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsView scan,
+                                     PointsView some, const Fit& to_itself) {
+  std::vector<Result<std::optional<Find>>> found(starts.size());
+  tbb::parallel_for(std::size_t{0}, starts.size(),
+                    [&](std::size_t k) { found[k] = align_at(starts[k], scan, some, to_itself); });
+  std::vector<Find> finds;
+  for (auto& find : found) {
+    VANTAGE_TRY(auto one, std::move(find));
+    if (one) finds.push_back(*std::move(one));
+  }
+  // A stable order: starts have one.
   std::stable_sort(finds.begin(), finds.end(), [](const Find& a, const Find& b) {
     return a.evidence.share > b.evidence.share;
   });
   return finds;
 }
+
+Start start_at(const Find& find) { return {find.region, find.map, find.alignment.T_map_scan}; }
 
 /// Starts around a pose. On a map that has changed, one alignment often ends some decimetres off.
 std::vector<Start> starts_around(const Find& find) {
@@ -114,13 +98,34 @@ std::vector<Start> starts_around(const Find& find) {
   std::vector<Start> starts;
   for (const double side : {-1.0, 1.0}) {
     for (const Eigen::Index axis : {0, 1}) {
-      Pose moved = find.alignment.T_map_scan;
-      moved.translation += side * kMoved * R.col(axis);
-      starts.push_back({find.region, moved});
+      Start moved = start_at(find);
+      moved.T_map_scan.translation += side * kMoved * R.col(axis);
+      starts.push_back(std::move(moved));
     }
-    Pose turned = find.alignment.T_map_scan;
-    turned.rotation = rotation_from_vector({0.0, 0.0, side * kTurned}) * turned.rotation;
-    starts.push_back({find.region, turned});
+    Start turned = start_at(find);
+    turned.T_map_scan.rotation =
+        rotation_from_vector({0.0, 0.0, side * kTurned}) * turned.T_map_scan.rotation;
+    starts.push_back(std::move(turned));
+  }
+  return starts;
+}
+
+/// The places worth trying, region by region, with their maps.
+Result<std::vector<Start>> starts_at(const SearchedBundle& bundle, const std::vector<Place>& places,
+                                     const Pose& T_level_sensor, SearchWork& work,
+                                     const std::stop_token& stop) {
+  std::map<RegionId, std::vector<Pose>> by_region;
+  for (const Place& place : places) {
+    if (place.contrast < kWorthTrying * places.front().contrast) break;
+    const Pose T_map_scan = place.T_map_scan * T_level_sensor;
+    by_region[bundle.regions.at(T_map_scan.translation)].push_back(T_map_scan);
+  }
+  std::vector<Start> starts;
+  for (const auto& [region, poses] : by_region) {
+    if (stop.stop_requested()) break;
+    VANTAGE_TRY(const auto map, bundle.maps.borrow(region));
+    work.loaded += map->map_points;
+    for (const Pose& pose : poses) starts.push_back({region, map, pose});
   }
   return starts;
 }
@@ -147,36 +152,51 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 
 }  // namespace
 
-Result<Finds> search_pose(const MapIndex& index, const RegionMaps& maps, const PlaceIndex& places,
-                          PointsView scan, PointsView some, const Fit& to_itself,
-                          const PlaceArea& area) {
-  PointCloud upright = upright_part(scan);
+Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
+                          const Fit& to_itself, const PlaceArea& area, const Pose& T_level_sensor,
+                          const std::stop_token& stop) {
+  PointCloud level;
+  level.reserve(scan.size());
+  for (const Point& p : scan) level.push_back(T_level_sensor * p);
+  PointCloud upright = upright_part(level);
   constexpr std::size_t kFewest = 60;  // fewer points do not tell one place from another
-  if (upright.size() < kFewest) upright.assign(scan.begin(), scan.end());
-  std::vector<Start> starts;
-  double best = 0.0;
-  for (const Place& place : find_places(places, upright, area, kPlaces)) {
-    best = std::max(best, place.contrast);
-    if (place.contrast < kWorthTrying * best) break;
-    starts.push_back({region_at(index, place.T_map_scan.translation), place.T_map_scan});
-  }
-  Finds result{.finds = {}, .aligned = starts.size()};
-  VANTAGE_TRY(const auto first,
-              align_from(maps, evenly_picked(scan, kFirstPoints), some, to_itself, starts));
+  if (upright.size() < kFewest) upright = std::move(level);
+  const PlacesFound places = find_places(bundle.places, upright, area, kPlaces, stop);
+  Finds result;
+  result.work.words = places.words;
+  VANTAGE_TRY(std::vector<Start> starts,
+              starts_at(bundle, places.places, T_level_sensor, result.work, stop));
+  result.aligned = starts.size();
+  if (stop.stop_requested()) return result;
+
+  const auto align = [&](PointsView points, const std::vector<Start>& from) {
+    result.work.aligned += from.size() * points.size();
+    return align_from(from, points, some, to_itself);
+  };
+  VANTAGE_TRY(const auto first, align(evenly_picked(scan, kFirstPoints), starts));
   starts.clear();
-  for (const Find& find : different(first, kWhole)) {
-    starts.push_back({find.region, find.alignment.T_map_scan});
-  }
-  VANTAGE_TRY(auto found, align_from(maps, scan, some, to_itself, starts));
+  for (const Find& find : different(first, kWhole)) starts.push_back(start_at(find));
+  VANTAGE_TRY(auto found, align(scan, starts));
   found = different(found, kWhole);
   if (!found.empty()) {
-    VANTAGE_TRY(const auto near, align_from(maps, scan, some, to_itself, starts_around(found[0])));
+    VANTAGE_TRY(const auto near, align(scan, starts_around(found[0])));
     for (const Find& find : near) {
       if (level_of(find) > level_of(found[0])) found[0] = find;
     }
   }
   result.finds = different(found, kWhole);
   return result;
+}
+
+Result<std::vector<Find>> align_again(const std::vector<Find>& finds, const Pose& T_then_now,
+                                      PointsView scan, PointsView some, const Fit& to_itself) {
+  std::vector<Start> starts;
+  for (const Find& find : finds) {
+    starts.push_back(start_at(find));
+    starts.back().T_map_scan = starts.back().T_map_scan * T_then_now;
+  }
+  VANTAGE_TRY(const auto again, align_from(starts, scan, some, to_itself));
+  return different(again, finds.size());
 }
 
 }  // namespace vantage

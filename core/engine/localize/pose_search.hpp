@@ -1,11 +1,15 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
+#include <stop_token>
 #include <vector>
 
 #include "localize/evidence.hpp"
+#include "localize/regions_ahead.hpp"
 #include "places/place_search.hpp"
 #include "vantage/engine/region_maps.hpp"
-#include "vantage/map_store.hpp"
+#include "vantage/pose.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {
@@ -13,23 +17,53 @@ namespace vantage {
 /// A pose from which a scan may have been taken.
 struct Find {
   RegionId region;
+  std::shared_ptr<const ReadyRegion> map;  ///< of the region
   Alignment alignment;
   Evidence evidence;
 };
 
+/// How much there was to do; the same on any machine.
+struct SearchWork {
+  std::uint64_t words = 0;    ///< PlacesFound::words
+  std::uint64_t aligned = 0;  ///< points of the scan, in each alignment
+  std::uint64_t loaded = 0;   ///< points of the region maps, whether or not they were ready
+  [[nodiscard]] bool operator==(const SearchWork&) const = default;
+};
+
 struct Finds {
-  std::vector<Find> finds;  ///< no two of them are the same pose; the best evidence comes first
+  std::vector<Find> finds =
+      {};                   ///< no two of them are the same pose; the best evidence comes first
   std::size_t aligned = 0;  ///< number of places where the scan was aligned
+  SearchWork work = {};
+};
+
+/// The parts of a bundle that a search reads.
+struct SearchedBundle {
+  const RegionsAhead& regions;
+  const RegionMaps& maps;
+  const PlaceIndex& places;
 };
 
 /// Finds poses from which a scan may have been taken. It aligns the scan at the places that fit
 /// best (see find_places), and loads only the regions of these places.
-/// @param scan       N points, sensor frame [m], evenly thinned
-/// @param some       the points that are scored, sensor frame [m]
-/// @param to_itself  the fit of the points `some` to their own scan
+/// @param scan            N points, sensor frame [m], evenly thinned
+/// @param some            the points that are scored, sensor frame [m]
+/// @param to_itself       the fit of the points `some` to their own scan
+/// @param T_level_sensor  turns the scan so that z is up
+/// @param stop            ends the search early; the answer is then worthless
 /// Errors: those of RegionMaps::borrow and of the matcher, except `too_few_matches`.
-[[nodiscard]] Result<Finds> search_pose(const MapIndex& index, const RegionMaps& maps,
-                                        const PlaceIndex& places, PointsView scan, PointsView some,
-                                        const Fit& to_itself, const PlaceArea& area);
+[[nodiscard]] Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan,
+                                        PointsView some, const Fit& to_itself,
+                                        const PlaceArea& area, const Pose& T_level_sensor,
+                                        const std::stop_token& stop);
+
+/// Aligns a later scan at the poses that were found for an earlier one.
+/// @param T_then_now  how the sensor moved in between
+/// @param some        points of the scan that are scored
+/// @param to_itself   the fit to itself of the earlier scan, or of the later one
+/// Errors: those of the matcher, except `too_few_matches`.
+[[nodiscard]] Result<std::vector<Find>> align_again(const std::vector<Find>& finds,
+                                                    const Pose& T_then_now, PointsView scan,
+                                                    PointsView some, const Fit& to_itself);
 
 }  // namespace vantage

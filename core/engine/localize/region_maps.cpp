@@ -55,6 +55,7 @@ struct RegionMaps::State {
   mutable std::mutex mutex;  // guards the members below
   mutable std::condition_variable_any changed;
   std::unordered_map<std::uint32_t, Entry> entries;
+  std::unordered_map<std::uint32_t, std::weak_ptr<const ReadyRegion>> lent;  // not in `entries`
   std::unordered_set<std::uint32_t> loading;   // which some thread is loading right now
   std::unordered_set<std::uint32_t> given_up;  // expected, but failed or did not fit
   std::vector<RegionId> expected;
@@ -67,6 +68,12 @@ struct RegionMaps::State {
 
   [[nodiscard]] bool is_expected(std::uint32_t region) const {
     return std::find(expected.begin(), expected.end(), RegionId{region}) != expected.end();
+  }
+
+  /// A map that somebody has borrowed and still holds; nullptr if there is none.
+  [[nodiscard]] Ready borrowed(std::uint32_t region) const {
+    const auto one = lent.find(region);
+    return one == lent.end() ? nullptr : one->second.lock();
   }
 
   /// The next region for the loader.
@@ -115,6 +122,8 @@ struct RegionMaps::State {
 
   /// @return  the entries that made room for it; destroy them without the lock
   [[nodiscard]] std::vector<Ready> keep(std::uint32_t region, Ready ready) {
+    // A map that was borrowed may have been taken while it was loaded.
+    if (entries.contains(region)) return {std::move(ready)};
     entries[region] = {std::move(ready), takes};
     return shrink();
   }
@@ -170,6 +179,12 @@ Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
       dropped = s.shrink();
       return taken;
     }
+    if (Ready ready = s.borrowed(r)) {
+      s.taken_last = r;
+      ++s.takes;
+      dropped = s.keep(r, ready);
+      return Taken{std::move(ready), blocked};
+    }
     blocked = true;
     if (!s.loading.contains(r)) break;
     s.changed.wait(lock, [&] { return !s.loading.contains(r); });
@@ -194,8 +209,15 @@ Result<Ready> RegionMaps::borrow(RegionId region) const {
     const std::scoped_lock lock(state_->mutex);
     const auto entry = state_->entries.find(region.value);
     if (entry != state_->entries.end()) return entry->second.ready;
+    if (Ready ready = state_->borrowed(region.value)) return ready;
   }
-  return make_ready(state_->store, state_->matcher, region);
+  auto ready = make_ready(state_->store, state_->matcher, region);
+  if (ready) {
+    const std::scoped_lock lock(state_->mutex);
+    std::erase_if(state_->lent, [](const auto& one) { return one.second.expired(); });
+    state_->lent[region.value] = *ready;
+  }
+  return ready;
 }
 
 void RegionMaps::expect(std::vector<RegionId> regions) {

@@ -41,6 +41,11 @@ RegionId RegionsAhead::nearest(const Eigen::Vector2d& xy) const {
   return nearest;
 }
 
+RegionId RegionsAhead::at(const Point& place) const {
+  const auto owner = index_.partition.locate(place);
+  return owner && !index_.regions[owner->value].empty() ? *owner : nearest(place.head<2>());
+}
+
 std::vector<RegionId> RegionsAhead::operator()(const Eigen::Vector2d& xy,
                                                const Eigen::Vector2d& velocity, double seconds,
                                                double margin) const {

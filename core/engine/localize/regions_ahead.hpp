@@ -7,7 +7,8 @@
 
 namespace vantage {
 
-/// Finds the regions that a sensor is about to enter.
+/// Finds the regions that a sensor is in or about to enter.
+/// Thread safety: const methods may run on one object from many threads at once.
 class RegionsAhead {
  public:
   /// @param index  must outlive the object
@@ -15,6 +16,9 @@ class RegionsAhead {
 
   /// The region with a map that is nearest to a place; there always is one.
   [[nodiscard]] RegionId nearest(const Eigen::Vector2d& xy) const;
+
+  /// The region that owns a place if it has a map, otherwise the nearest with one.
+  [[nodiscard]] RegionId at(const Point& place) const;
 
   /// The regions with a map that are within `margin` of the way ahead, in the order in which the
   /// sensor reaches them. The way is a straight line, with an allowance for turns.

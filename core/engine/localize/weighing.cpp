@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "evenly_picked.hpp"
+
 namespace vantage {
 namespace {
 
@@ -65,6 +67,19 @@ double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
   return std::max(-kMost, std::min(0.0, kElsewhere - 0.5 * squared));
 }
 
+double doubt_of_prediction(const Hypothesis& best, const Scan& scan,
+                           const std::optional<double>& last_stamp) {
+  constexpr double kCarriedAway = 2e-5;  // between two scans, unnoticed
+  constexpr double kAcceleration = 1.0;  // [m/s^2]; standard deviation
+  constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
+  constexpr double kMost = 0.9;
+  const bool driven = scan.odometry && best.motion.has_odometry();
+  if (best.initial || driven || !last_stamp) return kCarriedAway;
+  const double seconds = scan.stamp - *last_stamp;
+  const double sigma = 0.5 * kAcceleration * seconds * seconds;
+  return std::min(kMost, kCarriedAway + std::erfc(kBasin / (sigma * std::numbers::sqrt2)));
+}
+
 PointCloud Weighing::scored(const PreparedScan& scan) {
   return evenly_picked(scan.points, kScored);
 }
@@ -75,10 +90,6 @@ bool Weighing::is_surprising(const Hypothesis& one) const {
   if (!one.alignment || !(last_level_ > 0.0)) return false;
   const double fall = std::log(last_level_ / std::max(level_of(*one.alignment), kLeastLevel));
   return fall > kUnusual * std::max(usual_change_, kLeastChange);
-}
-
-Result<std::optional<Fit>> Weighing::reference(const PreparedScan& scan) const {
-  return fit_to_itself(matcher_, scan.finite, scored(scan));
 }
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
@@ -92,6 +103,7 @@ bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) 
 Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
                                                  const std::optional<PosePrior>& prior,
                                                  std::vector<Hypothesis>& hypotheses) {
+  fresh_ = false;
   const PointCloud some = scored(scan);
   const Point at = hypotheses.front().pose().translation;
   VANTAGE_CHECK(renew_reference(scan, at));
@@ -137,8 +149,9 @@ double Weighing::of(const Evidence& evidence, const Pose& pose,
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
   if (reference_ && (at - reference_at_).norm() < kSurroundings) return {};
-  VANTAGE_TRY(reference_, reference(scan));
+  VANTAGE_TRY(reference_, fit_to_itself(matcher_, scan.finite, scored(scan)));
   reference_at_ = at;
+  fresh_ = true;
   return {};
 }
 
@@ -175,6 +188,7 @@ void Weighing::forget() {
   usual_level_ = last_level_ = 0.0;
   usual_change_ = kFirstChange;
   reference_.reset();
+  fresh_ = false;
   weighed_at_.reset();
   news_ = 1.0;
   share_ = 0.0;

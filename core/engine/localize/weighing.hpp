@@ -13,6 +13,11 @@ namespace vantage {
 /// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-10, 0]; 0 without a prior.
 [[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
 
+/// The probability that the sensor is not where the best hypothesis predicts it.
+/// @param last_stamp  of the scan before, if there was one [s]
+[[nodiscard]] double doubt_of_prediction(const Hypothesis& best, const Scan& scan,
+                                         const std::optional<double>& last_stamp);
+
 /// Measures how strongly a scan supports each hypothesis.
 class Weighing {
  public:
@@ -47,8 +52,10 @@ class Weighing {
 
   /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
-  /// The fit of a scan to itself; none if the scan is too sparse. Errors: those of the matcher.
-  [[nodiscard]] Result<std::optional<Fit>> reference(const PreparedScan& scan) const;
+  /// The fit to itself of the scan that was weighed last, if that scan needed it.
+  [[nodiscard]] std::optional<Fit> fresh_reference() const {
+    return fresh_ ? reference_ : std::nullopt;
+  }
 
   /// Learns from the hypothesis that is reported which fit is usual.
   void learn(const Hypothesis& first, bool tracked);
@@ -68,6 +75,7 @@ class Weighing {
   double usual_change_ = 0.0;     // of the level's logarithm, from scan to scan
   std::optional<Fit> reference_;  // how the scan at `reference_at_` fits itself
   Point reference_at_ = Point::Zero();
+  bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double share_ = 0.0;               // the first hypothesis's share of sharpness then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]

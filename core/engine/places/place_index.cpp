@@ -11,8 +11,9 @@ namespace vantage {
 namespace {
 
 constexpr std::array<char, 8> kPlacesFormat{'v', 'p', 'l', 'a', 'c', 'e', 's', '1'};
-constexpr std::int64_t kMostVoxels = 32768;  // along an edge
-constexpr double kGroundWithin = 8.0;        // [m]
+constexpr std::int64_t kMostVoxels = 32768;    // along an edge
+constexpr int kFarthestVoxel = 1'000'000'000;  // from the world's origin
+constexpr double kGroundWithin = 8.0;          // [m]
 
 /// The order of keys is z, y, x: voxels of a row follow each other.
 std::uint64_t key_of(const Eigen::Vector3i& voxel, const Eigen::Vector3i& extent) {
@@ -49,12 +50,25 @@ tl::unexpected<Error> no_index(const char* reason) {
 
 }  // namespace
 
-Result<PlaceIndex> PlaceIndex::from(std::vector<std::uint64_t> keys, const Eigen::Vector3i& first,
-                                    const Eigen::Vector3i& extent) {
-  PlaceIndex index;
-  index.first_ = first - Eigen::Vector3i(kMargin, kMargin, 0);
-  index.size_ = extent + Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
-  index.words_ = std::size_t(index.size_.x() + 63) / 64 + 3;
+std::uint64_t PlaceIndex::most_memory(std::uint64_t voxels) noexcept {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30U, kAlways = std::uint64_t{64} << 20U;
+  constexpr std::uint64_t kPerVoxel = 4096;  // a street takes a hundredth of that
+  return voxels > (kMost - kAlways) / kPerVoxel ? kMost : kAlways + kPerVoxel * voxels;
+}
+
+PlaceIndex::PlaceIndex(const Eigen::Vector3i& first, const Eigen::Vector3i& extent)
+    : first_(first - Eigen::Vector3i(kMargin, kMargin, 0)),
+      size_(extent + Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0)),
+      words_(std::size_t(size_.x() + 63) / 64 + 3) {}
+
+std::uint64_t PlaceIndex::memory() const noexcept {
+  return sizeof(std::uint64_t) * words_in_layer() * std::uint64_t(size_.z()) +
+         sizeof(std::int16_t) * std::uint64_t(size_.x()) * std::uint64_t(size_.y());
+}
+
+PlaceIndex PlaceIndex::from(const std::vector<std::uint64_t>& keys, const Eigen::Vector3i& first,
+                            const Eigen::Vector3i& extent) {
+  PlaceIndex index(first, extent);
   index.bits_.assign(index.words_in_layer() * std::size_t(extent.z()) + 3, 0);
   for (const std::uint64_t key : keys) {
     const auto x = std::size_t(key % std::uint64_t(extent.x())) + kMargin;
@@ -72,7 +86,7 @@ Result<PlaceIndex> PlaceIndex::of(PointsView map) {
   VANTAGE_CHECK(check_points(map, "the map"));
   const Bounds3 bounds = bounds_of(map);
   const Eigen::Array3d low = in_voxels(bounds.min), high = in_voxels(bounds.max);
-  if (((high - low) >= double(kMostVoxels)).any() || (low.abs() > 1e9).any()) {
+  if (((high - low) >= double(kMostVoxels)).any() || (low.abs() > kFarthestVoxel).any()) {
     return fail(ErrorCode::invalid_input, "the map is longer than " +
                                               std::to_string(kMostVoxels * 3 / 2) +
                                               " m: too large for one index of places");
@@ -87,7 +101,14 @@ Result<PlaceIndex> PlaceIndex::of(PointsView map) {
   }
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  return from(std::move(keys), first, extent);
+  if (PlaceIndex(first, extent).memory() > most_memory(keys.size())) {
+    return fail(ErrorCode::invalid_input,
+                "the map has " + std::to_string(keys.size()) + " voxels in a box of " +
+                    std::to_string(extent.x()) + " x " + std::to_string(extent.y()) + " x " +
+                    std::to_string(extent.z()) +
+                    " of them: too large for one index of places; are there points far away?");
+  }
+  return from(keys, first, extent);
 }
 
 std::vector<std::uint64_t> PlaceIndex::keys() const {
@@ -133,13 +154,18 @@ Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
   if (header.format != kPlacesFormat) return no_index("is of another version");
   const Eigen::Vector3i first(header.first[0], header.first[1], header.first[2]);
   const Eigen::Vector3i extent(header.extent[0], header.extent[1], header.extent[2]);
-  if ((extent.array() < 1).any() || (extent.array() > int{kMostVoxels}).any()) {
+  if ((extent.array() < 1).any() || (extent.array() > int{kMostVoxels}).any() ||
+      (first.array() < -kFarthestVoxel).any() || (first.array() > kFarthestVoxel).any()) {
     return no_index("has an impossible size");
   }
   const std::uint64_t end =
       std::uint64_t(extent.x()) * std::uint64_t(extent.y()) * std::uint64_t(extent.z());
   bytes = bytes.subspan(sizeof(header));
+  if (header.voxels == 0) return no_index("is empty");
   if (header.voxels > bytes.size()) return no_index("is cut off");
+  if (PlaceIndex(first, extent).memory() > most_memory(header.voxels)) {
+    return no_index("claims a size that its voxels do not need");
+  }
   std::vector<std::uint64_t> keys(header.voxels);
   std::uint64_t key = 0;
   std::size_t at = 0;
@@ -151,9 +177,11 @@ Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
       more = (bytes[at] & std::byte{128}) != std::byte{0};
     }
     if (key >= end) return no_index("names a voxel outside its extent");
+    if (&next != keys.data() && key <= *(&next - 1)) return no_index("names a voxel twice");
     next = key;
   }
-  return from(std::move(keys), first, extent);
+  if (at != bytes.size()) return no_index("has bytes after its end");
+  return from(keys, first, extent);
 }
 
 Result<PlaceIndex> PlaceIndex::of_bundle(const MapIndex& index, const MapStore& store) {

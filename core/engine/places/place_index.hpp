@@ -23,9 +23,14 @@ class PlaceIndex {
   static constexpr const char* kAttachment = "places";
 
   /// @param map  N points, map frame [m]; finite
-  /// Errors: `invalid_input` for a map with more than 32768 voxels along an edge.
+  /// Errors: `invalid_input` for a map that is too large for the index: more than 32768 voxels
+  /// along an edge, or more memory than `most_memory`.
   [[nodiscard]] static Result<PlaceIndex> of(PointsView map);
-  /// Errors: `corrupt_data` for bytes that `encode` cannot have made.
+  /// The memory that the index of so many voxels may take [bytes]: 1 GiB, which is a city of
+  /// 10 x 10 km, and less for a few voxels that lie far apart.
+  [[nodiscard]] static std::uint64_t most_memory(std::uint64_t voxels) noexcept;
+  /// Takes no more memory than `most_memory` of the voxels that the bytes hold.
+  /// Errors: `corrupt_data` for bytes that `encode` does not make.
   [[nodiscard]] static Result<PlaceIndex> decode(std::span<const std::byte> bytes);
   [[nodiscard]] std::vector<std::byte> encode() const;
 
@@ -58,11 +63,12 @@ class PlaceIndex {
   }
 
  private:
-  PlaceIndex() = default;
-  [[nodiscard]] static Result<PlaceIndex> from(std::vector<std::uint64_t> keys,
-                                               const Eigen::Vector3i& first,
-                                               const Eigen::Vector3i& extent);
+  /// An empty index. @param extent  without the margin, at least 1 each
+  PlaceIndex(const Eigen::Vector3i& first, const Eigen::Vector3i& extent);
+  [[nodiscard]] static PlaceIndex from(const std::vector<std::uint64_t>& keys,
+                                       const Eigen::Vector3i& first, const Eigen::Vector3i& extent);
   [[nodiscard]] std::vector<std::uint64_t> keys() const;
+  [[nodiscard]] std::uint64_t memory() const noexcept;  // [bytes] of `bits_` and `lowest_`
   void find_lowest();
 
   Eigen::Vector3i first_ = Eigen::Vector3i::Zero();  // voxel (0, 0, 0), in voxels from the world's

@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-#include "localize/evidence.hpp"
+#include "evenly_picked.hpp"
 
 namespace vantage {
 namespace {
@@ -147,14 +147,18 @@ class Turned {
     by_layer_.resize(std::size_t(index.size().z() + kLayersAbove));
   }
 
-  [[nodiscard]] std::vector<Try> best() && {
+  struct Best {
+    std::vector<Try> tries;
+    std::uint64_t words = 0;
+  };
+  [[nodiscard]] Best best(const std::stop_token& stop) && {
     const int words = last_.x() / 64;
-    for (int word = first_.x() / 64; word <= words; word += 2) {
+    for (int word = first_.x() / 64; word <= words && !stop.stop_requested(); word += 2) {
       for (int y = first_.y(); y <= last_.y(); ++y) try_at(word, y);
     }
     std::sort(tries_.begin(), tries_.end(), better);
     if (tries_.size() > kPerHeading) tries_.resize(kPerHeading);
-    return std::move(tries_);
+    return {std::move(tries_), work_};
   }
 
  private:
@@ -188,7 +192,9 @@ class Turned {
     };
     add(std::min(kDecided, here.size()));
     const Bits may = counters.at_least(std::max(0, limit_ - (points - int(k))));
+    work_ += k;
     if ((may[0] | may[1]) == 0) return;
+    work_ += here.size() - k;
     add(here.size());
     for (; k < here.size(); ++k) counters.add(bits_at(base, here[k]));
     const Bits found = counters.at_least(limit_);
@@ -229,6 +235,7 @@ class Turned {
   int limit_;  // tries with fewer hits are not among the best
   std::vector<std::vector<Step>> by_layer_;
   std::vector<Try> tries_;
+  std::uint64_t work_ = 0;
 };
 
 /// The share of the points that hit, less that share 4 and 7 m around.
@@ -273,20 +280,24 @@ std::vector<int> headings_in(const PlaceArea& area) {
 
 }  // namespace
 
-std::vector<Place> find_places(const PlaceIndex& index, PointsView scan, const PlaceArea& area,
-                               std::size_t most) {
+PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceArea& area,
+                        std::size_t most, const std::stop_token& stop) {
   const PointCloud points = picked(scan);
   if (points.empty()) return {};
   const std::vector<int> headings = headings_in(area);
   std::vector<Steps> steps(kHeadings);
-  std::vector<std::vector<Try>> by_heading(headings.size());
+  std::vector<Turned::Best> by_heading(headings.size());
   tbb::parallel_for(std::size_t{0}, headings.size(), [&](std::size_t k) {
     const auto heading = std::size_t(headings[k]);
     steps[heading] = turned(points, headings[k]);
-    by_heading[k] = Turned(index, steps[heading], area, headings[k]).best();
+    by_heading[k] = Turned(index, steps[heading], area, headings[k]).best(stop);
   });
+  PlacesFound found;
   std::vector<Try> tries;
-  for (const auto& some : by_heading) tries.insert(tries.end(), some.begin(), some.end());
+  for (const auto& [some, words] : by_heading) {
+    tries.insert(tries.end(), some.begin(), some.end());
+    found.words += words;
+  }
   std::sort(tries.begin(), tries.end(), better);
 
   // Of neighbours, the best.
@@ -304,7 +315,7 @@ std::vector<Place> find_places(const PlaceIndex& index, PointsView scan, const P
   });
   std::stable_sort(weighed.begin(), weighed.end(),
                    [](const Place& a, const Place& b) { return a.contrast > b.contrast; });
-  std::vector<Place> places;
+  std::vector<Place>& places = found.places;
   for (const Place& place : weighed) {
     if (places.size() == most) break;
     const bool known = std::any_of(places.begin(), places.end(), [&](const Place& other) {
@@ -313,7 +324,7 @@ std::vector<Place> find_places(const PlaceIndex& index, PointsView scan, const P
     });
     if (!known) places.push_back(place);
   }
-  return places;
+  return found;
 }
 
 }  // namespace vantage

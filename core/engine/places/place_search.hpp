@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
+#include <stop_token>
 #include <vector>
 
 #include "places/place_index.hpp"
@@ -29,14 +31,20 @@ struct Place {
   double contrast = 0.0;
 };
 
+struct PlacesFound {
+  std::vector<Place> places;  ///< that differ from each other, the greatest contrast first
+  std::uint64_t words = 0;    ///< 128 voxels that were compared with a point: the work
+};
+
 /// Finds the places that a scan fits best. It tries all translations by whole voxels, all headings
 /// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby.
 /// It tests 128 translations at once as bits. A bound excludes places that cannot be among the
 /// best. The result does not depend on the number of threads.
 /// @param scan  points on upright things, sensor frame, z up [m]
 /// @param most  how many places to return at most
-/// @return      places that differ from each other, the greatest contrast first
-[[nodiscard]] std::vector<Place> find_places(const PlaceIndex& index, PointsView scan,
-                                             const PlaceArea& area, std::size_t most);
+/// @param stop  ends the search early; the answer is then worthless
+[[nodiscard]] PlacesFound find_places(const PlaceIndex& index, PointsView scan,
+                                      const PlaceArea& area, std::size_t most,
+                                      const std::stop_token& stop = {});
 
 }  // namespace vantage

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include "evenly_picked.hpp"
 #include "fakes.hpp"
 
 using namespace vantage;

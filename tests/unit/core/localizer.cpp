@@ -7,74 +7,15 @@
 #include <thread>
 
 #include "fakes.hpp"
+#include "post_world.hpp"
 #include "vantage/conformance/range_survey.hpp"
 
 using namespace vantage;
 
 namespace {
 
-/// Posts of different heights beside the strips; no two places are alike.
-PointCloud posts() {
-  PointCloud points;
-  for (int i = 0; i < 60; ++i) {
-    const double x = 40.0 * ((i * 37) % 60) / 60.0 - 5.0, y = 30.0 * ((i * 23) % 60) / 60.0 - 15.0;
-    for (double z = 0.2; z < 1.5 + i % 7; z += 0.4) points.emplace_back(x, y, z);
-  }
-  return points;
-}
-
-/// Three strips of 10 m along x; with a gap, strip 1 has no map.
-struct World {
-  std::shared_ptr<test::Memory> memory = std::make_shared<test::Memory>();
-  std::shared_ptr<test::Truth> truth = std::make_shared<test::Truth>();
-  PointCloud posts_of_map = posts();
-  PointCloud scan{{5, 0, 0}, {6, 0, 0}, {0, 7, 1}};
-
-  explicit World(bool gap = false) {
-    truth->scan = scan;
-    test::MemoryStore store(memory);
-    const Partition partition =
-        test::Strips(3).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
-    REQUIRE(store.begin(MapIndex{partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}));
-    for (std::uint32_t r = 0; r < 3; ++r) {
-      RegionMap map;
-      if (!(gap && r == 1)) map.points = posts_of_map;
-      for (int x = 0; x < 10; ++x) map.viewpoints.emplace_back(10.0 * r + x + 0.5, 0, 1);
-      REQUIRE(store.put(RegionId{r}, map));
-    }
-    REQUIRE(store.commit());
-  }
-
-  [[nodiscard]] Localizer localizer(const LocalizerParams& params = {}) const {
-    auto opened = Localizer::open(
-        Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
-        test::in_process<test::TruthMatcher, ScanMatcher>(truth), params);
-    REQUIRE_MESSAGE(opened, to_string(opened.error()));
-    return *std::move(opened);
-  }
-
-  /// Localizes what is seen from a pose.
-  ScanReport look(Localizer& localizer, double stamp, const Pose& T_map_scan) {
-    truth->T_map_scan = T_map_scan;
-    scan.clear();
-    for (const Point& p : posts_of_map) scan.push_back(T_map_scan.inverse() * p);
-    truth->scan = scan;
-    auto report = localizer.localize({stamp, scan, {}});
-    REQUIRE_MESSAGE(report, to_string(report.error()));
-    return *std::move(report);
-  }
-
-  /// Moves the truth to x and localizes a scan there.
-  ScanReport at(Localizer& localizer, double stamp, double x,
-                std::optional<Pose> odometry = {}) const {
-    truth->T_map_scan.translation = {x, 0, 0};
-    auto report = localizer.localize({stamp, scan, odometry});
-    REQUIRE_MESSAGE(report, to_string(report.error()));
-    return *std::move(report);
-  }
-};
-
-Pose at_x(double x) { return pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0}); }
+using World = test::PostWorld;
+using test::at_x;
 
 }  // namespace
 
@@ -484,7 +425,8 @@ TEST_CASE("a bundle of prepared maps without an index of places is tracked in, n
   world.truth->restorable = true;
   Localizer localizer = world.localizer();
   REQUIRE(localizer.start(at_x(1)));
-  const ScanReport report = world.at(localizer, 0.0, 1.0);
+  CHECK(world.at(localizer, 0.0, 1.0).tracking == Tracking::tracked);
+  const ScanReport report = world.at(localizer, 0.1, 1.0);
   CHECK(report.tracking == Tracking::tracked);
-  CHECK(report.seconds_search == 0.0);
+  CHECK(report.seconds_search == 0.0);  // the first has tried
 }

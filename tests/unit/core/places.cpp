@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <cstring>
 #include <random>
 
 #include "fakes.hpp"
@@ -89,6 +90,43 @@ TEST_CASE("bytes that are no index of places are refused, wherever they are cut 
   CHECK_FALSE(PlaceIndex::of(PointCloud{{0, 0, 0}, {1e6, 0, 0}}));
 }
 
+TEST_CASE(
+    "a few bytes cannot ask for much memory, and a map of a few points far apart is refused") {
+  CHECK(PlaceIndex::most_memory(0) == std::uint64_t{64} << 20U);
+  CHECK(PlaceIndex::most_memory(1'000'000'000) == std::uint64_t{1} << 30U);
+  CHECK(PlaceIndex::most_memory(~std::uint64_t{0}) == std::uint64_t{1} << 30U);
+  // 32768 voxels along each edge: 4 TiB of bits.
+  auto bytes = PlaceIndex::of(PointCloud{{0, 0, 0}, {9, 9, 9}})->encode();
+  const std::int32_t edge = 32768;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::memcpy(bytes.data() + 20 + 4 * axis, &edge, sizeof(edge));
+  }
+  const auto forged = PlaceIndex::decode(bytes);
+  REQUIRE_FALSE(forged);
+  CHECK(forged.error().code == ErrorCode::corrupt_data);
+  CHECK(forged.error().message ==
+        "the bundle's index of places claims a size that its voxels do not need");
+
+  const auto sparse = PlaceIndex::of(PointCloud{{0, 0, 0}, {30e3, 30e3, 30e3}});
+  REQUIRE_FALSE(sparse);
+  CHECK(sparse.error().code == ErrorCode::invalid_input);
+  CHECK(sparse.error().message.find("too large for one index of places") != std::string::npos);
+  CHECK(PlaceIndex::of(PointCloud{{0, 0, 0}, {30e3, 0, 0}}));  // a long road is none of that
+
+  auto longer = PlaceIndex::of(PointCloud{{0, 0, 0}, {9, 9, 9}})->encode();
+  longer.push_back(std::byte{1});
+  CHECK_FALSE(PlaceIndex::decode(longer));
+}
+
+TEST_CASE("a search counts its work, the same each time, and more in a larger area") {
+  const PlaceIndex index = PlaceIndex::of(town(5)).value();
+  const PointCloud scan = seen(town(5), pose_from_xyz_rpy({3, 4, 1.5}, {0, 0, 1}));
+  const auto all = find_places(index, scan, {}, 5), again = find_places(index, scan, {}, 5);
+  CHECK(all.words > 0);
+  CHECK(all.words == again.words);
+  CHECK(find_places(index, scan, {.centre = {3, 4}, .radius = 9.0}, 5).words < all.words);
+}
+
 TEST_CASE("a scan is found among all places and headings, and within an area") {
   const PointCloud map = town(3);
   const PlaceIndex index = PlaceIndex::of(map).value();
@@ -96,7 +134,7 @@ TEST_CASE("a scan is found among all places and headings, and within an area") {
        {std::array{10.0, -20.0, 1.0}, {-30.0, 5.0, -2.5}, {0.0, 33.0, 3.1}}) {
     const Pose truth = pose_from_xyz_rpy({x, y, 1.5}, {0, 0, yaw});
     const PointCloud scan = seen(map, truth);
-    const auto places = find_places(index, scan, {}, 5);
+    const auto places = find_places(index, scan, {}, 5).places;
     REQUIRE_FALSE(places.empty());
     CHECK(is_at(places.front(), truth));
     CHECK(places.front().contrast > 0.2);
@@ -106,13 +144,15 @@ TEST_CASE("a scan is found among all places and headings, and within an area") {
       const double apart = (best.translation - other.translation).norm();
       CHECK((apart >= 3.0 || rotation_between(best, other) >= 0.2));
     }
-    const auto near = find_places(
-        index, scan, {.centre = {x + 4.0, y}, .radius = 9.0, .heading = yaw, .heading_within = 0.3},
-        5);
+    const auto near =
+        find_places(index, scan,
+                    {.centre = {x + 4.0, y}, .radius = 9.0, .heading = yaw, .heading_within = 0.3},
+                    5)
+            .places;
     REQUIRE_FALSE(near.empty());
     CHECK(is_at(near.front(), truth));
     for (const Place& place :
-         find_places(index, scan, {.centre = {x + 30.0, y}, .radius = 9.0}, 5)) {
+         find_places(index, scan, {.centre = {x + 30.0, y}, .radius = 9.0}, 5).places) {
       CHECK((place.T_map_scan.translation.head<2>() - Eigen::Vector2d(x + 30.0, y)).norm() < 15.0);
     }
   }
@@ -122,12 +162,12 @@ TEST_CASE("the bits count what a point by point search counts") {
   const PointCloud map = town(7);
   const PlaceIndex index = PlaceIndex::of(map).value();
   const Pose truth = pose_from_xyz_rpy({-12.0, 8.0, 1.5}, {0, 0, 0.0});
-  const auto places = find_places(index, seen(map, truth), {}, 1);
+  const auto places = find_places(index, seen(map, truth), {}, 1).places;
   REQUIRE(places.size() == 1);
   CHECK(is_at(places.front(), truth));
 }
 
 TEST_CASE("nothing is found for an empty scan") {
   const PlaceIndex index = PlaceIndex::of(town(1)).value();
-  CHECK(find_places(index, {}, {}, 5).empty());
+  CHECK(find_places(index, {}, {}, 5).places.empty());
 }

@@ -59,4 +59,7 @@ TEST_CASE("the nearest region with a map") {
   CHECK(ahead.nearest({15, 15}) == RegionId{7});
   CHECK(ahead.nearest({2, 8}) == RegionId{6});
   CHECK(ahead.nearest({100, 100}) == RegionId{17});
+  CHECK(ahead.at({15, 15, 3}) == RegionId{7});
+  CHECK(ahead.at({2, 8, 3}) == RegionId{6});  // its owner has no map
+  CHECK(ahead.at({100, 100, 3}) == RegionId{17});
 }

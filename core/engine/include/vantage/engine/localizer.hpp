@@ -48,10 +48,12 @@ struct ScanReport {
   std::size_t map_points = 0;                        ///< N_point of Eq. 13
   std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, including those ahead
 
-  std::size_t scan_points = 0;               ///< N of Eq. 12, after thinning
-  std::size_t dropped_points = 0;            ///< points that are not finite
-  double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
-  double seconds_search = 0.0;               ///< the search for a lost sensor
+  std::size_t scan_points = 0;     ///< N of Eq. 12, after thinning
+  std::size_t dropped_points = 0;  ///< points that are not finite
+  double seconds_align = 0.0;      ///< T_align: MatchTarget::align at the prediction
+  /// Time that the scan spent on the search for a lost sensor, or waited for one that runs in the
+  /// background (LocalizerParams::live); 0 for a scan that needed none.
+  double seconds_search = 0.0;
   double seconds_verdict = 0.0;              ///< weighing and comparing the poses that are followed
   std::optional<Alignment> alignment;        ///< none if nothing matched
   std::optional<PoseConfidence> confidence;  ///< of `alignment`
@@ -59,8 +61,10 @@ struct ScanReport {
 };
 
 /// Localizes scans, one after the other, against the map of the current region (Sec. 2.4). Results
-/// depend only on the scans, the bundle and the parameters, not on timing or threads.
-/// Not thread safe: use one object per robot.
+/// depend only on the scans, the bundle and the parameters, not on timing or threads, unless
+/// LocalizerParams::live is set. Then searches run in a thread of the object.
+/// Not thread safe: use one object per robot. It may be moved or destroyed at any time; a search
+/// that is under way then goes on, or is ended.
 class VANTAGE_API Localizer {
  public:
   /// Errors: `invalid_input` if the maps of all regions are empty.
@@ -93,7 +97,9 @@ class VANTAGE_API Localizer {
   /// Predicts the pose (from odometry, otherwise with constant velocity), chooses the region of the
   /// last estimate (Eq. 11), switches maps if the region changed, and matches the scan. A scan that
   /// cannot be matched keeps the prediction as its pose. While there is doubt, the scans search for
-  /// other poses in a growing circle. Localization continues in every case.
+  /// other poses in a growing circle. What a search finds later than within
+  /// LocalizerParams::search_budget is moved by the motion since, and aligned again with the scan
+  /// of that moment. Localization continues in every case.
   /// Errors: `invalid_input` before a start, for a stamp that does not increase, or for times that
   /// do not belong to the points; a region map that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);

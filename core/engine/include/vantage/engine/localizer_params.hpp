@@ -1,13 +1,26 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "vantage/params.hpp"
 
 namespace vantage {
+
+/// What is known of a sensor's tilt before it is found.
+enum class Gravity : std::uint8_t {
+  sensor_z,  ///< the sensor's z axis points up, to a few degrees
+  unknown,   ///< the sensor may be held at a tilt of up to 30 degrees
+};
+constexpr auto enum_names(Gravity) {
+  return std::array{std::pair{std::string_view("sensor_z"), Gravity::sensor_z},
+                    std::pair{std::string_view("unknown"), Gravity::unknown}};
+}
 
 /// [localizer]: how scans are prepared, when regions are switched, and how a lost scan is
 /// recognized and the sensor found again.
@@ -23,6 +36,9 @@ struct LocalizerParams {
   std::optional<double> recovery_radius;
   double search_first_radius = 10.0;
   std::uint32_t search_pause = 4;
+  std::optional<double> search_budget;
+  bool live = false;
+  Gravity gravity = Gravity::sensor_z;
   std::uint32_t max_hypotheses = 6;
   bool prefetch = true;
   double prefetch_time = 3.0;
@@ -76,6 +92,17 @@ struct LocalizerParams {
             "search_pause", &LocalizerParams::search_pause, "",
             "once the radius has reached its maximum, the search runs only at every n-th such scan",
             at_least(1)),
+        optional("search_budget", &LocalizerParams::search_budget, "ms",
+                 "a scan waits so long for the search that it needs; a later scan takes what a "
+                 "longer search finds. Left out: no limit, or 20 ms if live. Unless live, the time "
+                 "is counted in work, so that a recording gives the same result on any machine",
+                 non_negative),
+        optional("live", &LocalizerParams::live, "",
+                 "scans come as they are made: searches run in the background, so results depend "
+                 "on timing"),
+        optional("gravity", &LocalizerParams::gravity, "",
+                 "unknown: the sensor may be held at a tilt of up to 30 degrees, and a search "
+                 "levels the scan by the ground that it shows"),
         optional("max_hypotheses", &LocalizerParams::max_hypotheses, "",
                  "this many poses are followed while it is uncertain which of them is right",
                  at_least(1)),

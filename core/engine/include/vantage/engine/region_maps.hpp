@@ -38,7 +38,7 @@ struct ReadyRegion {
 ///
 /// The timing of that thread never changes which map is taken: the caller waits for a region that
 /// is not ready.
-/// Thread safety: `take` and `expect` may run at once from several threads.
+/// Thread safety: `take`, `borrow` and `expect` may run at once from several threads.
 class VANTAGE_API RegionMaps {
  public:
   struct Options {
@@ -61,8 +61,8 @@ class VANTAGE_API RegionMaps {
   /// Errors: those of make_ready; the next call tries again.
   [[nodiscard]] Result<Taken> take(RegionId region);
 
-  /// Returns a region if it is ready. Otherwise loads it for the caller and does not keep it.
-  /// Errors: those of make_ready.
+  /// Returns a region if it is ready, or as long as somebody holds what was borrowed before.
+  /// Otherwise loads it for the caller and does not keep it. Errors: those of make_ready.
   [[nodiscard]] Result<std::shared_ptr<const ReadyRegion>> borrow(RegionId region) const;
 
   /// Announces the regions that will be taken soon, the soonest first. Replaces the previous

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <optional>
+#include <stop_token>
+
+#include "localize/evidence.hpp"
+#include "localize/pose_search.hpp"
+#include "localize/regions_ahead.hpp"
+#include "places/place_index.hpp"
+#include "vantage/engine/localizer_params.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/prepared_scan.hpp"
+#include "vantage/engine/region_maps.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/result.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage {
+
+/// A scan whose pose is searched for. Borrows nothing, so that the search may outlive the scan.
+struct SearchTask {
+  PreparedScan scan;
+  std::optional<Fit> to_itself;  ///< the scan's fit to itself, if it is known already
+  PlaceArea area;
+};
+
+struct SearchAnswer {
+  bool searchable = true;  ///< false: the bundle holds nothing that can be searched
+  bool compared = false;   ///< whether all places where the sensor may be were looked at
+  double recall = 0.0;     ///< probability that the sensor's place is among the finds
+  Finds found = {};
+  Fit to_itself = {};  ///< of the scan
+};
+
+/// Searches a bundle. It reads only what other threads may read at the same time.
+/// Thread safety: one search at a time.
+class Searcher {
+ public:
+  /// All of them must outlive the object.
+  Searcher(const MapIndex& index, const PluginPtr<MapStore>& store,
+           const PluginPtr<ScanMatcher>& matcher, const RegionsAhead& regions,
+           const RegionMaps& maps, const LocalizerParams& params)
+      : index_(index),
+        store_(store),
+        matcher_(matcher),
+        regions_(regions),
+        maps_(maps),
+        params_(params) {}
+
+  /// Makes the index of places at the first search.
+  /// @param stop  ends the search early; the answer is then worthless
+  /// Errors: those of the store and of the matcher.
+  [[nodiscard]] Result<SearchAnswer> operator()(const SearchTask& task,
+                                                const std::stop_token& stop);
+
+ private:
+  /// Whether there is an index of places. A bundle of an older version that holds prepared maps
+  /// only has none: its maps can be tracked in, but not searched.
+  [[nodiscard]] Result<bool> need_places();
+
+  const MapIndex& index_;
+  const PluginPtr<MapStore>& store_;
+  const PluginPtr<ScanMatcher>& matcher_;
+  const RegionsAhead& regions_;
+  const RegionMaps& maps_;
+  const LocalizerParams& params_;
+  std::optional<PlaceIndex> places_;  // from the first search on
+};
+
+}  // namespace vantage
