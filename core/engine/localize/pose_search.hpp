@@ -32,7 +32,8 @@ struct SearchWork {
 };
 
 struct Finds {
-  std::vector<Find> finds = {};  ///< that differ from each other, those with the most evidence first
+  std::vector<Find> finds =
+      {};                   ///< that differ from each other, those with the most evidence first
   std::size_t aligned = 0;  ///< places that were tried
   SearchWork work = {};
 };

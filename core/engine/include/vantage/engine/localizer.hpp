@@ -48,9 +48,9 @@ struct ScanReport {
   std::size_t map_points = 0;                        ///< N_point of Eq. 13
   std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, including those ahead
 
-  std::size_t scan_points = 0;               ///< N of Eq. 12, after thinning
-  std::size_t dropped_points = 0;            ///< points that are not finite
-  double seconds_align = 0.0;                ///< T_align: MatchTarget::align at the prediction
+  std::size_t scan_points = 0;     ///< N of Eq. 12, after thinning
+  std::size_t dropped_points = 0;  ///< points that are not finite
+  double seconds_align = 0.0;      ///< T_align: MatchTarget::align at the prediction
   /// Time that the scan spent on the search for a lost sensor, or waited for one that runs in the
   /// background (LocalizerParams::live); 0 for a scan that needed none.
   double seconds_search = 0.0;
