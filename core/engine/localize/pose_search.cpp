@@ -124,7 +124,7 @@ Result<std::vector<Start>> starts_at(const SearchedBundle& bundle, const std::ve
   for (const auto& [region, poses] : by_region) {
     if (stop.stop_requested()) break;
     VANTAGE_TRY(const auto map, bundle.maps.borrow(region));
-    work.loaded += map->map_points;
+    if (bundle.regions.size() > 1) work.loaded += map->map_points;
     for (const Pose& pose : poses) starts.push_back({region, map, pose});
   }
   return starts;

@@ -26,7 +26,8 @@ struct Find {
 struct SearchWork {
   std::uint64_t words = 0;    ///< PlacesFound::words
   std::uint64_t aligned = 0;  ///< points of the scan, in each alignment
-  std::uint64_t loaded = 0;   ///< points of the region maps, whether or not they were ready
+  /// Points of the region maps, whether or not they were ready; none if there is only one region.
+  std::uint64_t loaded = 0;
   [[nodiscard]] bool operator==(const SearchWork&) const = default;
 };
 

@@ -14,6 +14,9 @@ class RegionsAhead {
   /// @param index  must outlive the object
   explicit RegionsAhead(const MapIndex& index);
 
+  /// Number of regions with a map.
+  [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
+
   /// The region with a map that is nearest to a place; there always is one.
   [[nodiscard]] RegionId nearest(const Eigen::Vector2d& xy) const;
 

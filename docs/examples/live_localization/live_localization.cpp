@@ -7,7 +7,9 @@
 using namespace vantage;
 
 Result<void> run(const char* config_file, const io::ScanOptions& recording) {
-  VANTAGE_TRY(const Config config, load_config(config_file));
+  VANTAGE_TRY(Config config, load_config(config_file));
+  auto& params = config.localizer ? *config.localizer : config.localizer.emplace();
+  params.live = true, params.search_budget = 5e3;  // ms; this robot stands until it is found
   const auto plugins = PluginLoader::with_default_folders({});
   VANTAGE_TRY(Localizer localizer, Localizer::open(config, plugins));
   localizer.start_anywhere();  // or start(pose), where it is known

@@ -81,8 +81,8 @@ Localizer gated(const Posts& world, Gate& gate) {
 const Pose kHere = pose_from_xyz_rpy({17.3, 0.2, 1.1}, {0, 0, -2.0});
 
 /// A drive along x that starts anywhere, with odometry or without.
-std::vector<ScanReport> drive_from_anywhere(const LocalizerParams& params, double step,
-                                            bool odometry) {
+std::vector<ScanReport> drive_from_anywhere(LocalizerParams params, double step, bool odometry) {
+  params.prefetch = false;  // its thread would read the truth while it moves
   Posts world;
   world.truth->reach = 3.0;
   Localizer localizer = world.localizer(params);
