@@ -57,9 +57,7 @@ TEST_CASE("kitti_street, pieces of surface: as good as the whole map, also 5,000
 TEST_CASE("kitti_street without its ground, viewpoints along the drive: every scan localized") {
   if (const auto data = real_data("kitti_street")) {
     check_street(*data, "from_trajectory", 0.06, 0.1, true);
-    const StreetOptions options{
-        .without_ground = true,
-        .overrides = {"localizer.min_coverage=0.3", "localizer.min_nvtl=0.5"}};
+    const StreetOptions options{.without_ground = true};
     const RunSummary whole = summarize(Street(*data, "wide", options).localize());
     MESSAGE("the whole map without ground: "
             << whole.tracked << " tracked, mean " << 100 * whole["error_m"].mean << " cm, p95 "

@@ -33,12 +33,6 @@ WorldParams roomy_world() {
   return params;
 }
 
-World world_on(const WorldParams& params, Day day) {
-  auto world = World::create(params, day);
-  REQUIRE_MESSAGE(world, to_string(world.error()));
-  return *std::move(world);
-}
-
 using Key = std::tuple<Surface, double, double>;
 
 /// What stands where.
@@ -94,15 +88,15 @@ TEST_CASE("the map is that of the day before the changes") {
                    .buildings_new = 1,
                    .leaves_gone = 0.5,
                    .fences_new = 2};
-  CHECK((sample_map(world_on(other, Day::map), other.map, other.seed) == map));
-  CHECK((sample_map(world_on(other, Day::drive), other.map, other.seed) != map));
+  CHECK((sample_map(test::make_world(other), other.map, other.seed) == map));
+  CHECK((sample_map(test::make_world(other, Day::drive), other.map, other.seed) != map));
 }
 
 TEST_CASE("changes of the campus") {
   WorldParams params = roomy_world();
   const World before = test::make_world(params);
   SUBCASE("none") {
-    const World after = world_on(params, Day::drive);
+    const World after = test::make_world(params, Day::drive);
     check_same(before, after, {});
     CHECK((after.campus().leaves == before.campus().leaves));
   }
@@ -111,7 +105,7 @@ TEST_CASE("changes of the campus") {
     REQUIRE(cars >= 10);
     for (const double share : {0.3, 1.0}) {
       params.changes.moved_cars = share;
-      const World after = world_on(params, Day::drive);
+      const World after = test::make_world(params, Day::drive);
       const auto moved = static_cast<std::size_t>(std::lround(share * static_cast<double>(cars)));
       const Difference cars_moved = difference(before, after, Surface::car);
       CHECK(cars_moved.gone.size() == moved);
@@ -121,7 +115,7 @@ TEST_CASE("changes of the campus") {
   }
   SUBCASE("buildings go") {
     params.changes.buildings_gone = 2;
-    const World after = world_on(params, Day::drive);
+    const World after = test::make_world(params, Day::drive);
     const Difference buildings = difference(before, after, Surface::building);
     CHECK(buildings.gone.size() == 2);
     CHECK(buildings.come.empty());
@@ -133,7 +127,7 @@ TEST_CASE("changes of the campus") {
   }
   SUBCASE("buildings come, clear of the others and of the streets; only plants make way") {
     params.changes.buildings_new = 2;
-    const World after = world_on(params, Day::drive);
+    const World after = test::make_world(params, Day::drive);
     const Difference buildings = difference(before, after, Surface::building);
     CHECK(buildings.gone.empty());
     CHECK(buildings.come.size() == 2);
@@ -155,18 +149,18 @@ TEST_CASE("changes of the campus") {
   }
   SUBCASE("leaves fall") {
     params.changes.leaves_gone = 0.25;
-    const World after = world_on(params, Day::drive);
+    const World after = test::make_world(params, Day::drive);
     CHECK(static_cast<double>(after.campus().leaves.size()) /
               static_cast<double>(before.campus().leaves.size()) ==
           doctest::Approx(0.75).epsilon(0.02));
     check_same(before, after, {});
     CHECK(after.campus().solids.size() == before.campus().solids.size());
     params.changes.leaves_gone = 1.0;
-    CHECK(world_on(params, Day::drive).campus().leaves.empty());
+    CHECK(test::make_world(params, Day::drive).campus().leaves.empty());
   }
   SUBCASE("fences come, beside the streets") {
     params.changes.fences_new = 5;
-    const World after = world_on(params, Day::drive);
+    const World after = test::make_world(params, Day::drive);
     CHECK(difference(before, after, Surface::wall).gone.empty());
     CHECK(difference(before, after, Surface::wall).come.size() == 5);
     check_same(before, after, {Surface::wall});
@@ -182,11 +176,11 @@ TEST_CASE("changes of the campus") {
   SUBCASE("one kind of change alters nothing of another") {
     params.changes.moved_cars = 0.5;
     params.changes.buildings_gone = 1;
-    const World some = world_on(params, Day::drive);
+    const World some = test::make_world(params, Day::drive);
     params.changes.buildings_new = 1;
     params.changes.fences_new = 2;
     params.changes.leaves_gone = 0.5;
-    const World more = world_on(params, Day::drive);
+    const World more = test::make_world(params, Day::drive);
     CHECK((things_of(some, Surface::car) == things_of(more, Surface::car)));
     CHECK(difference(some, more, Surface::building).gone.empty());
     CHECK(difference(some, more, Surface::building).come.size() == 1);
@@ -196,7 +190,7 @@ TEST_CASE("changes of the campus") {
 TEST_CASE("scans differ only where something changed") {
   WorldParams params = roomy_world();
   params.changes.moved_cars = 1.0;
-  const World before = world_on(params, Day::map), after = world_on(params, Day::drive);
+  const World before = test::make_world(params), after = test::make_world(params, Day::drive);
   const Drive drive = test::make_drive(before, params);
   const Lidar lidar(params.lidar, params.seed);
   const auto is_near_a_moved_car = [&](const Point& p) {

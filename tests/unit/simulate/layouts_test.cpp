@@ -27,19 +27,33 @@ WorldParams long_street(Layout layout) {
   return params;
 }
 
-/// What a sensor sees from a place on the long street, looking along it, ray by ray.
-std::vector<double> ranges_from(const World& world, const Lidar& lidar,
-                                const Eigen::Vector2d& place, double max_range) {
-  std::vector<double> ranges;
-  const Point origin(place.x(), place.y(), world.terrain().height(place) + 1.0);
-  for (int firing = 0; firing < 360; ++firing) {
-    for (int ring = 0; ring < 16; ++ring) {
-      const auto hit = world.cast(origin, lidar.direction(firing, ring), max_range);
-      ranges.push_back(hit ? hit->range : -1.0);
-    }
+/// A sensor on the long street, looking along it.
+struct OnLongStreet {
+  explicit OnLongStreet(Layout layout) : params(long_street(layout)) {}
+
+  /// 1 m above the ground.
+  [[nodiscard]] Point above(const Eigen::Vector2d& place) const {
+    return {place.x(), place.y(), world.terrain().height(place) + 1.0};
   }
-  return ranges;
-}
+  /// What the sensor sees from a place, ray by ray.
+  [[nodiscard]] std::vector<double> ranges_from(const Eigen::Vector2d& place) const {
+    std::vector<double> ranges;
+    for (int firing = 0; firing < 360; ++firing) {
+      for (int ring = 0; ring < 16; ++ring) {
+        const auto hit = world.cast(above(place), lidar.direction(firing, ring), 20.0);
+        ranges.push_back(hit ? hit->range : -1.0);
+      }
+    }
+    return ranges;
+  }
+
+  WorldParams params;
+  World world = test::make_world(params);
+  Lidar lidar{params.lidar, params.seed};
+  Eigen::Vector2d from = tunnel_street(world.streets()).from;
+  Eigen::Vector2d to = tunnel_street(world.streets()).to;
+  Eigen::Vector2d along = (to - from).normalized(), middle = (from + to) / 2.0;
+};
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = 0.0;
@@ -48,49 +62,43 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 }
 
 TEST_CASE("places a house apart in a row look alike, others do not") {
-  const WorldParams params = long_street(Layout::rows);
-  const World world = test::make_world(params);
-  const Lidar lidar(params.lidar, params.seed);
-  const auto [from, to] = tunnel_street(world.streets());
-  const Eigen::Vector2d along = (to - from).normalized(), middle = (from + to) / 2.0;
-  const auto seen = ranges_from(world, lidar, middle, 20.0);
-  CHECK(std::any_of(world.campus().things.begin(), world.campus().things.end(),
+  const OnLongStreet street(Layout::rows);
+  const auto seen = street.ranges_from(street.middle);
+  const auto& things = street.world.campus().things;
+  CHECK(std::any_of(things.begin(), things.end(),
                     [](const Thing& thing) { return thing.kind == Surface::car; }));
   for (const int houses : {-2, -1, 1, 2}) {
     CAPTURE(houses);
-    const auto there = ranges_from(world, lidar, middle + houses * kRowPitch * along, 20.0);
+    const auto there = street.ranges_from(street.middle + houses * kRowPitch * street.along);
     CHECK(largest_difference(seen, there) < 1e-3);
   }
-  CHECK(largest_difference(seen, ranges_from(world, lidar, middle + 4.0 * along, 20.0)) > 0.5);
+  CHECK(largest_difference(seen, street.ranges_from(street.middle + 4.0 * street.along)) > 0.5);
   // The ends of the street are like no other place.
-  const auto start = ranges_from(world, lidar, from, 20.0),
-             end = ranges_from(world, lidar, to, 20.0);
-  CHECK(largest_difference(start, end) > 0.5);
+  CHECK(largest_difference(street.ranges_from(street.from), street.ranges_from(street.to)) > 0.5);
 }
 
 TEST_CASE("a tunnel has no features, and the street outside has") {
-  const WorldParams params = long_street(Layout::tunnel);
-  const World world = test::make_world(params);
-  const Lidar lidar(params.lidar, params.seed);
-  const auto [from, to] = tunnel_street(world.streets());
-  const Eigen::Vector2d along = (to - from).normalized(), middle = (from + to) / 2.0;
-  const auto seen = ranges_from(world, lidar, middle, 20.0);
+  const OnLongStreet street(Layout::tunnel);
+  const World& world = street.world;
+  const Eigen::Vector2d& along = street.along;
+  const auto seen = street.ranges_from(street.middle);
   for (const double metres : {-9.0, -3.3, 0.1, 5.0, 9.9}) {  // 20 m from the mouths
     CAPTURE(metres);
-    const auto there = ranges_from(world, lidar, middle + metres * along, 20.0);
+    const auto there = street.ranges_from(street.middle + metres * along);
     CHECK(largest_difference(seen, there) < 1e-3);
   }
-  CHECK(largest_difference(seen, ranges_from(world, lidar, middle + 35.0 * along, 20.0)) > 0.5);
+  CHECK(largest_difference(seen, street.ranges_from(street.middle + 35.0 * along)) > 0.5);
   // A ceiling, and a wall on either side.
-  const Point inside(middle.x(), middle.y(), world.terrain().height(middle) + 1.0);
+  const Point inside = street.above(street.middle);
   const auto ceiling = world.cast(inside, Eigen::Vector3d::UnitZ(), 20.0);
   REQUIRE(ceiling);
-  CHECK(ceiling->range == doctest::Approx(params.campus.overpass_clearance - 1.0).epsilon(1e-3));
+  CHECK(ceiling->range ==
+        doctest::Approx(street.params.campus.overpass_clearance - 1.0).epsilon(1e-3));
   for (const double side : {-1.0, 1.0}) {
     const auto wall = world.cast(inside, {-side * along.y(), side * along.x(), 0.0}, 20.0);
     REQUIRE(wall);
     CHECK(wall->surface == Surface::wall);
-    CHECK(wall->range == doctest::Approx(params.campus.street_width / 2.0).epsilon(1e-3));
+    CHECK(wall->range == doctest::Approx(street.params.campus.street_width / 2.0).epsilon(1e-3));
   }
   test::check_refused(
       "schema = 1\n[campus]\nlayout = \"tunnel\"\nsize_x = 80.0\nsize_y = 240.0\n"

@@ -30,6 +30,13 @@ Ray ray_of(const Point& p) {
           static_cast<int>(std::lround((elevation + 15.0) / 2.0))};
 }
 
+/// The range of each ray of a scan that returns.
+std::map<Ray, double> ranges_of(const PointCloud& scan) {
+  std::map<Ray, double> ranges;
+  for (const Point& p : scan) ranges[ray_of(p)] = p.norm();
+  return ranges;
+}
+
 WorldParams exact_world() {
   WorldParams params = test::small_world();
   params.campus.leaf_area_density = 0.0;  // distance_to_surface knows no leaves
@@ -95,8 +102,7 @@ TEST_CASE("range noise and dropouts are as large as asked") {
   WorldParams params = exact_world();
   const World world = test::make_world(params);
   const Drive drive = test::make_drive(world, params);
-  std::map<Ray, double> truth;
-  for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) truth[ray_of(p)] = p.norm();
+  const auto truth = ranges_of(Lidar(params.lidar, 1).scan(world, drive, 0));
 
   SUBCASE("noise") {
     params.lidar.range_noise = 0.03;
@@ -189,8 +195,7 @@ TEST_CASE("clutter returns its share of the rays before their surfaces, and no o
   WorldParams params = exact_world();
   const World world = test::make_world(params);
   const Drive drive = test::make_drive(world, params);
-  std::map<Ray, double> clear;
-  for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) clear[ray_of(p)] = p.norm();
+  const auto clear = ranges_of(Lidar(params.lidar, 1).scan(world, drive, 0));
   params.lidar.clutter = 0.1;
   std::size_t early = 0, in_the_sky = 0, rays = 0;
   for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) {

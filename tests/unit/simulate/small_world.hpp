@@ -35,8 +35,8 @@ inline WorldParams bare_world() {
   return params;
 }
 
-inline World make_world(const WorldParams& params) {
-  auto world = World::create(params);
+inline World make_world(const WorldParams& params, Day day = Day::map) {
+  auto world = World::create(params, day);
   REQUIRE_MESSAGE(world, to_string(world.error()));
   return *std::move(world);
 }

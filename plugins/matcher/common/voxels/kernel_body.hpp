@@ -11,6 +11,13 @@ inline Floats load(const float* from) { return *reinterpret_cast<const Floats*>(
 inline Ints load(const std::int32_t* from) { return *reinterpret_cast<const Ints*>(from); }
 inline void store(float* to, Floats x) { *reinterpret_cast<Floats*>(to) = x; }
 inline void store(std::int32_t* to, Ints x) { *reinterpret_cast<Ints*>(to) = x; }
+inline bool any(Ints mask) {
+  using Words = std::uint64_t __attribute__((vector_size(sizeof(Ints)), may_alias));
+  const Words words = reinterpret_cast<Words>(mask);
+  std::uint64_t set = 0;
+  for (std::size_t word = 0; word < sizeof(Ints) / sizeof(set); ++word) set |= words[word];
+  return set != 0;
+}
 /// x where the mask is set, 0 elsewhere.
 inline Floats masked(Ints mask, Floats x) {
   return reinterpret_cast<Floats>(mask & reinterpret_cast<Ints>(x));

@@ -11,12 +11,6 @@ constexpr std::size_t kLanes = 4;
 using Floats = float __attribute__((vector_size(16), may_alias));
 using Ints = std::int32_t __attribute__((vector_size(16), may_alias));
 
-inline bool any(Ints mask) {
-  using Words = std::uint64_t __attribute__((vector_size(16), may_alias));
-  const Words words = reinterpret_cast<Words>(mask);
-  return (words[0] | words[1]) != 0;
-}
-
 struct Columns {
   Floats of[4];
 };

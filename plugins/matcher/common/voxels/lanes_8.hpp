@@ -11,12 +11,6 @@ constexpr std::size_t kLanes = 8;
 using Floats = float __attribute__((vector_size(32), may_alias));
 using Ints = std::int32_t __attribute__((vector_size(32), may_alias));
 
-inline bool any(Ints mask) {
-  using Words = std::uint64_t __attribute__((vector_size(32), may_alias));
-  const Words words = reinterpret_cast<Words>(mask);
-  return (words[0] | words[1] | words[2] | words[3]) != 0;
-}
-
 struct Columns {
   Floats of[4];
 };
