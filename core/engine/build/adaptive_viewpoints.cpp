@@ -22,14 +22,14 @@ struct Square {
 };
 
 /// All viewpoints over one voxel of the plan view.
-struct Place {
+struct OpenPlace {
   Square voxel;
   PointCloud viewpoints;
 };
 
 struct Block {
-  std::vector<Place> places;  // places not asked yet
-  std::vector<Square> asked;  // voxels of the places that were asked
+  std::vector<OpenPlace> places;  // places not asked yet
+  std::vector<Square> asked;      // voxels of the places that were asked
 };
 
 std::vector<Block> blocks_of(std::span<const Point> viewpoints, double voxel_size) {
@@ -65,12 +65,12 @@ PointCloud next_of(Block& block, int n) {
   for (const Square& voxel : block.asked) chosen.erase(voxel.of_size(n));
   PointCloud viewpoints;
   for (const auto& [square, k] : chosen) {
-    Place& place = block.places[k];
+    OpenPlace& place = block.places[k];
     viewpoints.insert(viewpoints.end(), place.viewpoints.begin(), place.viewpoints.end());
     block.asked.push_back(place.voxel);
     place.viewpoints.clear();
   }
-  std::erase_if(block.places, [](const Place& place) { return place.viewpoints.empty(); });
+  std::erase_if(block.places, [](const OpenPlace& place) { return place.viewpoints.empty(); });
   return viewpoints;
 }
 
@@ -105,7 +105,7 @@ Result<AdaptiveSight> see_adaptively(
       if (more) {
         going_on.push_back(std::move(blocks[b]));
       } else {
-        for (const Place& place : blocks[b].places) sight.skipped += place.viewpoints.size();
+        for (const OpenPlace& place : blocks[b].places) sight.skipped += place.viewpoints.size();
       }
     }
     blocks = std::move(going_on);

@@ -22,6 +22,11 @@ struct Finds {
   std::size_t aligned = 0;  ///< places that were tried
 };
 
+/// The part of a scan that stands up: what find_places searches with. The ground matches at any
+/// heading and says nothing. The whole scan if hardly anything stands up.
+/// @param scan  sensor frame, z up [m]
+[[nodiscard]] PointCloud upright_part(PointsView scan);
+
 /// Finds poses from which a scan may have been taken: aligns it at the places that fit best (see
 /// find_places). Only the regions of these places are loaded.
 /// @param scan       N points, sensor frame [m], evenly thinned

@@ -9,21 +9,13 @@
 
 #include "vantage/api.hpp"
 #include "vantage/engine/bundle.hpp"
+#include "vantage/engine/matcher_choice.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
-
-/// The matcher that something was measured with. Equal texts: the same matcher with the same
-/// parameters.
-struct MatcherChoice {
-  std::string plugin;  ///< its name, "ndt"
-  std::string params;  ///< all its parameters, defaults filled in (TOML)
-
-  friend bool operator==(const MatcherChoice&, const MatcherChoice&) = default;
-};
 
 /// How a matcher's evidence is distributed on this map. Virtual scans, made of what is visible at
 /// the sites of an atlas, are aligned from right and from wrong starts. The evidence of an
