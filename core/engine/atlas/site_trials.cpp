@@ -24,13 +24,15 @@ namespace vantage {
 namespace {
 
 constexpr std::size_t kScoredPoints = 512, kFewestHits = 50;
+// Whether an alignment comes back, and where a wrong one ends, fewer points tell as well.
+constexpr std::size_t kManyPoints = 1500, kFewPoints = 500;
 // Starts around the truth [m]. Each of the first has a scan of its own.
 constexpr std::size_t kDirections = 8;
 constexpr std::array kOffsets{0.5, 1.0, 2.0, 3.0};
 constexpr double kTurn = 3.0 * std::numbers::pi / 180.0;
 // Of the places that a search finds: the best, and some of the others.
 constexpr std::size_t kFound = 12;
-constexpr std::array<std::size_t, 6> kTried{0, 1, 2, 3, 5, 8};
+constexpr std::array<std::size_t, 5> kTried{0, 1, 2, 4, 7};
 // An alignment is right, or wrong; between them it is neither.
 constexpr double kRightMetres = 0.5, kRightRadians = std::numbers::pi / 60.0;
 constexpr double kWrongMetres = 2.0, kWrongRadians = std::numbers::pi / 9.0;
@@ -72,8 +74,8 @@ Result<double> sum_of(const std::vector<Result<double>>& outcomes) {
 
 /// A scan as the localizer prepares it.
 struct SiteTrials::Scan {
-  PreparedScan prepared;
-  PointCloud scored;
+  PointCloud finite;  // before it was thinned
+  PointCloud many, few, scored;
 };
 
 Result<SiteTrials> SiteTrials::prepare(PointsView map, const Partition& partition,
@@ -116,10 +118,10 @@ Result<SiteTrials> SiteTrials::prepare(PointsView map, const Partition& partitio
 Result<void> SiteTrials::look_around(SiteState& site, const PlaceIndex* places) const {
   if (site.hits.size() < kFewestHits) return {};
   VANTAGE_TRY(const Scan scan, scan_of(site, 0));
-  VANTAGE_TRY(site.to_itself, fit_to_itself(*matcher_, scan.prepared.finite, scan.scored));
+  VANTAGE_TRY(site.to_itself, fit_to_itself(*matcher_, scan.finite, scan.scored));
   if (!site.to_itself || places == nullptr) return {};
   std::vector<Pose> others;
-  for (const Place& place : find_places(*places, upright_part(scan.prepared.points), {}, kFound)) {
+  for (const Place& place : find_places(*places, upright_part(scan.many), {}, kFound)) {
     if (!is_near(place.T_map_scan, site.truth, kTruthMetres, kTruthRadians)) {
       others.push_back(place.T_map_scan);
     }
@@ -139,9 +141,12 @@ Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t 
   const std::uint64_t seed =
       hash(variant, micrometres(at.x()), micrometres(at.y()), micrometres(at.z()));
   Scan scan;
-  VANTAGE_TRY(scan.prepared,
+  VANTAGE_TRY(PreparedScan prepared,
               prepare_scan(virtual_scan(map_, site.hits, site.truth, seed), LocalizerParams{}));
-  scan.scored = evenly_picked(scan.prepared.points, kScoredPoints);
+  scan.many = evenly_picked(prepared.points, kManyPoints);
+  scan.few = evenly_picked(prepared.points, kFewPoints);
+  scan.scored = evenly_picked(prepared.points, kScoredPoints);
+  scan.finite = std::move(prepared.finite);
   return scan;
 }
 
@@ -182,10 +187,11 @@ Result<void> SiteTrials::run_in(RegionId region, const RegionMap& map) {
 }
 
 Result<std::optional<SiteTrials::Trial>> SiteTrials::tried(const MatchTarget& target,
-                                                           const SiteState& site, const Scan& scan,
-                                                           const Pose& start, bool weigh) const {
+                                                           const Fit& to_itself, PointsView points,
+                                                           PointsView scored,
+                                                           const Pose& start) const {
   using Outcome = Result<std::optional<Trial>>;
-  auto alignment = target.align(scan.prepared.points, start);
+  auto alignment = target.align(points, start);
   if (!alignment) {
     if (alignment.error().code == ErrorCode::too_few_matches) return std::optional<Trial>();
     return fail(std::move(alignment).error());
@@ -194,9 +200,9 @@ Result<std::optional<SiteTrials::Trial>> SiteTrials::tried(const MatchTarget& ta
     return std::optional<Trial>();
   }
   Trial trial{.alignment = *std::move(alignment), .evidence = {}};
-  if (weigh) {
-    VANTAGE_TRY(const Fit fit, fit_at(target, scan.scored, trial.alignment.T_map_scan));
-    const Evidence evidence = evidence_of(fit, *site.to_itself);
+  if (!scored.empty()) {
+    VANTAGE_TRY(const Fit fit, fit_at(target, scored, trial.alignment.T_map_scan));
+    const Evidence evidence = evidence_of(fit, to_itself);
     if (std::isfinite(evidence.share)) trial.evidence = evidence;
   }
   return Outcome(std::move(trial));
@@ -206,32 +212,40 @@ Result<double> SiteTrials::try_right(const MatchTarget& target, SiteState& site)
   if (!site.to_itself) return 0.0;
   site.right.resize(kDirections);
   std::vector<Scan> scans(kDirections);
-  std::vector<Result<double>> outcomes(kDirections);
-  double basin = 0.0, seconds = 0.0;
-  for (std::size_t ring = 0; ring < kOffsets.size(); ++ring) {
+  double seconds = 0.0;
+  /// Whether all alignments from so far come back.
+  const auto come_back = [&](double offset) -> Result<bool> {
+    const bool first = offset == kOffsets.front();
     std::array<bool, kDirections> back{};
+    std::vector<Result<double>> outcomes(kDirections);
     tbb::parallel_for(std::size_t{0}, kDirections, [&](std::size_t k) {
       outcomes[k] = [&]() -> Result<double> {
         const ThreadStopwatch thread;
-        if (ring == 0) {
+        if (first) {
           VANTAGE_TRY(scans[k], scan_of(site, k));
         }
+        const Scan& scan = scans[k];
         const double direction = 2.0 * std::numbers::pi * static_cast<double>(k) / kDirections;
-        const double turn = (k % 2 == 0 ? kTurn : -kTurn);
-        const Pose start = start_at(site.truth, kOffsets[ring], direction, turn);
-        VANTAGE_TRY(auto trial, tried(target, site, scans[k], start, ring == 0 && k % 2 == 0));
+        const Pose start = start_at(site.truth, offset, direction, k % 2 == 0 ? kTurn : -kTurn);
+        VANTAGE_TRY(auto trial, tried(target, *site.to_itself, first ? scan.many : scan.few,
+                                      first && k % 2 == 0 ? scan.scored : PointCloud{}, start));
         back[k] =
             trial && is_near(trial->alignment.T_map_scan, site.truth, kRightMetres, kRightRadians);
-        if (ring == 0) site.right[k] = std::move(trial);
+        if (first) site.right[k] = std::move(trial);
         return thread.seconds();
       }();
     });
-    VANTAGE_TRY(const double ring_seconds, sum_of(outcomes));
-    seconds += ring_seconds;
-    if (!std::ranges::all_of(back, std::identity{})) break;
-    basin = kOffsets[ring];
-  }
-  site.basin = basin;
+    VANTAGE_TRY(const double more, sum_of(outcomes));
+    seconds += more;
+    return std::ranges::all_of(back, std::identity{});
+  };
+  const auto& [small, medium, large, largest] = kOffsets;
+  VANTAGE_TRY(const bool from_small, come_back(small));
+  if (!from_small) return seconds;
+  // Mostly they come back from `large`, and nothing nearer needs to be tried.
+  VANTAGE_TRY(const bool from_large, come_back(large));
+  VANTAGE_TRY(const bool from_other, come_back(from_large ? largest : medium));
+  site.basin = from_large ? (from_other ? largest : large) : (from_other ? medium : small);
   return seconds;
 }
 
@@ -240,7 +254,8 @@ Result<double> SiteTrials::try_rivals(const MatchTarget& target, SiteState& site
   const ThreadStopwatch thread;
   VANTAGE_TRY(const Scan scan, scan_of(site, 0));
   for (const std::size_t k : which) {
-    VANTAGE_TRY(site.wrong[k], tried(target, site, scan, site.rivals[k], true));
+    VANTAGE_TRY(site.wrong[k],
+                tried(target, *site.to_itself, scan.few, scan.scored, site.rivals[k]));
   }
   return thread.seconds();
 }

@@ -68,9 +68,10 @@ class SiteTrials {
 
   [[nodiscard]] Result<void> look_around(SiteState& site, const PlaceIndex* places) const;
   [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
-  [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const SiteState& site,
-                                                   const Scan& scan, const Pose& start,
-                                                   bool weigh) const;
+  /// @param points, scored  of a scan; no evidence without scored ones
+  [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const Fit& to_itself,
+                                                   PointsView points, PointsView scored,
+                                                   const Pose& start) const;
   /// Both return the processor time that they took [s].
   [[nodiscard]] Result<double> try_right(const MatchTarget& target, SiteState& site) const;
   [[nodiscard]] Result<double> try_rivals(const MatchTarget& target, SiteState& site,

@@ -37,7 +37,7 @@ std::unordered_map<SiteSquare, ViewpointOf, CellHash> nearest_to_middles(
 
 std::vector<SitePlace> spread_sites(const std::vector<PointCloud>& viewpoints, double spacing,
                                     std::size_t most) {
-  constexpr double kWider = 1.2, kWidest = 1e8;  // [m]
+  constexpr double kWider = 1.1, kWidest = 1e8;  // [m]
   if (most == 0) return {};
   auto nearest = nearest_to_middles(viewpoints, spacing);
   while (nearest.size() > most && spacing < kWidest) {

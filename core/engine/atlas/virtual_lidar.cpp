@@ -39,6 +39,9 @@ double reach_in(PointsView map, const PlanIndex& plan) {
   return std::clamp(2.0 * *middle, kLeast, kMost);
 }
 
+/// To 0.1 degrees between the lowest and the highest ring.
+double small_arc_tangent(double x) { return x * (1.0 - x * x * (1.0 / 3.0 - x * x / 5.0)); }
+
 /// In [0, 1).
 double uniform(std::uint64_t bits) { return static_cast<double>(bits >> 11U) * 0x1p-53; }
 
@@ -64,21 +67,24 @@ IndexList VirtualLidar::hits(const Point& sensor) const {
   };
   std::vector<Hit> rays(std::size_t{kRings} * kColumns);
   const Eigen::Vector2d side = Eigen::Vector2d::Constant(range_);
+  constexpr double kPerDegree = 1.0 / kDegree;
   const double lowest = std::tan((kLowestRing - kRingStep) * kDegree);
   const double highest = std::tan((kLowestRing + kRings * kRingStep) * kDegree);
   for (const std::uint32_t k : plan_.near(sensor.head<2>() - side, sensor.head<2>() + side)) {
     const Point to = map_[k] - sensor;
-    const double range = to.norm(), plan = to.head<2>().norm();
-    if (range < kNearestReturn || range > range_) continue;
-    // Most points are too high or too low.
+    const double plan = to.head<2>().norm();
+    // Most points are too high or too low, or between two rings.
     if (to.z() + reach_ < lowest * plan || to.z() - reach_ > highest * plan) continue;
-    const double wide = std::asin(std::min(1.0, reach_ / range)) / kDegree;
-    const double elevation = std::asin(to.z() / range) / kDegree - kLowestRing;
+    const double range = to.norm();
+    if (plan < kNearestReturn || range > range_) continue;
+    const double wide = reach_ / range * kPerDegree;
+    const double elevation = small_arc_tangent(to.z() / plan) * kPerDegree - kLowestRing;
     const int first = std::max(0, static_cast<int>(std::ceil((elevation - wide) / kRingStep)));
     const int last =
         std::min(kRings - 1, static_cast<int>(std::floor((elevation + wide) / kRingStep)));
     if (first > last) continue;
-    const double azimuth = std::atan2(to.y(), to.x()) / kDegree + 180.0;
+    const double azimuth =
+        std::atan2(static_cast<float>(to.y()), static_cast<float>(to.x())) * kPerDegree + 180.0;
     const auto from = static_cast<int>(std::ceil(azimuth - wide));
     const auto end = std::min(from + kColumns - 1, static_cast<int>(std::floor(azimuth + wide)));
     for (int around = from; around <= end; ++around) {

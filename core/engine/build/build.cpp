@@ -46,8 +46,8 @@ Result<bool> keep_attachment(MapStore& store, std::string_view name,
 Result<std::optional<SiteTrials>> keep_places(PointsView map, const Partition& partition,
                                               const Cut& regions, const BuildPlugins& plugins,
                                               const BuildParams& params) {
-  // A site costs about as much as a tenth of the visibility of so many viewpoints.
-  constexpr std::size_t kViewpointsASite = 8;
+  // A site costs less than a fifth of the visibility of so many viewpoints.
+  constexpr std::size_t kViewpointsASite = 20;
   const auto places = PlaceIndex::of(map);
   if (places) {
     VANTAGE_TRY(const bool kept,
