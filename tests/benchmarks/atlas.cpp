@@ -167,7 +167,7 @@ std::vector<double> tunnel_angles(const Atlas& atlas, const simulation::WorldPar
 
 struct Row {
   std::string name;
-  std::vector<double> measured, predicted, simulated, sigma, basin;
+  std::vector<double> measured = {}, predicted = {}, sigma = {}, basin = {};
 };
 
 std::string centimetres(const std::vector<double>& metres, double quantile) {

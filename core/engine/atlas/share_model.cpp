@@ -11,6 +11,9 @@ namespace {
 
 // What the default model counts as, in samples.
 constexpr double kPriorSamples = 300.0, kPriorAlikeSamples = 1000.0;
+// Virtual scans are thinner and cleaner than real ones, so that all their shares are larger. Those
+// of real scans at right poses are about this (docs/localization.md); a smaller one is kept.
+constexpr double kUsualRight = 0.75;
 // A wrong pose with this part of a usual right share is alike.
 constexpr double kAlikePart = 0.5;
 
@@ -43,16 +46,15 @@ void fit_wrong(const std::vector<double>& shares, double weight, ShareModel& mod
   }
 }
 
-void fit_right(const Calibration& calibration, ShareModel& model) {
-  constexpr double kBelow = 0.5, kLeast = 0.01, kAbove = 1.05;
+void fit_right(const Calibration& calibration, double unit, ShareModel& model) {
+  constexpr double kBelow = 0.5, kLeast = 0.01;
   constexpr std::size_t kLow = Calibration::kQuantiles / 16;
-  const double low = std::max(kLeast, kBelow * calibration.right[kLow]);
+  const double low = std::max(kLeast, kBelow * unit * calibration.right[kLow]);
   if (low < model.least_right) {
     const auto samples = static_cast<double>(calibration.right_samples);
     const double news = samples / (samples + kPriorSamples);
     model.least_right *= std::pow(low / model.least_right, news);
   }
-  model.most_right = std::max(model.most_right, kAbove * calibration.right.back());
 }
 
 }  // namespace
@@ -63,14 +65,15 @@ ShareModel fitted_model(const Calibration& calibration) {
   const double usual = calibration.right[Calibration::kQuantiles / 2];
   const auto samples = static_cast<double>(calibration.wrong_samples);
   const double weight = samples / static_cast<double>(Calibration::kQuantiles);
+  const double unit = usual > kUsualRight ? kUsualRight / usual : 1.0;
   std::vector<double> wrong;
   for (const double share : calibration.wrong) {
-    if (usual <= 0.0 || share < kAlikePart * usual) wrong.push_back(share);
+    if (usual <= 0.0 || share < kAlikePart * usual) wrong.push_back(unit * share);
   }
   const double alike = weight * static_cast<double>(calibration.wrong.size() - wrong.size());
   model.alike = (kPriorAlikeSamples * model.alike + alike) / (kPriorAlikeSamples + samples);
   fit_wrong(wrong, weight, model);
-  fit_right(calibration, model);
+  fit_right(calibration, unit, model);
   return model;
 }
 
