@@ -95,6 +95,11 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
       "memory {} MB\n",
       report.core_seconds_visibility, report.core_seconds_a_viewpoint_and_million_points(),
       cli::grouped((peak_memory() + 500'000) / 1'000'000));
+  if (report.atlas_sites > 0) {
+    std::cout << fmt::format(
+        "{} of the viewpoints are sites of the atlas: {:.1f} core-seconds for virtual scans\n",
+        cli::grouped(report.atlas_sites), report.core_seconds_atlas);
+  }
   if (elements > 0) {
     std::cout << fmt::format("prepared maps are stored: {} elements of the matcher\n",
                              cli::grouped(elements));
@@ -150,6 +155,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"skipped_viewpoints", report.skipped_viewpoints},
       {"unreachable_viewpoints", report.unreachable_viewpoints},
       {"places_outside", report.places_outside},
+      {"atlas_sites", report.atlas_sites},
       {"regions_without_viewpoints", report.regions_without_viewpoints},
       {"seconds",
        {{"partition", report.seconds_partition},
@@ -157,6 +163,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
         {"visibility", report.seconds_visibility}}},
       {"core_seconds",
        {{"visibility", report.core_seconds_visibility},
+        {"atlas", report.core_seconds_atlas},
         {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
       {"peak_memory_bytes", peak_memory()},
       {"regions", std::move(regions)}};

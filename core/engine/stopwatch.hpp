@@ -31,18 +31,23 @@ class ScopeTimer {
   Stopwatch stopwatch_;
 };
 
-/// Processor time of all threads of the process since its construction.
-class CpuStopwatch {
+/// Processor time since its construction.
+template <clockid_t kClock>
+class ProcessorStopwatch {
  public:
   [[nodiscard]] double seconds() const { return now() - start_; }
 
  private:
   static double now() {
     timespec time{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    ::clock_gettime(kClock, &time);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   }
   double start_ = now();
 };
+/// Of all threads of the process.
+using CpuStopwatch = ProcessorStopwatch<CLOCK_PROCESS_CPUTIME_ID>;
+/// Of the thread that asks.
+using ThreadStopwatch = ProcessorStopwatch<CLOCK_THREAD_CPUTIME_ID>;
 
 }  // namespace vantage

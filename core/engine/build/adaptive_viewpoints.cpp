@@ -29,7 +29,7 @@ struct Standpoint {
 
 struct Block {
   std::vector<Standpoint> places;  // places not asked yet
-  std::vector<Square> asked;  // voxels of the places that were asked
+  std::vector<Square> asked;       // voxels of the places that were asked
 };
 
 std::vector<Block> blocks_of(std::span<const Point> viewpoints, double voxel_size) {

@@ -44,6 +44,10 @@ BuildParams BuildParams::from(const Config& config) {
     params.content = config.store->content;
     params.views = config.store->views;
   }
+  if (const AtlasParams atlas = config.atlas.value_or(AtlasParams{});
+      config.matcher && atlas.max_sites > 0) {
+    params.atlas = atlas;
+  }
   return params;
 }
 
@@ -56,10 +60,12 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
   VANTAGE_TRY(plugins.ground, ground_for(config, loader));
   VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
   VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
-  if (store.content != StoredContent::points) {
+  const bool prepares = store.content != StoredContent::points;
+  if (prepares || BuildParams::from(config).atlas) {
     VANTAGE_TRY(const auto matcher,
                 config.need(config.matcher, "matcher", "storing prepared region maps"));
     VANTAGE_TRY(plugins.matcher, loader.load<ScanMatcher>(matcher));
+    VANTAGE_TRY(plugins.matcher_choice, MatcherChoice::of(matcher, loader));
   }
   return plugins;
 }

@@ -17,12 +17,14 @@ namespace {
 class Run {
  public:
   Run(PointsView map, Sight& sight, const Cut& cut, const Condenser& condenser, MapStore& store,
-      BuildReport report, const std::function<void(const BuildProgress&)>& progress)
+      SiteTrials* trials, BuildReport report,
+      const std::function<void(const BuildProgress&)>& progress)
       : map_(map),
         sight_(sight),
         cut_(cut),
         condenser_(condenser),
         store_(store),
+        trials_(trials),
         report_(std::move(report)),
         meter_({.regions_done = 0,
                 .regions = cut.viewpoints.size(),
@@ -104,6 +106,7 @@ class Run {
                 condenser_.region_map(std::move(condensed), cut_.viewpoints[r]));
     summary.elements = region_map.prepared.elements;
     VANTAGE_CHECK(store_.put(RegionId{r}, region_map));
+    if (trials_ != nullptr) VANTAGE_CHECK(trials_->run_in(RegionId{r}, region_map));
     meter_.region_done();
     return {};
   }
@@ -113,6 +116,7 @@ class Run {
   const Cut& cut_;
   const Condenser& condenser_;
   MapStore& store_;
+  SiteTrials* trials_;
   BuildReport report_;
   Meter meter_;
   std::atomic<bool> stop_{false};
@@ -124,9 +128,10 @@ class Run {
 }  // namespace
 
 Result<BuildReport> build_regions(PointsView map, Sight& sight, const Cut& cut,
-                                  const Condenser& condenser, MapStore& store, BuildReport report,
+                                  const Condenser& condenser, MapStore& store, SiteTrials* trials,
+                                  BuildReport report,
                                   const std::function<void(const BuildProgress&)>& progress) {
-  return Run(map, sight, cut, condenser, store, std::move(report), progress).all();
+  return Run(map, sight, cut, condenser, store, trials, std::move(report), progress).all();
 }
 
 }  // namespace vantage

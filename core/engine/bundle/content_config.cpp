@@ -7,6 +7,7 @@ Config content_config(const Config& config) {
   if (!config.store || config.store->content == StoredContent::points) content.matcher.reset();
   content.store.reset();
   content.localizer.reset();
+  content.atlas.reset();
   content.viewpoints = config.viewpoints.value_or(ViewpointParams{});
   if (content.viewpoints->source == ViewpointSource::trajectory) content.ground.reset();
   return content;

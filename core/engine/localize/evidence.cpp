@@ -12,17 +12,9 @@ namespace {
 constexpr double kBeside = 2.0;  // [m]; farther than a matcher's basin of one voxel
 constexpr int kAxes = 4;
 
-// The constants below come from alignments of three matchers on the recorded street and the demo's
-// campus, right (0.55-1.1) and wrong (99 % below 0.045). docs/localization.md tests them on others.
-constexpr double kWrongScale = 0.015;  // mean share at wrong poses; exponential
-// Of wrong poses that share a street's walls or a row of trees with the right one.
-constexpr double kSimilar = 0.1, kSimilarScale = 0.06;
 constexpr double kScoreNoise = 0.012;  // of the level, with 512 points
-// Of poses that are wrong although they fit like right ones: places that are alike.
-constexpr double kAlike = 1e-4;
-constexpr double kLeastRight = 0.08, kMostRight = 1.2;
-constexpr double kAnything = 0.2;  // share of right poses about which nothing is assumed
-constexpr double kSpread = 0.35;   // of the logarithm of the share, from scan to scan
+constexpr double kAnything = 0.2;      // share of right poses about which nothing is assumed
+constexpr double kSpread = 0.35;       // of the logarithm of the share, from scan to scan
 
 double normal_of_log(double x, double median) {
   const double z = std::log(x / median) / kSpread;
@@ -71,21 +63,23 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   return {.share = fit.sharpness / perfect, .noise = kScoreNoise * to_itself.level / perfect};
 }
 
-double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual) {
-  const double x = std::clamp(evidence.share, 0.0, kMostRight);
+double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
+                            const ShareModel& model) {
+  const double x = std::clamp(evidence.share, 0.0, model.most_right);
   // Little structure makes wrong poses look as sharp as right ones.
-  const double scale = std::hypot(kWrongScale, evidence.noise);
-  const double similar = std::hypot(kSimilarScale, evidence.noise);
-  const double wrong =
-      (1.0 - kSimilar) * std::exp(-x / scale) / scale + kSimilar * std::exp(-x / similar) / similar;
-  const double floor = 1.0 / kMostRight;
-  const double any = x < kLeastRight ? floor : 1.0 / (x * std::log(kMostRight / kLeastRight));
+  const double scale = std::hypot(model.wrong_scale, evidence.noise);
+  const double similar = std::hypot(model.similar_scale, evidence.noise);
+  const double wrong = (1.0 - model.similar) * std::exp(-x / scale) / scale +
+                       model.similar * std::exp(-x / similar) / similar;
+  const double floor = 1.0 / model.most_right;
+  const double any =
+      x < model.least_right ? floor : 1.0 / (x * std::log(model.most_right / model.least_right));
   const double right =
       kAnything * floor +
       (1.0 - kAnything) * (usual && x > 0.0 ? 0.5 * (normal_of_log(x, *usual) + any) : any);
   // Without structure, nothing can be told from a small share.
-  const double told = std::min(1.0, kWrongScale / evidence.noise);
-  const double ratio = std::log(right / ((1.0 - kAlike) * wrong + kAlike * right));
+  const double told = std::min(1.0, model.wrong_scale / evidence.noise);
+  const double ratio = std::log(right / ((1.0 - model.alike) * wrong + model.alike * right));
   return ratio < 0.0 ? std::max(-6.0, ratio) * told : ratio;
 }
 

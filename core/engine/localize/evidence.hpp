@@ -38,9 +38,22 @@ struct Evidence {
 };
 [[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
-/// log(p(evidence | pose right) / p(evidence | pose wrong)), in [-6, 9.3].
+/// How shares are distributed at right and at wrong poses. The defaults come from alignments of
+/// three matchers on the recorded street and the demo's campus, right (0.55-1.1) and wrong (99 %
+/// below 0.045). docs/localization.md tests them on others.
+struct ShareModel {
+  double wrong_scale = 0.015;  ///< mean share at wrong poses; exponential
+  /// Of wrong poses that share a street's walls or a row of trees with the right one.
+  double similar = 0.1, similar_scale = 0.06;
+  /// Of poses that are wrong although they fit like right ones: places that are alike.
+  double alike = 1e-4;
+  double least_right = 0.08, most_right = 1.2;
+};
+
+/// log(p(evidence | pose right) / p(evidence | pose wrong)), in [-6, 9.3] with the default model.
 /// @param usual  the share that recent tracked scans had; none before the first
-[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual);
+[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
+                                          const ShareModel& model = {});
 
 /// Whether the evidence supports the pose, or at least does not speak against it.
 [[nodiscard]] inline bool fits(const Evidence& evidence) {

@@ -29,28 +29,6 @@ Cell cell_of(const Point& p, double width) {
           static_cast<std::int64_t>(std::floor(p.y() / width))};
 }
 
-/// The part of a scan that stands up. The ground matches at any heading and says nothing.
-PointCloud upright_part(PointsView scan) {
-  // A cell's ground is the lowest point in it and its neighbours: a wall has ground in front of it
-  // within 8 m. What lies half a metre above is no curb.
-  constexpr double kCell = 4.0, kAbove = 0.5;
-  std::map<Cell, double> lowest;
-  for (const Point& p : scan) {
-    const Cell cell = cell_of(p, kCell);
-    for (std::int64_t dx = -1; dx <= 1; ++dx) {
-      for (std::int64_t dy = -1; dy <= 1; ++dy) {
-        const auto [at, first] = lowest.try_emplace({cell.first + dx, cell.second + dy}, p.z());
-        if (!first) at->second = std::min(at->second, p.z());
-      }
-    }
-  }
-  PointCloud upright;
-  for (const Point& p : scan) {
-    if (p.z() > lowest.at(cell_of(p, kCell)) + kAbove) upright.push_back(p);
-  }
-  return upright;
-}
-
 struct Start {
   RegionId region;
   std::shared_ptr<const ReadyRegion> map;
@@ -152,15 +130,36 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 
 }  // namespace
 
+PointCloud upright_part(PointsView scan) {
+  // A cell's ground is the lowest point in it and its neighbours: a wall has ground in front of it
+  // within 8 m. What lies half a metre above is no curb.
+  constexpr double kCell = 4.0, kAbove = 0.5;
+  std::map<Cell, double> lowest;
+  for (const Point& p : scan) {
+    const Cell cell = cell_of(p, kCell);
+    for (std::int64_t dx = -1; dx <= 1; ++dx) {
+      for (std::int64_t dy = -1; dy <= 1; ++dy) {
+        const auto [at, first] = lowest.try_emplace({cell.first + dx, cell.second + dy}, p.z());
+        if (!first) at->second = std::min(at->second, p.z());
+      }
+    }
+  }
+  PointCloud upright;
+  for (const Point& p : scan) {
+    if (p.z() > lowest.at(cell_of(p, kCell)) + kAbove) upright.push_back(p);
+  }
+  constexpr std::size_t kFewest = 60;  // fewer points do not tell one place from another
+  if (upright.size() < kFewest) upright.assign(scan.begin(), scan.end());
+  return upright;
+}
+
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
                           const Fit& to_itself, const PlaceArea& area, const Pose& T_level_sensor,
                           const std::stop_token& stop) {
   PointCloud level;
   level.reserve(scan.size());
   for (const Point& p : scan) level.push_back(T_level_sensor * p);
-  PointCloud upright = upright_part(level);
-  constexpr std::size_t kFewest = 60;  // fewer points do not tell one place from another
-  if (upright.size() < kFewest) upright = std::move(level);
+  const PointCloud upright = upright_part(level);
   const PlacesFound places = find_places(bundle.places, upright, area, kPlaces, stop);
   Finds result;
   result.work.words = places.words;

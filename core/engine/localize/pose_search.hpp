@@ -45,6 +45,11 @@ struct SearchedBundle {
   const PlaceIndex& places;
 };
 
+/// The part of a scan that stands up: what find_places searches with. The ground matches at any
+/// heading and says nothing. The whole scan if hardly anything stands up.
+/// @param scan  sensor frame, z up [m]
+[[nodiscard]] PointCloud upright_part(PointsView scan);
+
 /// Finds poses from which a scan may have been taken. It aligns the scan at the places that fit
 /// best (see find_places), and loads only the regions of these places.
 /// @param scan            N points, sensor frame [m], evenly thinned

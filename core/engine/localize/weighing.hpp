@@ -21,8 +21,9 @@ namespace vantage {
 /// Measures how strongly a scan supports each hypothesis.
 class Weighing {
  public:
-  /// Both must outlive the object.
-  Weighing(const ScanMatcher& matcher, const RegionMaps& maps) : matcher_(matcher), maps_(maps) {}
+  /// Matcher and maps must outlive the object.
+  Weighing(const ScanMatcher& matcher, const RegionMaps& maps, const ShareModel& model)
+      : matcher_(matcher), maps_(maps), model_(model) {}
 
   /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so only
   /// after some metres, or if its fit becomes worse.
@@ -69,6 +70,7 @@ class Weighing {
 
   const ScanMatcher& matcher_;
   const RegionMaps& maps_;
+  ShareModel model_;
   std::optional<double> usual_share_;  // the share of recent tracked scans
   double usual_level_ = 0.0;
   double last_level_ = 0.0;       // of the scan before

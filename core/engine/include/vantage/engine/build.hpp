@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "vantage/api.hpp"
+#include "vantage/engine/atlas_params.hpp"
 #include "vantage/engine/config.hpp"
+#include "vantage/engine/matcher_choice.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/thinning.hpp"
 #include "vantage/engine/viewpoints.hpp"
@@ -25,7 +27,8 @@ struct BuildPlugins {
   PluginPtr<GroundFilter> ground;  ///< none if viewpoints come from the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
-  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps are stored
+  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps or an atlas are stored
+  MatcherChoice matcher_choice;    ///< of `matcher`
 };
 
 /// The parameters of the build itself, apart from those of the plugins.
@@ -37,8 +40,9 @@ struct BuildParams {
   std::uint32_t min_views = 1;
   std::optional<ThinningParams> thinning;  ///< applied to the points that are kept
   StoredContent content = StoredContent::points;
-  bool views = false;            ///< whether points are stored with their view counts
-  std::string effective_config;  ///< stored in the bundle
+  bool views = false;                ///< whether points are stored with their view counts
+  std::optional<AtlasParams> atlas;  ///< none: no atlas is made; it needs a matcher
+  std::string effective_config;      ///< stored in the bundle
 
   /// The parameters in a configuration; leaves `effective_config` empty.
   [[nodiscard]] VANTAGE_API static BuildParams from(const Config& config);
@@ -65,6 +69,8 @@ struct BuildReport {
   std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: empty maps
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
+  std::uint64_t atlas_sites = 0;       ///< where it was measured how well a sensor is localized
+  double core_seconds_atlas = 0;       ///< processor time of that; not in that of visibility
   double points_times_viewpoints = 0;  ///< sum over viewpoints of the points that each tested
 
   /// The cost of visibility per viewpoint and million points [s]: comparable between maps.
@@ -74,16 +80,17 @@ struct BuildReport {
   }
 };
 
-/// Loads the plugins that a build needs: the matcher only for prepared content, the ground filter
-/// only for viewpoints over the ground.
+/// Loads the plugins that a build needs: the ground filter only for viewpoints over the ground, the
+/// matcher only for prepared content or an atlas.
 /// Errors: a missing table or plugin, or a wrong parameter; viewpoints along a trajectory if [map]
 /// names none.
 [[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
                                                                   const PluginLoader& loader);
 
-/// Makes the observable map of every region and stores it (Sec. 2.1-2.3). Runs in parallel over
-/// regions and viewpoints, within the limits of the caller's TBB arena. The bundle does not depend
-/// on the number of threads.
+/// Makes the observable map of every region and stores it (Sec. 2.1-2.3), with an index of places
+/// and an Atlas if the store keeps attachments. Runs in parallel over regions and viewpoints,
+/// within the limits of the caller's TBB arena. The bundle does not depend on the number of
+/// threads.
 /// @param map         N points of P, map frame, z up [m]; finite
 /// @param trajectory  positions of the sensor while mapping, in driving order, map frame [m]; may
 ///                    be empty unless viewpoints come from it

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "vantage/api.hpp"
+#include "vantage/engine/atlas_params.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/thinning.hpp"
@@ -136,6 +137,7 @@ struct Config {
   std::optional<StoreConfig> store;
   std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
+  std::optional<AtlasParams> atlas;
   std::string file;  ///< path from which it was read
   Table written;     ///< the text, including `--set`; empty if a program made the configuration
 
@@ -160,6 +162,8 @@ struct Config {
                  Source{{}, "Yagi et al. 2026, Sec. 3.3"}),
         optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",
                  Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
+        optional("atlas", &Config::atlas, "",
+                 "where a build with a [matcher] measures how well a sensor can be localized"),
     };
   }
 

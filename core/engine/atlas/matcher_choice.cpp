@@ -1,0 +1,12 @@
+#include "vantage/engine/matcher_choice.hpp"
+
+#include "vantage/config_value.hpp"
+
+namespace vantage {
+
+Result<MatcherChoice> MatcherChoice::of(const PluginChoice& choice, const PluginLoader& plugins) {
+  VANTAGE_TRY(const Table params, plugins.effective_params(PluginKind::matcher, choice));
+  return MatcherChoice{.plugin = choice.plugin, .params = to_toml(params)};
+}
+
+}  // namespace vantage

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "atlas/sites.hpp"
+#include "localize/evidence.hpp"
+#include "places/place_index.hpp"
+#include "vantage/engine/atlas.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/result.hpp"
+#include "vantage/scan_matcher.hpp"
+
+namespace vantage {
+
+/// Measures an atlas while a bundle is built: virtual scans of the sites are aligned with the
+/// regions' maps, from right and from wrong starts. Results do not depend on the number of threads
+/// or on the order of the regions.
+class SiteTrials {
+ public:
+  /// Makes the scans of all sites, and looks for places from which they may seem to come.
+  /// @param map        N points, map frame [m]; borrowed
+  /// @param places     of the map; none: no wrong starts
+  /// @param max_range  of the sensor [m]
+  /// @param matcher    borrowed
+  /// Errors: those of the matcher, except `too_few_matches`.
+  [[nodiscard]] static Result<SiteTrials> prepare(PointsView map, const Partition& partition,
+                                                  const std::vector<SitePlace>& sites,
+                                                  const PlaceIndex* places, double max_range,
+                                                  const PluginPtr<ScanMatcher>& matcher);
+
+  /// Runs all trials in the map of one region; call it once for each region.
+  /// Errors: those of ScanMatcher::restore and of the matcher, except `too_few_matches`.
+  [[nodiscard]] Result<void> run_in(RegionId region, const RegionMap& map);
+
+  [[nodiscard]] std::size_t sites() const noexcept { return sites_.size(); }
+  /// Processor time spent so far [s], without that of threads which a matcher's `prepare` uses.
+  [[nodiscard]] double core_seconds() const noexcept { return core_seconds_; }
+
+  /// What was measured. Call it after the last region.
+  [[nodiscard]] Atlas atlas(const MatcherChoice& matcher) const;
+
+ private:
+  /// Where an alignment ended.
+  struct Trial {
+    Alignment alignment;
+    std::optional<Evidence> evidence;
+  };
+  using Trials = std::vector<std::optional<Trial>>;  // nothing: nothing matched
+  struct SiteState {
+    SitePlace place;
+    Pose truth;  // upright, with some heading
+    IndexList hits = {};
+    std::optional<Fit> to_itself = {};  // of the first of its scans
+    std::vector<Pose> rivals = {};
+    Trials right = {};  // from around the truth
+    double basin = 0.0;
+    Trials wrong = {};  // one for each rival
+  };
+  struct Scan;
+
+  SiteTrials(PointsView map, const PluginPtr<ScanMatcher>& matcher)
+      : map_(map), matcher_(matcher) {}
+
+  [[nodiscard]] Result<void> look_around(SiteState& site, const PlaceIndex* places) const;
+  [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
+  /// @param points, scored  of a scan; no evidence without scored ones
+  [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const Fit& to_itself,
+                                                   PointsView points, PointsView scored,
+                                                   const Pose& start) const;
+  /// Both return the processor time that they took [s].
+  [[nodiscard]] Result<double> try_right(const MatchTarget& target, SiteState& site) const;
+  [[nodiscard]] Result<double> try_rivals(const MatchTarget& target, SiteState& site,
+                                          const std::vector<std::size_t>& which) const;
+
+  [[nodiscard]] static std::optional<SitePrecision> precision_of(const SiteState& site);
+  [[nodiscard]] static std::vector<AlikePlace> alike_of(const SiteState& site);
+
+  PointsView map_;
+  const PluginPtr<ScanMatcher>& matcher_;
+  std::vector<SiteState> sites_;
+  struct InRegion {
+    std::vector<std::size_t> own;                             // sites
+    std::vector<std::pair<std::size_t, std::size_t>> rivals;  // site, rival of it
+  };
+  std::vector<InRegion> by_region_;
+  double core_seconds_ = 0.0;
+};
+
+}  // namespace vantage

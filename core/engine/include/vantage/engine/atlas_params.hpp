@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <tuple>
+
+#include "vantage/params.hpp"
+
+namespace vantage {
+
+/// [atlas]: where a build measures how well a sensor can be localized.
+struct AtlasParams {
+  std::uint32_t max_sites = 400;
+  double site_spacing = 20.0;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("max_sites", &AtlasParams::max_sites, "",
+                 "the build measures at this many viewpoints at most; in a larger map, they stand "
+                 "farther apart. 0: the bundle gets no atlas"),
+        optional("site_spacing", &AtlasParams::site_spacing, "m",
+                 "the build measures at one viewpoint in each square of this size, or fewer "
+                 "where there are few viewpoints",
+                 positive),
+    };
+  }
+};
+
+}  // namespace vantage
