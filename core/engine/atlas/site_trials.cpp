@@ -264,17 +264,20 @@ Result<double> SiteTrials::try_rivals(const MatchTarget& target, SiteState& site
 
 std::optional<SitePrecision> SiteTrials::precision_of(const SiteState& site) {
   Alignment mean;
-  double squares = 0.0;
+  double squares = 0.0, weights = 0.0;
   std::size_t matched = 0;
   for (const auto& trial : site.right) {
     if (!trial) continue;
     const double off = plan_distance(trial->alignment.T_map_scan, site.truth);
     squares += off * off;
-    mean.hessian += trial->alignment.hessian;
+    // What is known at the site, and not where an alignment slid to.
+    const double known = 1.0 / (1.0 + off * off / (kRightMetres * kRightMetres));
+    mean.hessian += known * trial->alignment.hessian;
+    weights += known;
     ++matched;
   }
   if (matched == 0) return {};
-  mean.hessian /= static_cast<double>(matched);
+  mean.hessian /= weights;
   const Eigen::Matrix2d covariance =
       confidence_of(mean, LocalizerParams{}.covariance_scale).covariance.topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
