@@ -10,6 +10,7 @@
 #include "terminal/input_options.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/engine/atlas.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run_files.hpp"
 
@@ -28,6 +29,19 @@ void print_priors(const PriorUse& prior, std::size_t scans) {
   std::cout << fmt::format("{} of {} scans had a prior from {}\n", prior.scans, scans,
                            prior.source);
   for (const std::string& note : prior.notes) std::cout << note << '\n';
+}
+
+/// What is to be said of a calibration that does not fit.
+Result<std::string> note_on_calibration(const Bundle& bundle, const Config& config,
+                                        const PluginLoader& plugins) {
+  VANTAGE_TRY(const auto atlas, Atlas::of_bundle(bundle));
+  if (!atlas || !config.matcher) return std::string();
+  VANTAGE_TRY(const MatcherChoice used, MatcherChoice::of(*config.matcher, plugins));
+  const MatcherChoice& measured = atlas->calibration.matcher;
+  if (measured == used) return std::string();
+  return fmt::format("the bundle's calibration is for {}: risks follow the default model\n",
+                     measured.plugin == used.plugin ? measured.plugin + " with other parameters"
+                                                    : "the matcher " + measured.plugin);
 }
 
 void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
@@ -88,6 +102,8 @@ Result<void> run(const Options& options) {
   const PluginLoader plugins = options.common.loader();
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
+  VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
+  if (!options.common.quiet) std::cerr << note;
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));

@@ -281,11 +281,14 @@ std::optional<SitePrecision> SiteTrials::precision_of(const SiteState& site) {
   double direction = std::atan2(weak.y(), weak.x());
   if (direction < 0.0) direction += std::numbers::pi;
   if (direction >= std::numbers::pi) direction = 0.0;
-  return SitePrecision{.expected_error = std::sqrt(squares / static_cast<double>(matched)),
-                       .sigma_strong = sigma[0],
-                       .sigma_weak = sigma[1],
-                       .weak_direction = direction,
-                       .basin = site.basin};
+  // How far the alignments scatter says most where matching is about to fail; elsewhere there are
+  // too few of them, and their covariance says more.
+  return SitePrecision{
+      .expected_error = std::sqrt(squares / static_cast<double>(matched) + sigma.squaredNorm()),
+      .sigma_strong = sigma[0],
+      .sigma_weak = sigma[1],
+      .weak_direction = direction,
+      .basin = site.basin};
 }
 
 std::vector<AlikePlace> SiteTrials::alike_of(const SiteState& site) {

@@ -12,8 +12,8 @@
 namespace vantage {
 namespace {
 
-constexpr int kRings = 20, kColumns = 360;
-constexpr double kLowestRing = -23.0, kRingStep = 2.0;  // [deg]
+constexpr int kRings = 20, kColumns = 720;
+constexpr double kLowestRing = -23.0, kRingStep = 2.0, kColumnStep = 360.0 / kColumns;  // [deg]
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kNearestReturn = 1.0, kFarthestReturn = 80.0;  // [m]
 
@@ -84,9 +84,11 @@ IndexList VirtualLidar::hits(const Point& sensor) const {
         std::min(kRings - 1, static_cast<int>(std::floor((elevation + wide) / kRingStep)));
     if (first > last) continue;
     const double azimuth =
-        std::atan2(static_cast<float>(to.y()), static_cast<float>(to.x())) * kPerDegree + 180.0;
-    const auto from = static_cast<int>(std::ceil(azimuth - wide));
-    const auto end = std::min(from + kColumns - 1, static_cast<int>(std::floor(azimuth + wide)));
+        (std::atan2(static_cast<float>(to.y()), static_cast<float>(to.x())) * kPerDegree + 180.0) /
+        kColumnStep;
+    const auto from = static_cast<int>(std::ceil(azimuth - wide / kColumnStep));
+    const auto end =
+        std::min(from + kColumns - 1, static_cast<int>(std::floor(azimuth + wide / kColumnStep)));
     for (int around = from; around <= end; ++around) {
       const int column = (around + kColumns) % kColumns;
       for (int ring = first; ring <= last; ++ring) {

@@ -9,7 +9,7 @@
 
 namespace vantage {
 
-/// A spinning LiDAR in a map of points: 360 rays around in each of 20 rings from -23 to 15 degrees.
+/// A spinning LiDAR in a map of points: 720 rays around in each of 20 rings from -23 to 15 degrees.
 /// A ray hits the nearest point that it passes within twice the usual distance of neighbours. What
 /// it sees does not depend on a visibility operator: a real scan also has what a region map lacks.
 /// Thread safety: const methods may run on one object from many threads at once.

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -34,8 +33,6 @@ const char* to_string(Tracking tracking) noexcept {
 
 namespace {
 
-constexpr std::string_view kJob = "localization";  // what a missing table would be for
-
 // What is believed of a pose that a user gives, before any scan.
 constexpr double kTrustInStart = 0.97;
 // The sensor may be carried away between two scans, unnoticed.
@@ -51,14 +48,16 @@ constexpr double kLeastBelief = 1e-4;
 }  // namespace
 
 struct Localizer::State {
-  State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher, const LocalizerParams& the_params)
+  State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher, const LocalizerParams& the_params,
+        const ShareModel& model)
       : bundle(std::move(the_bundle)),
         matcher(std::move(the_matcher)),
         params(the_params),
         ahead(index),
         maps(bundle.store(), matcher,
              {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
-              .background = params.prefetch}) {}
+              .background = params.prefetch}),
+        weighing(*matcher, maps, model) {}
 
   Bundle bundle;
   PluginPtr<ScanMatcher> matcher;
@@ -75,7 +74,7 @@ struct Localizer::State {
   std::shared_ptr<const ReadyRegion> map;  // of `region`
   RegionId region;
 
-  Weighing weighing{*matcher, maps};
+  Weighing weighing;
   Verdict verdict{params};
   std::optional<PlaceIndex> places;  // from the first search on
   bool compared = false;             // the hypotheses with all other places
@@ -326,7 +325,7 @@ Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
 Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
-                                  const LocalizerParams& params) {
+                                  const LocalizerParams& params, const ShareModel& model) {
   const auto& regions = bundle.index().regions;
   if (std::all_of(regions.begin(), regions.end(),
                   [](const RegionSummary& region) { return region.empty(); })) {
@@ -334,19 +333,7 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
   }
   // A program may have set what a file could not.
   VANTAGE_TRY(const LocalizerParams checked, parse<LocalizerParams>(to_table(params)));
-  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), checked));
-}
-
-Result<Localizer> Localizer::open(Bundle bundle, const Config& config,
-                                  const PluginLoader& plugins) {
-  VANTAGE_TRY(const PluginChoice choice, config.need(config.matcher, "matcher", kJob));
-  VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
-  return open(std::move(bundle), std::move(matcher), config.localizer.value_or(LocalizerParams{}));
-}
-
-Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {
-  VANTAGE_TRY(Bundle bundle, Bundle::open(config, plugins, kJob));
-  return open(std::move(bundle), config, plugins);
+  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), checked, model));
 }
 
 const MapIndex& Localizer::index() const noexcept { return state_->index; }

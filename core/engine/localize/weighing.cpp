@@ -123,7 +123,7 @@ std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses)
 
 double Weighing::of(const Evidence& evidence, const Pose& pose,
                     const std::optional<PosePrior>& prior) const {
-  return log_likelihood_ratio(evidence, usual_share_) + agreement(pose, prior);
+  return log_likelihood_ratio(evidence, usual_share_, model_) + agreement(pose, prior);
 }
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {

@@ -20,8 +20,9 @@ namespace vantage {
 /// Says how much a scan speaks for each hypothesis.
 class Weighing {
  public:
-  /// Both must outlive the object.
-  Weighing(const ScanMatcher& matcher, const RegionMaps& maps) : matcher_(matcher), maps_(maps) {}
+  /// Matcher and maps must outlive the object.
+  Weighing(const ScanMatcher& matcher, const RegionMaps& maps, const ShareModel& model)
+      : matcher_(matcher), maps_(maps), model_(model) {}
 
   /// Whether there is anything to be learnt: a hypothesis beyond doubt needs weighing only now and
   /// then, or if its fit becomes worse.
@@ -62,6 +63,7 @@ class Weighing {
 
   const ScanMatcher& matcher_;
   const RegionMaps& maps_;
+  ShareModel model_;
   std::optional<double> usual_share_;  // of recent tracked scans
   double usual_level_ = 0.0;
   std::optional<Fit> reference_;  // the fit to itself of the scan at `reference_at_`

@@ -42,7 +42,9 @@ struct AlikePlace {
 
 /// How precisely a scan of a site is localized.
 struct SitePrecision {
-  double expected_error = 0.0;  ///< root mean square of the horizontal error [m]
+  /// Root mean square of the horizontal error [m]: of alignments from starts 0.5 m off, and of what
+  /// their covariance leaves open.
+  double expected_error = 0.0;
   /// Standard deviations along the horizontal axes of which most and least is known [m].
   double sigma_strong = 0.0, sigma_weak = 0.0;
   /// The axis of `sigma_weak` in plan view, anticlockwise from the map's x axis [rad], in [0, pi).

@@ -20,6 +20,8 @@
 
 namespace vantage {
 
+struct ShareModel;
+
 enum class Tracking : std::uint8_t {
   tracked,    ///< the pose comes from matching and can be trusted
   uncertain,  ///< the pose comes from matching; evidence for or against it is still missing
@@ -62,11 +64,14 @@ struct ScanReport {
 /// Not thread safe: use one object per robot.
 class VANTAGE_API Localizer {
  public:
+  /// Judges by the default model of evidence, because the matcher's parameters are not known.
   /// Errors: `invalid_input` if the maps of all regions are empty.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                               const LocalizerParams& params);
-  /// The same with the [matcher] and the [localizer] of a configuration.
-  /// Errors: those above; a missing table or plugin, or a wrong parameter.
+  /// The same with the [matcher] and the [localizer] of a configuration. If the bundle's atlas was
+  /// measured with this matcher, it judges by its calibration.
+  /// Errors: those above; a missing table or plugin, or a wrong parameter; those of
+  /// Atlas::of_bundle.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, const Config& config,
                                               const PluginLoader& plugins);
   /// The same with the bundle that the configuration names. Errors: those above and those of
@@ -98,6 +103,9 @@ class VANTAGE_API Localizer {
 
  private:
   struct State;
+  [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                              const LocalizerParams& params,
+                                              const ShareModel& model);
   explicit Localizer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

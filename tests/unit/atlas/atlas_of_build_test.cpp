@@ -1,0 +1,255 @@
+#include <doctest/doctest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "fakes.hpp"
+#include "support/plugins.hpp"
+#include "support/real_data.hpp"
+#include "vantage/engine/atlas.hpp"
+#include "vantage/engine/bundle_build.hpp"
+#include "vantage/engine/localizer.hpp"
+
+using namespace vantage;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+void add_wall(PointCloud& map, const Point& from, const Point& to, double height) {
+  constexpr double kSpacing = 0.25;
+  const double length = (to - from).norm();
+  for (double along = 0.0; along <= length; along += kSpacing) {
+    for (double z = 0.0; z <= height; z += kSpacing) {
+      map.push_back(from + along / length * (to - from) + Point(0, 0, z));
+    }
+  }
+}
+
+void add_floor(PointCloud& map, double size_x, double size_y) {
+  for (double x = -size_x / 2; x <= size_x / 2; x += 0.4) {
+    for (double y = -size_y / 2; y <= size_y / 2; y += 0.4) map.emplace_back(x, y, 0.0);
+  }
+}
+
+/// Houses beside a street along x, 80 m long, none like another.
+PointCloud street_of_houses(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto number = [&](double from, double to) {
+    return from + (to - from) * static_cast<double>(random() % 10000) / 1e4;
+  };
+  PointCloud map;
+  add_floor(map, 84.0, 30.0);
+  for (const double side : {-1.0, 1.0}) {
+    for (double x = -40.0; x < 34.0; x += number(7.0, 11.0)) {
+      const double front = side * number(5.0, 8.0), back = side * 13.0, height = number(3.0, 6.0);
+      const double width = number(3.0, 6.0);
+      add_wall(map, {x, front, 0}, {x + width, front, 0}, height);
+      add_wall(map, {x, front, 0}, {x, back, 0}, height);
+      add_wall(map, {x + width, front, 0}, {x + width, back, 0}, height);
+    }
+  }
+  return map;
+}
+
+PointCloud path_along_x(double length) {
+  PointCloud path;
+  for (double x = -length / 2; x <= length / 2; x += 0.5) path.emplace_back(x, 0.0, 1.5);
+  return path;
+}
+
+PointCloud moved(PointCloud points, double turn, const Point& by) {
+  const Pose T = pose_from_xyz_rpy(by, {0, 0, turn});
+  for (Point& p : points) p = T * p;
+  return points;
+}
+
+/// As a survey would see it: 2 cm of noise.
+PointCloud noisy(PointCloud points) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  for (Point& p : points) p += Point(noise(random), noise(random), noise(random));
+  return points;
+}
+
+Config config_of(const std::filesystem::path& bundle, const std::string& more) {
+  auto config = parse_toml(R"(schema = 1
+[map]
+files = ["map.pcd"]
+trajectory = "path.tum"
+[partitioner]
+plugin = "uniform_grid"
+params = { cell_width = 30.0 }
+[viewpoints]
+source = "trajectory"
+voxel_size = 0.5
+[visibility]
+plugin = "keep_all"
+max_range = 60.0
+[store]
+plugin = "pcd_tiles"
+params = { root = ")" + bundle.string() +
+                               R"(", overwrite = true }
+)" + more,
+                           "test")
+                    .and_then(parse_config);
+  REQUIRE_MESSAGE(config, to_string(config.error()));
+  return *std::move(config);
+}
+
+const std::string kNdt = "[matcher]\nplugin = \"ndt\"\n";
+
+/// Builds a bundle and opens it.
+Bundle built(const test::TemporaryFolder& folder, const PointCloud& map, const PointCloud& path,
+             const std::string& more = kNdt) {
+  const PluginLoader plugins = test::built_plugins();
+  const Config config = config_of(folder.path() / "bundle", more);
+  auto build = BundleBuild::prepare(config, plugins);
+  REQUIRE_MESSAGE(build, to_string(build.error()));
+  const auto report = build->run(map, path);
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  return Bundle::open(folder.path() / "bundle", plugins).value();
+}
+
+std::optional<Atlas> atlas_of(const Bundle& bundle) {
+  auto atlas = Atlas::of_bundle(bundle);
+  REQUIRE_MESSAGE(atlas, to_string(atlas.error()));
+  return *std::move(atlas);
+}
+
+}  // namespace
+
+TEST_CASE("a corridor is weak along its axis, whatever its direction") {
+  PointCloud corridor;
+  add_floor(corridor, 90.0, 6.0);
+  for (const double side : {-3.0, 3.0}) {
+    add_wall(corridor, {-45.0, side, 0}, {45.0, side, 0}, 3.0);
+  }
+  const PointCloud path = path_along_x(40.0);
+  for (const double turn : {0.0, 0.6, 2.5}) {
+    const test::TemporaryFolder folder;
+    const auto atlas = atlas_of(
+        built(folder, noisy(moved(corridor, turn, {7, 3, 0})), moved(path, turn, {7, 3, 0})));
+    REQUIRE(atlas);
+    REQUIRE(atlas->sites.size() >= 2);
+    for (const Site& site : atlas->sites) {
+      REQUIRE(site.precision);
+      CHECK(site.precision->sigma_weak > 2.0 * site.precision->sigma_strong);
+      const double off = std::remainder(site.precision->weak_direction - turn, kPi);
+      CHECK(std::abs(off) < 5.0 * kPi / 180.0);
+    }
+  }
+}
+
+TEST_CASE("the atlas says where a sensor is localized well, and is the same for any threads") {
+  const PointCloud map = noisy(street_of_houses(5)), path = path_along_x(70.0);
+  for (const char* content : {"points", "prepared"}) {
+    const std::string more = kNdt;
+    std::vector<std::byte> first;
+    for (const std::size_t threads : {1U, 2U}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      const test::TemporaryFolder folder;
+      const PluginLoader plugins = test::built_plugins();
+      Config config = config_of(folder.path() / "bundle", more);
+      config.store->content =
+          content == std::string("points") ? StoredContent::points : StoredContent::prepared;
+      auto build = BundleBuild::prepare(config, plugins);
+      REQUIRE_MESSAGE(build, to_string(build.error()));
+      const auto report = build->run(map, path);
+      REQUIRE_MESSAGE(report, to_string(report.error()));
+      CHECK(report->atlas_sites > 0);
+      CHECK(report->core_seconds_atlas > 0.0);
+      const Bundle bundle = Bundle::open(folder.path() / "bundle", plugins).value();
+      const auto bytes = bundle.store()->attachment(Atlas::kAttachment).value();
+      if (first.empty()) first = bytes;
+      CHECK(bytes == first);
+      const auto atlas = atlas_of(bundle);
+      REQUIRE(atlas);
+      CHECK(atlas->sites.size() == report->atlas_sites);
+      CHECK(atlas->calibration.matcher.plugin == "ndt");
+      CHECK(atlas->calibration.matcher.params.find("resolution") != std::string::npos);
+      CHECK(atlas->calibration.right_samples > 2 * atlas->sites.size());
+      for (const Site& site : atlas->sites) {
+        REQUIRE(site.precision);
+        CHECK(site.precision->expected_error < 0.1);
+        CHECK(site.precision->basin >= 1.0);
+      }
+    }
+  }
+}
+
+TEST_CASE("two equal rows of houses name each other as alike") {
+  const Point apart(0, 120, 0);
+  PointCloud map = noisy(street_of_houses(8)), path = path_along_x(70.0);
+  const PointCloud twin = moved(map, 0.0, apart), twin_path = moved(path, 0.0, apart);
+  map.insert(map.end(), twin.begin(), twin.end());
+  path.insert(path.end(), twin_path.begin(), twin_path.end());
+  const test::TemporaryFolder folder;
+  const auto atlas = atlas_of(built(folder, map, path));
+  REQUIRE(atlas);
+  std::size_t named = 0;
+  for (const Site& site : atlas->sites) {
+    const Point twin_place = site.position + (site.position.y() < 60.0 ? apart : -apart);
+    named += std::ranges::any_of(site.alike, [&](const AlikePlace& place) {
+      return (place.T_map_scan.translation - twin_place).norm() < 0.5 && place.likeness > 0.8;
+    });
+  }
+  CHECK(named >= atlas->sites.size() * 3 / 4);
+  CHECK(atlas->calibration.wrong.back() > 0.5 * atlas->calibration.right[16]);
+}
+
+TEST_CASE("a bundle has no atlas without a matcher, if none is wanted, or if nothing can keep it") {
+  const PointCloud map = noisy(street_of_houses(5)), path = path_along_x(20.0);
+  const test::TemporaryFolder none, off;
+  CHECK_FALSE(atlas_of(built(none, map, path, "")));
+  CHECK_FALSE(atlas_of(built(off, map, path, kNdt + "[atlas]\nmax_sites = 0\n")));
+
+  const Config config = config_of(off.path() / "unused", kNdt);
+  auto plugins = load_build_plugins(config, test::built_plugins());
+  REQUIRE_MESSAGE(plugins, to_string(plugins.error()));
+  const auto memory = std::make_shared<test::Memory>();
+  plugins->store = test::in_process<test::MemoryStore, MapStore>(memory);
+  const auto report = build_region_maps(map, path, *plugins, BuildParams::from(config));
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->atlas_sites == 0);
+  CHECK(memory->committed);
+}
+
+TEST_CASE("sites at which nothing matches say so, and the build goes on") {
+  class NothingMatches final : public ScanMatcher {
+   public:
+    [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView) const noexcept override {
+      return fail(ErrorCode::too_few_matches, "too sparse");
+    }
+  };
+  const PointCloud map = noisy(street_of_houses(5)), path = path_along_x(20.0);
+  const test::TemporaryFolder folder;
+  const Config config = config_of(folder.path() / "bundle", kNdt);
+  auto plugins = load_build_plugins(config, test::built_plugins());
+  REQUIRE_MESSAGE(plugins, to_string(plugins.error()));
+  plugins->matcher = test::in_process<NothingMatches, ScanMatcher>();
+  const auto report = build_region_maps(map, path, *plugins, BuildParams::from(config));
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  const auto atlas =
+      atlas_of(Bundle::open(folder.path() / "bundle", test::built_plugins()).value());
+  REQUIRE(atlas);
+  REQUIRE_FALSE(atlas->sites.empty());
+  for (const Site& site : atlas->sites) CHECK_FALSE(site.precision);
+  CHECK(atlas->calibration.right.empty());
+}
+
+TEST_CASE("a localizer opens with a calibration, with that of another matcher, and with none") {
+  const PointCloud map = noisy(street_of_houses(5)), path = path_along_x(20.0);
+  const test::TemporaryFolder folder;
+  const Bundle bundle = built(folder, map, path);
+  for (const char* matcher : {"ndt", "icp"}) {
+    const Config config = config_of(folder.path() / "bundle",
+                                    "[matcher]\nplugin = \"" + std::string(matcher) + "\"\n");
+    CHECK(Localizer::open(bundle, config, test::built_plugins()));
+    const auto used = MatcherChoice::of(*config.matcher, test::built_plugins());
+    REQUIRE(used);
+    CHECK((*used == atlas_of(bundle)->calibration.matcher) == (std::string(matcher) == "ndt"));
+  }
+}
