@@ -30,7 +30,7 @@ TEST_CASE("without samples the model is the default, and a few change little") {
   const ShareModel few = fitted_model(calibration_of(5, 0.1));
   CHECK(few.wrong_scale == doctest::Approx(usual.wrong_scale).epsilon(0.1));
   CHECK(few.similar == doctest::Approx(usual.similar).epsilon(0.3));
-  CHECK(few.alike == doctest::Approx(usual.alike));
+  CHECK(few.alike < 1e-3);
   CHECK(few.least_right == usual.least_right);
 }
 
