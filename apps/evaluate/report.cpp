@@ -64,8 +64,9 @@ Result<std::string> to_html(const Evaluation& evaluation) {
   }
   VANTAGE_TRY(std::string region_maps, page::region_maps(evaluation));
   VANTAGE_TRY(std::string trajectories, page::trajectories(evaluation));
+  VANTAGE_TRY(std::string localizability, page::localizability(evaluation));
   page::View3d view = page::view_3d(evaluation);
-  return to_html(report::Page{
+  report::Page page{
       .title = "Localization in region maps",
       .subtitle = fmt::format("{} on {}, {}", number(evaluation.configs.size(), "configuration"),
                               number(evaluation.routes.size(), "route"), number(scans, "scan")),
@@ -81,7 +82,13 @@ Result<std::string> to_html(const Evaluation& evaluation) {
                    {"trajectories", "Trajectories", std::move(trajectories)},
                    {"view", "3-D view", std::move(view.body)},
                    {"method", "How it was measured", page::method(evaluation)}},
-      .scripts = std::move(view.scripts)});
+      .scripts = std::move(view.scripts)};
+  if (!localizability.empty()) {
+    const auto before = std::find_if(page.sections.begin(), page.sections.end(),
+                                     [](const auto& section) { return section.id == "view"; });
+    page.sections.insert(before, {"localizability", "Localizability", std::move(localizability)});
+  }
+  return to_html(page);
 }
 
 }  // namespace vantage

@@ -1,10 +1,11 @@
-// vantage-info: what a recording or a map holds.
+// vantage-info: what a recording, a map or a bundle holds.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "info/bundle_info.hpp"
 #include "info/recording_info.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
@@ -15,12 +16,30 @@ namespace {
 
 struct Options {
   io::ScanOptions scans;
+  std::vector<std::filesystem::path> plugin_dirs;
   bool quiet = false;
   bool json = false;
   std::string color = "auto";
 };
 
+template <class Info>
+void print(const Info& info, const Options& options) {
+  if (options.json) {
+    std::cout << to_json(info).dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
+              << '\n';
+  } else {
+    std::cout << to_text(info, cli::Style::of(STDOUT_FILENO, options.color));
+  }
+}
+
 Result<void> run(const Options& options) {
+  VANTAGE_TRY(
+      const auto bundle,
+      inspect_bundle(options.scans.path, PluginLoader::with_default_folders(options.plugin_dirs)));
+  if (bundle) {
+    print(*bundle, options);
+    return {};
+  }
   RecordingInfo info;
   {
     cli::Progress progress("reading (scans)", options.quiet);
@@ -28,12 +47,7 @@ Result<void> run(const Options& options) {
                   progress.update(done, total);
                 }));
   }
-  if (options.json) {
-    std::cout << to_json(info).dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
-              << '\n';
-  } else {
-    std::cout << to_text(info, cli::Style::of(STDOUT_FILENO, options.color));
-  }
+  print(info, options);
   return {};
 }
 
@@ -42,12 +56,12 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Prints what a recording or a map contains: format, topics, scans, points, fields, extent, "
-      "rate, gaps.",
+      "Prints what a recording, a map or a bundle contains: format, topics, scans, points, fields, "
+      "extent, rate, gaps; regions, and how well a sensor can be localized in them.",
       "vantage info");
   vantage::Options options;
   app.add_option("PATH", options.scans.path,
-                 fmt::format("folder of scans or map tiles, {}, {}",
+                 fmt::format("folder of scans, map tiles or a bundle, {}, {}",
                              vantage::io::format_names(vantage::io::FormatUse::recording, ", "),
                              vantage::io::format_names(vantage::io::FormatUse::cloud)))
       ->required();
@@ -55,6 +69,11 @@ int main(int argc, char** argv) {
   app.add_option("--rate", options.scans.rate_hz, "scans per second, if files contain no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--plugin-dir", options.plugin_dirs,
+                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
+      ->allow_extra_args(false);
   app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");
   app.add_flag("--json", options.json, "results as JSON on stdout");
   app.add_flag_callback(

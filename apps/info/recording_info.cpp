@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "info/lines.hpp"
 #include "io/autoware_tiles.hpp"
 #include "io/formats.hpp"
 #include "io/ros/bag_scans.hpp"
@@ -20,23 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kGap = 1.5;  // median intervals
-
-/// Of a file, or of all files in a folder.
-std::uint64_t size_of(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) {
-    const auto size = fs::file_size(path, error);
-    return error ? 0 : size;
-  }
-  std::uint64_t sum = 0;
-  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
-       it.increment(error)) {
-    std::error_code unreadable;
-    const auto size = it->is_regular_file(unreadable) ? it->file_size(unreadable) : 0;
-    if (!unreadable) sum += size;
-  }
-  return sum;
-}
 
 double median_interval(const std::vector<double>& stamps) {
   std::vector<double> intervals;
@@ -109,25 +93,15 @@ Result<RecordingInfo> inspect_map(RecordingInfo info) {
   return info;
 }
 
-std::string box(const Eigen::AlignedBox3d& extent) {
-  if (extent.isEmpty()) return "none";
-  const auto axis = [&](const char* name, Eigen::Index i) {
-    return fmt::format("{} {:.2f} to {:.2f}", name, extent.min()[i], extent.max()[i]);
-  };
-  return fmt::format("{}, {}, {}", axis("x", 0), axis("y", 1), axis("z", 2));
-}
-
 double share_of_dropped(const PointsInfo& points) {
   const auto all = static_cast<double>(points.finite + points.dropped);
   return all > 0.0 ? static_cast<double>(points.dropped) / all : 0.0;
 }
 
-using Lines = std::vector<std::pair<std::string, std::string>>;
-
 void add_points(Lines& lines, const PointsInfo& points) {
   lines.emplace_back("NaN or infinite", fmt::format("{} ({:.2f} %)", cli::grouped(points.dropped),
                                                     100.0 * share_of_dropped(points)));
-  lines.emplace_back("extent [m]", box(points.extent));
+  lines.emplace_back("extent [m]", box_text(points.extent));
 }
 
 Lines lines_of(const ScansInfo& scans) {
@@ -167,17 +141,6 @@ Lines lines_of(const ScansInfo& scans) {
                                        cli::grouped(scans.with_times), scans.sweep));
   add_points(lines, scans.points);
   return lines;
-}
-
-std::string to_text(const Lines& lines, const cli::Style& style) {
-  std::size_t width = 0;
-  for (const auto& [name, value] : lines) width = std::max(width, name.size());
-  std::string text;
-  for (const auto& [name, value] : lines) {
-    text +=
-        style.bold(name) + std::string(width - name.size() + 2, ' ') + cli::one_line(value) + '\n';
-  }
-  return text;
 }
 
 nlohmann::ordered_json json_of(const PointsInfo& points) {

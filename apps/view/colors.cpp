@@ -17,13 +17,17 @@ constexpr std::array<std::uint32_t, kStops> kMagma{0x000004, 0x140e36, 0x3b0f70,
                                                    0x8c2981, 0xb73779, 0xde4968, 0xf7705c,
                                                    0xfe9f6d, 0xfecf92, 0xfcfdbf};
 
+// As style.css of reports has them on dark paper: --e0 to --e4.
+constexpr std::array<std::uint32_t, 5> kErrors{0x5aa9ee, 0x53cdb5, 0xf2c53d, 0xff8b45, 0xff5d6c};
+
 Color from_hex(std::uint32_t rgb) {
   return Color((rgb >> 16) & 0xff, (rgb >> 8) & 0xff, rgb & 0xff) / 255.0;
 }
 
-Color interpolated(const std::array<std::uint32_t, kStops>& stops, double t) {
-  const double at = std::clamp(t, 0.0, 1.0) * (kStops - 1);
-  const auto below = std::min(static_cast<std::size_t>(at), kStops - 2);
+template <std::size_t N>
+Color interpolated(const std::array<std::uint32_t, N>& stops, double t) {
+  const double at = std::clamp(t, 0.0, 1.0) * (N - 1);
+  const auto below = std::min(static_cast<std::size_t>(at), N - 2);
   const double share = at - static_cast<double>(below);
   return (1.0 - share) * from_hex(stops[below]) + share * from_hex(stops[below + 1]);
 }
@@ -70,6 +74,7 @@ std::vector<std::vector<std::size_t>> neighbors(const std::vector<Bounds2>& boxe
 
 Color viridis(double t) noexcept { return interpolated(kViridis, t); }
 Color magma(double t) noexcept { return interpolated(kMagma, t); }
+Color badness(double t) noexcept { return interpolated(kErrors, t); }
 
 Color hue_color(double hue, double lightness) noexcept {
   constexpr double kChroma = 0.125;  // within sRGB for the lightnesses in use

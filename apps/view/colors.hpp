@@ -16,6 +16,10 @@ using Color = Eigen::Vector3d;  ///< sRGB, 0 .. 1
 [[nodiscard]] Color viridis(double t) noexcept;
 [[nodiscard]] Color magma(double t) noexcept;
 
+/// From blue (good) over yellow to red (bad); `t` is clamped to 0 .. 1. The colours of errors in
+/// reports.
+[[nodiscard]] Color badness(double t) noexcept;
+
 /// A colour of the given hue [turns]; all hues are equally bright. Source: OKLCH (B. Ottosson,
 /// 2020).
 /// @param lightness  0 .. 1

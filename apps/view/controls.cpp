@@ -20,8 +20,8 @@ Reaction toggled(bool& flag, bool there) {
   return Reaction::lines;
 }
 
-Reaction next_coloring(Controls& controls) {
-  const auto next = (static_cast<int>(controls.coloring) + 1) % 3;
+Reaction next_coloring(Controls& controls, bool atlas) {
+  const auto next = (static_cast<int>(controls.coloring) + 1) % (atlas ? 4 : 3);
   controls.coloring = static_cast<Coloring>(next);
   return Reaction::points;
 }
@@ -39,6 +39,7 @@ const char* to_string(Coloring coloring) noexcept {
     case Coloring::height: return "height";
     case Coloring::region: return "region";
     case Coloring::views: return "views";
+    case Coloring::localizability: return "localizability";
   }
   return "";
 }
@@ -47,7 +48,7 @@ Reaction press(char key, Controls& controls, const Shown& shown) {
   const bool bundle = shown.regions > 0;
   switch (key) {
     case 'H': return Reaction::help;
-    case 'C': return bundle ? next_coloring(controls) : Reaction::none;
+    case 'C': return bundle ? next_coloring(controls, shown.atlas) : Reaction::none;
     case 'R': return bundle ? next_region(controls, shown.regions) : Reaction::none;
     case 'A':
       if (!controls.region) return Reaction::none;
@@ -56,6 +57,7 @@ Reaction press(char key, Controls& controls, const Shown& shown) {
     case 'B': return toggled(controls.borders, bundle);
     case 'V': return toggled(controls.viewpoints, bundle && controls.region.has_value());
     case 'T': return toggled(controls.trajectory, shown.trajectory);
+    case 'L': return toggled(controls.sites, controls.coloring == Coloring::localizability);
     case 'F': return Reaction::fit;
     case '+': return resized(controls, 1);
     case '-': return resized(controls, -1);
@@ -70,12 +72,14 @@ std::string key_help(const Shown& shown) {
       "mouse  left: turn, wheel: zoom, Ctrl + left: move\n"
       "H      this help\n";
   if (shown.regions > 0) {
+    text += "C      next colour: height, region, views";
+    text += shown.atlas ? ", localizability\n" : "\n";
     text +=
-        "C      next colour: height, region, views\n"
         "R, A   the map of the next region; all regions\n"
         "B      borders of the regions on and off\n"
         "V      viewpoints of the region on and off\n";
   }
+  if (shown.atlas) text += "L      sites of the atlas on and off, with localizability\n";
   if (shown.trajectory) text += "T      trajectory on and off\n";
   return text +
          "F      fit the view to what is shown\n"

@@ -8,7 +8,7 @@
 
 namespace vantage::view {
 
-enum class Coloring : std::uint8_t { height, region, views };
+enum class Coloring : std::uint8_t { height, region, views, localizability };
 [[nodiscard]] const char* to_string(Coloring) noexcept;
 
 /// What the window currently shows.
@@ -16,6 +16,7 @@ struct Controls {
   Coloring coloring = Coloring::height;
   std::optional<RegionId> region = {};  ///< the region whose map is shown; all if empty
   bool borders = true, viewpoints = true, trajectory = true;
+  bool sites = true;   ///< of the atlas, if that is what colours show
   int point_size = 2;  ///< [pixels]
 };
 
@@ -23,6 +24,7 @@ struct Controls {
 struct Shown {
   std::uint32_t regions = 0;  ///< 0 for a cloud
   bool trajectory = false;
+  bool atlas = false;  ///< of a bundle
 };
 
 /// What a key makes necessary.

@@ -34,7 +34,7 @@ bool is_bundle(const Options& options) {
 }
 
 Coloring coloring_of(const std::string& name) {
-  for (const Coloring coloring : {Coloring::region, Coloring::views}) {
+  for (const Coloring coloring : {Coloring::region, Coloring::views, Coloring::localizability}) {
     if (name == view::to_string(coloring)) return coloring;
   }
   return Coloring::height;
@@ -96,6 +96,15 @@ std::string legend(const view::Drawing& drawing, const view::Controls& controls,
           scales.views.high,
           *most > scales.views.high ? fmt::format(" and more, {} at most", *most) : std::string());
     }
+    case Coloring::localizability:
+      return fmt::format(
+          "expected error at the nearest site, {:g} m (blue) to {:g} m and more, or no match "
+          "(red)\n"
+          "sites      {} of the atlas for {}; white line: weak direction, longer if weaker; "
+          "violet: "
+          "alike places",
+          view::kLeastError, view::kLargestError, scene.atlas()->sites.size(),
+          scene.atlas()->calibration.matcher.plugin);
   }
   return {};
 }
@@ -138,6 +147,10 @@ nlohmann::ordered_json to_json(const view::Scene& scene, const view::Drawing& dr
     json["region"] = label_of(scene, controls);
     json["viewpoints"] = drawing.viewpoints.size();
   }
+  if (controls.coloring == Coloring::localizability) {
+    json["sites"] = scene.atlas()->sites.size();
+    json["expected_error"] = {view::kLeastError, view::kLargestError};
+  }
   if (!drawing.views.empty()) {
     json["views"] = *std::max_element(drawing.views.begin(), drawing.views.end());
   }
@@ -166,6 +179,7 @@ Result<void> run(const Options& options) {
   view::Show show{
       .scene = scene, .lines = {}, .controls = {}, .size = size, .progress = {}, .tell = {}};
   show.controls.coloring = coloring_of(options.color);
+  if (show.controls.coloring == Coloring::localizability) VANTAGE_CHECK(scene.need_atlas());
   show.controls.point_size = options.point_size;
   if (!options.region.empty()) {
     VANTAGE_TRY(show.controls.region, scene.bundle()->find_region(options.region));
@@ -195,8 +209,8 @@ Result<void> run(const Options& options) {
   }
   if (!options.quiet) {
     const auto regions = scene.bundle() ? scene.bundle()->index().partition.size() : 0;
-    std::cerr << view::key_help(
-        {static_cast<std::uint32_t>(regions), !show.lines.trajectory.empty()});
+    std::cerr << view::key_help({static_cast<std::uint32_t>(regions),
+                                 !show.lines.trajectory.empty(), scene.atlas().has_value()});
   }
   show.tell = [&](const view::Drawing& now, const view::Controls& controls,
                   const view::Scales& scales) { tell(options, scene, now, controls, scales); };
@@ -220,10 +234,12 @@ int main(int argc, char** argv) {
       ->type_name("ID");
   app.add_option("--trajectory", options.trajectory, "a line along these poses (TUM, KITTI)")
       ->type_name("FILE");
-  app.add_option("--color", options.color,
-                 "colour points by height, by region, or by the number of viewpoints that see them "
-                 "(of region maps that contain them, if the bundle has no views)")
-      ->check(CLI::IsMember({"height", "region", "views"}))
+  app.add_option(
+         "--color", options.color,
+         "colour points by height, by region, by the number of viewpoints that see them (of "
+         "region maps that contain them, if the bundle has no views), or by localizability: "
+         "the expected error at the nearest site of the atlas")
+      ->check(CLI::IsMember({"height", "region", "views", "localizability"}))
       ->capture_default_str();
   app.add_option("--png", options.png, "write a picture and open no window")->type_name("FILE");
   app.add_option("--size", options.size,

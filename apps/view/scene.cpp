@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nanoflann.hpp>
 
+#include "localizability/localizability.hpp"
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/kd_tree_points.hpp"
 
 namespace vantage::view {
 namespace {
@@ -13,6 +16,25 @@ namespace {
 Point whole_metres(const Bounds3& bounds) {
   return bounds.empty() ? Point::Zero()
                         : Point((0.5 * (bounds.min + bounds.max)).array().round() + 0.0);  // no -0
+}
+
+/// The expected error at the site nearest to each point.
+std::vector<double> errors_at(PointsView points, const Atlas& atlas) {
+  PointCloud places;
+  for (const Site& site : atlas.sites) places.push_back(site.position);
+  const KdTreePoints<Point> sites{places};
+  using Distance = nanoflann::L2_Simple_Adaptor<double, KdTreePoints<Point>>;
+  const nanoflann::KDTreeSingleIndexAdaptor<Distance, KdTreePoints<Point>, 3, std::uint32_t> tree(
+      3, sites);
+  std::vector<double> errors;
+  errors.reserve(points.size());
+  for (const Point& p : points) {
+    std::uint32_t nearest = 0;
+    double squared = 0.0;
+    tree.knnSearch(p.data(), 1, &nearest, &squared);
+    errors.push_back(expected_error(atlas.sites[nearest]));
+  }
+  return errors;
 }
 
 }  // namespace
@@ -28,6 +50,18 @@ Result<Scene> Scene::open_bundle(const std::filesystem::path& folder, const Plug
   scene.origin_ = whole_metres(bundle.index().map_bounds);
   scene.hues_ = region_hues(bundle.index().partition.regions());
   scene.bundle_ = bundle;
+  // A bundle whose atlas cannot be read still has points to show.
+  auto atlas = Atlas::of_bundle(bundle);
+  if (!atlas) {
+    scene.no_atlas_ = std::move(atlas).error();
+  } else if (!*atlas || (*atlas)->sites.empty()) {
+    scene.no_atlas_ = Error{.code = ErrorCode::not_found,
+                            .message = std::string("the bundle has no atlas: ") + kHowToGetAnAtlas,
+                            .where = SourceLocation{scene.name_, 0, 0},
+                            .context = {}};
+  } else {
+    scene.atlas_ = *std::move(atlas);
+  }
   return scene;
 }
 
@@ -48,6 +82,10 @@ Result<Scene> Scene::open_cloud(const std::filesystem::path& file, std::size_t m
   scene.table_.emplace(bounds, max_points);
   scene.table_->add(cloud.points);
   return scene;
+}
+
+Result<void> Scene::need_atlas() const {
+  return no_atlas_ ? Result<void>(fail(*no_atlas_)) : Result<void>();
 }
 
 Result<void> Scene::read_all(const Bundle::Progress& progress) {
@@ -75,6 +113,7 @@ Drawing Scene::around_origin(PointsView points) const {
     if (!owner) owner = partition.nearest(p.head<2>());
     drawing.regions.push_back(owner ? owner->value : 0);
   }
+  if (atlas_) drawing.expected_errors = errors_at(points, *atlas_);
   return drawing;
 }
 
@@ -126,6 +165,11 @@ Scales scales_of(const Drawing& drawing) {
   return scales;
 }
 
+double share_of_error(double expected_error) noexcept {
+  const double ends = std::log(kLargestError / kLeastError);
+  return std::clamp(std::log(expected_error / kLeastError) / ends, 0.0, 1.0);
+}
+
 std::vector<Color> colors_of(const Drawing& drawing, Coloring coloring, const Scales& scales,
                              const std::vector<double>& hues) {
   // The darkest end of the maps is left out, because it would not stand out from the background.
@@ -141,6 +185,10 @@ std::vector<Color> colors_of(const Drawing& drawing, Coloring coloring, const Sc
         break;
       case Coloring::views:
         colors.push_back(magma(visible(scales.views.share(drawing.views[i]))));
+        break;
+      case Coloring::localizability:
+        colors.push_back((0.45 + 0.55 * std::sqrt(height)) *
+                         badness(share_of_error(drawing.expected_errors[i])));
         break;
     }
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "vantage/engine/atlas.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "view/colors.hpp"
@@ -22,6 +23,9 @@ struct Drawing {
   /// How many viewpoints see each point if the bundle says so, otherwise how many region maps
   /// contain it; empty if not counted.
   std::vector<std::uint32_t> views;
+  /// The expected error at the nearest site of the atlas [m]: infinite where a scan matches
+  /// nothing. Empty without sites.
+  std::vector<double> expected_errors;
   PointCloud viewpoints;  ///< of the one region that is drawn
   bool thinned = false;   ///< not all points are drawn
 };
@@ -42,6 +46,10 @@ class Scene {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   /// None for a cloud.
   [[nodiscard]] const std::optional<Bundle>& bundle() const noexcept { return bundle_; }
+  /// Of the bundle; none if it was built without one, or if it cannot be read.
+  [[nodiscard]] const std::optional<Atlas>& atlas() const noexcept { return atlas_; }
+  /// Errors: those of Atlas::of_bundle; `not_found`, with what to do, if there is no site.
+  [[nodiscard]] Result<void> need_atlas() const;
   /// Whole metres, map frame.
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
   /// The number of points of the cloud or of the wide-area map.
@@ -66,6 +74,8 @@ class Scene {
 
   std::string name_;
   std::optional<Bundle> bundle_;
+  std::optional<Atlas> atlas_;
+  std::optional<Error> no_atlas_;    // why there is none, or none that has a site
   std::optional<PointTable> table_;  // of everything, after it was read
   std::size_t max_points_ = 1;
   std::uint64_t total_ = 0, dropped_ = 0;
@@ -80,8 +90,13 @@ struct Scales {
 };
 [[nodiscard]] Scales scales_of(const Drawing& drawing);
 
-/// A colour for each point: height by `viridis`, views by `magma`, region by its hue, which is
-/// darker for low points and lighter for high ones.
+/// Where an expected error stands between these two, by its logarithm: 0 .. 1. The same in every
+/// map, so that pictures compare.
+inline constexpr double kLeastError = 0.01, kLargestError = 1.0;  // [m]
+[[nodiscard]] double share_of_error(double expected_error) noexcept;
+
+/// A colour for each point: height by `viridis`, views by `magma`, region by its hue, expected
+/// error by `badness`; the latter two are darker for low points and lighter for high ones.
 [[nodiscard]] std::vector<Color> colors_of(const Drawing& drawing, Coloring coloring,
                                            const Scales& scales, const std::vector<double>& hues);
 

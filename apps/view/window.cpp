@@ -20,6 +20,7 @@
 #include "vantage/kit/atomic_file.hpp"
 #include "view/borders.hpp"
 #include "view/camera.hpp"
+#include "view/sites.hpp"
 
 namespace vantage::view {
 namespace {
@@ -32,6 +33,8 @@ const Color kBorder(0.80, 0.83, 0.88);
 const Color kChosenBorder(1.0, 1.0, 1.0);
 const Color kViewpoint(1.0, 0.35, 0.25);
 const Color kTrajectory(1.0, 0.62, 0.12);
+const Color kWeak(1.0, 1.0, 1.0);
+const Color kAlike(0.86, 0.60, 1.0);
 
 constexpr const char* kAdvice =
     "run it under `xvfb-run -a` (a display that is not seen, enough for --png), or in a desktop "
@@ -101,6 +104,19 @@ void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
   }
 }
 
+void add_sites(Mesh& mesh, const Show& show, double radius) {
+  const double dot = 4.5 * radius;
+  for (const SiteMark& mark :
+       site_marks(*show.scene.atlas(), show.scene.origin(), show.controls.region, dot)) {
+    add_dot(mesh, mark.at, 1.5 * dot, mark.color);
+    add_line(mesh, mark.weak, radius, kWeak);
+    for (const Point& place : mark.alike) {
+      add_line(mesh, {mark.at, place}, 0.4 * radius, kAlike);
+      add_dot(mesh, place, 0.6 * dot, kAlike);
+    }
+  }
+}
+
 std::shared_ptr<Mesh> lines_of(const Show& show, const Drawing& drawing) {
   auto mesh = std::make_shared<Mesh>();
   const double radius = line_radius(drawing);
@@ -108,6 +124,8 @@ std::shared_ptr<Mesh> lines_of(const Show& show, const Drawing& drawing) {
   if (show.controls.viewpoints) {
     for (const Point& p : drawing.viewpoints) add_dot(*mesh, p, 3.0 * radius, kViewpoint);
   }
+  const bool atlas = show.controls.coloring == Coloring::localizability;
+  if (atlas && show.controls.sites && show.scene.atlas()) add_sites(*mesh, show, radius);
   if (show.controls.trajectory) add_line(*mesh, show.lines.trajectory, 1.4 * radius, kTrajectory);
   return mesh;
 }
@@ -249,7 +267,7 @@ class Window {
   [[nodiscard]] Shown shown() const {
     const auto& bundle = show_.scene.bundle();
     return {bundle ? static_cast<std::uint32_t>(bundle->index().partition.size()) : 0,
-            !show_.lines.trajectory.empty()};
+            !show_.lines.trajectory.empty(), show_.scene.atlas().has_value()};
   }
 
   void draw() {

@@ -94,7 +94,8 @@ void check_offers(const Shell& shell) {
     CHECK(shell.offered({"plugins", "list", "--t"}).empty());
   }
   {  // choices
-    CHECK(shell.offered({"view", "--color", ""}) == Words{"height", "region", "views"});
+    CHECK(shell.offered({"view", "--color", ""}) ==
+          Words{"height", "localizability", "region", "views"});
     CHECK(shell.offered({"view", "b", "--color", "v"}) == Words{"views"});
     CHECK(shell.offered({"completion", ""}) == Words{"bash", "zsh"});
   }
@@ -126,7 +127,8 @@ TEST_CASE("zsh is offered jobs, options, choices, plugins and files") {
 TEST_CASE("a value after = is completed too") {
   // bash makes three words of it, zsh one.
   CHECK(Shell("bash").offered({"view", "--color", "=", "re"}) == Words{"region"});
-  CHECK(Shell("bash").offered({"view", "--color", "="}) == Words{"height", "region", "views"});
+  CHECK(Shell("bash").offered({"view", "--color", "="}) ==
+        Words{"height", "localizability", "region", "views"});
   CHECK(Shell("zsh").offered({"view", "--color=re"}) == Words{"region"});
 }
 

@@ -12,6 +12,7 @@
 #include "evaluate/report.hpp"
 #include "evaluation/json.hpp"
 #include "report/evaluation_fixture.hpp"
+#include "support/made_atlas.hpp"
 #include "vantage/evaluation/metrics.hpp"
 
 namespace vantage::test {
@@ -292,6 +293,39 @@ TEST_CASE("the page shows tracked, uncertain and lost scans, and the risk along 
   CHECK(markup.find("</i>scan uncertain</span>") != std::string::npos);
   CHECK(markup.find("data-file=\"risk-way\"") != std::string::npos);
   CHECK(markup.find("data-metric=\"scans.uncertain\" data-value=\"1\"") != std::string::npos);
+}
+
+TEST_CASE("the page shows the sites of an atlas, if a bundle has one") {
+  Evaluation e = made_evaluation({.configs = {"wide", "L10", "L<20"}});
+  CHECK(page_of(e).find("id=\"localizability\"") == std::string::npos);
+  e.configs[1].atlas = made_atlas({20, 40, 1});
+  const std::string page = page_of(e);
+  CHECK(page.find("<section id=\"localizability\">") != std::string::npos);
+  CHECK(page.find("<a href=\"#localizability\">") != std::string::npos);
+  const std::string markup = markup_of(page);
+  CHECK(imbalance(markup).empty());
+  CHECK(invalid_html(markup) == "");
+  CHECK(times(markup, "<circle class=\"site ") == 3);
+  for (const char* colour : {"site e0", "site e3", "site e4"}) {
+    CAPTURE(colour);
+    CHECK(times(markup, colour) == 1);
+  }
+  CHECK(times(markup, "class=\"weak\"") == 3);
+  CHECK(times(markup, "class=\"alike\"") == 2);
+  CHECK(times(markup, "a scan from here matches nothing") == 1);
+  CHECK(times(markup, "sigma 29.0 cm along 60° from the map") == 1);
+  CHECK(times(markup, "alike place 5.0 m away, likeness 0.70") == 1);
+  CHECK(times(markup, "4 sites for ndt, median 30.0 cm, 2 above 0.5 m") == 1);
+  CHECK(markup.find("Bundles without an atlas: wide, L&lt;20.") != std::string::npos);
+
+  // Neither an atlas without sites nor one without a match, a map or a route stops the page.
+  e.configs[1].atlas = Atlas{};
+  CHECK(page_of(e).find("id=\"localizability\"") == std::string::npos);
+  e.configs[1].atlas = made_atlas({20, 40, 1});
+  e.configs[1].atlas->sites.erase(e.configs[1].atlas->sites.begin(),
+                                  e.configs[1].atlas->sites.begin() + 3);
+  e.map.clear();
+  CHECK(markup_of(page_of(e)).find("1 site for ndt, 1 above 0.5 m") != std::string::npos);
 }
 
 TEST_CASE("the terminal's table: a row each, baselines beneath, nothing measured is a dash") {

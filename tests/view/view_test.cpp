@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "support/made_atlas.hpp"
+#include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "support/small_config.hpp"
@@ -118,6 +120,21 @@ const Yard& yard() {
   return one;
 }
 
+/// A bundle of the same region maps, with an atlas or without.
+void write_bundle(const std::string& name, const std::optional<Atlas>& atlas) {
+  const auto store_at = [](const std::string& place) {
+    return test::plugin<MapStore>("pcd_tiles", "root = \"" + yard().path(place) + "\"");
+  };
+  const auto from = store_at("points"), to = store_at(name);
+  const MapIndex index = from->index().value();
+  REQUIRE(to->begin(index));
+  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
+    REQUIRE(to->put(RegionId{r}, from->get(RegionId{r}).value()));
+  }
+  if (atlas) REQUIRE(to->attach(Atlas::kAttachment, atlas->encode()));
+  REQUIRE(to->commit());
+}
+
 /// Failed with exactly one line on stderr, and without a picture.
 std::string failure(const test::Finished& finished, int exit_code) {
   CHECK_MESSAGE(finished.exit_code == exit_code, finished.err);
@@ -159,6 +176,49 @@ TEST_CASE("a bundle as a picture in every colour, of the size that was asked for
   CHECK(difference(images[0], images[1]) > 0.1);
   CHECK(difference(images[0], images[2]) > 0.1);
   CHECK(difference(images[1], images[2]) > 0.1);
+}
+
+TEST_CASE("a bundle is coloured by how well a sensor can be localized, if it has an atlas") {
+  Atlas atlas = test::made_atlas({Yard::kEast + 1, Yard::kNorth + 6, 31.5});
+  write_bundle("measured", atlas);
+  std::vector<Image> images;
+  const std::string png = yard().path("localizability.png");
+  const auto draw = [&](const std::string& bundle) {
+    const auto done = view({yard().path(bundle), "--color", "localizability", "--png", png,
+                            "--size", "480x320", "--json"});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    const auto json = nlohmann::json::parse(done.out);
+    CHECK(json["color"] == "localizability");
+    CHECK(json["sites"] == 4);
+    images.push_back(read_png(png));
+    fs::remove(png);
+    CHECK(images.back().colors() > 100);
+  };
+  draw("measured");
+  // Blue where the error is small, red where it is large.
+  const auto share = [](const Image& image, const auto& is) {
+    return static_cast<double>(std::count_if(image.pixels.begin(), image.pixels.end(), is)) /
+           static_cast<double>(image.pixels.size());
+  };
+  const auto blue = [](const Pixel& p) { return p[2] > p[0] + 60; };
+  const auto red = [](const Pixel& p) { return p[0] > p[2] + 60; };
+  CHECK(share(images[0], blue) > 0.05);
+  CHECK(share(images[0], red) > 0.05);
+  for (Site& site : atlas.sites) {
+    if (site.precision) site.precision->expected_error = 0.01;
+  }
+  atlas.sites.back() = atlas.sites.front();
+  write_bundle("good", atlas);
+  draw("good");
+  CHECK(share(images[1], blue) > 0.15);
+  CHECK(share(images[1], red) < 0.01);
+
+  const auto told = view(
+      {yard().path("measured"), "--color", "localizability", "--png", png, "--size", "320x240"});
+  REQUIRE_MESSAGE(told.exit_code == 0, told.err);
+  CHECK(has(told.out, "expected error at the nearest site, 0.01 m (blue) to 1 m and more"));
+  CHECK(has(told.out, "sites      4 of the atlas for ndt"));
+  fs::remove(png);
 }
 
 TEST_CASE("a bundle that tells from how many viewpoints points are seen is coloured by that") {
@@ -226,6 +286,10 @@ TEST_CASE("bad input: one clear error, and no picture") {
   CHECK(has(failure(with({yard().path("points.toml")}), 1), "points.toml"));
   CHECK(has(failure(with({yard().path("map.pcd"), "--color", "views"}), 2), "takes a bundle"));
   CHECK(has(failure(with({yard().path("map.pcd"), "--region", "1"}), 2), "takes a bundle"));
+  CHECK(has(failure(with({yard().path("map.pcd"), "--color", "localizability"}), 2), "takes a"));
+  write_bundle("bare", {});
+  CHECK(has(failure(with({yard().path("bare"), "--color", "localizability"}), 1),
+            "the bundle has no atlas: `vantage build` makes it"));
   CHECK(has(failure(with({bundle, "--size", "10x10"}), 2), "64 to 8192"));
   CHECK(has(failure(with({bundle, "--size", "640"}), 2), "WxH"));
   CHECK(has(failure(with({bundle, "--trajectory", yard().path("none.tum")}), 1), "none.tum"));

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
+#include "evaluate/page/plans.hpp"
 #include "evaluate/page/samples.hpp"
 #include "evaluate/page/tables.hpp"
 #include "report/chart.hpp"
@@ -21,44 +21,10 @@ namespace {
 using report::escaped;
 using report::PlanWindow;
 
-/// A box in plan view.
-struct Extent {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector2d high = -low;
-
-  void see(const Eigen::Vector2d& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  [[nodiscard]] bool empty() const { return !(low.array() <= high.array()).all(); }
-};
-
-/// A picture that several figures show; the page contains it only once.
-std::string shared_picture(const std::string& id, const PlanWindow& window,
-                           const std::string& png) {
-  return fmt::format(
-      "<svg width=\"0\" height=\"0\" class=\"shared\" aria-hidden=\"true\"><defs><image id=\"{}\" "
-      "width=\"{:.0f}\" height=\"{:.1f}\" href=\"{}\" "
-      "style=\"image-rendering:auto\"/></defs></svg>\n",
-      id, window.width, window.height(), png);
-}
-
 std::string borders(const Partition& partition, const PlanWindow& window) {
   std::string d;
   for (const Region& region : partition.regions()) d += report::outline(region.footprint, window);
   return d.empty() ? "" : fmt::format("<path class=\"border\" d=\"{}\"/>\n", d);
-}
-
-std::string svg_opening(const std::string& label, const PlanWindow& window, double above) {
-  return fmt::format(
-      "<svg class=\"plan\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\" "
-      "xmlns=\"http://www.w3.org/2000/svg\">\n",
-      window.width, window.height() + above, escaped(label));
-}
-
-std::string frame(const PlanWindow& window) {
-  return fmt::format("<rect class=\"frame\" width=\"{:.0f}\" height=\"{:.1f}\"/>\n", window.width,
-                     window.height());
 }
 
 // ---- Fig. 9
@@ -112,20 +78,15 @@ std::string legend_of_heights(const PlanWindow& window, const report::Heights& h
 Result<std::string> specimen_svg(const EvaluatedConfig& config, std::size_t number,
                                  const PlanWindow& window, const report::Heights& heights,
                                  bool over_map) {
-  constexpr double kHead = 26.0;
   const Specimen& specimen = *config.specimen;
   const Region& region = config.index.partition[specimen.region];
   VANTAGE_TRY(const std::string png,
               report::height_picture(specimen.points, window, heights.low, heights.high));
-  std::string svg = svg_opening(config.name, window, kHead);
-  svg += fmt::format(
-      "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" dx=\"8\">region "
-      "{}, {} points</tspan></text>\n",
-      escaped(report::shortened(config.name, 26)), escaped(report::shortened(region.label, 24)),
-      cli::grouped(specimen.points.size()));
-  svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
-                     window.height());
-  svg += frame(window);
+  std::string svg =
+      plan_opening(report::shortened(config.name, 26),
+                   fmt::format("region {}, {} points", report::shortened(region.label, 24),
+                               cli::grouped(specimen.points.size())),
+                   window);
   if (over_map) svg += "<use class=\"ground\" href=\"#map-of-specimens\"/>\n";
   svg += fmt::format("<image width=\"{:.0f}\" height=\"{:.1f}\" href=\"{}\"/>\n", window.width,
                      window.height(), png);
@@ -140,26 +101,10 @@ Result<std::string> specimen_svg(const EvaluatedConfig& config, std::size_t numb
     svg += fmt::format("<circle class=\"viewpoint\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"1.6\"/>", x, y);
   });
   svg += report::scale_bar(window) + legend_of_heights(window, heights, number);
-  return svg + "</svg></svg>\n";
+  return svg + plan_end();
 }
 
 // ---- trajectories
-
-struct ErrorClass {
-  double below_cm;
-  const char* label;
-};
-// Ordered from good to bad: the page's colours --e0 to --e4.
-constexpr std::array kErrorClasses{
-    ErrorClass{2.0, "below 2 cm"}, ErrorClass{5.0, "2 to 5 cm"}, ErrorClass{10.0, "5 to 10 cm"},
-    ErrorClass{50.0, "10 to 50 cm"},
-    ErrorClass{std::numeric_limits<double>::infinity(), "50 cm and more"}};
-
-std::size_t class_of(double cm) {
-  std::size_t k = 0;
-  while (cm >= kErrorClasses[k].below_cm) ++k;
-  return std::min(k, kErrorClasses.size() - 1);
-}
 
 std::string tip_of(const Run& run, std::size_t i, double way) {
   const RunScan& scan = run.scans[i];
@@ -180,24 +125,18 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   const std::string title = e.routes.size() == 1
                                 ? r.config->name
                                 : fmt::format("{}, {}", r.config->name, e.routes[r.route].name);
-  constexpr double kHead = 26.0;
-  std::string svg = svg_opening(title, window, kHead);
   const RunSummary& s = r.run->summary;
-  svg += fmt::format(
-      "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" dx=\"8\">{} "
-      "scans, {} uncertain, {} lost, {} switches</tspan></text>\n",
-      escaped(report::shortened(title, 40)), s.scans, s.count("uncertain"), s.count("lost"),
-      s.count("switched"));
-  svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
-                     window.height());
-  svg += frame(window);
+  std::string svg =
+      plan_opening(title,
+                   fmt::format("{} scans, {} uncertain, {} lost, {} switches", s.scans,
+                               s.count("uncertain"), s.count("lost"), s.count("switched")),
+                   window);
   if (!e.map.empty())
     svg += fmt::format("<use class=\"ground\" href=\"#map-of-route{}\"/>\n", r.route);
   svg += borders(run.index.partition, window);
   std::string reference;
   for (const auto& moment : e.routes[r.route].reference) {
-    const auto& p = moment.pose.translation;
-    reference += fmt::format("{:.1f},{:.1f} ", window.x(p.x()), window.y(p.y()));
+    reference += polyline_point(moment.pose.translation.head<2>(), window);
   }
   svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", reference);
   const std::vector<double> way = distances(run);
@@ -232,17 +171,13 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
     }
     const Number error = shown_value("error_m", scan);
     svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",
-                       error ? fmt::format("e{}", class_of(*error)) : "unknown", x, y, tip);
+                       error ? fmt::format("e{}", error_class_of(*error)) : "unknown", x, y, tip);
   }
-  return svg + above + report::scale_bar(window) + "</svg></svg>\n";
+  return svg + above + report::scale_bar(window) + plan_end();
 }
 
 std::string trajectory_legend() {
-  std::string html = "<p class=\"legend\">";
-  for (std::size_t k = 0; k < kErrorClasses.size(); ++k) {
-    html += fmt::format("<span><i class=\"dot e{}\"></i>{}</span> ", k, kErrorClasses[k].label);
-  }
-  return html +
+  return "<p class=\"legend\">" + error_class_legend() +
          "<span><i class=\"dot ringed\"></i>map switched</span> <span><i "
          "class=\"rhomb\">◇</i>scan uncertain</span> <span><i class=\"cross\">✕</i>scan "
          "lost</span> <span><i class=\"bar\"></i>region border</span></p>\n";

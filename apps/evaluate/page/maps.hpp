@@ -15,6 +15,10 @@ namespace vantage::page {
 /// Errors: as above.
 [[nodiscard]] Result<std::string> trajectories(const Evaluation& evaluation);
 
+/// The sites of each configuration's atlas over the map, coloured by expected error, with the
+/// routes; empty if no bundle has an atlas. Errors: as above.
+[[nodiscard]] Result<std::string> localizability(const Evaluation& evaluation);
+
 /// Map, region maps and trajectories that can be turned in the browser: the body of the section,
 /// and the scripts that the page needs for it.
 struct View3d {

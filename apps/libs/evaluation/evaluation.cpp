@@ -153,6 +153,7 @@ Result<EvaluatedConfig> evaluate(const Config& config, const std::string& name,
   evaluated.name = name;
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, options.loader, "evaluating"));
   evaluated.index = bundle.index();
+  VANTAGE_TRY(evaluated.atlas, Atlas::of_bundle(bundle));
   std::vector<double> points;
   for (const RegionSummary& region : evaluated.index.regions) {
     if (stores_points(evaluated.index)) points.push_back(static_cast<double>(region.points));

@@ -12,6 +12,12 @@ TEST_CASE("colours take turns") {
     CHECK(press('C', controls, bundle) == Reaction::points);
     CHECK(controls.coloring == next);
   }
+  const Shown with_atlas{3, true, true};
+  for (const Coloring next :
+       {Coloring::region, Coloring::views, Coloring::localizability, Coloring::height}) {
+    CHECK(press('C', controls, with_atlas) == Reaction::points);
+    CHECK(controls.coloring == next);
+  }
 }
 
 TEST_CASE("regions take turns, and all come back") {
@@ -39,7 +45,7 @@ TEST_CASE("points grow and shrink within bounds") {
 TEST_CASE("keys for what is not there do nothing, and are not in the help") {
   Controls controls;
   const Shown cloud{};
-  for (const char key : {'A', 'B', 'C', 'R', 'T', 'V', 'P', 'D', 'O'}) {
+  for (const char key : {'A', 'B', 'C', 'L', 'R', 'T', 'V', 'P', 'D', 'O'}) {
     CHECK(press(key, controls, cloud) == Reaction::none);
   }
   const std::string help = key_help(cloud);
@@ -47,6 +53,10 @@ TEST_CASE("keys for what is not there do nothing, and are not in the help") {
     CHECK(help.find(line) == std::string::npos);
     CHECK(key_help({2, true}).find(line) != std::string::npos);
   }
+  CHECK(key_help({2, true}).find("localizability") == std::string::npos);
+  const std::string with_atlas = key_help({2, true, true});
+  CHECK(with_atlas.find("views, localizability\n") != std::string::npos);
+  CHECK(with_atlas.find("\nL ") != std::string::npos);
 }
 
 TEST_CASE("every other key does what the help says") {
@@ -60,6 +70,10 @@ TEST_CASE("every other key does what the help says") {
   controls.region = RegionId{1};
   CHECK(press('V', controls, bundle) == Reaction::lines);
   CHECK_FALSE(controls.viewpoints);
+  CHECK(press('L', controls, {2, true, true}) == Reaction::none);  // another colour
+  controls.coloring = Coloring::localizability;
+  CHECK(press('L', controls, {2, true, true}) == Reaction::lines);
+  CHECK_FALSE(controls.sites);
   CHECK(press('F', controls, bundle) == Reaction::fit);
   CHECK(press('S', controls, bundle) == Reaction::picture);
   CHECK(press('H', controls, bundle) == Reaction::help);

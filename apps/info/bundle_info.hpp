@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "terminal/style.hpp"
+#include "vantage/engine/atlas.hpp"
+#include "vantage/engine/bundle.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// What a bundle contains, without its points.
+struct BundleInfo {
+  std::filesystem::path path;
+  std::uint64_t bytes = 0;
+  MapIndex index;
+  std::optional<Atlas> atlas;  ///< none if it was built without one
+};
+
+/// The bundle in a folder; none if the path is something else.
+/// Errors: those of Bundle::open except `not_found`; those of Atlas::of_bundle.
+[[nodiscard]] Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& path,
+                                                               const PluginLoader& plugins);
+
+[[nodiscard]] std::string to_text(const BundleInfo& info, const cli::Style& style);
+[[nodiscard]] nlohmann::ordered_json to_json(const BundleInfo& info);
+
+}  // namespace vantage

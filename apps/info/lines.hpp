@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "terminal/style.hpp"
+
+namespace vantage {
+
+/// Names and their values, to be printed below each other.
+using Lines = std::vector<std::pair<std::string, std::string>>;
+[[nodiscard]] std::string to_text(const Lines& lines, const cli::Style& style);
+
+/// "x 0.00 to 9.00, y ...", or "none".
+[[nodiscard]] std::string box_text(const Eigen::AlignedBox3d& extent);
+
+/// The bytes of a file, or of all files in a folder; what cannot be read counts 0.
+[[nodiscard]] std::uint64_t size_of(const std::filesystem::path& path);
+
+}  // namespace vantage

@@ -1,0 +1,183 @@
+// What is said of a bundle and of its atlas.
+#include "info/bundle_info.hpp"
+
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "info/recording_info.hpp"
+#include "localizability/localizability.hpp"
+#include "support/made_atlas.hpp"
+#include "support/plugins.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+#include "support/text.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+
+namespace vantage {
+namespace {
+
+using test::has;
+using test::made_atlas;
+using test::TemporaryFolder;
+
+/// Two strips of 20 m; the second is empty.
+MapIndex strips() {
+  MapIndex index;
+  index.partition = Partition::from({{"west", HalfOpenBox{{0, 0}, {20, 10}}, {}},
+                                     {"east", HalfOpenBox{{20, 0}, {40, 10}}, {}}})
+                        .value();
+  index.regions = {{.points = 3}, {}};
+  index.map_points = 5;
+  index.map_bounds = {{0, 0, 0}, {40, 10, 3}};
+  index.config = "schema = 1\n";
+  return index;
+}
+
+/// A bundle of them in a folder.
+void write_strips(const std::filesystem::path& folder, std::span<const std::byte> atlas) {
+  const auto store = test::plugin<MapStore>("pcd_tiles", "root = \"" + folder.string() + "\"");
+  REQUIRE(store->begin(strips()));
+  REQUIRE(store->put(
+      RegionId{0},
+      {.points = {{1, 2, 3}, {2, 2, 3}, {3, 2, 3}}, .viewpoints = {{5, 5, 1}}, .prepared = {}}));
+  REQUIRE(store->put(RegionId{1}, {}));
+  if (!atlas.empty()) REQUIRE(store->attach(Atlas::kAttachment, atlas));
+  REQUIRE(store->commit());
+}
+
+BundleInfo info_with(std::optional<Atlas> atlas) {
+  return {.path = "maps/strips", .bytes = 2'500'000, .index = strips(), .atlas = std::move(atlas)};
+}
+
+TEST_CASE("an atlas in a few numbers") {
+  const Atlas atlas = made_atlas({0, 0, 1});
+  const Localizability all = localizability_of(atlas, 0.5);
+  CHECK(all.sites == 4);
+  CHECK(all.unmatched == 1);
+  CHECK(all.beyond_limit == 2);  // the one with alike places, and the one that matches nothing
+  CHECK(all.weak == 1);
+  CHECK(all.alike == 1);
+  CHECK(all.share(all.weak) == 0.25);
+  CHECK(all.expected_error.median == 0.3);
+  CHECK(all.expected_error.max == 5.5);
+  CHECK(all.basin.min == 0.0);
+  CHECK(all.basin.median == 1.0);
+
+  const auto worst = worst_sites(atlas, 3);
+  REQUIRE(worst.size() == 3);
+  CHECK(worst[0] == &atlas.sites[3]);
+  CHECK(worst[1] == &atlas.sites[2]);
+  CHECK(worst[2] == &atlas.sites[1]);
+  CHECK(worst_sites(atlas, 99).size() == 4);
+
+  CHECK(nearest_alike(atlas.sites[0]) == nullptr);
+  CHECK(nearest_alike(atlas.sites[2]) == &atlas.sites[2].alike[1]);
+  CHECK(distance(atlas.sites[2], atlas.sites[2].alike[0]) == doctest::Approx(20.0));
+
+  const Localizability none = localizability_of(Atlas{}, 0.5);
+  CHECK(none.sites == 0);
+  CHECK(none.share(0) == 0.0);
+}
+
+TEST_CASE("a weak direction as a bearing from the map's y axis") {
+  const auto bearing = [](double degrees) {
+    return weak_bearing({.weak_direction = degrees * std::numbers::pi / 180.0});
+  };
+  CHECK(bearing(0) == doctest::Approx(90));
+  CHECK(bearing(30) == doctest::Approx(60));
+  CHECK(bearing(90) == doctest::Approx(0));
+  CHECK(bearing(120) == doctest::Approx(150));
+  CHECK(bearing(179) == doctest::Approx(91));
+}
+
+TEST_CASE("info: a bundle with an atlas") {
+  const BundleInfo info = info_with(made_atlas({5, 5, 1}));
+  const std::string text = to_text(info, {});
+  CAPTURE(text);
+  for (const char* part :
+       {"regions              2, 1 of them empty\n", "points of the map    5\n",
+        "atlas for            ndt\n", "sites                4\n",
+        "matching nothing     1 site (25.0 %)\n",
+        "0.300 median, 4.980 or less at 95 % of the sites",
+        "error above 0.5 m    2 sites (50.0 %)\n",
+        "weak in a direction  1 site (25.0 %): sigma more than 3 times that across\n",
+        "basin [m]            1.0 median, 0.0 smallest\n", "with alike places    1 site (25.0 %)\n",
+        "no match", "clockwise from the map's y axis"}) {
+    CAPTURE(part);
+    CHECK(has(text, part));
+  }
+  CHECK(text.find("no match") < text.find("5.500", text.find("worst")));  // the worst first
+
+  const auto json = to_json(info)["atlas"];
+  CHECK(json["matcher"]["plugin"] == "ndt");
+  CHECK(json["sites"] == 4);
+  CHECK(json["unmatched_sites"] == 1);
+  CHECK(json["sites_beyond_alert_limit"] == 2);
+  CHECK(json["weak_sites"] == 1);
+  CHECK(json["sites_with_alike_places"] == 1);
+  CHECK(json["expected_error"]["median"] == 0.3);
+  CHECK(json["basin"]["min"] == 0.0);
+  REQUIRE(json["worst_sites"].size() == 4);
+  CHECK(json["worst_sites"][0]["expected_error"].is_null());
+  CHECK(json["worst_sites"][1]["nearest_alike"]["position"][0] == 30.0);
+  CHECK(json["worst_sites"][1]["nearest_alike"]["distance"] == doctest::Approx(5.0));
+  CHECK(json["worst_sites"][2]["weak_bearing"] == doctest::Approx(60.0));
+  CHECK(json["worst_sites"][2]["nearest_alike"].is_null());
+}
+
+TEST_CASE("info: a bundle without an atlas says how to get one") {
+  const std::string text = to_text(info_with({}), {});
+  CHECK(has(
+      text,
+      "atlas              none: `vantage build` makes it if the configuration has a [matcher]"));
+  CHECK_FALSE(has(text, "worst"));
+  CHECK(to_json(info_with({}))["atlas"].is_null());
+  // One without sites is no reason to fail.
+  CHECK(has(to_text(info_with(Atlas{}), {}), "sites                0\n"));
+  CHECK(to_json(info_with(Atlas{}))["atlas"]["expected_error"].is_null());
+}
+
+TEST_CASE("info: a folder is a bundle if a store opens it; scans are no bundle") {
+  const TemporaryFolder folder;
+  write_strips(folder.path() / "with", made_atlas({5, 5, 1}).encode());
+  write_strips(folder.path() / "without", {});
+  const auto with = inspect_bundle(folder.path() / "with", test::built_plugins());
+  REQUIRE_MESSAGE(with, to_string(with.error()));
+  REQUIRE(*with);
+  REQUIRE((*with)->atlas);
+  CHECK((*with)->atlas->sites.size() == 4);
+  CHECK((*with)->bytes > 100);
+  CHECK((*with)->index.map_points == 5);
+  const auto without = inspect_bundle(folder.path() / "without", test::built_plugins());
+  REQUIRE(without);
+  REQUIRE(*without);
+  CHECK_FALSE((*without)->atlas);
+
+  std::filesystem::create_directory(folder.path() / "scans");
+  REQUIRE(
+      io::write_pcd(folder.path() / "scans/0.pcd", PointCloud{{1, 2, 3}}, io::Precision::float32));
+  for (const char* name : {"scans", "scans/0.pcd", "nothing"}) {
+    CAPTURE(name);
+    const auto none = inspect_bundle(folder.path() / name, test::built_plugins());
+    REQUIRE_MESSAGE(none, to_string(none.error()));
+    CHECK_FALSE(*none);
+  }
+}
+
+TEST_CASE("info: a damaged bundle is an error, not a folder of scans") {
+  const TemporaryFolder folder;
+  const auto place = folder.path() / "bundle";
+  write_strips(place, made_atlas({5, 5, 1}).encode());
+  SUBCASE("its index") {
+    test::write_text(place / "index.json", "{\"format\": \"vantage pcd_tiles\"");
+  }
+  SUBCASE("its atlas") { test::write_text(place / "atlas.dat", "no atlas"); }
+  const auto info = inspect_bundle(place, test::built_plugins());
+  REQUIRE_FALSE(info);
+  CHECK(info.error().code == ErrorCode::corrupt_data);
+}
+
+}  // namespace
+}  // namespace vantage
