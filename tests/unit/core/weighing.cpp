@@ -25,7 +25,7 @@ struct Bench {
   PluginPtr<ScanMatcher> matcher =
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>());
   RegionMaps maps{store, matcher, {.memory = 1, .background = false}};
-  Weighing weighing{*matcher, maps};
+  Weighing weighing{*matcher, maps, ShareModel{}};
 
   /// Scans whose level changes by a share, up and down.
   void track(double level, double change) {
