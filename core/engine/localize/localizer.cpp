@@ -36,6 +36,8 @@ namespace {
 
 // What is believed of a pose that a user gives, before any scan.
 constexpr double kTrustInStart = 0.97;
+// The probability that the sensor was carried away, after a surprise.
+constexpr double kCarriedAway = 0.05;
 // With less belief than this in the best hypothesis, others are looked for.
 constexpr double kSure = 0.8;
 // Hypotheses with less belief are dropped.
@@ -371,20 +373,26 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
   std::vector<double> comparison;
+  bool surprise = false;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(scan, prepared.points, report));
-    s.belief.forget(doubt_of_prediction(s.hypotheses.front(), scan, s.stamp));
-    if (s.weighing.is_due(s.hypotheses, s.belief.of(0))) {
+    const Hypothesis& first = s.hypotheses.front();
+    surprise = s.weighing.is_surprising(first);
+    const double doubt = doubt_of_prediction(first, scan, s.stamp);
+    if (!s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
+      s.belief.forget(doubt);
+    } else {
       const ScopeTimer timer(report.seconds_verdict);
       auto news = s.weighing(prepared, scan.prior, s.hypotheses);
       if (!news) return during(std::move(news).error());
+      // A scan that does not fit speaks for itself. One that still fits may be from a place alike.
+      s.belief.forget(surprise && first.fits() ? kCarriedAway : doubt);
       s.belief.weigh(*news);
       comparison = s.weighing.compare(s.hypotheses);
       s.belief.weigh(comparison);
     }
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
-  const bool surprise = !s.hypotheses.empty() && s.weighing.is_surprising(s.hypotheses.front());
   if (surprise || (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5)) {
     s.startled = s.startled || s.compared || surprise;
     s.surprised = s.surprised || surprise;

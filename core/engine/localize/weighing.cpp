@@ -128,7 +128,8 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
 }
 
 std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses) const {
-  constexpr double kPreference = 15.0;
+  // Alike places differ a little in any scan; nothing follows from that, however many there are.
+  constexpr double kPreference = 15.0, kAlike = 0.1;
   const auto share = [](const Hypothesis& one) {
     return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
   };
@@ -137,7 +138,8 @@ std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses)
   std::vector<double> ratios(hypotheses.size(), 0.0);
   if (best <= 0.0) return ratios;
   for (std::size_t h = 0; h < hypotheses.size(); ++h) {
-    ratios[h] = news_ * kPreference * (share(hypotheses[h]) - best) / best;
+    const double worse = (best - share(hypotheses[h])) / best;
+    ratios[h] = -news_ * kPreference * std::max(0.0, worse - kAlike);
   }
   return ratios;
 }
