@@ -10,7 +10,7 @@ namespace vantage {
 namespace {
 
 // What the default model counts as, in samples.
-constexpr double kPriorSamples = 300.0, kPriorAlikeSamples = 1000.0;
+constexpr double kPriorSamples = 3000.0, kPriorAlikeSamples = 10000.0;
 // Virtual scans are thinner and cleaner than real ones, so that all their shares are larger. Those
 // of real scans at right poses are about this (docs/localization.md); a smaller one is kept.
 constexpr double kUsualRight = 0.75;

@@ -9,7 +9,7 @@
 namespace vantage {
 
 /// The model of a calibration's shares. It begins at the default model, which counts as some
-/// hundreds of samples: a few samples change little. A map with many alike places makes a wrong
+/// thousands of samples: a few samples change little. A map with many alike places makes a wrong
 /// pose more likely to fit. Right poses may be less sharp than by default, but no more is expected
 /// of them: virtual scans do not know what changes in the world.
 [[nodiscard]] ShareModel fitted_model(const Calibration& calibration);

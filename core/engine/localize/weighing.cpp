@@ -128,8 +128,7 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
 }
 
 std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses) const {
-  // Alike places differ a little in any scan; nothing follows from that, however many there are.
-  constexpr double kPreference = 15.0, kAlike = 0.1;
+  constexpr double kPreference = 15.0;
   const auto share = [](const Hypothesis& one) {
     return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
   };
@@ -139,7 +138,7 @@ std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses)
   if (best <= 0.0) return ratios;
   for (std::size_t h = 0; h < hypotheses.size(); ++h) {
     const double worse = (best - share(hypotheses[h])) / best;
-    ratios[h] = -news_ * kPreference * std::max(0.0, worse - kAlike);
+    ratios[h] = -news_ * kPreference * worse;
   }
   return ratios;
 }

@@ -48,7 +48,7 @@ TEST_CASE("where wrong poses fit better, the same share speaks less for a pose")
 }
 
 TEST_CASE("a map with places that are alike makes no pose certain by its fit") {
-  Calibration calibration = calibration_of(1000, 0.01);
+  Calibration calibration = calibration_of(10000, 0.01);
   for (std::size_t k = 24; k < Calibration::kQuantiles; ++k) calibration.wrong[k] = 0.7;
   const ShareModel alike = fitted_model(calibration);
   CHECK(alike.alike > 0.1);
@@ -56,10 +56,10 @@ TEST_CASE("a map with places that are alike makes no pose certain by its fit") {
 }
 
 TEST_CASE("right poses may be less sharp than usual, and shares of thin scans are scaled") {
-  Calibration calibration = calibration_of(2000, 0.01);
+  Calibration calibration = calibration_of(20000, 0.01);
   for (double& share : calibration.right) share *= 0.05;
   CHECK(fitted_model(calibration).least_right < 0.03);
-  calibration = calibration_of(2000, 0.01);
+  calibration = calibration_of(20000, 0.01);
   Calibration thin = calibration;
   for (double& share : thin.right) share *= 2.0;
   for (double& share : thin.wrong) share *= 2.0;
