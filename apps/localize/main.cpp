@@ -102,8 +102,10 @@ Result<void> run(const Options& options) {
   const PluginLoader plugins = options.common.loader();
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
-  VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
-  if (!options.common.quiet) std::cerr << note;
+  if (!options.common.quiet) {
+    VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
+    std::cerr << note;
+  }
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));

@@ -75,7 +75,7 @@ class Scene {
   std::string name_;
   std::optional<Bundle> bundle_;
   std::optional<Atlas> atlas_;
-  std::optional<Error> no_atlas_;    // why there is none, or none that has a site
+  std::optional<Error> no_atlas_;    // why no localizability can be shown
   std::optional<PointTable> table_;  // of everything, after it was read
   std::size_t max_points_ = 1;
   std::uint64_t total_ = 0, dropped_ = 0;

@@ -2,12 +2,12 @@
 
 #include <tbb/global_control.h>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "support/required.hpp"
 #include "vantage/engine/viewpoints.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
@@ -18,11 +18,7 @@
 namespace vantage {
 namespace {
 
-template <class T>
-T required(Result<T> result) {
-  if (!result) throw std::runtime_error(to_string(result.error()));
-  return *std::move(result);
-}
+using test::required;
 
 struct Street {
   PointCloud map, scan;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "places/place_search.hpp"
 #include "simulate/map_sampler.hpp"
 #include "simulate/world.hpp"
+#include "support/required.hpp"
 #include "vantage/engine/viewpoints.hpp"
 
 // Times the search for a place in simulated campuses of 250 m and of a square kilometre, with five
@@ -21,11 +21,7 @@
 namespace vantage {
 namespace {
 
-template <class T>
-T required(Result<T> result) {
-  if (!result) throw std::runtime_error(to_string(result.error()));
-  return *std::move(result);
-}
+using test::required;
 
 PointCloud campus_of(double size) {
   const auto params = required(simulation::load_world(

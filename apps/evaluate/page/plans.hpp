@@ -30,7 +30,7 @@ struct Extent {
 /// @param title, note  as text; the note is shown smaller
 [[nodiscard]] std::string plan_opening(const std::string& title, const std::string& note,
                                        const report::PlanWindow& window);
-/// The end of what `plan_opening` begins.
+/// Closes the drawing that `plan_opening` opened.
 [[nodiscard]] std::string plan_end();
 
 /// The points of a line in a plan, for an SVG polyline.

@@ -173,7 +173,7 @@ Result<void> read_numbers(const CsvTable& csv, const std::string& file, const st
   return {};
 }
 
-/// The alert limit that a run's summary.json states; the default if there is none.
+/// The alert limit in a run's summary.json. A summary without one gets the default.
 Result<AlertLimit> read_alert_limit(const fs::path& summary) {
   std::error_code error;
   if (!fs::exists(summary, error)) return AlertLimit{};

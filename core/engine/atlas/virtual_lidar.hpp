@@ -28,8 +28,9 @@ class VirtualLidar {
   double range_, reach_;  // reach: how near a ray passes a point that it hits
 };
 
-/// A scan of what is hit, as of a sensor on another day: ranges have noise (2 cm), a sector of 60
-/// degrees is covered, and one point in thirty is clutter before the surface.
+/// Makes a scan from the points that rays hit. The scan is as imperfect as one of another day: its
+/// ranges have noise (2 cm), a sector of 60 degrees is covered, and one point in thirty is clutter
+/// in front of the surface.
 /// @param hits  indices into `map`
 /// @param seed  decides noise, sector and clutter
 /// @return      sensor frame [m]

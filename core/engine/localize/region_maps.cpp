@@ -70,7 +70,7 @@ struct RegionMaps::State {
     return std::find(expected.begin(), expected.end(), RegionId{region}) != expected.end();
   }
 
-  /// A map that somebody has borrowed and still holds; nullptr if there is none.
+  /// The map of a region, if a caller borrowed it and still holds it; otherwise nullptr.
   [[nodiscard]] Ready borrowed(std::uint32_t region) const {
     const auto one = lent.find(region);
     return one == lent.end() ? nullptr : one->second.lock();

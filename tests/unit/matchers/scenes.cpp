@@ -5,24 +5,14 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <stdexcept>
 
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
+#include "support/required.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 
 namespace vantage::test {
-namespace {
-
-template <class T>
-T required(Result<T> result) {
-  if (!result) throw std::runtime_error(to_string(result.error()));
-  return *std::move(result);
-}
-
-}  // namespace
-
 PointCloud yard(std::uint32_t seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, 0.02);

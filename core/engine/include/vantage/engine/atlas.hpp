@@ -17,9 +17,10 @@
 
 namespace vantage {
 
-/// How a matcher's evidence is distributed on this map. Virtual scans, made of what is visible at
-/// the sites of an atlas, are aligned from right and from wrong starts. The evidence of an
-/// alignment is its share of the sharpness that a perfect map would give (docs/localization.md).
+/// The distributions of a matcher's evidence on this map, at right and at wrong poses. The build
+/// makes virtual scans at the sites of an atlas, and aligns them from right and from wrong starts.
+/// The evidence of an alignment is its share of the sharpness that a perfect map would give
+/// (docs/localization.md).
 struct Calibration {
   /// A distribution has this many quantiles: the smallest share, those that k / 32 of the samples
   /// are below, the largest.
@@ -42,8 +43,8 @@ struct AlikePlace {
 
 /// How precisely a scan of a site is localized.
 struct SitePrecision {
-  /// Root mean square of the horizontal error [m]: of alignments from starts 0.5 m off, and of what
-  /// their covariance leaves open.
+  /// Root mean square of the horizontal error [m]. It adds the scatter of alignments from starts
+  /// 0.5 m off and their covariance.
   double expected_error = 0.0;
   /// Standard deviations along the horizontal axes of which most and least is known [m].
   double sigma_strong = 0.0, sigma_weak = 0.0;
