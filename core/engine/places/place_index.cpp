@@ -1,19 +1,13 @@
 #include "places/place_index.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <string>
-#include <utility>
 
 namespace vantage {
 namespace {
 
-constexpr std::array<char, 8> kPlacesFormat{'v', 'p', 'l', 'a', 'c', 'e', 's', '1'};
-constexpr std::int64_t kMostVoxels = 32768;    // along an edge
-constexpr int kFarthestVoxel = 1'000'000'000;  // from the world's origin
-constexpr double kGroundWithin = 8.0;          // [m]
+constexpr double kGroundWithin = 8.0;  // [m]
 
 /// The order of keys is z, y, x: voxels of a row follow each other.
 std::uint64_t key_of(const Eigen::Vector3i& voxel, const Eigen::Vector3i& extent) {
@@ -21,14 +15,6 @@ std::uint64_t key_of(const Eigen::Vector3i& voxel, const Eigen::Vector3i& extent
              std::uint64_t(extent.x()) +
          std::uint64_t(voxel.x());
 }
-
-/// What the bytes of an index begin with.
-struct Header {
-  std::array<char, 8> format = kPlacesFormat;
-  std::array<std::int32_t, 3> first{}, extent{};  // voxels, without the margin
-  std::uint64_t voxels = 0;
-};
-static_assert(sizeof(Header) == 40);
 
 Eigen::Array3d in_voxels(const Point& p) { return (p / PlaceIndex::kVoxel).array().floor(); }
 
@@ -42,10 +28,6 @@ std::vector<std::int16_t> least_within(const std::vector<std::int16_t>& line, in
     }
   }
   return least;
-}
-
-tl::unexpected<Error> no_index(const char* reason) {
-  return fail(ErrorCode::corrupt_data, std::string("the bundle's index of places ") + reason);
 }
 
 }  // namespace
@@ -108,79 +90,6 @@ Result<PlaceIndex> PlaceIndex::of(PointsView map) {
                     std::to_string(extent.z()) +
                     " of them: too large for one index of places; are there points far away?");
   }
-  return from(keys, first, extent);
-}
-
-std::vector<std::uint64_t> PlaceIndex::keys() const {
-  std::vector<std::uint64_t> keys;
-  const Eigen::Vector3i extent = size_ - Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
-  for (int z = 0; z < size_.z(); ++z) {
-    for (int y = kMargin; y < size_.y() - kMargin; ++y) {
-      const std::uint64_t* const words = row(y, z);
-      for (int x = kMargin; x < size_.x() - kMargin; ++x) {
-        if ((words[x / 64] >> (x % 64) & 1U) == 0) continue;
-        keys.push_back(key_of({x - kMargin, y - kMargin, z}, extent));
-      }
-    }
-  }
-  return keys;
-}
-
-std::vector<std::byte> PlaceIndex::encode() const {
-  const Eigen::Vector3i first = first_ + Eigen::Vector3i(kMargin, kMargin, 0);
-  const Eigen::Vector3i extent = size_ - Eigen::Vector3i(2 * kMargin, 2 * kMargin, 0);
-  const std::vector<std::uint64_t> all = keys();
-  Header header;
-  header.first = {first.x(), first.y(), first.z()};
-  header.extent = {extent.x(), extent.y(), extent.z()};
-  header.voxels = all.size();
-  std::vector<std::byte> bytes(sizeof(header));
-  std::memcpy(bytes.data(), &header, sizeof(header));
-  // Differences of ascending keys, seven bits a byte, the last without its highest bit.
-  std::uint64_t before = 0;
-  for (const std::uint64_t key : all) {
-    std::uint64_t step = key - before;
-    before = key;
-    for (; step >= 128; step >>= 7U) bytes.push_back(std::byte(step & 127U) | std::byte{128});
-    bytes.push_back(std::byte(step));
-  }
-  return bytes;
-}
-
-Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
-  Header header;
-  if (bytes.size() < sizeof(header)) return no_index("is cut off");
-  std::memcpy(&header, bytes.data(), sizeof(header));
-  if (header.format != kPlacesFormat) return no_index("is of another version");
-  const Eigen::Vector3i first(header.first[0], header.first[1], header.first[2]);
-  const Eigen::Vector3i extent(header.extent[0], header.extent[1], header.extent[2]);
-  if ((extent.array() < 1).any() || (extent.array() > int{kMostVoxels}).any() ||
-      (first.array() < -kFarthestVoxel).any() || (first.array() > kFarthestVoxel).any()) {
-    return no_index("has an impossible size");
-  }
-  const std::uint64_t end =
-      std::uint64_t(extent.x()) * std::uint64_t(extent.y()) * std::uint64_t(extent.z());
-  bytes = bytes.subspan(sizeof(header));
-  if (header.voxels == 0) return no_index("is empty");
-  if (header.voxels > bytes.size()) return no_index("is cut off");
-  if (PlaceIndex(first, extent).memory() > most_memory(header.voxels)) {
-    return no_index("claims a size that its voxels do not need");
-  }
-  std::vector<std::uint64_t> keys(header.voxels);
-  std::uint64_t key = 0;
-  std::size_t at = 0;
-  for (std::uint64_t& next : keys) {
-    unsigned shift = 0;
-    for (bool more = true; more; shift += 7U, ++at) {
-      if (at == bytes.size() || shift > 56U) return no_index("is cut off");
-      key += (std::to_integer<std::uint64_t>(bytes[at]) & 127U) << shift;
-      more = (bytes[at] & std::byte{128}) != std::byte{0};
-    }
-    if (key >= end) return no_index("names a voxel outside its extent");
-    if (&next != keys.data() && key <= *(&next - 1)) return no_index("names a voxel twice");
-    next = key;
-  }
-  if (at != bytes.size()) return no_index("has bytes after its end");
   return from(keys, first, extent);
 }
 

@@ -13,7 +13,7 @@
 namespace vantage {
 
 /// The voxels of the wide-area map that hold points. A search needs no more than these to tell
-/// places apart. In a bundle, they take about a byte each. Voxels are anchored to the world.
+/// places apart. In a bundle, they take less than two bits each. Voxels are anchored to the world.
 /// Immutable.
 class PlaceIndex {
  public:
@@ -29,8 +29,9 @@ class PlaceIndex {
   /// The memory that the index of so many voxels may take [bytes]: 1 GiB, which is a city of
   /// 10 x 10 km, and less for a few voxels that lie far apart.
   [[nodiscard]] static std::uint64_t most_memory(std::uint64_t voxels) noexcept;
-  /// Takes no more memory than `most_memory` of the voxels that the bytes hold.
-  /// Errors: `corrupt_data` for bytes that `encode` does not make.
+  /// Takes no more memory than `most_memory` of the voxels that the bytes hold. Reads the bytes of
+  /// earlier versions too.
+  /// Errors: `corrupt_data` for bytes that no `encode` makes.
   [[nodiscard]] static Result<PlaceIndex> decode(std::span<const std::byte> bytes);
   [[nodiscard]] std::vector<std::byte> encode() const;
 
@@ -63,11 +64,14 @@ class PlaceIndex {
   }
 
  private:
+  static constexpr int kMostVoxels = 32768;             // along an edge
+  static constexpr int kFarthestVoxel = 1'000'000'000;  // from the world's origin
+
   /// An empty index. @param extent  without the margin, at least 1 each
   PlaceIndex(const Eigen::Vector3i& first, const Eigen::Vector3i& extent);
+  /// @param keys  the voxels, as numbers of a box of `extent` whose order is z, y, x
   [[nodiscard]] static PlaceIndex from(const std::vector<std::uint64_t>& keys,
                                        const Eigen::Vector3i& first, const Eigen::Vector3i& extent);
-  [[nodiscard]] std::vector<std::uint64_t> keys() const;
   [[nodiscard]] std::uint64_t memory() const noexcept;  // [bytes] of `bits_` and `lowest_`
   void find_lowest();
 

@@ -1,7 +1,10 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <random>
+#include <span>
 
 #include "fakes.hpp"
 #include "places/place_index.hpp"
@@ -48,18 +51,32 @@ bool is_at(const Place& place, const Pose& truth) {
          rotation_between(place.T_map_scan, truth) < 0.15;
 }
 
-}  // namespace
-
-TEST_CASE("an index of places holds the voxels of the points, and keeps them as bytes") {
-  const PointCloud map{{100.1, -7.3, 2.2}, {100.2, -7.2, 2.3}, {-31.0, 40.0, 9.0}};
-  const PlaceIndex index = PlaceIndex::of(map).value();
+std::size_t occupied_of(const PlaceIndex& index) {
   std::size_t occupied = 0;
   for (int z = 0; z < index.size().z(); ++z) {
     for (int y = 0; y < index.size().y(); ++y) {
       for (int x = 0; x < index.size().x(); ++x) occupied += index.occupied({x, y, z}) ? 1 : 0;
     }
   }
-  CHECK(occupied == 2);
+  return occupied;
+}
+
+bool is_same(const PlaceIndex& a, const PlaceIndex& b) {
+  if (a.origin() != b.origin() || a.size() != b.size()) return false;
+  for (int z = 0; z < a.size().z(); ++z) {
+    for (int y = 0; y < a.size().y(); ++y) {
+      if (!std::equal(a.row(y, z), a.row(y, z) + a.words_in_row(), b.row(y, z))) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("an index of places holds the voxels of the points, and keeps them as bytes") {
+  const PointCloud map{{100.1, -7.3, 2.2}, {100.2, -7.2, 2.3}, {-31.0, 40.0, 9.0}};
+  const PlaceIndex index = PlaceIndex::of(map).value();
+  CHECK(occupied_of(index) == 2);
   for (const Point& p : map) {
     const Eigen::Array3d at = ((p - index.origin()) / PlaceIndex::kVoxel).array().floor();
     CHECK(index.occupied(at.cast<int>()));
@@ -73,6 +90,46 @@ TEST_CASE("an index of places holds the voxels of the points, and keeps them as 
         index.lowest(PlaceIndex::kMargin, PlaceIndex::kMargin));
 }
 
+TEST_CASE("an index of any width comes back from its bytes voxel by voxel") {
+  std::mt19937 random(11);
+  for (const int width : {1, 63, 64, 65, 200}) {
+    CAPTURE(width);
+    PointCloud map;
+    for (int i = 0; i < 20 * width; ++i) {
+      map.emplace_back(PlaceIndex::kVoxel * double(int(random() % std::uint32_t(width))),
+                       random() % 50, random() % 9);
+    }
+    const PlaceIndex index = PlaceIndex::of(map).value();
+    const auto again = PlaceIndex::decode(index.encode());
+    REQUIRE(again);
+    CHECK(is_same(*again, index));
+  }
+}
+
+TEST_CASE("an index takes less than two bits for each voxel") {
+  const PlaceIndex index = PlaceIndex::of(town(2)).value();
+  CHECK(8 * index.encode().size() < 2 * occupied_of(index));
+}
+
+TEST_CASE("the bytes of version 1 are read, and refused where they are cut") {
+  const PlaceIndex index = PlaceIndex::of(PointCloud{{-30, 0, 0}, {9, 9, 9}}).value();
+  constexpr unsigned char kVersion1[] = {
+      'v',  'p',  'l',  'a',  'c', 'e', 's', '1',              // format
+      0xEC, 0xFF, 0xFF, 0xFF, 0,   0,   0,   0,   0, 0, 0, 0,  // first: -20, 0, 0
+      27,   0,    0,    0,    7,   0,   0,   0,   7, 0, 0, 0,  // extent
+      2,    0,    0,    0,    0,   0,   0,   0,                // voxels
+      0,    0xAA, 0x0A};                                       // keys 0 and 1322
+  const auto bytes = std::as_bytes(std::span(kVersion1));
+  const auto read = PlaceIndex::decode(bytes);
+  REQUIRE(read);
+  CHECK(is_same(*read, index));
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    const auto cut = PlaceIndex::decode(bytes.first(n));
+    REQUIRE_FALSE(cut);
+    CHECK(cut.error().code == ErrorCode::corrupt_data);
+  }
+}
+
 TEST_CASE("bytes that are no index of places are refused, wherever they are cut or changed") {
   const auto bytes = PlaceIndex::of(PointCloud{{0, 0, 0}, {9, 9, 9}})->encode();
   for (std::size_t n = 0; n < bytes.size(); ++n) {
@@ -80,11 +137,12 @@ TEST_CASE("bytes that are no index of places are refused, wherever they are cut 
     REQUIRE_FALSE(cut);
     CHECK(cut.error().code == ErrorCode::corrupt_data);
   }
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
     auto changed = bytes;
-    changed[at] ^= std::byte{0xFF};
+    changed[bit / 8] ^= std::byte{1} << (bit % 8);
     const auto decoded = PlaceIndex::decode(changed);
-    if (!decoded) CHECK(decoded.error().code == ErrorCode::corrupt_data);
+    REQUIRE_FALSE(decoded);
+    CHECK(decoded.error().code == ErrorCode::corrupt_data);
   }
   CHECK_FALSE(PlaceIndex::of({}));
   CHECK_FALSE(PlaceIndex::of(PointCloud{{0, 0, 0}, {1e6, 0, 0}}));
