@@ -327,15 +327,20 @@ std::vector<AlikePlace> SiteTrials::alike_of(const SiteState& site) {
 Atlas SiteTrials::atlas(const MatcherChoice& matcher) const {
   Atlas atlas;
   std::vector<double> right, wrong;
+  std::size_t telling = 0;
   for (const SiteState& site : sites_) {
+    // Virtual scans that do not find their own pose do not tell right from wrong either: a map
+    // without its ground has viewpoints where no sensor could be.
+    const bool tells = site.basin > 0.0;
+    if (tells) ++telling;
     for (const auto& trial : site.right) {
-      if (trial && trial->evidence &&
+      if (tells && trial && trial->evidence &&
           is_near(trial->alignment.T_map_scan, site.truth, kRightMetres, kRightRadians)) {
         right.push_back(trial->evidence->share);
       }
     }
     for (const auto& trial : site.wrong) {
-      if (trial && trial->evidence &&
+      if (tells && trial && trial->evidence &&
           !is_near(trial->alignment.T_map_scan, site.truth, kWrongMetres, kWrongRadians)) {
         wrong.push_back(trial->evidence->share);
       }
@@ -344,6 +349,10 @@ Atlas SiteTrials::atlas(const MatcherChoice& matcher) const {
                            .position = site.place.position,
                            .precision = precision_of(site),
                            .alike = alike_of(site)});
+  }
+  if (2 * telling < sites_.size()) {
+    right.clear();
+    wrong.clear();
   }
   atlas.calibration = {.matcher = matcher,
                        .right_samples = right.size(),

@@ -11,7 +11,8 @@
 namespace vantage {
 namespace {
 
-// A scan is lost if the sensor is probably at none of the poses that are followed.
+// A scan is lost if the sensor is probably at none of the poses that are followed, unless the scan
+// scores as usual.
 constexpr double kLost = 0.5;
 // The probability of a place that looks alike, as long as nobody has looked for one.
 constexpr double kAlike = 0.05;
@@ -23,8 +24,7 @@ double beyond(double limit, double sigma) {
 
 }  // namespace
 
-void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere, bool compared,
-                       ScanReport& report) {
+void Verdict::conclude(const Hypothesis& best, const Known& known, ScanReport& report) {
   report.T_map_scan_predicted = best.predicted;
   report.T_map_scan = best.pose();
   report.alignment = best.alignment;
@@ -36,29 +36,37 @@ void Verdict::conclude(const Hypothesis& best, double belief, double elsewhere, 
   // The pose of a scan that does not fit is where the motion led, not where matching pulled it.
   const bool fits = best.fits();
   if (!fits) report.T_map_scan = best.predicted;
-  const double wrong = 1.0 - belief;
-  report.risk = std::min(1.0, wrong + imprecision(best, fits, report));
-  if (!compared) report.risk = std::max(report.risk, kAlike);
-  if (elsewhere > kLost || !best.alignment) {
-    report.tracking = Tracking::lost;
-    report.reason = best.alignment ? "the scan does not fit the map here" : best.failure;
-  } else if (!fits) {
-    report.tracking = Tracking::uncertain;
-    report.reason = "the scan does not fit the map here";
-  } else if (report.risk > params_.max_risk) {
-    report.tracking = Tracking::uncertain;
-    report.reason = wrong > params_.max_risk || !compared
-                        ? "other poses are not excluded yet"
-                        : "the scan leaves open where along one direction the sensor is";
-  } else {
-    report.tracking = Tracking::tracked;
-  }
+  report.risk = std::min(1.0, 1.0 - known.belief + imprecision(best, fits, report));
+  if (!known.compared) report.risk = std::max(report.risk, kAlike);
+  judge(best, fits, known, report);
   limit(best, report);
   if (report.tracking == Tracking::tracked) {
     report.recovered = std::exchange(was_lost_, false);
   } else {
     was_lost_ = was_lost_ || report.tracking == Tracking::lost;
   }
+}
+
+void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
+                    ScanReport& report) const {
+  constexpr const char* kDoesNotFit = "the scan does not fit the map here";
+  const auto conclude = [&](Tracking tracking, const std::string& reason) {
+    report.tracking = tracking;
+    report.reason = reason;
+  };
+  if (!best.alignment) return conclude(Tracking::lost, best.failure);
+  if (known.elsewhere > kLost) {
+    // On an open square, a scan fits as well a few metres beside its pose.
+    return known.scores_as_usual
+               ? conclude(Tracking::uncertain, "the scan fits the map as well beside this pose")
+               : conclude(Tracking::lost, kDoesNotFit);
+  }
+  if (!fits) return conclude(Tracking::uncertain, kDoesNotFit);
+  if (report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
+  conclude(Tracking::uncertain,
+           1.0 - known.belief > params_.max_risk || !known.compared
+               ? "other poses are not excluded yet"
+               : "the scan leaves open where along one direction the sensor is");
 }
 
 double Verdict::imprecision(const Hypothesis& best, bool fits, const ScanReport& report) {

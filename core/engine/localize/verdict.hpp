@@ -6,18 +6,22 @@
 
 namespace vantage {
 
+/// What is known of the best hypothesis.
+struct Known {
+  double belief = 0.0;           ///< in the best hypothesis
+  double elsewhere = 0.0;        ///< belief that the sensor is at none of the hypotheses
+  bool compared = false;         ///< the hypotheses, with all other places of the map
+  bool scores_as_usual = false;  ///< the scan, at the best hypothesis
+};
+
 /// Turns the belief in a hypothesis into the report of a scan.
 class Verdict {
  public:
   explicit Verdict(const LocalizerParams& params) : params_(params) {}
 
   /// Fills in the poses, the alignment, the risk, the state and its reason.
-  /// @param belief     belief in the best hypothesis
-  /// @param elsewhere  belief that the sensor is at none of the hypotheses
-  /// @param compared   whether the hypotheses were compared with all other places of the map
-  /// @param report     already has the region and the number of its points
-  void conclude(const Hypothesis& best, double belief, double elsewhere, bool compared,
-                ScanReport& report);
+  /// @param report  already has the region and the number of its points
+  void conclude(const Hypothesis& best, const Known& known, ScanReport& report);
 
   void forget(bool lost);
 
@@ -25,6 +29,8 @@ class Verdict {
   /// The probability that the pose is off by more than the alert limit although the place is right.
   /// @param fits  whether the scan fits the map at the pose
   [[nodiscard]] double imprecision(const Hypothesis& best, bool fits, const ScanReport& report);
+  /// Sets the state and its reason. @param fits  whether the scan fits the map at the pose
+  void judge(const Hypothesis& best, bool fits, const Known& known, ScanReport& report) const;
   /// Applies the limits that a user may set.
   void limit(const Hypothesis& best, ScanReport& report) const;
 

@@ -92,11 +92,18 @@ bool Weighing::is_surprising(const Hypothesis& one) const {
   return fall > kUnusual * std::max(usual_change_, kLeastChange);
 }
 
+bool Weighing::scores_as_usual(const Hypothesis& one) const {
+  if (!one.alignment) return false;
+  const double perfect = reference_ ? reference_->level : 0.0;
+  const double usual = usual_level_ > 0.0 ? usual_level_ : perfect;
+  return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kFall) * usual;
+}
+
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
-  if (level_of(*first.alignment) < (1.0 - kFall) * usual_level_) return true;
+  if (usual_level_ > 0.0 && !scores_as_usual(first)) return true;
   return (first.pose().translation - *weighed_at_).norm() >= kSettledWay;
 }
 

@@ -34,6 +34,10 @@ class Weighing {
   /// much farther from its prediction than motion explains, or the scan suddenly fits much worse.
   [[nodiscard]] bool is_surprising(const Hypothesis& one) const;
 
+  /// Whether the scan scores about as high as tracked scans did before, or, if there were none, as
+  /// high as it would in a perfect map.
+  [[nodiscard]] bool scores_as_usual(const Hypothesis& one) const;
+
   /// log(p(scan | hypothesis right) / p(scan | wrong)) of each hypothesis. The call also sets the
   /// evidence of each. Scans that are taken near each other share their errors, so they count less.
   /// The hypotheses are not compared with each other.

@@ -68,3 +68,13 @@ TEST_CASE("one jump of the level does not make jumps usual") {
   bench.weighing.learn(at_level(1.2), true);
   CHECK(bench.weighing.is_surprising(at_level(0.8)));
 }
+
+TEST_CASE("a scan scores as usual if it does not fall short of those that were tracked") {
+  Bench bench;
+  CHECK_FALSE(bench.weighing.scores_as_usual(at_level(1.2)));  // nothing is usual yet
+  bench.track(1.2, 0.01);
+  CHECK(bench.weighing.scores_as_usual(at_level(1.3)));
+  CHECK(bench.weighing.scores_as_usual(at_level(1.05)));
+  CHECK_FALSE(bench.weighing.scores_as_usual(at_level(0.8)));
+  CHECK_FALSE(bench.weighing.scores_as_usual(Hypothesis{}));
+}
