@@ -5,23 +5,27 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <iostream>
-#include <map>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "arguments.hpp"
+#include "atlas_places.hpp"
 #include "drive.hpp"
 #include "integrity_worlds.hpp"
+#include "simulate/drive.hpp"
 #include "simulate/layouts.hpp"
+#include "simulate/odometry.hpp"
+#include "simulate/world.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "vantage/engine/atlas.hpp"
 #include "vantage/engine/bundle_build.hpp"
 #include "vantage/engine/localizer.hpp"
+#include "vantage/kit/hash.hpp"
 
 namespace vantage::benchmarks {
 namespace {
@@ -30,6 +34,7 @@ struct AtlasOptions {
   std::vector<std::uint64_t> seeds{211, 212};
   std::string matcher = "ndt";
   std::vector<std::string> worlds;
+  std::size_t drives = 6;
   bool sites = false;
   std::size_t jobs = 1;
 };
@@ -85,105 +90,97 @@ site_spacing = 10.0
   return parse_config(table);
 }
 
-/// A site, and the drive's errors around it.
-struct Visited {
-  const Site* site;
-  std::vector<double> metres;  // horizontal errors
-  [[nodiscard]] double measured() const {
-    double squares = 0.0;
-    for (const double m : metres) squares += m * m;
-    return std::sqrt(squares / static_cast<double>(metres.size()));
-  }
+/// A site in a tunnel.
+struct TunnelSite {
+  double off;  // from the tunnel's axis to the weak direction [deg]
+  bool clear;  // whether one direction is clearly weaker than the other
 };
 
-/// Ranks from 1; equal values share the mean of theirs.
-std::vector<double> ranks(const std::vector<double>& values) {
-  std::vector<std::size_t> order(values.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::sort(order, {}, [&](std::size_t k) { return values[k]; });
-  std::vector<double> ranks(values.size());
-  for (std::size_t i = 0, j = 0; i < order.size(); i = j) {
-    while (j < order.size() && values[order[j]] == values[order[i]]) ++j;
-    for (std::size_t k = i; k < j; ++k) ranks[order[k]] = 0.5 * static_cast<double>(i + j + 1);
-  }
-  return ranks;
-}
-
-/// Spearman's rank correlation.
-double rank_correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  const std::vector<double> x = ranks(a), y = ranks(b);
-  const double mean = 0.5 * static_cast<double>(a.size() + 1);
-  double xy = 0.0, xx = 0.0, yy = 0.0;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    xy += (x[k] - mean) * (y[k] - mean);
-    xx += (x[k] - mean) * (x[k] - mean);
-    yy += (y[k] - mean) * (y[k] - mean);
-  }
-  return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
-}
-
-/// Localizes the drive, and sorts its horizontal errors to the nearest sites.
-Result<std::vector<Visited>> visited(const Atlas& atlas, Localizer localizer,
-                                     const SimulatedDrive& drive) {
-  constexpr std::size_t kFewestScans = 5;
-  VANTAGE_CHECK(localizer.start(drive.reference.front().pose));
-  std::map<const Site*, std::vector<double>> errors;
-  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    const Pose& truth = drive.reference[i].pose;
-    VANTAGE_TRY(const ScanReport report, localizer.localize({.stamp = drive.reference[i].stamp,
-                                                             .points = drive.scans[i],
-                                                             .odometry = drive.odometry[i].pose}));
-    if (!report.has_pose) continue;
-    errors[atlas.nearest(truth.translation)].push_back(
-        (report.T_map_scan.translation - truth.translation).head<2>().norm());
-  }
-  std::vector<Visited> result;
-  for (const Site& site : atlas.sites) {
-    const auto found = errors.find(&site);
-    if (found == errors.end() || found->second.size() < kFewestScans || !site.precision) continue;
-    result.push_back({&site, found->second});
-  }
-  return result;
-}
-
-/// The angles between the weak directions of the sites in a tunnel and its axis [deg].
-std::vector<double> tunnel_angles(const Atlas& atlas, const simulation::WorldParams& params) {
+std::vector<TunnelSite> sites_in_tunnel(const Atlas& atlas, const simulation::WorldParams& params) {
   constexpr double kMouth = 10.0;  // [m]; nearer to its ends, things outside are seen
+  constexpr double kClear = 2.0;   // of the standard deviations
   const auto street = simulation::tunnel_street(simulation::StreetGrid(params.campus, params.seed));
   const Eigen::Vector2d origin(params.campus.origin_x, params.campus.origin_y);
   const Eigen::Vector2d middle = 0.5 * (street.from + street.to) + origin;
   const Eigen::Vector2d axis = (street.to - street.from).normalized();
   const double direction = std::atan2(axis.y(), axis.x());
-  std::vector<double> angles;
+  std::vector<TunnelSite> sites;
   for (const Site& site : atlas.sites) {
     const Eigen::Vector2d from_middle = site.position.head<2>() - middle;
     if (std::abs(from_middle.dot(axis)) > 0.5 * params.campus.tunnel_length - kMouth) continue;
     if ((from_middle - from_middle.dot(axis) * axis).norm() > 3.0 || !site.precision) continue;
     const double off = std::remainder(site.precision->weak_direction - direction, std::numbers::pi);
-    angles.push_back(std::abs(off) * 180.0 / std::numbers::pi);
+    sites.push_back({.off = std::abs(off) * 180.0 / std::numbers::pi,
+                     .clear = site.precision->sigma_weak >= kClear * site.precision->sigma_strong});
   }
-  return angles;
+  return sites;
 }
 
 struct Row {
   std::string name;
-  std::vector<double> measured = {}, predicted = {}, sigma = {}, basin = {};
+  std::uint64_t seed;
+  std::vector<Place> places = {};
 };
 
-std::string centimetres(const std::vector<double>& metres, double quantile) {
-  if (metres.empty()) return "-";
-  std::vector<double> sorted = metres;
+/// Three quantiles.
+std::string centimetres(const Errors& errors) {
+  std::vector<double> sorted;
+  for (const auto& metres : errors) {
+    if (metres) sorted.push_back(*metres);
+  }
+  if (sorted.empty()) return "-";
   std::ranges::sort(sorted);
-  const auto k = static_cast<std::size_t>(quantile * static_cast<double>(sorted.size() - 1));
-  return fmt::format("{:.2f}", 100.0 * sorted[k]);
+  const auto at = [&](double share) {
+    return 100.0 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  };
+  return fmt::format("{:.2f} / {:.2f} / {:.2f}", at(0.1), at(0.5), at(0.9));
 }
 
-Result<Row> measure(const NamedWorld& world, std::uint64_t seed, const AtlasOptions& options) {
-  VANTAGE_TRY(const auto params, params_of(world, seed, 0));
-  VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, 0));
+void print_places(const Row& row) {
+  print_head(fmt::format("Places of {}, seed {}", row.name, row.seed),
+             {"x", "y", "measured [cm]", "beside [cm]", "predicted [cm]", "sigma [cm]",
+              "direction [deg]", "basin [m]", "alike"});
+  const auto or_dash = [](const std::optional<double>& metres) {
+    return metres ? fmt::format("{:.2f}", 1e2 * *metres) : std::string("-");
+  };
+  for (const Place& place : row.places) {
+    const Site& site = place.site;
+    const SitePrecision& p = *site.precision;
+    print_row({fmt::format("{:.1f}", site.position.x()), fmt::format("{:.1f}", site.position.y()),
+               or_dash(place.on_lane), or_dash(place.beside),
+               fmt::format("{:.2f}", 1e2 * p.expected_error),
+               fmt::format("{:.2f} / {:.2f}", 1e2 * p.sigma_strong, 1e2 * p.sigma_weak),
+               fmt::format("{:.0f}", p.weak_direction * 180.0 / std::numbers::pi),
+               fmt::format("{:.1f}", p.basin), fmt::format("{}", site.alike.size())});
+  }
+}
+
+/// Drives in the world of `params` on both lanes in turn. The first lane is that of the map's
+/// trajectory. Each drive has noise of its own.
+Result<std::vector<Localized>> driven(const simulation::WorldParams& params, const Atlas& atlas,
+                                      const std::function<Result<Localizer>()>& localizer,
+                                      std::size_t drives) {
+  std::vector<Localized> scans;
+  for (std::size_t k = 0; k < drives; ++k) {
+    simulation::WorldParams here = params;
+    if (k % 2 == 1) here.drive.lateral_offset = -here.drive.lateral_offset;
+    VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(here, 0, hash(params.seed, k)));
+    VANTAGE_TRY(Localizer one, localizer());
+    VANTAGE_TRY(const auto more, localized(atlas, std::move(one), drive, k));
+    scans.insert(scans.end(), more.begin(), more.end());
+  }
+  return scans;
+}
+
+Result<Row> measure(const NamedWorld& named, std::uint64_t seed, const AtlasOptions& options) {
+  VANTAGE_TRY(const auto params, params_of(named, seed, 0));
+  VANTAGE_TRY(const auto world, simulation::World::create(params));
+  VANTAGE_TRY(const auto mapping, simulation::Drive::create(world, params));
   VANTAGE_TRY(const PointCloud map, simulated_map(params));
   PointCloud trajectory;
-  for (const auto& moment : drive.reference) trajectory.push_back(moment.pose.translation);
+  for (const auto& moment : simulation::reference_of(world, mapping)) {
+    trajectory.push_back(moment.pose.translation);
+  }
   const test::TemporaryFolder folder;
   const PluginLoader plugins = test::built_plugins();
   VANTAGE_TRY(const Config config, config_for(options.matcher, folder.path() / "bundle"));
@@ -192,30 +189,13 @@ Result<Row> measure(const NamedWorld& world, std::uint64_t seed, const AtlasOpti
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "the benchmark"));
   VANTAGE_TRY(const auto atlas, Atlas::of_bundle(bundle));
   if (!atlas) return fail(ErrorCode::internal, "the bundle has no atlas");
-  VANTAGE_TRY(Localizer localizer, Localizer::open(bundle, config, plugins));
-  VANTAGE_TRY(const auto places, visited(*atlas, std::move(localizer), drive));
+  VANTAGE_TRY(const auto scans,
+              driven(
+                  params, *atlas, [&] { return Localizer::open(bundle, config, plugins); },
+                  options.drives));
 
-  Row row{.name = fmt::format("{}, seed {}", world.name, seed)};
-  if (options.sites) {
-    print_head("Places of " + row.name, {"x", "y", "scans", "measured [cm]", "predicted [cm]",
-                                         "sigma [cm]", "direction [deg]", "basin [m]", "alike"});
-  }
-  for (const Visited& place : places) {
-    const SitePrecision& p = *place.site->precision;
-    row.measured.push_back(place.measured());
-    row.predicted.push_back(p.expected_error);
-    row.sigma.push_back(std::hypot(p.sigma_weak, p.sigma_strong));
-    row.basin.push_back(-p.basin);
-    if (!options.sites) continue;
-    print_row({fmt::format("{:.1f}", place.site->position.x()),
-               fmt::format("{:.1f}", place.site->position.y()),
-               fmt::format("{}", place.metres.size()),
-               fmt::format("{:.2f}", 1e2 * place.measured()),
-               fmt::format("{:.2f}", 1e2 * p.expected_error),
-               fmt::format("{:.2f} / {:.2f}", 1e2 * p.sigma_strong, 1e2 * p.sigma_weak),
-               fmt::format("{:.0f}", p.weak_direction * 180.0 / std::numbers::pi),
-               fmt::format("{:.1f}", p.basin), fmt::format("{}", place.site->alike.size())});
-  }
+  Row row{.name = named.name, .seed = seed, .places = places_of(*atlas, scans)};
+  if (options.sites) print_places(row);
   const Calibration& c = atlas->calibration;
   const auto quantile = [](const std::vector<double>& shares, std::size_t k) {
     return shares.empty() ? std::string("-") : fmt::format("{:.3f}", shares[k]);
@@ -223,19 +203,56 @@ Result<Row> measure(const NamedWorld& world, std::uint64_t seed, const AtlasOpti
   std::size_t alike = 0;
   for (const Site& site : atlas->sites) alike += site.alike.empty() ? 0 : 1;
   std::cerr << fmt::format(
-      "{}: {} sites, {} with alike places; {} right shares {} / {} / {}, {} wrong ones {} / {} / "
-      "{}\n",
-      row.name, atlas->sites.size(), alike, c.right_samples, quantile(c.right, 1),
+      "{}, seed {}: {} sites, {} with alike places; {} right shares {} / {} / {}, {} wrong ones {} "
+      "/ {} / {}\n",
+      row.name, seed, atlas->sites.size(), alike, c.right_samples, quantile(c.right, 1),
       quantile(c.right, 16), quantile(c.right, 31), c.wrong_samples, quantile(c.wrong, 1),
       quantile(c.wrong, 16), quantile(c.wrong, 31));
-  if (world.name == "tunnel") {
-    const std::vector<double> angles = tunnel_angles(*atlas, params);
-    if (angles.empty()) return fail(ErrorCode::internal, "no site is in the tunnel");
+  if (named.name == "tunnel") {
+    const std::vector<TunnelSite> sites = sites_in_tunnel(*atlas, params);
+    if (sites.empty()) return fail(ErrorCode::internal, "no site is in the tunnel");
+    const auto worst = [&](bool clear) {
+      double most = -1.0;
+      for (const TunnelSite& site : sites) {
+        if (site.clear == clear && site.off > most) most = site.off;
+      }
+      return most < 0.0 ? std::string("-") : fmt::format("{:.2f} deg", most);
+    };
     std::cout << fmt::format(
-        "\n{}: {} sites in the tunnel, weak directions off its axis by {:.2f} deg at most\n",
-        row.name, angles.size(), *std::ranges::max_element(angles));
+        "\n{}, seed {}: {} sites in the tunnel; weak directions off its axis by {} at most at the "
+        "{} that clearly have one, by {} at the others\n",
+        row.name, seed, sites.size(), worst(true), std::ranges::count_if(sites, &TunnelSite::clear),
+        worst(false));
   }
   return row;
+}
+
+/// The places of all worlds of a seed, as if they were districts of one.
+std::vector<Row> districts(const std::vector<Row>& rows) {
+  std::vector<Row> all;
+  for (const Row& row : rows) {
+    auto found = std::ranges::find(all, row.seed, &Row::seed);
+    if (found == all.end()) found = all.insert(all.end(), {.name = "all", .seed = row.seed});
+    found->places.insert(found->places.end(), row.places.begin(), row.places.end());
+  }
+  return all;
+}
+
+void print_table(const std::vector<Row>& rows, const std::string& matcher) {
+  print_head(
+      "Predicted and measured errors with " + matcher,
+      {"world", "places", "measured [cm], 10 % / 50 % / 90 %", "predicted [cm]", "rank correlation",
+       "on the other lane", "of two drives", "of real scans at the site with the rest"});
+  for (const Row& row : rows) {
+    const auto of = [&](auto which) { return errors_of(row.places, which); };
+    const Errors on_lane = of(&Place::on_lane), predicted = of(&Place::predicted);
+    const auto places = std::ranges::count_if(on_lane, [](const auto& e) { return e.has_value(); });
+    print_row({fmt::format("{}, seed {}", row.name, row.seed), fmt::format("{}", places),
+               centimetres(on_lane), centimetres(predicted), correlation(predicted, on_lane),
+               correlation(predicted, of(&Place::beside)),
+               correlation(of(&Place::first), of(&Place::again)),
+               correlation(of(&Place::at_site), of(&Place::elsewhere))});
+  }
 }
 
 Result<void> run_atlas(const AtlasOptions& options) {
@@ -249,20 +266,9 @@ Result<void> run_atlas(const AtlasOptions& options) {
       VANTAGE_TRY(rows.emplace_back(), measure(world, seed, options));
     }
   }
-  print_head("Predicted and measured errors with " + options.matcher,
-             {"world", "places", "measured [cm], 10 % / 50 % / 90 %", "predicted [cm]",
-              "rank correlation", "of sigma", "of basin"});
-  for (const Row& row : rows) {
-    const auto three = [](const std::vector<double>& metres) {
-      return centimetres(metres, 0.1) + " / " + centimetres(metres, 0.5) + " / " +
-             centimetres(metres, 0.9);
-    };
-    print_row({row.name, fmt::format("{}", row.measured.size()), three(row.measured),
-               three(row.predicted),
-               fmt::format("{:.2f}", rank_correlation(row.predicted, row.measured)),
-               fmt::format("{:.2f}", rank_correlation(row.sigma, row.measured)),
-               fmt::format("{:.2f}", rank_correlation(row.basin, row.measured))});
-  }
+  const std::vector<Row> all = districts(rows);
+  rows.insert(rows.begin(), all.begin(), all.end());
+  print_table(rows, options.matcher);
   return {};
 }
 
@@ -278,6 +284,8 @@ void declare_atlas(Arguments& arguments, AtlasOptions& options) {
       ->delimiter(',');
   arguments.shown("--matcher", options.matcher, "which", "NAME",
                   CLI::IsMember({"ndt", "icp", "gicp"}));
+  arguments.shown("--drives", options.drives, "in each world, on both lanes in turn", "N",
+                  CLI::Range(1, 100));
   arguments.flag("--sites", options.sites, "print every place");
   arguments.shown("-j,--jobs", options.jobs, "threads; results do not depend on it; 0: all", "N");
 }

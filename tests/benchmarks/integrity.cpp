@@ -231,7 +231,7 @@ class Bench {
   [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed,
                                  const std::vector<Scenario>& scenarios, bool kidnapped) {
     VANTAGE_TRY(const auto params, params_of(world, seed, kidnapped ? options_.kidnaps : 0));
-    VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans));
+    VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans, params.seed));
     VANTAGE_TRY(Bundles * bundles, bundles_of(params));
     for (const std::string& name : options_.maps) {
       const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);

@@ -82,19 +82,19 @@ Result<PointCloud> simulated_map(const simulation::WorldParams& params) {
 }
 
 Result<SimulatedDrive> simulated_drive(const simulation::WorldParams& params,
-                                       std::size_t most_scans) {
+                                       std::size_t most_scans, std::uint64_t noise_seed) {
   VANTAGE_TRY(const auto world, simulation::World::create(params, simulation::Day::drive));
   VANTAGE_TRY(const auto drive, simulation::Drive::create(world, params));
   SimulatedDrive result;
   result.reference = simulation::reference_of(world, drive);
   result.odometry = simulation::simulate_odometry(
-      simulation::without_kidnaps(world, drive, result.reference), params.odometry, params.seed);
+      simulation::without_kidnaps(world, drive, result.reference), params.odometry, noise_seed);
   std::size_t scans = drive.scans();
   if (most_scans > 0) scans = std::min(scans, most_scans);
   result.reference.resize(scans);
   result.odometry.resize(scans);
   result.scans.resize(scans);
-  const simulation::Lidar lidar(params.lidar, params.seed);
+  const simulation::Lidar lidar(params.lidar, noise_seed);
   tbb::parallel_for(std::size_t{0}, scans, [&](std::size_t i) {
     result.scans[i] = lidar.scan(world, drive, i);
     for (Point& p : result.scans[i]) p = p.cast<float>().cast<double>();

@@ -48,7 +48,9 @@ struct SimulatedDrive {
   io::Trajectory reference, odometry;
 };
 /// @param most_scans  fewer if the drive is shorter; 0: all
+/// @param noise_seed  of scans and odometry; the world and its route do not depend on it
 [[nodiscard]] Result<SimulatedDrive> simulated_drive(const simulation::WorldParams& params,
-                                                     std::size_t most_scans);
+                                                     std::size_t most_scans,
+                                                     std::uint64_t noise_seed);
 
 }  // namespace vantage::benchmarks

@@ -43,7 +43,7 @@ TEST_CASE("the seeds of the shipped worlds are refused") {
 TEST_CASE("a simulated drive has what a localizer needs") {
   const auto params = params_of(all_worlds().front(), 101, 2);
   REQUIRE(params);
-  const auto drive = simulated_drive(*params, 40);
+  const auto drive = simulated_drive(*params, 40, params->seed);
   REQUIRE_MESSAGE(drive, to_string(drive.error()));
   CHECK(drive->scans.size() == 40);
   CHECK(drive->reference.size() == 40);

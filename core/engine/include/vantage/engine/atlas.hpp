@@ -49,6 +49,7 @@ struct SitePrecision {
   /// Standard deviations along the horizontal axes of which most and least is known [m].
   double sigma_strong = 0.0, sigma_weak = 0.0;
   /// The axis of `sigma_weak` in plan view, anticlockwise from the map's x axis [rad], in [0, pi).
+  /// It says little if `sigma_weak` is less than twice `sigma_strong`.
   double weak_direction = 0.0;
   /// The largest of the tried offsets of a start [m] up to which alignments come back to the right
   /// pose from all directions; 0 if they do not even from the smallest.

@@ -1,0 +1,120 @@
+#include "atlas_places.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numeric>
+
+namespace vantage::benchmarks {
+namespace {
+
+bool is_on_lane(const Localized& scan) { return scan.drive % 2 == 0; }
+
+/// Ranks from 1; equal values share the mean of theirs.
+std::vector<double> ranks(const std::vector<double>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t k) { return values[k]; });
+  std::vector<double> ranks(values.size());
+  for (std::size_t i = 0, j = 0; i < order.size(); i = j) {
+    while (j < order.size() && values[order[j]] == values[order[i]]) ++j;
+    for (std::size_t k = i; k < j; ++k) ranks[order[k]] = 0.5 * static_cast<double>(i + j + 1);
+  }
+  return ranks;
+}
+
+/// Spearman's rank correlation.
+double rank_correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  const std::vector<double> x = ranks(a), y = ranks(b);
+  const double mean = 0.5 * static_cast<double>(a.size() + 1);
+  double xy = 0.0, xx = 0.0, yy = 0.0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    xy += (x[k] - mean) * (y[k] - mean);
+    xx += (x[k] - mean) * (x[k] - mean);
+    yy += (y[k] - mean) * (y[k] - mean);
+  }
+  return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
+}
+
+}  // namespace
+
+Result<std::vector<Localized>> localized(const Atlas& atlas, Localizer localizer,
+                                         const SimulatedDrive& drive, std::size_t number) {
+  constexpr double kLost = 2.0;  // [m]
+  std::vector<Localized> scans;
+  bool is_lost = true;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    const Pose& truth = drive.reference[i].pose;
+    if (is_lost) VANTAGE_CHECK(localizer.start(truth));
+    VANTAGE_TRY(const ScanReport report, localizer.localize({.stamp = drive.reference[i].stamp,
+                                                             .points = drive.scans[i],
+                                                             .odometry = drive.odometry[i].pose}));
+    const double error = (report.T_map_scan.translation - truth.translation).head<2>().norm();
+    is_lost = !report.has_pose || error > kLost;
+    if (!report.has_pose) continue;
+    const Site* const site = atlas.nearest(truth.translation);
+    scans.push_back({site, (site->position - truth.translation).norm(), error, number});
+  }
+  return scans;
+}
+
+std::vector<Place> places_of(const Atlas& atlas, const std::vector<Localized>& scans) {
+  constexpr std::size_t kFewestScans = 5;
+  std::vector<Place> places;
+  for (const Site& site : atlas.sites) {
+    if (!site.precision) continue;
+    std::map<std::size_t, const Localized*> next_to;  // by drive
+    for (const Localized& scan : scans) {
+      if (scan.site != &site) continue;
+      const Localized*& nearest = next_to[scan.drive];
+      if (nearest == nullptr || scan.away < nearest->away) nearest = &scan;
+    }
+    const auto is_next = [&](const Localized& scan) { return next_to[scan.drive] == &scan; };
+    const auto error_of = [&](const auto& which, std::size_t fewest) -> std::optional<double> {
+      double squares = 0.0;
+      std::size_t n = 0;
+      for (const Localized& scan : scans) {
+        if (scan.site != &site || !which(scan)) continue;
+        squares += scan.error * scan.error;
+        ++n;
+      }
+      if (n < fewest) return {};
+      return std::sqrt(squares / static_cast<double>(n));
+    };
+    const auto of_drive = [](std::size_t drive) {
+      return [drive](const Localized& scan) { return scan.drive == drive; };
+    };
+    places.push_back(
+        {.site = site,
+         .predicted = site.precision->expected_error,
+         .on_lane = error_of(is_on_lane, kFewestScans),
+         .beside = error_of(std::not_fn(is_on_lane), kFewestScans),
+         .first = error_of(of_drive(0), kFewestScans),
+         .again = error_of(of_drive(2), kFewestScans),
+         .at_site = error_of([&](const auto& s) { return is_on_lane(s) && is_next(s); }, 1),
+         .elsewhere =
+             error_of([&](const auto& s) { return is_on_lane(s) && !is_next(s); }, kFewestScans)});
+  }
+  return places;
+}
+
+Errors errors_of(const std::vector<Place>& places, std::optional<double> Place::*which) {
+  Errors errors;
+  for (const Place& place : places) errors.push_back(place.*which);
+  return errors;
+}
+
+std::string correlation(const Errors& a, const Errors& b) {
+  std::vector<double> x, y;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    if (!a[k] || !b[k]) continue;
+    x.push_back(*a[k]);
+    y.push_back(*b[k]);
+  }
+  return x.size() < 3 ? "-" : fmt::format("{:.2f}", rank_correlation(x, y));
+}
+
+}  // namespace vantage::benchmarks
