@@ -14,7 +14,7 @@ inline constexpr const char* kHowToGetAnAtlas =
 
 /// A site is weak in a direction if its largest standard deviation is more than this many times
 /// its smallest.
-inline constexpr double kWeakRatio = 3.0;
+inline constexpr double kWeakRatio = 2.0;
 [[nodiscard]] bool is_weak(const SitePrecision& precision) noexcept;
 
 /// The expected error of a site [m]; infinite if a scan from there matches nothing.

@@ -15,8 +15,11 @@ constexpr double kIndependent = 2.0, kLeastNews = 0.1;
 // If the fit of the first hypothesis changes by this share, something has happened.
 constexpr double kChange = 0.4;
 // A hypothesis beyond doubt is weighed after this way [m], or if its level fell by this share.
-constexpr double kSettledWay = 2.5, kFall = 0.2, kSettledRisk = 1e-4;
-// The fit of scans to themselves changes with the surroundings [m].
+// Where its evidence is as usual, a longer way will do.
+constexpr double kSettledWay = 2.5, kUsualWay = 10.0, kFall = 0.2, kSettledRisk = 2e-4;
+constexpr double kUsualShare = 0.2;  // a usual share is off the last ones by less than this part
+// The fit of scans to themselves changes with the surroundings [m]. It is measured anew where the
+// evidence is not as usual.
 constexpr double kSurroundings = 25.0;
 // From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
 // usual change is a surprise: the sensor may have been carried away.
@@ -99,12 +102,17 @@ bool Weighing::scores_as_usual(const Hypothesis& one) const {
   return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kFall) * usual;
 }
 
+bool Weighing::is_usual(double share) const {
+  return usual_share_ && std::abs(share - *usual_share_) < kUsualShare * *usual_share_;
+}
+
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   if (usual_level_ > 0.0 && !scores_as_usual(first)) return true;
-  return (first.pose().translation - *weighed_at_).norm() >= kSettledWay;
+  const double way = (first.pose().translation - *weighed_at_).norm();
+  return way >= (is_usual(share_) ? kUsualWay : kSettledWay);
 }
 
 Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
@@ -113,15 +121,17 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
   fresh_ = false;
   const PointCloud some = scored(scan);
   const Point at = hypotheses.front().pose().translation;
-  VANTAGE_CHECK(renew_reference(scan, at));
+  if (!reference_) VANTAGE_CHECK(renew_reference(scan, at));
   std::vector<double> ratios(hypotheses.size(), 0.0);
   for (const bool again : {false, true}) {
     for (std::size_t h = 0; h < hypotheses.size(); ++h) {
       VANTAGE_TRY(ratios[h], ratio(hypotheses[h], some, prior));
     }
-    // A poor fit may come from an old reference.
-    if (again || reference_at_ == at || std::ranges::max(ratios) >= 0.0) break;
-    reference_.reset();
+    // A poor or an unusual fit may come from an old reference.
+    const std::optional<Evidence>& evidence = hypotheses.front().evidence;
+    const bool near = (at - reference_at_).norm() < kSurroundings;
+    const bool plausible = near || (evidence && is_usual(evidence->share));
+    if (again || reference_at_ == at || (plausible && std::ranges::max(ratios) >= 0.0)) break;
     VANTAGE_CHECK(renew_reference(scan, at));
   }
   news_ =
@@ -156,7 +166,6 @@ double Weighing::of(const Evidence& evidence, const Pose& pose,
 }
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
-  if (reference_ && (at - reference_at_).norm() < kSurroundings) return {};
   VANTAGE_TRY(reference_, fit_to_itself(matcher_, scan.finite, scored(scan)));
   reference_at_ = at;
   fresh_ = true;

@@ -68,6 +68,8 @@ class Weighing {
   void forget();
 
  private:
+  /// Whether a share is about that of recent tracked scans.
+  [[nodiscard]] bool is_usual(double share) const;
   [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
   [[nodiscard]] Result<double> ratio(Hypothesis& one, PointsView some,
                                      const std::optional<PosePrior>& prior) const;

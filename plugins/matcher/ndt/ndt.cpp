@@ -27,7 +27,7 @@ constexpr double kCoarseEpsilon = 10.0;
 // possible one, |d1|, the guess is near: kitti_street and the demo's campus give 0.49-0.60 at 5 cm
 // off, and at most 0.39 at 1 m, 0.36 at 2 m.
 constexpr std::size_t kJudgedPoints = 512;
-constexpr double kNearGuess = 0.42;
+constexpr double kNearGuess = 0.39;
 
 // Larger voxels lead astray: a whole house has one distribution [m].
 constexpr double kCoarsest = 8.0;

@@ -102,7 +102,7 @@ TEST_CASE("info: a bundle with an atlas") {
         "matching nothing     1 site (25.0 %)\n",
         "0.300 median, 4.980 or less at 95 % of the sites",
         "error above 0.5 m    2 sites (50.0 %)\n",
-        "weak in a direction  1 site (25.0 %): sigma more than 3 times that across\n",
+        "weak in a direction  1 site (25.0 %): sigma more than 2 times that across\n",
         "basin [m]            1.0 median, 0.0 smallest\n", "with alike places    1 site (25.0 %)\n",
         "no match", "clockwise from the map's y axis"}) {
     CAPTURE(part);
