@@ -16,6 +16,7 @@
 #include "atlas_places.hpp"
 #include "drive.hpp"
 #include "integrity_worlds.hpp"
+#include "localizability/localizability.hpp"
 #include "simulate/drive.hpp"
 #include "simulate/layouts.hpp"
 #include "simulate/odometry.hpp"
@@ -98,7 +99,6 @@ struct TunnelSite {
 
 std::vector<TunnelSite> sites_in_tunnel(const Atlas& atlas, const simulation::WorldParams& params) {
   constexpr double kMouth = 10.0;  // [m]; nearer to its ends, things outside are seen
-  constexpr double kClear = 2.0;   // of the standard deviations
   const auto street = simulation::tunnel_street(simulation::StreetGrid(params.campus, params.seed));
   const Eigen::Vector2d origin(params.campus.origin_x, params.campus.origin_y);
   const Eigen::Vector2d middle = 0.5 * (street.from + street.to) + origin;
@@ -111,7 +111,7 @@ std::vector<TunnelSite> sites_in_tunnel(const Atlas& atlas, const simulation::Wo
     if ((from_middle - from_middle.dot(axis) * axis).norm() > 3.0 || !site.precision) continue;
     const double off = std::remainder(site.precision->weak_direction - direction, std::numbers::pi);
     sites.push_back({.off = std::abs(off) * 180.0 / std::numbers::pi,
-                     .clear = site.precision->sigma_weak >= kClear * site.precision->sigma_strong});
+                     .clear = is_weak(*site.precision)});
   }
   return sites;
 }

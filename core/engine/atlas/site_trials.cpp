@@ -324,6 +324,21 @@ std::vector<AlikePlace> SiteTrials::alike_of(const SiteState& site) {
   return alike;
 }
 
+void SiteTrials::add_shares(const SiteState& site, std::vector<double>& right,
+                            std::vector<double>& wrong) {
+  const auto add = [&](const auto& trials, bool near, double metres, double radians,
+                       std::vector<double>& shares) {
+    for (const auto& trial : trials) {
+      if (!trial || !trial->evidence) continue;
+      if (is_near(trial->alignment.T_map_scan, site.truth, metres, radians) == near) {
+        shares.push_back(trial->evidence->share);
+      }
+    }
+  };
+  add(site.right, true, kRightMetres, kRightRadians, right);
+  add(site.wrong, false, kWrongMetres, kWrongRadians, wrong);
+}
+
 Atlas SiteTrials::atlas(const MatcherChoice& matcher) const {
   Atlas atlas;
   std::vector<double> right, wrong;
@@ -332,18 +347,9 @@ Atlas SiteTrials::atlas(const MatcherChoice& matcher) const {
     // Virtual scans that do not find their own pose do not tell right from wrong either: a map
     // without its ground has viewpoints where no sensor could be.
     const bool tells = site.basin > 0.0;
-    if (tells) ++telling;
-    for (const auto& trial : site.right) {
-      if (tells && trial && trial->evidence &&
-          is_near(trial->alignment.T_map_scan, site.truth, kRightMetres, kRightRadians)) {
-        right.push_back(trial->evidence->share);
-      }
-    }
-    for (const auto& trial : site.wrong) {
-      if (tells && trial && trial->evidence &&
-          !is_near(trial->alignment.T_map_scan, site.truth, kWrongMetres, kWrongRadians)) {
-        wrong.push_back(trial->evidence->share);
-      }
+    if (tells) {
+      ++telling;
+      add_shares(site, right, wrong);
     }
     atlas.sites.push_back({.region = site.place.region,
                            .position = site.place.position,

@@ -79,6 +79,9 @@ class SiteTrials {
 
   [[nodiscard]] static std::optional<SitePrecision> precision_of(const SiteState& site);
   [[nodiscard]] static std::vector<AlikePlace> alike_of(const SiteState& site);
+  /// Adds the evidence's shares of the trials that ended right and of those that ended wrong.
+  static void add_shares(const SiteState& site, std::vector<double>& right,
+                         std::vector<double>& wrong);
 
   PointsView map_;
   const PluginPtr<ScanMatcher>& matcher_;
