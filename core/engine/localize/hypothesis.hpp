@@ -41,6 +41,11 @@ struct Hypothesis {
   }
 };
 
+/// How well a scan fits where it was aligned.
+[[nodiscard]] inline double level_of(const Alignment& alignment) noexcept {
+  return alignment.score.nvtl * alignment.score.coverage;
+}
+
 /// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
   return (a.translation - b.translation).norm() < metres && rotation_between(a, b) < radians;

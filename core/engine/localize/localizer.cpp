@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "localize/alignment.hpp"
 #include "localize/belief.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/regions_ahead.hpp"
@@ -158,7 +159,7 @@ struct Localizer::State {
       one.map = ready;
       one.region = choice.region;
       const Stopwatch stopwatch;
-      auto alignment = ready->target->align(points, one.predicted);
+      auto alignment = align_at_prediction(one, scan, points);
       if (h == 0) report.seconds_align = stopwatch.seconds();
       one.failure.clear();
       if (!alignment && alignment.error().code != ErrorCode::too_few_matches) {

@@ -108,10 +108,6 @@ Result<std::vector<Start>> starts_at(const SearchedBundle& bundle, const std::ve
   return starts;
 }
 
-double level_of(const Find& find) {
-  return find.alignment.score.nvtl * find.alignment.score.coverage;
-}
-
 /// The finds that differ from better ones.
 std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
   std::vector<Find> kept;
@@ -180,7 +176,7 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
   if (!found.empty()) {
     VANTAGE_TRY(const auto near, align(scan, starts_around(found[0])));
     for (const Find& find : near) {
-      if (level_of(find) > level_of(found[0])) found[0] = find;
+      if (level_of(find.alignment) > level_of(found[0].alignment)) found[0] = find;
     }
   }
   result.finds = different(found, kWhole);

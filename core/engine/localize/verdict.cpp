@@ -69,26 +69,46 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
                : "the scan leaves open where along one direction the sensor is");
 }
 
+void Verdict::Drift::coasts(double seconds, double acceleration) noexcept {
+  of_speed = std::hypot(of_speed, acceleration * seconds);
+  sigma += of_speed * seconds;  // the error of a speed keeps its sign
+}
+
+void Verdict::Drift::measured(double by_scan, double before, double seconds) noexcept {
+  if (by_scan >= sigma) return;
+  sigma = by_scan;
+  of_speed = std::min(of_speed, (before + by_scan) / seconds);
+}
+
 double Verdict::imprecision(const Hypothesis& best, bool fits, const ScanReport& report) {
-  // The error of the last pose grows with the way; where the scan says more, its own error counts.
+  // The error of the last pose grows with the way or, without odometry, with time; where the scan
+  // says more, its own error counts.
   constexpr double kDriftMetres = 0.02, kDriftRadians = 0.002;  // per metre, with odometry
-  constexpr double kWithoutOdometry = 5.0;                      // times as much
-  double way = 0.0;
-  if (const auto step = best.motion.step()) way = step->T_now_later.translation.norm();
-  if (!best.motion.has_odometry()) way *= kWithoutOdometry;
-  const double carried_m = std::hypot(sigma_m_, kDriftMetres * way);
-  const double carried_rad = std::hypot(sigma_rad_, kDriftRadians * way);
-  const bool known = sigma_m_ > 0.0;
-  if (fits) {
-    sigma_m_ = report.confidence->sigma_translation[0];
-    sigma_rad_ = report.confidence->sigma_rotation[0];
-  }
-  if (known) {
-    sigma_m_ = fits ? std::min(sigma_m_, carried_m) : carried_m;
-    sigma_rad_ = fits ? std::min(sigma_rad_, carried_rad) : carried_rad;
+  // Of a sensor whose speed is not known yet [m/s, rad/s], and without odometry [m/s^2, rad/s^2].
+  constexpr double kSpeed = 3.0, kTurn = 0.5, kAcceleration = 1.0, kTurnAcceleration = 0.2;
+  const double seconds = report.stamp - std::exchange(stamp_, report.stamp);
+  if (best.initial) metres_ = radians_ = {};  // the sensor was found anew
+  if (metres_.sigma > 0.0) {
+    const Drift metres = metres_, radians = radians_;
+    if (best.motion.has_odometry()) {
+      const auto step = best.motion.step();
+      const double way = step ? step->T_now_later.translation.norm() : 0.0;
+      metres_.sigma = std::hypot(metres_.sigma, kDriftMetres * way);
+      radians_.sigma = std::hypot(radians_.sigma, kDriftRadians * way);
+    } else {
+      metres_.coasts(seconds, kAcceleration);
+      radians_.coasts(seconds, kTurnAcceleration);
+    }
+    if (fits) {
+      metres_.measured(report.confidence->sigma_translation[0], metres.sigma, seconds);
+      radians_.measured(report.confidence->sigma_rotation[0], radians.sigma, seconds);
+    }
+  } else if (fits) {
+    metres_ = {report.confidence->sigma_translation[0], kSpeed};
+    radians_ = {report.confidence->sigma_rotation[0], kTurn};
   }
   const double limit_rad = params_.alert_limit_deg * std::numbers::pi / 180.0;
-  return beyond(params_.alert_limit, sigma_m_) + beyond(limit_rad, sigma_rad_);
+  return beyond(params_.alert_limit, metres_.sigma) + beyond(limit_rad, radians_.sigma);
 }
 
 void Verdict::limit(const Hypothesis& best, ScanReport& report) const {
@@ -111,7 +131,7 @@ void Verdict::limit(const Hypothesis& best, ScanReport& report) const {
 
 void Verdict::forget(bool lost) {
   was_lost_ = lost;
-  sigma_m_ = sigma_rad_ = 0.0;
+  metres_ = radians_ = {};
 }
 
 }  // namespace vantage

@@ -35,8 +35,19 @@ class Verdict {
   void limit(const Hypothesis& best, ScanReport& report) const;
 
   LocalizerParams params_;
-  bool was_lost_ = false;                   // since the last tracked scan
-  double sigma_m_ = 0.0, sigma_rad_ = 0.0;  // of the reported pose; 0 before the first
+  /// Standard deviations of a coordinate of the reported pose and of its speed; 0 before the first.
+  struct Drift {
+    double sigma = 0.0, of_speed = 0.0;
+
+    /// What is left of it when a scan says where the sensor is, `seconds` after the last one.
+    void measured(double by_scan, double before, double seconds) noexcept;
+    /// How it grows without odometry. @param acceleration  its standard deviation
+    void coasts(double seconds, double acceleration) noexcept;
+  };
+
+  bool was_lost_ = false;  // since the last tracked scan
+  Drift metres_, radians_;
+  double stamp_ = 0.0;  // of the last scan [s]
 };
 
 }  // namespace vantage

@@ -17,6 +17,7 @@ constexpr double kChange = 0.4;
 // A hypothesis beyond doubt is weighed after this way [m], or if its level fell by this share.
 // Where its evidence is as usual, a longer way will do.
 constexpr double kSettledWay = 2.5, kUsualWay = 10.0, kFall = 0.2, kSettledRisk = 2e-4;
+constexpr double kPace = 3.0;        // [m/s]; of a sensor without odometry
 constexpr double kUsualShare = 0.2;  // a usual share is off the last ones by less than this part
 // The fit of scans to themselves changes with the surroundings [m]. It is measured anew where the
 // evidence is not as usual.
@@ -27,10 +28,6 @@ constexpr double kUnusual = 6.0, kFirstChange = 0.05, kLeastChange = 0.01, kLeas
 constexpr std::size_t kScored = 512;
 // A scan that matches nothing may come from a place off the map, or from a covered sensor.
 constexpr double kNothingFits = -3.0;
-
-double level_of(const Alignment& alignment) {
-  return alignment.score.nvtl * alignment.score.coverage;
-}
 
 /// How far matching pulls a right pose from its prediction, in units of what is expected; nothing
 /// before there is a prediction.
@@ -106,12 +103,18 @@ bool Weighing::is_usual(double share) const {
   return usual_share_ && std::abs(share - *usual_share_) < kUsualShare * *usual_share_;
 }
 
+double Weighing::stamp_of(const Hypothesis& one) {
+  return one.motion.started() ? one.motion.stamp() : 0.0;
+}
+
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   if (usual_level_ > 0.0 && !scores_as_usual(first)) return true;
-  const double way = (first.pose().translation - *weighed_at_).norm();
+  double way = (first.pose().translation - *weighed_at_).norm();
+  // Where matching is stuck, the poses stand still while the sensor moves.
+  if (!first.motion.has_odometry()) way = std::max(way, kPace * (stamp_of(first) - weighed_stamp_));
   return way >= (is_usual(share_) ? kUsualWay : kSettledWay);
 }
 
@@ -141,6 +144,7 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
   share_ = share;
   for (double& ratio : ratios) ratio *= news_;
   weighed_at_ = at;
+  weighed_stamp_ = stamp_of(hypotheses.front());
   return ratios;
 }
 

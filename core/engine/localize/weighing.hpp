@@ -68,6 +68,8 @@ class Weighing {
   void forget();
 
  private:
+  /// The stamp of the last scan that the hypothesis explains [s].
+  [[nodiscard]] static double stamp_of(const Hypothesis& one);
   /// Whether a share is about that of recent tracked scans.
   [[nodiscard]] bool is_usual(double share) const;
   [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
@@ -85,6 +87,7 @@ class Weighing {
   Point reference_at_ = Point::Zero();
   bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
+  double weighed_stamp_ = 0.0;       // of the scan before it
   double share_ = 0.0;               // the first hypothesis's share of sharpness then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
