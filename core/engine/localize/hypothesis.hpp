@@ -23,6 +23,7 @@ struct Hypothesis {
   std::optional<Alignment> alignment = {};
   std::string failure = {};  ///< why there is no alignment
   std::optional<Evidence> evidence = {};
+  bool proven = false;  ///< was tracked, and has been followed since
 
   /// The pose at this scan: aligned if possible, otherwise predicted.
   [[nodiscard]] const Pose& pose() const { return alignment ? alignment->T_map_scan : predicted; }

@@ -425,14 +425,16 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.sort_out();
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
-  const Hypothesis& best = s.hypotheses.front();
+  Hypothesis& best = s.hypotheses.front();
   s.verdict.conclude(best,
                      {.belief = s.belief.of(0),
                       .elsewhere = s.belief.elsewhere(),
                       .compared = s.compared,
                       .scores_as_usual = s.weighing.scores_as_usual(best)},
                      report);
-  s.weighing.learn(best, report.tracking == Tracking::tracked);
+  const bool tracked = report.tracking == Tracking::tracked;
+  s.weighing.learn(best, tracked);
+  best.proven = best.proven || tracked;
   report.held_bytes = s.maps.statistics().bytes;
   s.move_on(scan, report);
   s.expect_what_is_ahead();

@@ -86,8 +86,14 @@ double Verdict::imprecision(const Hypothesis& best, bool fits, const ScanReport&
   constexpr double kDriftMetres = 0.02, kDriftRadians = 0.002;  // per metre, with odometry
   // Of a sensor whose speed is not known yet [m/s, rad/s], and without odometry [m/s^2, rad/s^2].
   constexpr double kSpeed = 3.0, kTurn = 0.5, kAcceleration = 1.0, kTurnAcceleration = 0.2;
+  constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
+  if (!fits) adrift_ = true;
+  if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
   const double seconds = report.stamp - std::exchange(stamp_, report.stamp);
-  if (best.initial) metres_ = radians_ = {};  // the sensor was found anew
+  if (best.initial) {  // the sensor was found anew
+    metres_ = radians_ = {};
+    adrift_ = !fits;
+  }
   if (metres_.sigma > 0.0) {
     const Drift metres = metres_, radians = radians_;
     if (best.motion.has_odometry()) {
@@ -99,7 +105,7 @@ double Verdict::imprecision(const Hypothesis& best, bool fits, const ScanReport&
       metres_.coasts(seconds, kAcceleration);
       radians_.coasts(seconds, kTurnAcceleration);
     }
-    if (fits) {
+    if (!adrift_) {
       metres_.measured(report.confidence->sigma_translation[0], metres.sigma, seconds);
       radians_.measured(report.confidence->sigma_rotation[0], radians.sigma, seconds);
     }
@@ -132,6 +138,7 @@ void Verdict::limit(const Hypothesis& best, ScanReport& report) const {
 void Verdict::forget(bool lost) {
   was_lost_ = lost;
   metres_ = radians_ = {};
+  adrift_ = false;
 }
 
 }  // namespace vantage

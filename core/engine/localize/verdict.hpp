@@ -47,7 +47,8 @@ class Verdict {
 
   bool was_lost_ = false;  // since the last tracked scan
   Drift metres_, radians_;
-  double stamp_ = 0.0;  // of the last scan [s]
+  bool adrift_ = false;  // the last scans that did not fit have not been made good by a firm one
+  double stamp_ = 0.0;   // of the last scan [s]
 };
 
 }  // namespace vantage

@@ -99,6 +99,10 @@ bool Weighing::scores_as_usual(const Hypothesis& one) const {
   return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kFall) * usual;
 }
 
+bool Weighing::is_silent(const Hypothesis& one) const {
+  return one.proven && one.evidence && !fits(*one.evidence) && scores_as_usual(one);
+}
+
 bool Weighing::is_usual(double share) const {
   return usual_share_ && std::abs(share - *usual_share_) < kUsualShare * *usual_share_;
 }
@@ -109,7 +113,7 @@ double Weighing::stamp_of(const Hypothesis& one) {
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
-  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment) return true;
+  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || !fitted_) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   if (usual_level_ > 0.0 && !scores_as_usual(first)) return true;
   double way = (first.pose().translation - *weighed_at_).norm();
@@ -145,6 +149,7 @@ Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
   for (double& ratio : ratios) ratio *= news_;
   weighed_at_ = at;
   weighed_stamp_ = stamp_of(hypotheses.front());
+  fitted_ = hypotheses.front().fits();
   return ratios;
 }
 
@@ -158,6 +163,7 @@ std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses)
   std::vector<double> ratios(hypotheses.size(), 0.0);
   if (best <= 0.0) return ratios;
   for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+    if (is_silent(hypotheses[h])) continue;
     const double worse = (best - share(hypotheses[h])) / best;
     ratios[h] = -news_ * kPreference * worse;
   }
@@ -185,7 +191,10 @@ Result<double> Weighing::ratio(Hypothesis& one, PointsView some,
   VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
   VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan));
   one.evidence = evidence_of(fit, *reference_);
-  return of(*one.evidence, one.pose(), prior) + surprise(one);
+  const double told = log_likelihood_ratio(*one.evidence, usual_share_, model_);
+  const double agrees = agreement(one.pose(), prior);
+  // Where nothing holds the matcher, its wandering says nothing either.
+  return is_silent(one) ? std::max(0.0, told) + agrees : told + agrees + surprise(one);
 }
 
 void Weighing::learn(const Hypothesis& first, bool tracked) {
@@ -211,6 +220,7 @@ void Weighing::forget() {
   reference_.reset();
   fresh_ = false;
   weighed_at_.reset();
+  fitted_ = true;
   news_ = 1.0;
   share_ = 0.0;
 }

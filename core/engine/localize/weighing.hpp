@@ -68,6 +68,9 @@ class Weighing {
   void forget();
 
  private:
+  /// Whether a scan that does not fit says nothing: a proven pose scores as before, so its
+  /// surroundings have become featureless.
+  [[nodiscard]] bool is_silent(const Hypothesis& one) const;
   /// The stamp of the last scan that the hypothesis explains [s].
   [[nodiscard]] static double stamp_of(const Hypothesis& one);
   /// Whether a share is about that of recent tracked scans.
@@ -88,6 +91,7 @@ class Weighing {
   bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double weighed_stamp_ = 0.0;       // of the scan before it
+  bool fitted_ = true;               // whether the first hypothesis fitted then
   double share_ = 0.0;               // the first hypothesis's share of sharpness then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };

@@ -78,3 +78,16 @@ TEST_CASE("a scan scores as usual if it does not fall short of those that were t
   CHECK_FALSE(bench.weighing.scores_as_usual(at_level(0.8)));
   CHECK_FALSE(bench.weighing.scores_as_usual(Hypothesis{}));
 }
+
+TEST_CASE("a proven pose is not preferred less where the scan shows nothing that is sharp") {
+  Bench bench;
+  bench.track(1.2, 0.01);
+  Hypothesis followed = at_level(1.2), found = at_level(1.1);
+  followed.evidence = Evidence{.share = 0.0, .noise = 0.01};
+  found.evidence = Evidence{.share = 0.3, .noise = 0.01};
+  CHECK(bench.weighing.compare({followed, found})[0] < -1.0);
+  followed.proven = true;
+  CHECK(bench.weighing.compare({followed, found})[0] == 0.0);
+  followed.alignment->score.nvtl = 0.6;  // it scores worse than before: the sensor is elsewhere
+  CHECK(bench.weighing.compare({followed, found})[0] < -1.0);
+}
