@@ -16,6 +16,9 @@ namespace {
 constexpr double kLost = 0.5;
 // The probability of a place that looks alike, as long as nobody has looked for one.
 constexpr double kAlike = 0.05;
+// At least the probability that a pose is off that only motion carries on: before a scan ceases to
+// fit, the scans before it may have led astray.
+constexpr double kAdrift = 0.05;
 
 /// Two-sided tail of the normal distribution beyond `limit` for a standard deviation `sigma`.
 double beyond(double limit, double sigma) {
@@ -38,6 +41,7 @@ void Verdict::conclude(const Hypothesis& best, const Known& known, ScanReport& r
   if (!fits) report.T_map_scan = best.predicted;
   report.risk = std::min(1.0, 1.0 - known.belief + imprecision(best, fits, report));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
+  if (!fits) report.risk = std::max(report.risk, kAdrift);
   judge(best, fits, known, report);
   limit(best, report);
   if (report.tracking == Tracking::tracked) {

@@ -74,7 +74,7 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
     return a.cell != b.cell ? a.cell < b.cell : key(a) < key(b);
   });
 
-  std::vector<Cell> cells;
+  std::vector<Cell>& cells = result.cells_;
   result.indices_.reserve(placed.size());
   for (const Placed& p : placed) {
     if (cells.empty() || cells.back() != p.cell) {
@@ -89,7 +89,7 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
     Element& element = result.elements_[i];
     element.shape = result.measure(map, result.points(element));
   });
-  result.find_parts(cells);
+  result.find_parts();
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto column = static_cast<std::size_t>(coordinate(cells[i], 0));
     while (result.first_.size() <= column) result.first_.push_back(static_cast<std::uint32_t>(i));
@@ -98,17 +98,18 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
   return result;
 }
 
-std::span<const Element> Elements::between(double low, double high) const noexcept {
-  const auto columns = static_cast<double>(first_.size() - 1);
-  const auto column = [&](double x) {
-    return static_cast<std::size_t>(
-        std::clamp(std::floor((x - origin_.x()) / width_), -1.0, columns) + 1.0);
-  };
-  // One more column on both sides, because coordinates are rounded.
-  const std::size_t begin = std::max<std::size_t>(column(low), 2) - 2;
-  const std::size_t end = std::min(column(high) + 1, first_.size() - 1);
-  if (begin >= end) return {};
-  return std::span(elements_).subspan(first_[begin], first_[end] - first_[begin]);
+std::pair<std::uint32_t, std::uint32_t> Elements::row(std::int64_t x, std::int64_t low,
+                                                      std::int64_t high) const noexcept {
+  constexpr std::int64_t kCells = std::int64_t{1} << kBits;
+  if (high < 0 || low >= kCells) return {0, 0};
+  const auto column = static_cast<std::size_t>(x);
+  const auto first = cells_.begin() + first_[column], last = cells_.begin() + first_[column + 1];
+  const auto begin = std::lower_bound(
+      first, last, packed(column, static_cast<Cell>(std::max<std::int64_t>(low, 0)), 0));
+  const auto end = std::upper_bound(
+      begin, last, packed(column, static_cast<Cell>(std::min(high, kCells - 1)), kCells - 1));
+  return {static_cast<std::uint32_t>(begin - cells_.begin()),
+          static_cast<std::uint32_t>(end - cells_.begin())};
 }
 
 double Elements::reach_of_part() const noexcept {
@@ -158,7 +159,8 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
   return shape;
 }
 
-void Elements::find_parts(std::span<const Cell> cells) {
+void Elements::find_parts() {
+  const std::span<const Cell> cells = cells_;
   std::vector<std::uint8_t> is_level(cells.size());
   // Cells are in ascending order, so the cells of a column are consecutive.
   struct Column {

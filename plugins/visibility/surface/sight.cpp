@@ -106,29 +106,34 @@ Sight::Seen Sight::look(const Point& viewpoint,
 
   const double radius = elements_.width() * std::numbers::sqrt3;  // of a cell, around its centre
   const double reach = reach_ + radius;
-  const auto near = elements_.between(viewpoint.x() - reach, viewpoint.x() + reach);
   // Points that are not looked at must not decide which part an element belongs to.
-  const auto here = elements_.between(viewpoint.x() - radius, viewpoint.x() + radius);
-  const bool is_at_point = std::any_of(here.begin(), here.end(), [&](const Element& element) {
-    if ((element.shape.centre - viewpoint).norm() > radius) return false;
-    const auto points = elements_.points(element);
-    return std::any_of(points.begin(), points.end(),
-                       [&](std::uint32_t k) { return map_[k] == viewpoint; });
+  bool is_at_point = false;
+  elements_.around(viewpoint, radius, [&](std::uint32_t begin, std::uint32_t end) {
+    for (const Element& element : elements_.all().subspan(begin, end - begin)) {
+      if ((element.shape.centre - viewpoint).norm() > radius) continue;
+      const auto points = elements_.points(element);
+      is_at_point = is_at_point || std::any_of(points.begin(), points.end(), [&](std::uint32_t k) {
+                      return map_[k] == viewpoint;
+                    });
+    }
   });
   const double farthest_known = settings_.max_range - elements_.reach_of_part();
   const double nearest_known = is_at_point ? elements_.reach_of_part() : 0.0;
-  for (const Element& element : near) {
+  const auto look_at = [&](std::uint32_t number) {
+    const Element& element = elements_.all()[number];
     const double distance = (element.shape.centre - viewpoint).norm();
-    if (distance > reach) continue;
-    const auto number = static_cast<std::uint32_t>(&element - elements_.all().data());
+    if (distance > reach) return;
     if (distance <= radius || distance + radius > settings_.max_range) {
       cut(number, viewpoint);
-      continue;
+      return;
     }
     const bool is_part_known = distance >= nearest_known && distance <= farthest_known;
     appear(number, element.shape, optics_[number], is_part_known ? element.part : Part::structure,
            kWhole, viewpoint, !is_known || !is_known(number));
-  }
+  };
+  elements_.around(viewpoint, reach, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t number = begin; number < end; ++number) look_at(number);
+  });
 
   sort_into_bins();
   // The points lie scattered in memory, and waiting for them takes a fifth of the time.
