@@ -87,10 +87,15 @@ PointCloud Weighing::scored(const PreparedScan& scan) {
 bool Weighing::is_surprising(const Hypothesis& one) const {
   constexpr double kPulled = 2.0;
   if (pull(one).value_or(0.0) > kPulled) return true;
-  if (!one.alignment || !(last_level_ > 0.0)) return false;
-  const double fall = std::log(last_level_ / std::max(level_of(*one.alignment), kLeastLevel));
-  return fall > kUnusual * std::max(usual_change_, kLeastChange);
+  return rise(one) < -unusual_change();
 }
+
+double Weighing::rise(const Hypothesis& one) const {
+  if (!one.alignment || !(last_level_ > 0.0)) return 0.0;
+  return std::log(std::max(level_of(*one.alignment), kLeastLevel) / last_level_);
+}
+
+double Weighing::unusual_change() const { return kUnusual * std::max(usual_change_, kLeastChange); }
 
 bool Weighing::scores_as_usual(const Hypothesis& one) const {
   if (!one.alignment) return false;
@@ -116,6 +121,8 @@ bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) 
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || !fitted_) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   if (usual_level_ > 0.0 && !scores_as_usual(first)) return true;
+  // A sensor that was carried to an empty place may score higher there.
+  if (rise(first) > unusual_change()) return true;
   double way = (first.pose().translation - *weighed_at_).norm();
   // Where matching is stuck, the poses stand still while the sensor moves.
   if (!first.motion.has_odometry()) way = std::max(way, kPace * (stamp_of(first) - weighed_stamp_));

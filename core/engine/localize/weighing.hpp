@@ -26,7 +26,7 @@ class Weighing {
       : matcher_(matcher), maps_(maps), model_(model) {}
 
   /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so only
-  /// after some metres, or if its fit becomes worse.
+  /// after some metres, or if its level changes.
   /// @param belief  belief in the first hypothesis
   [[nodiscard]] bool is_due(const std::vector<Hypothesis>& hypotheses, double belief) const;
 
@@ -68,6 +68,10 @@ class Weighing {
   void forget();
 
  private:
+  /// Of the level's logarithm since the scan before; 0 without one.
+  [[nodiscard]] double rise(const Hypothesis& one) const;
+  /// A change of the level's logarithm that is far from usual.
+  [[nodiscard]] double unusual_change() const;
   /// Whether a scan that does not fit says nothing: a proven pose scores as before, so its
   /// surroundings have become featureless.
   [[nodiscard]] bool is_silent(const Hypothesis& one) const;
