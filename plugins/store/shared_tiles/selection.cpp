@@ -1,5 +1,6 @@
 #include "selection.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -32,57 +33,54 @@ std::string bitmap_of(std::span<const std::uint32_t> picks, std::uint32_t points
   return bits;
 }
 
-/// A writer of picks that stops at their number.
-class Picks {
- public:
-  Picks(std::vector<std::uint32_t>& to, std::uint32_t count) : to_(to), begin_(to.size()) {
-    to.resize(begin_ + count);
-    at_ = to.data() + begin_;
-    end_ = at_ + count;
-  }
-  [[nodiscard]] bool room_for(std::uint64_t count) const noexcept {
-    return static_cast<std::uint64_t>(end_ - at_) >= count;
-  }
-  [[nodiscard]] bool full() const noexcept { return at_ == end_; }
-  void add(std::uint32_t pick) noexcept { *at_++ = pick; }
-
- private:
-  std::vector<std::uint32_t>& to_;
-  std::size_t begin_;
-  std::uint32_t* at_;
-  std::uint32_t* end_;
-};
-
-bool read_bitmap(std::string_view bytes, std::uint32_t points, Picks& picks) {
-  if (bytes.size() != bitmap_size(points)) return false;
+std::optional<std::vector<Run>> read_bitmap(std::string_view bytes, std::uint32_t points) {
+  if (bytes.size() != bitmap_size(points)) return std::nullopt;
+  std::vector<Run> runs;
   for (std::size_t at = 0; at < bytes.size(); at += 8) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes.data() + at, std::min<std::size_t>(8, bytes.size() - at));
-    if (!picks.room_for(static_cast<std::uint64_t>(std::popcount(word)))) return false;
-    const auto base = static_cast<std::uint32_t>(8 * at);
-    for (; word != 0; word &= word - 1) {
-      picks.add(base + static_cast<std::uint32_t>(std::countr_zero(word)));
+    for (auto base = static_cast<std::uint32_t>(8 * at); word != 0;) {
+      const int skipped = std::countr_zero(word);
+      const int taken = std::countr_one(word >> skipped);
+      const std::uint32_t begin = base + static_cast<std::uint32_t>(skipped);
+      base = begin + static_cast<std::uint32_t>(taken);
+      if (!runs.empty() && runs.back().end == begin) {
+        runs.back().end = base;
+      } else {
+        runs.push_back({begin, base});
+      }
+      word = skipped + taken < 64 ? word >> skipped >> taken : 0;
     }
   }
-  // Bits behind the last point would be picks of no point.
-  return points % 8 == 0 || static_cast<unsigned char>(bytes.back()) >> points % 8 == 0;
+  return runs;
 }
 
-bool read_runs(std::string_view bytes, std::uint32_t points, Picks& picks) {
+std::optional<std::vector<Run>> read_runs(std::string_view bytes, std::uint32_t points) {
   ByteReader reader(bytes);
+  std::vector<Run> runs;
+  runs.reserve(bytes.size() / 2);
   std::uint64_t at = 0;
   while (reader.left() > 0) {
     const std::uint64_t skipped = reader.leb(), taken = reader.leb();
-    if (!reader.ok() || skipped > points || taken > points || at + skipped + taken > points ||
-        !picks.room_for(taken)) {
-      return false;
-    }
+    if (!reader.ok() || skipped > points || taken > points) return std::nullopt;
     at += skipped;
-    for (const std::uint64_t end = at + taken; at != end; ++at) {
-      picks.add(static_cast<std::uint32_t>(at));
-    }
+    if (at + taken > points) return std::nullopt;
+    runs.push_back({static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(at + taken)});
+    at += taken;
   }
-  return true;
+  return runs;
+}
+
+std::optional<std::vector<Run>> read_any(std::string_view bytes, Coding coding,
+                                         std::uint32_t points) {
+  switch (coding) {
+    case Coding::all:
+      if (!bytes.empty()) return std::nullopt;
+      return std::vector<Run>{{0, points}};
+    case Coding::bitmap: return read_bitmap(bytes, points);
+    case Coding::runs: return read_runs(bytes, points);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -99,19 +97,14 @@ Coding append_selection(std::string& bytes, std::span<const std::uint32_t> picks
   return Coding::bitmap;
 }
 
-bool read_selection(std::string_view bytes, Coding coding, std::uint32_t points,
-                    std::uint32_t count, std::vector<std::uint32_t>& picks) {
-  if (count > points) return false;
-  Picks to(picks, count);
-  switch (coding) {
-    case Coding::all:
-      if (!bytes.empty() || count != points) return false;
-      for (std::uint32_t i = 0; i < points; ++i) to.add(i);
-      return true;
-    case Coding::bitmap: return read_bitmap(bytes, points, to) && to.full();
-    case Coding::runs: return read_runs(bytes, points, to) && to.full();
-  }
-  return false;
+std::optional<std::vector<Run>> read_selection(std::string_view bytes, Coding coding,
+                                               std::uint32_t points, std::uint32_t count) {
+  auto runs = read_any(bytes, coding, points);
+  if (!runs || (!runs->empty() && runs->back().end > points)) return std::nullopt;
+  std::uint64_t sum = 0;
+  for (const Run& run : *runs) sum += run.end - run.begin;
+  if (sum != count) return std::nullopt;
+  return runs;
 }
 
 }  // namespace vantage::shared_tiles

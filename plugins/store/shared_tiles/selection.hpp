@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,9 +23,18 @@ enum class Coding : std::uint32_t {
 [[nodiscard]] Coding append_selection(std::string& bytes, std::span<const std::uint32_t> picks,
                                       std::uint32_t points);
 
-/// Appends the picks to `picks`; returns false if the bytes are not such a code.
-/// @param count  of the picks
-[[nodiscard]] bool read_selection(std::string_view bytes, Coding coding, std::uint32_t points,
-                                  std::uint32_t count, std::vector<std::uint32_t>& picks);
+/// Points of a tile that follow each other.
+struct Run {
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;  ///< behind the last
+
+  friend bool operator==(const Run&, const Run&) = default;
+};
+
+/// The points that a code stands for, in ascending runs; nothing if it is no such code.
+/// @param count  how many points there must be
+[[nodiscard]] std::optional<std::vector<Run>> read_selection(std::string_view bytes, Coding coding,
+                                                             std::uint32_t points,
+                                                             std::uint32_t count);
 
 }  // namespace vantage::shared_tiles

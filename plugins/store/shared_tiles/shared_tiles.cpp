@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <bit>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "bytes.hpp"
 #include "common/folder_store.hpp"
+#include "merged_points.hpp"
 #include "point_ids.hpp"
 #include "point_order.hpp"
 #include "region_content.hpp"
@@ -40,50 +39,6 @@ struct Build {
   Build(std::uint64_t map_points, std::size_t regions)
       : ids(map_points), sequences(kSequencesFile, regions), sums(regions) {}
 };
-
-/// Puts a region's points into their order; nothing if two of them have one rank.
-/// @param picks  of all parts, one after another
-std::optional<PointCloud> merged(const std::vector<TilePart>& parts,
-                                 const std::vector<TileCache::TilePtr>& tiles,
-                                 const std::vector<std::uint32_t>& picks) {
-  std::uint32_t least = 0xffff'ffff, greatest = 0;
-  for (const auto& tile : tiles) {
-    least = std::min(least, tile->ranks.front());
-    greatest = std::max(greatest, tile->ranks.back());
-  }
-  if (tiles.empty()) return PointCloud();
-  least &= ~63U;
-  // A bit for every rank, and how many are set before each word: so many points come before.
-  std::vector<std::uint64_t> bits((greatest - least) / 64 + 1);
-  std::vector<std::uint32_t> before(bits.size());
-  const std::uint32_t* pick = picks.data();
-  for (std::size_t t = 0; t < tiles.size(); ++t) {
-    const std::uint32_t* const ranks = tiles[t]->ranks.data();
-    for (const std::uint32_t* const end = pick + parts[t].count; pick != end; ++pick) {
-      const std::uint32_t rank = ranks[*pick] - least;
-      bits[rank / 64] |= std::uint64_t{1} << rank % 64;
-    }
-  }
-  std::uint32_t sum = 0;
-  for (std::size_t w = 0; w < bits.size(); ++w) {
-    before[w] = sum;
-    sum += static_cast<std::uint32_t>(std::popcount(bits[w]));
-  }
-  if (sum != picks.size()) return std::nullopt;
-  PointCloud points(picks.size());
-  pick = picks.data();
-  for (std::size_t t = 0; t < tiles.size(); ++t) {
-    const StoredTile& tile = *tiles[t];
-    for (const std::uint32_t* const end = pick + parts[t].count; pick != end; ++pick) {
-      const std::uint32_t rank = tile.ranks[*pick] - least;
-      const std::uint64_t below = (std::uint64_t{1} << rank % 64) - 1;
-      const auto at = static_cast<std::size_t>(before[rank / 64]) +
-                      static_cast<std::size_t>(std::popcount(bits[rank / 64] & below));
-      points[at] = tile.point(*pick);
-    }
-  }
-  return points;
-}
 
 /// Every point once, in square tiles; a region says which points of which tiles it has.
 class SharedTiles final : public bundle_folder::FolderStore {
@@ -160,28 +115,28 @@ class SharedTiles final : public bundle_folder::FolderStore {
     VANTAGE_TRY(RegionContent region, decode_region(content, file, path.string()));
     std::optional<io::InputFile> tiles_file;
     std::vector<TileCache::TilePtr> tiles;
-    std::vector<std::uint32_t> picks;
+    MergedPoints merged;
     tiles.reserve(region.parts.size());
-    picks.reserve(file.points);
     for (const TilePart& part : region.parts) {
       auto tile = cache_.get(part.place, root() / kTilesFile, tiles_file);
       if (!tile) {
         return fail(
             std::move(tile).error().during("reading region '" + path.stem().string() + "'"));
       }
-      if (!read_selection(part.selection, part.coding, (*tile)->points(), part.count, picks)) {
-        return fail(ErrorCode::corrupt_data, "the points of a tile are damaged",
-                    SourceLocation{path.string(), 0, 0});
-      }
-      tiles.push_back(*std::move(tile));
+      const auto runs = read_selection(part.selection, part.coding, (*tile)->points, part.count);
+      if (!runs) return corrupt("the selection from a tile is damaged", path);
+      merged.add(**tile, *runs);
+      tiles.push_back(*std::move(tile));  // until the points are there
     }
-    auto points = merged(region.parts, tiles, picks);
-    if (!points) {
-      return fail(ErrorCode::corrupt_data, "the order of the points is damaged",
-                  SourceLocation{path.string(), 0, 0});
-    }
+    auto points = merged.points();
+    if (!points) return corrupt("the order of the points is damaged", path);
     region.map.points = *std::move(points);
     return std::move(region.map);
+  }
+
+  [[nodiscard]] static tl::unexpected<Error> corrupt(const char* reason,
+                                                     const std::filesystem::path& path) {
+    return fail(ErrorCode::corrupt_data, reason, SourceLocation{path.string(), 0, 0});
   }
 
   double width_;

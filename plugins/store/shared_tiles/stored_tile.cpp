@@ -34,10 +34,14 @@ bool finite(std::string_view floats) noexcept {
 
 }  // namespace
 
-Point StoredTile::point(std::uint32_t i) const noexcept {
-  TileCoordinates xyz;
-  std::memcpy(xyz.data(), bytes.get() + sizeof(TileHeader) + i * sizeof xyz, sizeof xyz);
-  return origin + Eigen::Vector3f(xyz[0], xyz[1], xyz[2]).cast<double>();
+Point* StoredTile::copy(std::uint32_t begin, std::uint32_t end, Point* to) const noexcept {
+  const char* at = bytes.get() + sizeof(TileHeader) + begin * sizeof(TileCoordinates);
+  for (std::uint32_t i = begin; i < end; ++i, at += sizeof(TileCoordinates)) {
+    TileCoordinates xyz;
+    std::memcpy(xyz.data(), at, sizeof xyz);
+    *to++ = origin + Eigen::Vector3f(xyz[0], xyz[1], xyz[2]).cast<double>();
+  }
+  return to;
 }
 
 std::string encode_tile(PointsView points, std::span<const std::uint32_t> ranks,
@@ -49,9 +53,11 @@ std::string encode_tile(PointsView points, std::span<const std::uint32_t> ranks,
 
   std::string rank_code;
   std::uint64_t expected = 0;
-  for (const std::uint32_t rank : ranks) {
-    append_leb(rank_code, rank - expected);
-    expected = std::uint64_t{rank} + 1;
+  for (std::size_t i = 0; i < ranks.size();) {
+    const std::size_t begin = i;
+    append_leb(rank_code, ranks[begin] - expected);
+    for (expected = ranks[begin]; i < ranks.size() && ranks[i] == expected; ++i) ++expected;
+    append_leb(rank_code, i - begin);
   }
   std::string code;
   code.reserve(sizeof(TileHeader) + points.size() * sizeof(TileCoordinates) + rank_code.size() +
@@ -78,15 +84,19 @@ bool decode_tile(StoredTile& tile) {
   if (!reader.ok() || reader.left() >= kWord || !tile.origin.allFinite()) return false;
 
   if (!finite(xyz)) return false;
-  if (header.points > ranks.left()) return false;
-  tile.ranks.resize(header.points);
-  std::uint64_t expected = 0;
-  for (std::uint32_t& rank : tile.ranks) {
-    expected += ranks.leb();
-    rank = static_cast<std::uint32_t>(expected);
-    if (!ranks.ok() || expected++ >= 0xffff'ffff) return false;
+  std::uint64_t rank = 0;
+  while (ranks.left() > 0) {
+    rank += ranks.leb();
+    const std::uint64_t count = ranks.leb();
+    if (!ranks.ok() || count == 0 || count > header.points - tile.points ||
+        rank + count > 0xffff'ffff) {
+      return false;
+    }
+    tile.stretches.push_back({tile.points, static_cast<std::uint32_t>(rank)});
+    tile.points += static_cast<std::uint32_t>(count);
+    rank += count;
   }
-  return ranks.left() == 0;
+  return tile.points == header.points;
 }
 
 }  // namespace vantage::shared_tiles

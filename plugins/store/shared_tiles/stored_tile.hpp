@@ -17,20 +17,24 @@ struct TilePlace {
   std::uint64_t checksum = 0;  ///< FNV-1a, 64 bit, over words of 64 bits
 };
 
+/// Points of a tile whose ranks follow each other; it ends where the next one begins.
+struct Stretch {
+  std::uint32_t begin = 0;  ///< the first of the points
+  std::uint32_t rank = 0;   ///< of this point
+};
+
 /// The points of a square of the map, in the order of their ranks.
 struct StoredTile {
-  std::unique_ptr<char[]> bytes;     ///< of the file
-  std::uint64_t size = 0;            ///< [bytes]
-  Point origin = Point::Zero();      ///< map frame [m]
-  std::vector<std::uint32_t> ranks;  ///< of the points, strictly ascending
+  std::unique_ptr<char[]> bytes;  ///< of the file
+  std::uint64_t size = 0;         ///< [bytes]
+  std::uint32_t points = 0;
+  Point origin = Point::Zero();  ///< map frame [m]
+  std::vector<Stretch> stretches;
 
-  [[nodiscard]] std::uint32_t points() const noexcept {
-    return static_cast<std::uint32_t>(ranks.size());
-  }
-  /// Map frame [m].
-  [[nodiscard]] Point point(std::uint32_t i) const noexcept;
+  /// Writes points begin to end - 1 to `to`, map frame [m]; returns where the next one goes.
+  Point* copy(std::uint32_t begin, std::uint32_t end, Point* to) const noexcept;
   [[nodiscard]] std::uint64_t memory() const noexcept {
-    return sizeof *this + size + ranks.size() * sizeof(std::uint32_t);
+    return sizeof *this + size + stretches.size() * sizeof(Stretch);
   }
 };
 
