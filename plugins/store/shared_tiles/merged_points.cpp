@@ -42,7 +42,9 @@ std::optional<PointCloud> MergedPoints::points() {
 void MergedPoints::sort() {
   constexpr unsigned kDigit = 11;
   std::vector<Piece> sorted(pieces_.size());
-  for (unsigned shift = 0; shift < 32; shift += kDigit) {
+  std::uint32_t greatest = 0;
+  for (const Piece& piece : pieces_) greatest = std::max(greatest, piece.rank);
+  for (unsigned shift = 0; shift < 32 && greatest >> shift != 0; shift += kDigit) {
     std::array<std::uint32_t, (1U << kDigit) + 1> begin{};
     const auto digit_of = [&](const Piece& piece) {
       return (piece.rank >> shift) & ((1U << kDigit) - 1);
