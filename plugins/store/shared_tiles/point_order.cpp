@@ -18,16 +18,13 @@ class WaitingRegions {
     for (std::uint32_t r = 0; r < regions.regions(); ++r) wait(r);
   }
 
-  /// The next point that all have come to. If there is none, that of the first region that has not
-  /// ended; kNobody when all have ended.
+  /// The next point that all have come to; if there is none, the regions contradict each other.
+  /// kNobody when all have ended.
   [[nodiscard]] std::uint32_t pop() {
-    if (!ready_.empty()) {
-      const std::uint32_t id = ready_.back();
-      ready_.pop_back();
-      return id;
-    }
-    while (first_ < cursors_.size() && cursors_[first_].at_end()) ++first_;
-    return first_ < cursors_.size() ? cursors_[first_].id() : kNobody;
+    if (ready_.empty()) return least_awaited();
+    const std::uint32_t id = ready_.back();
+    ready_.pop_back();
+    return id;
   }
   /// The regions that wait at a point go on.
   void advance(std::uint32_t id) {
@@ -41,6 +38,37 @@ class WaitingRegions {
   }
 
  private:
+  /// The point to take when no region can go on. In an order that most regions agree on, those that
+  /// are missing at the first of all waiting points have it far ahead, if they have it in another
+  /// place; those that are missing at the others will come to them soon.
+  [[nodiscard]] std::uint32_t least_awaited() {
+    constexpr std::uint32_t kMostRegions = 1024;  // that are asked
+    constexpr int kSoon = 64;                     // [points]
+    while (first_ < cursors_.size() && cursors_[first_].at_end()) ++first_;
+    std::unordered_map<std::uint32_t, std::uint32_t> soon;  // how many come soon, by point
+    const auto asked = static_cast<std::uint32_t>(
+        std::min<std::size_t>(cursors_.size(), std::size_t{first_} + kMostRegions));
+    for (std::uint32_t r = first_; r < asked; ++r) {
+      RegionSequences::Cursor ahead = cursors_[r];
+      for (int i = 0; i < kSoon && !ahead.at_end(); ++i) {
+        ahead.next();
+        if (!ahead.at_end() && last_[ahead.id()] != kNobody) ++soon[ahead.id()];
+      }
+    }
+    std::uint32_t best = kNobody;
+    std::pair<std::uint32_t, std::uint32_t> least;
+    for (std::uint32_t r = first_; r < asked; ++r) {
+      if (cursors_[r].at_end()) continue;
+      const std::uint32_t id = cursors_[r].id();
+      const auto found = soon.find(id);
+      const std::pair awaited(found == soon.end() ? 0U : found->second, missing_[id]);
+      if (best == kNobody || awaited < least) {
+        best = id;
+        least = awaited;
+      }
+    }
+    return best;
+  }
   void wait(std::uint32_t r) {
     if (cursors_[r].at_end()) return;
     const std::uint32_t id = cursors_[r].id();
@@ -53,7 +81,7 @@ class WaitingRegions {
   std::vector<std::uint32_t> next_;     // that waits at the same point, by region
   std::vector<RegionSequences::Cursor> cursors_;
   std::vector<std::uint32_t> ready_;
-  std::size_t first_ = 0;
+  std::uint32_t first_ = 0;  // region that may not have ended
 };
 
 }  // namespace

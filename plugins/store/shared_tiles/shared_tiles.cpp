@@ -77,11 +77,14 @@ class SharedTiles final : public bundle_folder::FolderStore {
       if (TileWriter::fits(p, width_)) continue;
       return fail(ErrorCode::invalid_input, "a point is too far from the map's origin for tiles");
     }
-    VANTAGE_TRY(const auto ids, build_->ids.of(map.points, region.value));
-    VANTAGE_CHECK(build_->sequences.add(folder, region.value, ids));
+    if (build_->state != Build::State::putting) return failed_before();
+    build_->state = Build::State::failed;  // if it ends here, points were counted that are not kept
     const std::string head = encode_head(map, file);
     VANTAGE_CHECK(folder.write_file(name, head));
+    VANTAGE_TRY(const auto ids, build_->ids.of(map.points, region.value));
+    VANTAGE_CHECK(build_->sequences.add(folder, region.value, ids));
     build_->sums[region.value] = sum_of(head);
+    build_->state = Build::State::putting;
     file.bytes = head.size();
     return file;
   }
@@ -89,9 +92,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
   [[nodiscard]] Result<void> finish(PartialFolder& folder, std::vector<RegionFile>& files,
                                     const std::vector<std::string>& names) override {
     if (build_->state == Build::State::finished) return {};
-    if (build_->state == Build::State::failed) {
-      return fail(ErrorCode::io_failure, "the bundle could not be written before");
-    }
+    if (build_->state == Build::State::failed) return failed_before();
     build_->state = Build::State::failed;
     build_->ids.finish();
     VANTAGE_CHECK(build_->sequences.open(folder));
@@ -134,6 +135,9 @@ class SharedTiles final : public bundle_folder::FolderStore {
     return std::move(region.map);
   }
 
+  [[nodiscard]] static tl::unexpected<Error> failed_before() {
+    return fail(ErrorCode::io_failure, "a part of the bundle could not be written: begin it again");
+  }
   [[nodiscard]] static tl::unexpected<Error> corrupt(const char* reason,
                                                      const std::filesystem::path& path) {
     return fail(ErrorCode::corrupt_data, reason, SourceLocation{path.string(), 0, 0});
