@@ -45,7 +45,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
  public:
   struct Params : bundle_folder::FolderParams {
     double tile_width = 20.0;
-    std::uint32_t cache = 256;
+    std::uint32_t cache = 128;
     static constexpr auto schema() {
       return std::tuple_cat(
           folder_fields<Params>(),
