@@ -24,7 +24,8 @@ Square square_of(const Point& p, double width) noexcept {
 }  // namespace
 
 bool TileWriter::fits(const Point& p, double width) noexcept {
-  return (p.head<2>().array().abs() / width < 0x1p40).all();
+  // 2^100 m: float32 holds the distance of any two such points.
+  return (p.head<2>().array().abs() / width < 0x1p40).all() && (p.array().abs() < 0x1p100).all();
 }
 
 TileWriter::TileWriter(const PointCloud& points, const PointOrder& order, double width)

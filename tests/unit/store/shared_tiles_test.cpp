@@ -235,6 +235,8 @@ TEST_CASE("shared_tiles: points that no tile can hold are refused and leave the 
   REQUIRE(store->begin(index_of_regions(1)));
   check_fails(store->put(RegionId{0}, points_alone({{1e20, 0, 0}})), ErrorCode::invalid_input,
               "too far from the map's origin");
+  check_fails(store->put(RegionId{0}, points_alone({{0, 0, 1e38}})), ErrorCode::invalid_input,
+              "too far from the map's origin");
   check_fails(store->put(RegionId{0}, points_alone({{0, std::nan(""), 0}})),
               ErrorCode::invalid_input, "not finite");
   CHECK(store->put(RegionId{0}, points_alone({{1, 2, 3}})));
