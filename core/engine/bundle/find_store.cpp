@@ -101,10 +101,15 @@ Result<FoundStore> open_with(const fs::path& place, const PluginChoice& choice,
   return FoundStore{std::move(store), std::move(index)};
 }
 
-/// An installed store that was asked for a bundle, and the reason why it has none.
+/// An installed store that was asked for a bundle, and the reason why it has none. Of stores that
+/// give the same reason, the first speaks for all.
 struct Refusal {
   std::string store;
   Error error;
+
+  [[nodiscard]] bool says(const Error& other) const {
+    return error.code == other.code && error.message == other.message;
+  }
 };
 
 tl::unexpected<Error> no_store_opens(const fs::path& place, std::vector<Refusal> refusals) {
@@ -147,6 +152,8 @@ Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins
     if (!store) continue;  // a plugin that cannot be asked does not hide the others
     auto index = index_of(**store);
     if (index) return FoundStore{*std::move(store), *std::move(index)};
+    const auto says_it = [&](const Refusal& refusal) { return refusal.says(index.error()); };
+    if (std::ranges::any_of(refusals, says_it)) continue;
     refusals.push_back({file.name, std::move(index).error()});
   }
   return no_store_opens(place, std::move(refusals));

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <span>
 
 #include "vantage/kit/checksum.hpp"
@@ -19,7 +18,7 @@ static_assert(std::endian::native == std::endian::little, "PCD binary data is li
 using Coordinates = std::array<float, 3>;
 static_assert(sizeof(Coordinates) == 12);
 
-std::string header(const TileInfo& info) {
+std::string header(const RegionFile& info) {
   const std::string n = std::to_string(info.points);
   const Point& origin = info.origin;
   const std::string fields = info.max_views > 0
@@ -42,45 +41,17 @@ Fnv1a sum_of_words(std::string_view data, Fnv1a sum = {}) noexcept {
   return sum;
 }
 
-/// The largest distance of a point from an origin along an axis [m].
-double reach_of(PointsView points, const Point& origin) {
-  if (points.empty()) return 0.0;
-  const Bounds3 bounds = bounds_of(points);
-  return std::max((bounds.max - origin).maxCoeff(), (origin - bounds.min).maxCoeff());
-}
-
-/// Errors: `invalid_input` for what float32 cannot hold.
-Result<Point> origin_of(const RegionMap& map) {
-  if (!all_finite(map.points)) {
-    return fail(ErrorCode::invalid_input, "a point of the region map is not finite");
-  }
-  if (!all_finite(map.viewpoints)) {
-    return fail(ErrorCode::invalid_input, "a viewpoint of the region map is not finite");
-  }
-  const PointsView centred = map.points.empty() ? map.viewpoints : map.points;
-  if (centred.empty()) return Point(Point::Zero());
-  const Bounds3 bounds = bounds_of(centred);
-  // Whole metres: every compiler computes the same origin, and its text is short.
-  const Point origin = (0.5 * bounds.min + 0.5 * bounds.max).array().round() + 0.0;
-  const double reach = std::max(reach_of(map.points, origin), reach_of(map.viewpoints, origin));
-  if (!(reach <= static_cast<double>(std::numeric_limits<float>::max()))) {
-    return fail(ErrorCode::invalid_input, "the region map is too large for float32: it reaches " +
-                                              shortest(reach) + " m from its centre");
-  }
-  return origin;
-}
-
 constexpr std::size_t kWord = 4;  // [bytes]
 
 /// Rounds up to the next whole word.
 std::uint64_t padded(std::uint64_t bytes) { return (bytes + kWord - 1) / kWord * kWord; }
 
 /// The size of the points, with their view counts.
-std::uint64_t points_size(const TileInfo& info) {
+std::uint64_t points_size(const RegionFile& info) {
   return info.points * (sizeof(Coordinates) + (info.max_views > 0 ? sizeof(std::uint32_t) : 0));
 }
 
-std::uint64_t data_size(const TileInfo& info) {
+std::uint64_t data_size(const RegionFile& info) {
   return points_size(info) + info.viewpoints * sizeof(Coordinates) + padded(info.prepared_bytes);
 }
 
@@ -148,18 +119,10 @@ PointCloud points_in(std::string_view data, std::uint64_t count, const Point& or
 
 }  // namespace
 
-std::uint64_t file_size(const TileInfo& info) { return header(info).size() + data_size(info); }
+std::uint64_t file_size(const RegionFile& info) { return header(info).size() + data_size(info); }
 
-Result<TileInfo> encode(const RegionMap& map, const Sink& sink) {
-  if (map.prepared.bytes.empty() && map.prepared.elements > 0) {
-    return fail(ErrorCode::invalid_input, "the prepared map has elements, but no bytes");
-  }
-  TileInfo info{.points = map.points.size(),
-                .viewpoints = map.viewpoints.size(),
-                .elements = map.prepared.elements,
-                .prepared_bytes = map.prepared.bytes.size()};
-  VANTAGE_TRY(info.max_views, max_views_of(map));
-  VANTAGE_TRY(info.origin, origin_of(map));
+Result<RegionFile> encode(const RegionMap& map, const Sink& sink) {
+  VANTAGE_TRY(RegionFile info, bundle_folder::checked(map));
   info.bytes = file_size(info);
   VANTAGE_CHECK(sink(header(info)));
   SummedSink data(sink);
@@ -170,7 +133,8 @@ Result<TileInfo> encode(const RegionMap& map, const Sink& sink) {
   return info;
 }
 
-Result<RegionMap> decode(std::string_view content, const TileInfo& info, const std::string& file) {
+Result<RegionMap> decode(std::string_view content, const RegionFile& info,
+                         const std::string& file) {
   const auto corrupt = [&](const std::string& reason) {
     return fail(ErrorCode::corrupt_data, reason, SourceLocation{file, 0, 0});
   };

@@ -1,12 +1,16 @@
-#include "written_index.hpp"
+#include "common/written_index.hpp"
 
 #include <doctest/doctest.h>
 
 #include <limits>
 #include <random>
 
-namespace vantage::pcd_tiles {
+#include "format.hpp"
+
+namespace vantage::bundle_folder {
 namespace {
+
+using pcd_tiles::kFormat;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -27,15 +31,15 @@ BundleIndex sample(std::size_t regions) {
     if (r % 3 == 2) region.footprint = ConvexPolygon{{{0.1, 0.0}, {1e6, 0.0}, {0.3, 5e-3}}};
     if (r % 2 == 1) region.height = {-1.0 / 3.0, kInfinity};
     list.push_back(region);
-    TileInfo tile{.points = 1 + random() % 1000,
-                  .viewpoints = random() % 100,
-                  .elements = random(),
-                  .prepared_bytes = 1 + random() % 1000,
-                  .origin = {number(), -0.0, number()}};
+    RegionFile tile{.points = 1 + random() % 1000,
+                    .viewpoints = random() % 100,
+                    .elements = random(),
+                    .prepared_bytes = 1 + random() % 1000,
+                    .origin = {number(), -0.0, number()}};
     if (r % 2 == 1) tile.max_views = static_cast<std::uint32_t>(1 + random() % 100);
-    tile.bytes = file_size(tile);
+    tile.bytes = pcd_tiles::file_size(tile);
     tile.checksum = random();
-    index.tiles.push_back(tile);
+    index.files.push_back(tile);
     index.map.regions.push_back(tile.summary());
   }
   index.map.partition = Partition::from(std::move(list)).value();
@@ -52,16 +56,16 @@ void check_equal(const BundleIndex& a, const BundleIndex& b) {
   CHECK(a.map.map_bounds.max == b.map.map_bounds.max);
   CHECK(a.map.map_points == b.map.map_points);
   CHECK(a.map.config == b.map.config);
-  REQUIRE(a.tiles.size() == b.tiles.size());
-  for (std::size_t r = 0; r < a.tiles.size(); ++r) {
-    CHECK(a.tiles[r].points == b.tiles[r].points);
-    CHECK(a.tiles[r].viewpoints == b.tiles[r].viewpoints);
-    CHECK(a.tiles[r].elements == b.tiles[r].elements);
-    CHECK(a.tiles[r].prepared_bytes == b.tiles[r].prepared_bytes);
-    CHECK(a.tiles[r].origin == b.tiles[r].origin);
-    CHECK(a.tiles[r].bytes == b.tiles[r].bytes);
-    CHECK(a.tiles[r].checksum == b.tiles[r].checksum);
-    CHECK(a.tiles[r].max_views == b.tiles[r].max_views);
+  REQUIRE(a.files.size() == b.files.size());
+  for (std::size_t r = 0; r < a.files.size(); ++r) {
+    CHECK(a.files[r].points == b.files[r].points);
+    CHECK(a.files[r].viewpoints == b.files[r].viewpoints);
+    CHECK(a.files[r].elements == b.files[r].elements);
+    CHECK(a.files[r].prepared_bytes == b.files[r].prepared_bytes);
+    CHECK(a.files[r].origin == b.files[r].origin);
+    CHECK(a.files[r].bytes == b.files[r].bytes);
+    CHECK(a.files[r].checksum == b.files[r].checksum);
+    CHECK(a.files[r].max_views == b.files[r].max_views);
     CHECK(a.map.regions[r].max_views == b.map.regions[r].max_views);
     CHECK(a.map.regions[r].points == b.map.regions[r].points);
     CHECK(a.map.regions[r].viewpoints == b.map.regions[r].viewpoints);
@@ -78,8 +82,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 TEST_CASE("what a build writes is read in one pass, bit for bit, in any layout") {
   const BundleIndex index = sample(200);
-  const std::string text = to_json(index).value();
-  const auto read = read_as_written(text);
+  const std::string text = to_json(kFormat, index).value();
+  const auto read = read_as_written(kFormat, text);
   REQUIRE(read);
   check_equal(*read, index);
 
@@ -90,90 +94,90 @@ TEST_CASE("what a build writes is read in one pass, bit for bit, in any layout")
     if (in_string || (text[i] != '\n' && text[i] != ' ')) one_line += text[i];
   }
   REQUIRE(one_line.size() < text.size());
-  const auto again = read_as_written(one_line);
+  const auto again = read_as_written(kFormat, one_line);
   REQUIRE(again);
   check_equal(*again, index);
 }
 
 TEST_CASE("what is spelt another way is left to the reader of any JSON, which gives the same") {
   const BundleIndex index = sample(5);
-  const std::string text = to_json(index).value();
+  const std::string text = to_json(kFormat, index).value();
   for (const std::string& other :
        {replaced(text, "1000000.0", "1e6"), replaced(text, "\"r1\"", "\"\\u00721\""),
         replaced(text, "\\t", "\\u0009")}) {
-    const auto read = from_json(other, "index.json");
+    const auto read = from_json(kFormat, other, "index.json");
     REQUIRE_MESSAGE(read, to_string(read.error()));
     check_equal(*read, index);
   }
-  CHECK_FALSE(read_as_written(replaced(text, "1000000.0", "1e6")));
+  CHECK_FALSE(read_as_written(kFormat, replaced(text, "1000000.0", "1e6")));
 }
 
 TEST_CASE("an index that contradicts itself is not read, whatever its checksum says") {
-  const auto refused = [](void (*change)(TileInfo&), const std::string& member) {
+  const auto refused = [](void (*change)(RegionFile&), const std::string& member) {
     BundleIndex index = sample(3);
-    change(index.tiles[1]);
-    const std::string text = to_json(index).value();
-    CHECK_FALSE(read_as_written(text));
-    const auto read = from_json(text, "index.json");
+    change(index.files[1]);
+    const std::string text = to_json(kFormat, index).value();
+    CHECK_FALSE(read_as_written(kFormat, text));
+    const auto read = from_json(kFormat, text, "index.json");
     REQUIRE_FALSE(read);
     CHECK(read.error().code == ErrorCode::corrupt_data);
     CHECK_MESSAGE(read.error().message.find("'regions[1]." + member + "'") != std::string::npos,
                   read.error().message);
   };
-  refused([](TileInfo& tile) { tile.bytes += 1; }, "bytes");
-  refused([](TileInfo& tile) { tile.viewpoints += 1; }, "bytes");
-  refused([](TileInfo& tile) { tile.prepared_bytes += 4; }, "bytes");
-  refused([](TileInfo& tile) { tile.max_views = 0; }, "bytes");
+  refused([](RegionFile& tile) { tile.bytes += 1; }, "bytes");
+  refused([](RegionFile& tile) { tile.viewpoints += 1; }, "bytes");
+  refused([](RegionFile& tile) { tile.prepared_bytes += 4; }, "bytes");
+  refused([](RegionFile& tile) { tile.max_views = 0; }, "bytes");
   refused(
-      [](TileInfo& tile) {
+      [](RegionFile& tile) {
         tile.points = 0;
-        tile.bytes = file_size(tile);
+        tile.bytes = pcd_tiles::file_size(tile);
       },
       "max_views");
-  refused([](TileInfo& tile) { tile.origin.x() = kInfinity; }, "origin");
+  refused([](RegionFile& tile) { tile.origin.x() = kInfinity; }, "origin");
   refused(
-      [](TileInfo& tile) {
+      [](RegionFile& tile) {
         tile.points = kMaxPoints + 1;
-        tile.bytes = file_size(tile);
+        tile.bytes = pcd_tiles::file_size(tile);
       },
       "points");
   refused(
-      [](TileInfo& tile) {
+      [](RegionFile& tile) {
         tile.viewpoints = kMaxPoints + 1;
-        tile.bytes = file_size(tile);
+        tile.bytes = pcd_tiles::file_size(tile);
       },
       "viewpoints");
   refused(
-      [](TileInfo& tile) {
+      [](RegionFile& tile) {
         tile.prepared_bytes = kMaxPreparedBytes + 1;
-        tile.bytes = file_size(tile);
+        tile.bytes = pcd_tiles::file_size(tile);
       },
       "prepared_bytes");
   refused(
-      [](TileInfo& tile) {
+      [](RegionFile& tile) {
         tile.prepared_bytes = 0;
-        tile.bytes = file_size(tile);
+        tile.bytes = pcd_tiles::file_size(tile);
       },
       "elements");
 }
 
 TEST_CASE("no damage is read: every byte but white space counts") {
   const BundleIndex index = sample(3);
-  const std::string text = to_json(index).value();
+  const std::string text = to_json(kFormat, index).value();
   std::mt19937 random(4);
   int refused = 0;
   for (std::size_t at = 0; at < text.size(); ++at) {
     std::string bad = text;
     bad[at] = "\"{}[]:,09a-. \n\\\xff"[random() % 16];
-    const auto read = read_as_written(bad);
+    const auto read = read_as_written(kFormat, bad);
     if (read) check_equal(*read, index);  // white space for white space
     refused += read ? 0 : 1;
     if (at + 1 < text.size()) {  // without its last line feed it is whole
-      CHECK_FALSE(read_as_written(std::string_view(text).substr(0, at)));
+      CHECK_FALSE(read_as_written(kFormat, std::string_view(text).substr(0, at)));
     }
   }
   CHECK(refused > 100);
 }
 
 }  // namespace
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

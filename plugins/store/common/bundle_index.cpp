@@ -1,4 +1,4 @@
-#include "bundle_index.hpp"
+#include "common/bundle_index.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -8,11 +8,11 @@
 #include <optional>
 #include <utility>
 
-#include "index_format.hpp"
+#include "common/index_format.hpp"
+#include "common/written_index.hpp"
 #include "vantage/kit/checksum.hpp"
-#include "written_index.hpp"
 
-namespace vantage::pcd_tiles {
+namespace vantage::bundle_folder {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -84,7 +84,9 @@ class Writer {
   void text(const std::string& text) { *at_ = text; }
   void count(std::uint64_t value, std::uint64_t /*max*/) { *at_ = value; }
   void checksum(std::uint64_t value) { *at_ = hexadecimal(value); }
-  void version(bool with_views) { *at_ = with_views ? kVersionWithViews : kVersion; }
+  void version(const BundleFormat& format, bool with_views) {
+    *at_ = with_views ? format.version_with_views() : format.version;
+  }
   template <class Reason>
   void check(bool /*ok*/, const char* /*key*/, const Reason& /*reason*/) noexcept {}
 
@@ -167,14 +169,15 @@ class Reader {
     }
   }
   /// Versions count up from 1.
-  void version(bool /*with_views*/) {
-    if (error_ || *at_ == kVersion || *at_ == kVersionWithViews) return;
+  void version(const BundleFormat& format, bool /*with_views*/) {
+    if (error_ || *at_ == format.version || *at_ == format.version_with_views()) return;
     const std::string is = at_->dump(-1, ' ', true, Json::error_handler_t::replace);
-    const std::string here = std::to_string(kVersion) + " or " + std::to_string(kVersionWithViews);
+    const std::string here =
+        std::to_string(format.version) + " or " + std::to_string(format.version_with_views());
     if (!at_->is_number_unsigned() || *at_ == 0U) {
       return refuse(" must be " + here + ", not " + is);
     }
-    const bool older = at_->get<std::uint64_t>() < kVersion;
+    const bool older = at_->get<std::uint64_t>() < format.version;
     refuse(" is " + is + ", and " + here + " is needed: the bundle was built by " +
            (older ? "an older" : "a newer") + " version; remove it and build it again");
   }
@@ -233,7 +236,9 @@ SourceLocation place_of(std::string_view text, std::size_t byte, const std::stri
 
 }  // namespace
 
-std::string tile_name(const Region& region) { return region.label + ".pcd"; }
+std::string region_file_name(const BundleFormat& format, const Region& region) {
+  return region.label + std::string(format.extension);
+}
 
 Result<void> check_writable(const MapIndex& index) {
   for (const Region& region : index.partition.regions()) {
@@ -261,14 +266,14 @@ Result<BundleIndex> bundle_of(IndexContent content) {
   regions.reserve(content.regions.size());
   for (IndexedRegion& one : content.regions) {
     regions.push_back(std::move(one.region));
-    index.map.regions.push_back(one.tile.summary());
-    index.tiles.push_back(one.tile);
+    index.map.regions.push_back(one.file.summary());
+    index.files.push_back(one.file);
   }
   VANTAGE_TRY(index.map.partition, Partition::from(std::move(regions)));
   return index;
 }
 
-Result<std::string> to_json(const BundleIndex& index) {
+Result<std::string> to_json(const BundleFormat& format, const BundleIndex& index) {
   const MapIndex& map = index.map;
   VANTAGE_CHECK(check_writable(map));
   IndexContent content{.map_points = map.map_points,
@@ -276,17 +281,18 @@ Result<std::string> to_json(const BundleIndex& index) {
                        .config = map.config,
                        .regions = {}};
   for (std::size_t r = 0; r < map.partition.size(); ++r) {
-    content.regions.push_back({map.partition.regions()[r], index.tiles.at(r)});
+    content.regions.push_back({map.partition.regions()[r], index.files.at(r)});
   }
   Json json = Json::object();
   Writer writer(json);
-  describe(writer, content);
+  describe(writer, format, content);
   json[kChecksum] = hexadecimal(checksum_of(json));
   return json.dump(1) + "\n";
 }
 
-Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
-  if (auto index = read_as_written(text)) return *std::move(index);
+Result<BundleIndex> from_json(const BundleFormat& format, std::string_view text,
+                              const std::string& file) {
+  if (auto index = read_as_written(format, text)) return *std::move(index);
   Json json;
   try {
     json = Json::parse(text);
@@ -300,7 +306,7 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
 
   Reader reader(json, file);
   IndexContent content;
-  describe(reader, content);
+  describe(reader, format, content);
   if (reader.error()) return fail(*reader.error());
   auto index = bundle_of(std::move(content));
   reader.check(index.has_value(), "regions",
@@ -314,4 +320,4 @@ Result<BundleIndex> from_json(std::string_view text, const std::string& file) {
   return index;
 }
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

@@ -7,8 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "bundle_index.hpp"
-#include "tile.hpp"
+#include "common/bundle_format.hpp"
+#include "common/bundle_index.hpp"
 #include "vantage/partition.hpp"
 
 /// The format of `index.json`, said once for its writer and for both of its readers (the reader of
@@ -20,9 +20,9 @@
 ///     bool member_if(key, is_there, visit);     // a writer asks `is_there`, a reader the file
 ///     void object(visit), list(elements, visit);
 ///     void text(std::string&), numbers(Eigen vector&), count(std::uint64_t&, max);
-///     void checksum(std::uint64_t&), version(bool with_views);
+///     void checksum(std::uint64_t&), version(const BundleFormat&, bool with_views);
 ///     void check(bool, key, reason);  // of a reader: refuses the member for what reason() says
-namespace vantage::pcd_tiles {
+namespace vantage::bundle_folder {
 
 /// Of an edge of a region that has none; "inf" in the file.
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -30,7 +30,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A region as the index has it.
 struct IndexedRegion {
   Region region;
-  TileInfo tile;
+  RegionFile file;
 };
 
 /// All that the index says but its own checksum.
@@ -83,60 +83,62 @@ void describe(Archive& archive, Footprint& footprint) {
 }
 
 template <class Archive>
-void describe_tile(Archive& archive, TileInfo& tile) {
+void describe_file(Archive& archive, const BundleFormat& format, RegionFile& file) {
   const auto count = [&](const char* key, std::uint64_t& value, std::uint64_t max) {
     archive.member(key, [&] { archive.count(value, max); });
   };
-  count("points", tile.points, kMaxPoints);
-  count("viewpoints", tile.viewpoints, kMaxPoints);
-  count("elements", tile.elements, kAnyCount);
-  count("prepared_bytes", tile.prepared_bytes, kMaxPreparedBytes);
-  archive.check(tile.elements == 0 || tile.prepared_bytes > 0, "elements",
+  count("points", file.points, kMaxPoints);
+  count("viewpoints", file.viewpoints, kMaxPoints);
+  count("elements", file.elements, kAnyCount);
+  count("prepared_bytes", file.prepared_bytes, kMaxPreparedBytes);
+  archive.check(file.elements == 0 || file.prepared_bytes > 0, "elements",
                 [] { return " must be 0 without prepared bytes"; });
-  archive.member_if("max_views", tile.max_views > 0, [&] {
-    std::uint64_t most = tile.max_views;
+  archive.member_if("max_views", file.max_views > 0, [&] {
+    std::uint64_t most = file.max_views;
     archive.count(most, std::numeric_limits<std::uint32_t>::max());
-    tile.max_views = static_cast<std::uint32_t>(most);
-    archive.check(most > 0 && tile.points > 0, nullptr,
+    file.max_views = static_cast<std::uint32_t>(most);
+    archive.check(most > 0 && file.points > 0, nullptr,
                   [] { return " must be above 0, and left out where no point is"; });
   });
-  count("bytes", tile.bytes, kAnyCount);
-  archive.member("origin", [&] { archive.numbers(tile.origin); });
-  archive.check(tile.origin.allFinite(), "origin", [] { return " must be finite"; });
-  archive.check(tile.bytes == file_size(tile), "bytes", [&] {
-    return " must be " + std::to_string(file_size(tile)) + " for what the file holds, not " +
-           std::to_string(tile.bytes);
+  count("bytes", file.bytes, kAnyCount);
+  archive.member("origin", [&] { archive.numbers(file.origin); });
+  archive.check(file.origin.allFinite(), "origin", [] { return " must be finite"; });
+  const std::uint64_t bytes = format.file_size != nullptr ? format.file_size(file) : file.bytes;
+  archive.check(file.bytes == bytes, "bytes", [&] {
+    return " must be " + std::to_string(bytes) + " for what the file holds, not " +
+           std::to_string(file.bytes);
   });
-  archive.member(kChecksum, [&] { archive.checksum(tile.checksum); });
+  archive.member(kChecksum, [&] { archive.checksum(file.checksum); });
 }
 
 template <class Archive>
-void describe(Archive& archive, IndexedRegion& one) {
-  auto& [region, tile] = one;
+void describe(Archive& archive, const BundleFormat& format, IndexedRegion& one) {
+  auto& [region, file] = one;
   archive.object([&] {
     archive.member("label", [&] { archive.text(region.label); });
-    std::string file = tile_name(region);
-    archive.member("file", [&] { archive.text(file); });
-    archive.check(file == tile_name(region), "file",
-                  [&] { return " must be '" + tile_name(region) + "', not '" + file + "'"; });
+    const std::string expected = region_file_name(format, region);
+    std::string name = expected;
+    archive.member("file", [&] { archive.text(name); });
+    archive.check(name == expected, "file",
+                  [&] { return " must be '" + expected + "', not '" + name + "'"; });
     archive.member("footprint", [&] { describe(archive, region.footprint); });
     Eigen::Vector2d height(region.height.min, region.height.max);
     archive.member("height", [&] { archive.numbers(height); });
     region.height = {height[0], height[1]};
-    describe_tile(archive, tile);
+    describe_file(archive, format, file);
   });
 }
 
 /// The members of the index but for its checksum, which follows them.
 template <class Archive>
-void describe(Archive& archive, IndexContent& content) {
-  std::string format(kFormat);
-  archive.member("format", [&] { archive.text(format); });
-  archive.check(format == kFormat, "format",
-                [] { return " must be '" + std::string(kFormat) + "'"; });
+void describe(Archive& archive, const BundleFormat& format, IndexContent& content) {
+  const std::string title = "vantage " + std::string(format.store);
+  std::string said = title;
+  archive.member("format", [&] { archive.text(said); });
+  archive.check(said == title, "format", [&] { return " must be '" + title + "'"; });
   bool with_views = false;
-  for (const auto& [region, tile] : content.regions) with_views |= tile.max_views > 0;
-  archive.member("version", [&] { archive.version(with_views); });
+  for (const auto& [region, file] : content.regions) with_views |= file.max_views > 0;
+  archive.member("version", [&] { archive.version(format, with_views); });
   archive.member("map", [&] {
     archive.object([&] {
       archive.member("points", [&] { archive.count(content.map_points, kAnyCount); });
@@ -150,8 +152,8 @@ void describe(Archive& archive, IndexContent& content) {
   });
   archive.member("config", [&] { archive.text(content.config); });
   archive.member("regions", [&] {
-    archive.list(content.regions, [&](IndexedRegion& one) { describe(archive, one); });
+    archive.list(content.regions, [&](IndexedRegion& one) { describe(archive, format, one); });
   });
 }
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

@@ -1,4 +1,4 @@
-#include "written_index.hpp"
+#include "common/written_index.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -8,10 +8,10 @@
 #include <tuple>
 #include <utility>
 
-#include "index_format.hpp"
+#include "common/index_format.hpp"
 #include "vantage/kit/checksum.hpp"
 
-namespace vantage::pcd_tiles {
+namespace vantage::bundle_folder {
 namespace {
 
 bool is_white(char c) noexcept { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
@@ -73,9 +73,9 @@ class Scanner {
     value = plain_number<std::uint64_t>();
     if (value > max) ok_ = false;
   }
-  void version(bool /*with_views*/) noexcept {
+  void version(const BundleFormat& format, bool /*with_views*/) noexcept {
     const auto value = plain_number<std::uint64_t>();
-    if (value != kVersion && value != kVersionWithViews) ok_ = false;
+    if (!format.knows(value)) ok_ = false;
   }
   void checksum(std::uint64_t& value) noexcept {
     const std::string_view digits = quoted();
@@ -204,11 +204,11 @@ std::uint64_t checksum_of(std::string_view text) noexcept {
 
 }  // namespace
 
-std::optional<BundleIndex> read_as_written(std::string_view text) {
+std::optional<BundleIndex> read_as_written(const BundleFormat& format, std::string_view text) {
   Scanner scan(text);
   IndexContent content;
   scan.begin();
-  describe(scan, content);
+  describe(scan, format, content);
   const std::size_t summed = scan.offset();
   std::uint64_t said = 0;
   scan.member(kChecksum, [&] { scan.checksum(said); });
@@ -219,4 +219,4 @@ std::optional<BundleIndex> read_as_written(std::string_view text) {
   return *std::move(index);
 }
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

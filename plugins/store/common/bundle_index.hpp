@@ -5,35 +5,32 @@
 #include <string_view>
 #include <vector>
 
-#include "tile.hpp"
+#include "common/bundle_format.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/result.hpp"
 
-namespace vantage::pcd_tiles {
-
-inline constexpr std::string_view kFormat = "vantage pcd_tiles";
-inline constexpr std::uint64_t kVersion = 3;
-inline constexpr std::uint64_t kVersionWithViews = 4;  ///< if a region has view counts
+namespace vantage::bundle_folder {
 
 /// The content of `index.json`.
 struct BundleIndex {
   MapIndex map;
-  std::vector<TileInfo> tiles;  ///< by RegionId
+  std::vector<RegionFile> files;  ///< by RegionId
 };
 
-/// `<label>.pcd`.
-[[nodiscard]] std::string tile_name(const Region& region);
+/// The region's label and the extension.
+[[nodiscard]] std::string region_file_name(const BundleFormat& format, const Region& region);
 
 /// Whether `to_json` can write this index. Errors: `invalid_input` for a config that is not UTF-8
 /// and for NaN.
 [[nodiscard]] Result<void> check_writable(const MapIndex& index);
 
 /// Errors: those of `check_writable`.
-[[nodiscard]] Result<std::string> to_json(const BundleIndex& index);
+[[nodiscard]] Result<std::string> to_json(const BundleFormat& format, const BundleIndex& index);
 
 /// Errors: `corrupt_data` at the line of a syntax error; for another version; with the name of a
 /// member that is missing, has another type, or contradicts the rest; for a wrong checksum.
 /// @param file  the file's name in error messages
-[[nodiscard]] Result<BundleIndex> from_json(std::string_view text, const std::string& file);
+[[nodiscard]] Result<BundleIndex> from_json(const BundleFormat& format, std::string_view text,
+                                            const std::string& file);
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

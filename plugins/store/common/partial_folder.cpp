@@ -1,4 +1,4 @@
-#include "partial_folder.hpp"
+#include "common/partial_folder.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -10,10 +10,10 @@
 #include <system_error>
 #include <utility>
 
-#include "attachment.hpp"
+#include "common/attachment.hpp"
 #include "vantage/kit/file_content.hpp"
 
-namespace vantage::pcd_tiles {
+namespace vantage::bundle_folder {
 namespace {
 
 namespace fs = std::filesystem;
@@ -78,7 +78,7 @@ Result<Descriptor> locked(const fs::path& marker, int flags) {
 }
 
 /// What a killed run has left: marked as such, or a bundle that was about to get its name.
-Result<void> remove_stale(const fs::path& path) {
+Result<void> remove_stale(const BundleFormat& format, const fs::path& path) {
   const auto keep = [&](const std::string& reason) {
     return fail(ErrorCode::already_exists,
                 "a bundle is written here first, but this is not what an interrupted run leaves (" +
@@ -97,13 +97,15 @@ Result<void> remove_stale(const fs::path& path) {
   if (holds(kMarker)) {
     VANTAGE_TRY(lock, locked(path / kMarker, 0));
     for (const std::string& name : names) {
-      if (name != kMarker && name != kIndex && name != kNewIndex && !name.ends_with(".pcd") &&
+      if (name != kMarker && name != kIndex && name != kNewIndex && name != format.shared &&
+          name != format.scratch && !name.ends_with(format.extension) &&
           !name.ends_with(kAttachment)) {
         return keep("it holds '" + name + "'");
       }
     }
   } else if (!names.empty()) {
-    if (const auto bundle = files_of_bundle(path); !bundle) return keep(bundle.error().message);
+    if (const auto bundle = files_of_bundle(format, path); !bundle)
+      return keep(bundle.error().message);
   }
   return remove_files(path, names);
 }
@@ -115,7 +117,7 @@ bool there(const fs::path& path) {
   return fs::symlink_status(path, ignored).type() != fs::file_type::not_found;
 }
 
-Result<BundleIndex> read_index(const fs::path& root) {
+Result<BundleIndex> read_index(const BundleFormat& format, const fs::path& root) {
   const fs::path file = root / kIndex;
   const auto text = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
   if (!text) {
@@ -123,7 +125,7 @@ Result<BundleIndex> read_index(const fs::path& root) {
     return fail(ErrorCode::not_found,
                 std::string("there is no bundle of region maps here: no ") + kIndex, at(root));
   }
-  return from_json(text->view(), file.string());
+  return from_json(format, text->view(), file.string());
 }
 
 Result<void> remove_files(const fs::path& folder, std::vector<std::string> names) {
@@ -139,30 +141,34 @@ Result<void> remove_files(const fs::path& folder, std::vector<std::string> names
   return {};
 }
 
-Result<std::vector<std::string>> files_of_bundle(const fs::path& folder) {
+Result<std::vector<std::string>> files_of_bundle(const BundleFormat& format,
+                                                 const fs::path& folder) {
   const auto keep = [&](const std::string& reason) {
     return fail(ErrorCode::already_exists,
                 "this is not a bundle of region maps that could be replaced (" + reason +
                     "); it is left alone",
                 at(folder));
   };
-  const auto index = read_index(folder);
+  const auto index = read_index(format, folder);
   if (!index) return keep(to_string(index.error()));
   std::vector<std::string> known{kIndex};
-  for (const Region& region : index->map.partition.regions()) known.push_back(tile_name(region));
+  for (const Region& region : index->map.partition.regions()) {
+    known.push_back(region_file_name(format, region));
+  }
+  if (!format.shared.empty()) known.emplace_back(format.shared);
   std::sort(known.begin(), known.end());
   VANTAGE_TRY(std::vector<std::string> names, names_in(folder));
   for (const std::string& name : names) {
     if (!std::binary_search(known.begin(), known.end(), name) &&
-        !is_attachment(folder / name)) {
+        !is_attachment(format, folder / name)) {
       return keep("it also holds '" + name + "'");
     }
   }
   return names;
 }
 
-Result<PartialFolder> PartialFolder::create(const fs::path& path) {
-  if (there(path)) VANTAGE_CHECK(remove_stale(path));
+Result<PartialFolder> PartialFolder::create(const BundleFormat& format, const fs::path& path) {
+  if (there(path)) VANTAGE_CHECK(remove_stale(format, path));
   PartialFolder folder;
   VANTAGE_CHECK(folder.create_parents(path.parent_path()));
   std::error_code error;
@@ -199,18 +205,35 @@ PartialFolder::~PartialFolder() {
   }
 }
 
-Result<TileInfo> PartialFolder::write_tile(const std::string& name, const RegionMap& map) {
-  std::optional<NewFile> file;  // from the first byte on: nothing for a map that is refused
-  VANTAGE_TRY(const TileInfo info, encode(map, [&](std::string_view bytes) -> Result<void> {
-                if (!file) {
-                  files_.push_back(name);
-                  VANTAGE_TRY(NewFile created, NewFile::create(path_ / name));
-                  file.emplace(std::move(created));
-                }
-                return file->write(bytes);
-              }));
-  file->keep();
-  return info;
+Result<void> PartialFolder::write_file(const std::string& name,
+                                       const std::function<Result<void>(const Sink&)>& write) {
+  std::optional<NewFile> file;  // from the first byte on: nothing for what is refused
+  VANTAGE_CHECK(write([&](std::string_view bytes) -> Result<void> {
+    if (!file) {
+      files_.push_back(name);
+      VANTAGE_TRY(NewFile created, NewFile::create(path_ / name));
+      file.emplace(std::move(created));
+    }
+    return file->write(bytes);
+  }));
+  if (file) file->keep();
+  return {};
+}
+
+Result<void> PartialFolder::append(const std::string& name, std::string_view content) const {
+  const Descriptor file = Descriptor::of(path_ / name, O_WRONLY | O_APPEND);
+  if (!file.open()) return system_error(path_ / name, "the file cannot be opened", errno);
+  const int reason = io::write_all(file, content);
+  if (reason != 0) return system_error(path_ / name, "the file cannot be written", reason);
+  return {};
+}
+
+Result<void> PartialFolder::remove(const std::string& name) {
+  std::error_code error;
+  fs::remove(path_ / name, error);
+  if (error) return system_error(path_ / name, "the file cannot be removed", error.value());
+  std::erase(files_, name);
+  return {};
 }
 
 Result<void> PartialFolder::write_file(const std::string& name, std::string_view content) {
@@ -256,4 +279,4 @@ Result<void> PartialFolder::create_parents(const fs::path& folder) {
   return {};
 }
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

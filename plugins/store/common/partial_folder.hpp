@@ -5,13 +5,13 @@
 #include <string_view>
 #include <vector>
 
-#include "bundle_index.hpp"
-#include "tile.hpp"
+#include "common/bundle_format.hpp"
+#include "common/bundle_index.hpp"
 #include "vantage/kit/file_system.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/result.hpp"
 
-namespace vantage::pcd_tiles {
+namespace vantage::bundle_folder {
 
 inline constexpr const char* kIndex = "index.json";
 
@@ -24,11 +24,13 @@ inline constexpr const char* kIndex = "index.json";
 [[nodiscard]] bool there(const std::filesystem::path& path);
 
 /// Errors: `not_found` if the folder holds no bundle; those of read_file and from_json.
-[[nodiscard]] Result<BundleIndex> read_index(const std::filesystem::path& root);
+[[nodiscard]] Result<BundleIndex> read_index(const BundleFormat& format,
+                                             const std::filesystem::path& root);
 
 /// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is anything
 /// but a whole bundle, or holds a file that is not the bundle's.
-[[nodiscard]] Result<std::vector<std::string>> files_of_bundle(const std::filesystem::path& folder);
+[[nodiscard]] Result<std::vector<std::string>> files_of_bundle(const BundleFormat& format,
+                                                               const std::filesystem::path& folder);
 
 /// Removes files and their folder, never what is below it. What says what this folder is goes last:
 /// a removal that is cut off can be taken up again. Errors: `io_failure`.
@@ -40,7 +42,8 @@ class PartialFolder {
  public:
   /// Errors: `already_exists` if another process writes there, or if the folder is not the remains
   /// of one that did; `io_failure`.
-  [[nodiscard]] static Result<PartialFolder> create(const std::filesystem::path& path);
+  [[nodiscard]] static Result<PartialFolder> create(const BundleFormat& format,
+                                                    const std::filesystem::path& path);
 
   PartialFolder(PartialFolder&& other) noexcept;
   PartialFolder& operator=(PartialFolder&&) = delete;
@@ -48,9 +51,14 @@ class PartialFolder {
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
-  /// Writes the file of a region. Nothing is left of one that fails. Errors: those of encode;
-  /// `io_failure`.
-  [[nodiscard]] Result<TileInfo> write_tile(const std::string& name, const RegionMap& map);
+  /// Writes a file piece by piece. Nothing is left of one that fails, and none is made before its
+  /// first byte. Errors: those of `write`; `io_failure`.
+  [[nodiscard]] Result<void> write_file(const std::string& name,
+                                        const std::function<Result<void>(const Sink&)>& write);
+  /// Adds bytes to the end of a file that was written here. Errors: `io_failure`.
+  [[nodiscard]] Result<void> append(const std::string& name, std::string_view content) const;
+  /// Removes a file that was written here. Errors: `io_failure`.
+  [[nodiscard]] Result<void> remove(const std::string& name);
   /// Writes a file whole, or leaves nothing. Errors: `already_exists`; `io_failure`.
   [[nodiscard]] Result<void> write_file(const std::string& name, std::string_view content);
   /// The index gets its name only when all is on the disk. Errors: `io_failure`.
@@ -68,4 +76,4 @@ class PartialFolder {
   io::Descriptor lock_;
 };
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

@@ -1,4 +1,4 @@
-#include "attachment.hpp"
+#include "common/attachment.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,12 +7,15 @@
 
 #include "vantage/kit/checksum.hpp"
 
-namespace vantage::pcd_tiles {
+namespace vantage::bundle_folder {
 namespace {
 
-constexpr std::string_view kTitle = "vantage pcd_tiles attachment\n";
 constexpr std::size_t kLongestName = 32;
 static_assert(std::endian::native == std::endian::little);
+
+std::string title_of(const BundleFormat& format) {
+  return "vantage " + std::string(format.store) + " attachment\n";
+}
 
 std::uint64_t sum_of_attachment(std::string_view content) {
   Fnv1a sum;
@@ -32,34 +35,37 @@ Result<std::string> attachment_name(std::string_view name) {
   return std::string(name) + std::string(kAttachment);
 }
 
-std::string encode_attachment(std::span<const std::byte> bytes) {
-  std::string content(kTitle);
+std::string encode_attachment(const BundleFormat& format, std::span<const std::byte> bytes) {
+  std::string content = title_of(format);
   content.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::uint64_t sum = sum_of_attachment(content);
   content.append(reinterpret_cast<const char*>(&sum), sizeof(sum));
   return content;
 }
 
-Result<std::vector<std::byte>> decode_attachment(std::string_view content,
+Result<std::vector<std::byte>> decode_attachment(const BundleFormat& format,
+                                                 std::string_view content,
                                                  const std::filesystem::path& file) {
   const auto corrupt = [&](const char* reason) {
     return fail(ErrorCode::corrupt_data, reason, SourceLocation{file.string(), 0, 0});
   };
-  if (!content.starts_with(kTitle)) return corrupt("this is no attachment of a bundle");
+  const std::string title = title_of(format);
+  if (!content.starts_with(title)) return corrupt("this is no attachment of a bundle");
   std::uint64_t sum = 0;
-  if (content.size() < kTitle.size() + sizeof(sum)) return corrupt("the file is cut off");
+  if (content.size() < title.size() + sizeof(sum)) return corrupt("the file is cut off");
   const std::string_view body = content.substr(0, content.size() - sizeof(sum));
   std::memcpy(&sum, content.data() + body.size(), sizeof(sum));
   if (sum != sum_of_attachment(body)) return corrupt("the checksum does not fit the content");
-  const auto bytes = std::as_bytes(std::span(body.substr(kTitle.size())));
+  const auto bytes = std::as_bytes(std::span(body.substr(title.size())));
   return std::vector<std::byte>(bytes.begin(), bytes.end());
 }
 
-bool is_attachment(const std::filesystem::path& file) {
+bool is_attachment(const BundleFormat& format, const std::filesystem::path& file) {
   if (file.extension() != kAttachment) return false;
-  std::string title(kTitle.size(), ' ');
+  const std::string expected = title_of(format);
+  std::string title(expected.size(), ' ');
   std::ifstream stream(file, std::ios::binary);
-  return stream.read(title.data(), static_cast<std::streamsize>(title.size())) && title == kTitle;
+  return stream.read(title.data(), static_cast<std::streamsize>(title.size())) && title == expected;
 }
 
-}  // namespace vantage::pcd_tiles
+}  // namespace vantage::bundle_folder

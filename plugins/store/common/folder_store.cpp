@@ -1,0 +1,196 @@
+#include "common/folder_store.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/attachment.hpp"
+#include "vantage/kit/file_content.hpp"
+#include "vantage/plugin.hpp"
+
+namespace vantage::bundle_folder {
+
+namespace fs = std::filesystem;
+
+fs::path FolderParams::folder() const {
+  const fs::path normal = root.lexically_normal();
+  return normal.has_filename() ? normal : normal.parent_path();
+}
+
+Result<void> FolderParams::validate() const {
+  const fs::path name = folder().filename();
+  if (!name.empty() && name != "." && name != "..") return {};
+  return fail_at({"root"}, "'root' must name a folder, not '" + root.string() + "'");
+}
+
+FolderStore::FolderStore(const BundleFormat& format, const FolderParams& params)
+    : format_(format), root_(params.folder()), overwrite_(params.overwrite) {}
+
+bool FolderStore::CachedIndex::is_of(const struct stat& file) const noexcept {
+  return index && device == file.st_dev && inode == file.st_ino && size == file.st_size &&
+         changed.tv_sec == file.st_ctim.tv_sec && changed.tv_nsec == file.st_ctim.tv_nsec &&
+         modified.tv_sec == file.st_mtim.tv_sec && modified.tv_nsec == file.st_mtim.tv_nsec;
+}
+
+void FolderStore::start(const MapIndex& /*index*/) {}
+
+Result<void> FolderStore::finish(PartialFolder& /*folder*/, std::vector<RegionFile>& /*files*/,
+                                 const std::vector<std::string>& /*names*/) {
+  return {};
+}
+
+Result<void> FolderStore::begin(const MapIndex& index) noexcept {
+  return guarded([&]() -> Result<void> {
+    if (writing_) return fail(ErrorCode::invalid_input, "a bundle has already been begun");
+    BundleIndex started{.map = index, .files = {}};
+    started.files.assign(index.partition.size(), {});
+    if (index.partition.size() == 0) {
+      return fail(ErrorCode::invalid_input, "a bundle needs a region");
+    }
+    VANTAGE_CHECK(check_writable(index));
+
+    // Behind a symbolic link, the folder itself is replaced, not the link.
+    std::error_code error;
+    fs::path root = fs::weakly_canonical(root_, error);
+    if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
+    VANTAGE_CHECK(may_write(root));
+    fs::path partial = root;
+    partial += ".partial";
+    VANTAGE_TRY(PartialFolder folder, PartialFolder::create(format_, partial));
+    std::vector<bool> done(index.partition.size(), false);
+    writing_ = std::make_unique<Writing>(
+        Writing{std::move(folder), std::move(root), std::move(started), std::move(done)});
+    start(index);
+    return {};
+  });
+}
+
+Result<void> FolderStore::put(RegionId region, const RegionMap& map) noexcept {
+  return guarded([&]() -> Result<void> {
+    if (!writing_) return fail(ErrorCode::invalid_input, "put without begin");
+    const Partition& partition = writing_->index.map.partition;
+    const std::uint32_t r = region.value;
+    if (r >= partition.size()) return unknown_region(r, partition.size());
+    const Region& which = partition.regions()[r];
+    if (writing_->done[r]) {
+      return fail(ErrorCode::already_exists, "region '" + which.label + "' was already put");
+    }
+    auto file = write(writing_->folder, region, region_file_name(format_, which), map);
+    if (!file) {
+      return fail(std::move(file).error().during("storing region '" + which.label + "'"));
+    }
+    writing_->index.files[r] = *file;
+    writing_->done[r] = true;
+    return {};
+  });
+}
+
+Result<void> FolderStore::attach(std::string_view name, std::span<const std::byte> bytes) noexcept {
+  return guarded([&]() -> Result<void> {
+    if (!writing_) return fail(ErrorCode::invalid_input, "attach without begin");
+    VANTAGE_TRY(const std::string file, attachment_name(name));
+    return writing_->folder.write_file(file, encode_attachment(format_, bytes));
+  });
+}
+
+Result<void> FolderStore::commit() noexcept {
+  return guarded([&]() -> Result<void> {
+    if (!writing_) return fail(ErrorCode::invalid_input, "commit without begin");
+    const auto missing = std::find(writing_->done.begin(), writing_->done.end(), false);
+    if (missing != writing_->done.end()) {
+      const auto r = static_cast<std::size_t>(missing - writing_->done.begin());
+      return fail(ErrorCode::invalid_input, "commit before region '" +
+                                                writing_->index.map.partition.regions()[r].label +
+                                                "' was put");
+    }
+    const fs::path& root = writing_->root;
+    VANTAGE_CHECK(may_write(root));
+    std::vector<std::string> names;
+    for (const Region& region : writing_->index.map.partition.regions()) {
+      names.push_back(region_file_name(format_, region));
+    }
+    VANTAGE_CHECK(finish(writing_->folder, writing_->index.files, names));
+    VANTAGE_TRY(const std::string json, to_json(format_, writing_->index));
+    VANTAGE_CHECK(writing_->folder.finish(json));
+
+    const fs::path partial = writing_->folder.path();
+    if (there(root)) {
+      VANTAGE_TRY(const auto replaced, files_of_bundle(format_, root));
+      VANTAGE_CHECK(io::exchange(partial, root));
+      writing_->folder.release();
+      writing_.reset();
+      // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
+      (void)remove_files(partial, replaced);
+      return {};
+    }
+    VANTAGE_CHECK(io::rename_to_new(partial, root));
+    writing_->folder.release();
+    writing_.reset();
+    return {};
+  });
+}
+
+Result<MapIndex> FolderStore::index() const noexcept {
+  return guarded([&]() -> Result<MapIndex> {
+    VANTAGE_TRY(const auto current, current_index());
+    return current->map;
+  });
+}
+
+Result<RegionMap> FolderStore::get(RegionId region) const noexcept {
+  return guarded([&]() -> Result<RegionMap> {
+    VANTAGE_TRY(const auto current, current_index());
+    const std::uint32_t r = region.value;
+    if (r >= current->files.size()) return unknown_region(r, current->files.size());
+    const fs::path file = root_ / region_file_name(format_, current->map.partition.regions()[r]);
+    const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
+    if (!content) {
+      if (content.error().code != ErrorCode::not_found) return fail(content.error());
+      return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
+                  at(file));
+    }
+    return read(content->view(), current->files[r], file);
+  });
+}
+
+Result<std::vector<std::byte>> FolderStore::attachment(std::string_view name) const noexcept {
+  return guarded([&]() -> Result<std::vector<std::byte>> {
+    VANTAGE_TRY(const auto current, current_index());  // without a bundle there is nothing
+    const auto file_name = attachment_name(name);
+    if (!file_name) return fail(ErrorCode::not_found, file_name.error().message, at(root_));
+    const fs::path file = root_ / *file_name;
+    VANTAGE_TRY(const auto content,
+                io::read_file(file, "a regular file", io::InputFile::Empty::accept));
+    return decode_attachment(format_, content.view(), file);
+  });
+}
+
+tl::unexpected<Error> FolderStore::unknown_region(std::uint32_t r, std::size_t regions) const {
+  return fail(ErrorCode::not_found,
+              "the bundle has no region " + std::to_string(r) + ", only 0 to " +
+                  std::to_string(regions - 1),
+              at(root_));
+}
+
+/// Whether a bundle may be written to a place. Errors: `already_exists`.
+Result<void> FolderStore::may_write(const fs::path& root) const {
+  if (!there(root)) return {};
+  VANTAGE_CHECK(files_of_bundle(format_, root));
+  if (overwrite_) return {};
+  return fail(ErrorCode::already_exists,
+              "there is a bundle already; choose another root or set overwrite = true", at(root));
+}
+
+Result<std::shared_ptr<const BundleIndex>> FolderStore::current_index() const {
+  struct stat file {};
+  if (::stat((root_ / kIndex).c_str(), &file) == 0) {
+    const std::scoped_lock lock(mutex_);
+    if (cached_.is_of(file)) return cached_.index;
+  }
+  VANTAGE_TRY(BundleIndex read, read_index(format_, root_));
+  auto index = std::make_shared<const BundleIndex>(std::move(read));
+  const std::scoped_lock lock(mutex_);
+  cached_ = {file.st_dev, file.st_ino, file.st_size, file.st_ctim, file.st_mtim, index};
+  return index;
+}
+
+}  // namespace vantage::bundle_folder

@@ -1,0 +1,256 @@
+#include <doctest/doctest.h>
+
+#include <thread>
+
+#include "store_samples.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+using test::read_text, test::write_text;
+using namespace store_samples;  // NOLINT(google-build-using-namespace)
+
+PluginPtr<MapStore> shared_store_at(const fs::path& root, const std::string& more = {}) {
+  return test::plugin<MapStore>("shared_tiles", "root = '" + root.string() + "'\n" + more);
+}
+
+/// Regions side by side, of any number.
+MapIndex index_of_regions(std::size_t count) {
+  std::vector<Region> regions;
+  for (std::size_t r = 0; r < count; ++r) {
+    const auto x = static_cast<double>(r);
+    regions.push_back({"r" + std::to_string(r), HalfOpenBox{{x, 0}, {x + 1, 1}}, {}});
+  }
+  MapIndex index;
+  index.partition = Partition::from(std::move(regions)).value();
+  return index;
+}
+
+/// Points that float32 holds exactly in any tile; some are equal.
+PointCloud lattice_map(std::size_t n, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  const auto coordinate = [&](std::uint32_t range) {
+    return static_cast<double>(random() % range) / 64.0 - 30.0;
+  };
+  PointCloud map;
+  for (std::size_t i = 0; i < n; ++i) {
+    map.emplace_back(coordinate(64 * 60), coordinate(64 * 60), coordinate(64 * 4));
+    if (i % 50 == 7) map.push_back(map[random() % map.size()]);
+  }
+  return map;
+}
+
+/// Every region sees about half of the map, in the order of the map.
+std::vector<RegionMap> views_of_map(const PointCloud& map, std::size_t regions) {
+  std::mt19937 random(5);
+  std::vector<RegionMap> maps(regions);
+  for (RegionMap& seen : maps) {
+    bool visible = true;
+    for (const Point& p : map) {
+      if (random() % 9 == 0) visible = !visible;
+      if (visible) seen.points.push_back(p);
+    }
+    seen.viewpoints = {Point(1, 2, 3)};
+  }
+  return maps;
+}
+
+void check_all(const PluginPtr<MapStore>& store, const std::vector<RegionMap>& maps) {
+  for (std::uint32_t r = 0; r < maps.size(); ++r) {
+    CAPTURE(r);
+    const auto read = store->get(RegionId{r});
+    REQUIRE_MESSAGE(read, to_string(read.error()));
+    CHECK(read->points == maps[r].points);
+    CHECK(read->viewpoints == maps[r].viewpoints);
+    CHECK(read->views == maps[r].views);
+    CHECK(read->prepared == maps[r].prepared);
+  }
+}
+
+TEST_CASE("shared_tiles: a point of many regions is stored once") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  const PointCloud map = lattice_map(20'000);
+  const auto maps = views_of_map(map, 12);
+  write_bundle(shared_store_at(root), index_of_regions(12), maps);
+  check_all(shared_store_at(root), maps);
+  CHECK(fs::file_size(root / "tiles.bin") < 15 * map.size());
+  std::vector<std::string> files{"index.json", "tiles.bin"};
+  for (int r = 0; r < 12; ++r) files.push_back("r" + std::to_string(r) + ".region");
+  std::sort(files.begin(), files.end());
+  CHECK(files_in(root) == files);
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"b"});
+  const auto index = shared_store_at(root)->index();
+  REQUIRE(index);
+  CHECK(index->regions[3].points == maps[3].points.size());
+  CHECK(index->regions[3].bytes == fs::file_size(root / "r3.region"));
+}
+
+TEST_CASE("shared_tiles: any order of points comes back, also if regions contradict each other") {
+  const test::TemporaryFolder folder;
+  const Point a(1, 0, 0), b(2, 0, 0), c(50, 0, 0), d(-50, 0, 0);
+  std::vector<RegionMap> maps;
+  for (const PointCloud& points : std::vector<PointCloud>{
+           {a, b, c}, {b, a, d}, {c, b, a}, {a, a, b, a}, {b, d, a, a, c, a}, {}, {d, d, d}}) {
+    maps.push_back(points_alone(points));
+  }
+  const PointCloud map = lattice_map(300);
+  std::mt19937 random(3);
+  for (int r = 0; r < 20; ++r) {
+    PointCloud shuffled = map;
+    std::shuffle(shuffled.begin(), shuffled.end(), random);
+    shuffled.resize(random() % 300);
+    maps.push_back(points_alone(shuffled));
+  }
+  const auto index = index_of_regions(maps.size());
+  write_bundle(shared_store_at(folder.path() / "one"), index, maps);
+  check_all(shared_store_at(folder.path() / "one"), maps);
+
+  // The bytes do not depend on the order of the puts.
+  const auto store = shared_store_at(folder.path() / "two");
+  REQUIRE(store->begin(index));
+  std::vector<std::uint32_t> order(maps.size());
+  for (std::uint32_t r = 0; r < order.size(); ++r) order[r] = r;
+  std::shuffle(order.begin(), order.end(), random);
+  for (const std::uint32_t r : order) REQUIRE(store->put(RegionId{r}, maps[r]));
+  REQUIRE(store->commit());
+  for (const std::string& name : files_in(folder.path() / "one")) {
+    CHECK_MESSAGE(
+        read_text(folder.path() / "one" / name) == read_text(folder.path() / "two" / name), name);
+  }
+}
+
+TEST_CASE("shared_tiles: views and prepared bytes are kept for each region") {
+  const test::TemporaryFolder folder;
+  const PointCloud map = lattice_map(500);
+  auto maps = views_of_map(map, 4);
+  const std::uint32_t most[] = {200, 60'000, 4'000'000'000U};
+  for (std::size_t r = 0; r < 3; ++r) {
+    std::mt19937 random(1);
+    for (std::size_t i = 0; i < maps[r].points.size(); ++i) {
+      maps[r].views.push_back(1 + static_cast<std::uint32_t>(random() % most[r]));
+    }
+    maps[r].prepared = some_prepared(1001 + r, 3);
+  }
+  const fs::path root = folder.path() / "b";
+  write_bundle(shared_store_at(root), index_of_regions(4), maps);
+  check_all(shared_store_at(root), maps);
+  CHECK(read_text(root / "index.json").find("\"version\": 2") != std::string::npos);
+}
+
+TEST_CASE("shared_tiles: what is read does not depend on the cache") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  const auto maps = views_of_map(lattice_map(20'000), 6);
+  write_bundle(shared_store_at(root, "tile_width = 3.5"), index_of_regions(6), maps);
+  for (const std::string cache : {"cache = 0", "cache = 1", "cache = 100"}) {
+    CAPTURE(cache);
+    const auto store = shared_store_at(root, cache);
+    check_all(store, maps);
+    check_all(store, maps);
+    std::vector<int> right(4, 0);
+    std::vector<std::thread> threads;
+    for (std::size_t t = 0; t < right.size(); ++t) {
+      threads.emplace_back([&, t] {
+        for (std::uint32_t k = 0; k < 12; ++k) {
+          const auto r = static_cast<std::uint32_t>((k + t) % 6);
+          const auto read = store->get(RegionId{r});
+          right[t] += read && read->points == maps[r].points ? 1 : 0;
+        }
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(right == std::vector<int>(4, 12));
+  }
+}
+
+TEST_CASE("shared_tiles: a reader notices that the bundle was replaced") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  const auto before = views_of_map(lattice_map(2'000), 3);
+  const auto after = views_of_map(lattice_map(2'000, 9), 3);
+  write_bundle(shared_store_at(root), index_of_regions(3), before);
+  const auto reader = shared_store_at(root);
+  check_all(reader, before);
+  write_bundle(shared_store_at(root, "overwrite = true"), index_of_regions(3), after);
+  check_all(reader, after);
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"b"});
+}
+
+TEST_CASE("shared_tiles: damage is corrupt_data that names the file and the region") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  const auto maps = views_of_map(lattice_map(3'000), 2);
+  write_bundle(shared_store_at(root), index_of_regions(2), maps);
+  const auto refused = [&](const std::string& file, const std::string& content,
+                           const std::string& reason, const std::string& region) {
+    const std::string good = read_text(root / file);
+    write_text(root / file, content);
+    const auto read = shared_store_at(root)->get(RegionId{1});
+    check_fails(read, ErrorCode::corrupt_data, reason);
+    check_fails(read, ErrorCode::corrupt_data, (root / file).string());
+    check_fails(read, ErrorCode::corrupt_data, region);
+    write_text(root / file, good);
+  };
+  const auto flipped = [](std::string text, std::size_t at) {
+    text[at] = static_cast<char>(text[at] ^ 0x10);
+    return text;
+  };
+  const std::string region = read_text(root / "r1.region"), tiles = read_text(root / "tiles.bin");
+  for (const std::size_t at : {std::size_t{3}, region.size() / 2, region.size() - 1}) {
+    refused("r1.region", flipped(region, at), "checksum", "r1.region");
+  }
+  refused("r1.region", region.substr(0, region.size() - 8), "bytes, expected", "r1.region");
+  refused("r1.region", "", "bytes, expected", "r1.region");
+  refused("tiles.bin", flipped(tiles, tiles.size() / 2), "checksum", "region 'r1'");
+  refused("tiles.bin", tiles.substr(0, tiles.size() - 8), "but the file ends after", "region 'r1'");
+  refused("tiles.bin", "", "but the file ends after", "region 'r1'");
+  check_all(shared_store_at(root), maps);
+  fs::remove(root / "tiles.bin");
+  check_fails(shared_store_at(root)->get(RegionId{0}), ErrorCode::corrupt_data,
+              "the file is missing");
+  fs::remove(root / "r0.region");
+  check_fails(shared_store_at(root)->get(RegionId{0}), ErrorCode::corrupt_data, "r0.region");
+}
+
+TEST_CASE("shared_tiles: what a killed build has left is cleared by the next one") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b", partial = folder.path() / "b.partial";
+  fs::create_directory(partial);
+  for (const char* name : {".vantage-partial", "r0.region", "sequences.tmp", "tiles.bin"}) {
+    write_text(partial / name, "half");
+  }
+  const auto maps = views_of_map(lattice_map(100), 2);
+  write_bundle(shared_store_at(root), index_of_regions(2), maps);
+  check_all(shared_store_at(root), maps);
+  CHECK(files_in(folder.path()) == std::vector<std::string>{"b"});
+}
+
+TEST_CASE("shared_tiles: points that no tile can hold are refused and leave the region to be put") {
+  const test::TemporaryFolder folder;
+  const auto store = shared_store_at(folder.path() / "b");
+  REQUIRE(store->begin(index_of_regions(1)));
+  check_fails(store->put(RegionId{0}, points_alone({{1e20, 0, 0}})), ErrorCode::invalid_input,
+              "too far from the map's origin");
+  check_fails(store->put(RegionId{0}, points_alone({{0, 0, 1e38}})), ErrorCode::invalid_input,
+              "too far from the map's origin");
+  check_fails(store->put(RegionId{0}, points_alone({{0, std::nan(""), 0}})),
+              ErrorCode::invalid_input, "not finite");
+  CHECK(store->put(RegionId{0}, points_alone({{1, 2, 3}})));
+  CHECK(store->commit());
+}
+
+TEST_CASE("shared_tiles: bundles of the two stores are not mistaken for each other") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  write_bundle(shared_store_at(root), index_of_regions(1), {points_alone({{1, 2, 3}})});
+  const auto other = test::plugin<MapStore>("pcd_tiles", "root = '" + root.string() + "'");
+  check_fails(other->index(), ErrorCode::corrupt_data, "'format' must be 'vantage pcd_tiles'");
+  check_fails(other->begin(index_of_regions(1)), ErrorCode::already_exists, "not a bundle");
+}
+
+}  // namespace
+}  // namespace vantage
