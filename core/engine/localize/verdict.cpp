@@ -41,7 +41,7 @@ void Verdict::conclude(const Hypothesis& best, const Known& known, ScanReport& r
   if (!fits) report.T_map_scan = best.predicted;
   report.risk = std::min(1.0, 1.0 - known.belief + imprecision(best, fits, report));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
-  if (!fits) report.risk = std::max(report.risk, kAdrift);
+  if (adrift_) report.risk = std::max(report.risk, kAdrift);
   judge(best, fits, known, report);
   limit(best, report);
   if (report.tracking == Tracking::tracked) {
