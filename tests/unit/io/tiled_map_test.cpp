@@ -3,6 +3,7 @@
 #include <array>
 
 #include "io/tiles/grid.hpp"
+#include "io/tiles/index.hpp"
 #include "tiles.hpp"
 
 namespace vantage {
@@ -193,6 +194,23 @@ TEST_CASE("tiled map: an index is what docs/files.md describes") {
   const std::string pack = content_of(folder.path() / "map" / "points_0000.pack");
   CHECK(pack == raw(1.0F) + raw(-2.0F) + raw(3.0F) + raw(2.0F) + raw(-1.0F) + raw(4.0F) +
                     raw(26.0F) + raw(7.0F) + raw(0.5F));
+}
+
+TEST_CASE("tiled map: counts have 64 bits") {
+  constexpr std::uint64_t kMany = std::uint64_t{1} << 33U;
+  const TemporaryFolder folder;
+  io::tiles::Index index;
+  index.cells = {{0, 0, kMany}, {1, 0, 5}, {0, 1, kMany + 1}};
+  index.bounds.extend(Point::Zero());
+  io::tiles::lay_out(index, std::uint64_t{4} << 30U);
+  CHECK(index.points == 2 * kMany + 6);
+  CHECK(index.packs == std::vector<std::uint64_t>{12 * kMany, 60, 12 * (kMany + 1)});
+  REQUIRE(io::tiles::write_index(folder.path() / "i", index));
+  const auto read = io::tiles::read_index(folder.path() / "i");
+  REQUIRE_MESSAGE(read, to_string(read.error()));
+  CHECK(read->points == index.points);
+  CHECK(read->packs == index.packs);
+  CHECK(read->tiles[2].points == kMany + 1);
 }
 
 }  // namespace

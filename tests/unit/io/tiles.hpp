@@ -54,7 +54,7 @@ inline PointCloud within(const PointCloud& points, const io::CellRectangle& cell
 }
 
 /// The files of a folder and what they contain.
-inline std::map<std::string, std::string> files_in(const std::filesystem::path& folder) {
+inline std::map<std::string, std::string> files_of_map(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     files[entry.path().filename().string()] = content_of(entry.path());

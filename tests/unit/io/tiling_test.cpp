@@ -65,13 +65,13 @@ TEST_CASE("tiling: bytes do not depend on memory, which is not exceeded") {
   const io::TilingReport more = tiled(world.files(), options);
   CHECK(more.buffers <= options.memory);
   CHECK(more.buffers > report.buffers);
-  CHECK(files_in(world.path("little")) == files_in(world.path("more")));
+  CHECK(files_of_map(world.path("little")) == files_of_map(world.path("more")));
   CHECK(opened(world.path("more")).read().value() == world.canonical());
   CHECK_FALSE(fs::exists(world.path("more.partial")));
-  CHECK(files_in(world.path("more")).size() == report.packs + 1);  // and the index
+  CHECK(files_of_map(world.path("more")).size() == report.packs + 1);  // and the index
   CHECK(report.bytes == [&] {
     std::uint64_t bytes = 0;
-    for (const auto& [name, content] : files_in(world.path("more"))) bytes += content.size();
+    for (const auto& [name, content] : files_of_map(world.path("more"))) bytes += content.size();
     return bytes;
   }());
 }
@@ -86,7 +86,7 @@ TEST_CASE("tiling: a run that is killed anywhere is continued, and gives the sam
     counted.on_progress = [&](const io::TilingProgress&) { ++calls; };
     tiled(world.files(), counted);
   }
-  const auto expected = files_in(world.path("whole"));
+  const auto expected = files_of_map(world.path("whole"));
   REQUIRE(calls > 15);
   bool kept_places = false;
   bool kept_counts = false;
@@ -116,7 +116,7 @@ TEST_CASE("tiling: a run that is killed anywhere is continued, and gives the sam
     CHECK(start.resumed == (start.counted > 0));
     kept_counts = kept_counts || (start.counted == 123000 && report.counted_now == 0);
     kept_places = kept_places || start.placed > 0;
-    CHECK(files_in(options.out) == expected);
+    CHECK(files_of_map(options.out) == expected);
     CHECK_FALSE(fs::exists(options.out.string() + ".partial"));
   }
   CHECK(kept_counts);

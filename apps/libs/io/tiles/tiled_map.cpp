@@ -122,14 +122,24 @@ std::vector<WantedCell> wanted_cells(const Index& index,
   std::vector<WantedCell> wanted;
   if (cells.empty()) return wanted;
   const auto side = static_cast<std::int64_t>(index.cells_a_side);
-  const std::int64_t first_row = tiles::floor_quotient(cells.min_y, side);
+  const std::int64_t first_column = tiles::floor_quotient(cells.min_x, side);
+  const std::int64_t last_column = tiles::floor_quotient(cells.max_x - 1, side);
   const std::int64_t last_row = tiles::floor_quotient(cells.max_y - 1, side);
-  auto tile = std::lower_bound(
-      index.tiles.begin(), index.tiles.end(), first_row,
-      [](const StoredTile& stored, std::int64_t row) { return stored.index.y < row; });
-  for (; tile != index.tiles.end() && tile->index.y <= last_row; ++tile) {
-    const std::int64_t left = side * tile->index.x;
-    if (left >= cells.max_x || left + side <= cells.min_x) continue;
+  const auto from = [&](auto first, std::int64_t column, std::int64_t row) {
+    return std::partition_point(first, index.tiles.end(), [&](const StoredTile& tile) {
+      return tile.index.y < row || (tile.index.y == row && tile.index.x < column);
+    });
+  };
+  auto tile = from(index.tiles.begin(), first_column, tiles::floor_quotient(cells.min_y, side));
+  while (tile != index.tiles.end() && tile->index.y <= last_row) {
+    if (tile->index.x < first_column) {
+      tile = from(tile, first_column, tile->index.y);
+      continue;
+    }
+    if (tile->index.x > last_column) {
+      tile = from(tile, first_column, tile->index.y + std::int64_t{1});
+      continue;
+    }
     const auto number = static_cast<std::size_t>(tile - index.tiles.begin());
     std::uint64_t in_tile = 0;
     for (std::uint64_t k = 0; k < tile->cells; ++k) {
@@ -141,6 +151,7 @@ std::vector<WantedCell> wanted_cells(const Index& index,
       }
       in_tile += cell.points;
     }
+    ++tile;
   }
   return wanted;
 }

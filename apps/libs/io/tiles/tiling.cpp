@@ -282,10 +282,11 @@ class Tiling {
     }
     if (options_.on_disk_use) options_.on_disk_use(use);
     if (use.needed <= use.free) return {};
-    return error_in(folder_.path(), ErrorCode::io_failure,
-                    fmt::format("the disk has too little room: {} are needed, {} are free; make "
-                                "room and run the same command again to continue",
-                                mebibytes(use.needed), mebibytes(use.free)));
+    return error_in(
+        folder_.path(), ErrorCode::io_failure,
+        fmt::format("the disk has too little room: {:.1f} MB are needed, {:.1f} MB are "
+                    "free; make room and run the same command again to continue",
+                    1e-6 * static_cast<double>(use.needed), 1e-6 * static_cast<double>(use.free)));
   }
 
   [[nodiscard]] Result<void> place() {
