@@ -5,6 +5,7 @@
 #include "io/tiles/grid.hpp"
 #include "io/tiles/index.hpp"
 #include "tiles.hpp"
+#include "vantage/kit/checksum.hpp"
 
 namespace vantage {
 namespace {
@@ -153,6 +154,38 @@ TEST_CASE("tiled map: a damaged index is refused, whatever is wrong with it") {
   fs::remove(file);
   CHECK(io::TiledMap::open(world.path("map")).error().code == ErrorCode::not_found);
   CHECK(io::TiledMap::open(world.path("none")).error().code == ErrorCode::not_found);
+}
+
+TEST_CASE("tiled map: a forged index with a sound checksum is an error or a map, never a crash") {
+  const TiledWorld world;
+  const fs::path file = world.path("map") / "index.vtiles";
+  const std::string good = content_of(file);
+  std::mt19937_64 random(7);
+  int refused = 0;
+  int changed = 0;
+  for (std::size_t at = 16; at + 8 < good.size(); at += at < 1600 ? 8 : 8 * 13) {
+    for (const std::uint64_t word : {std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0},
+                                     std::uint64_t{1} << 62U, random()}) {
+      CAPTURE(at);
+      CAPTURE(word);
+      std::string bytes = good;
+      bytes.replace(at, 8, raw(word));
+      if (bytes == good) continue;
+      Fnv1a sum;
+      for (std::size_t i = 0; i + 8 < bytes.size(); i += 8) {
+        std::uint64_t value = 0;
+        std::memcpy(&value, bytes.data() + i, 8);
+        sum.add(value);
+      }
+      bytes.replace(bytes.size() - 8, 8, raw(sum.value()));
+      put(file, bytes);
+      ++changed;
+      const auto map = io::TiledMap::open(world.path("map"));
+      if (!map || !map->read()) ++refused;
+    }
+  }
+  CHECK(refused > changed * 9 / 10);  // the rest are bounds and the number of points left out
+  CHECK(refused < changed);
 }
 
 TEST_CASE("tiled map: an index is what docs/files.md describes") {
