@@ -123,6 +123,28 @@ TEST_CASE("tiling: a run that is killed anywhere is continued, and gives the sam
   CHECK(kept_places);
 }
 
+TEST_CASE("tiling: what a killed run was writing is no part of the result") {
+  const TilingWorld world;
+  const io::TilingOptions options = little(world.path("map"));
+  fs::create_directory(world.path("map.partial"));
+  put(world.path("map.partial") / ".vantage-17-0.tmp", "half a sta");
+  put(world.path("map.partial") / "state.vtiles", "damaged");
+  put(world.path("map.partial") / "points_0999.pack", "of other input");
+  const io::TilingReport report = tiled(world.files(), options);
+  CHECK(files_of_map(options.out).size() == report.packs + 1);
+}
+
+TEST_CASE("tiling: two runs do not work in one folder") {
+  const TilingWorld world;
+  io::TilingOptions options = little(world.path("map"));
+  const io::TilingOptions other = options;
+  options.on_disk_use = [&](const io::TilingDiskUse&) {
+    tiling_refused(world.files(), other, ErrorCode::already_exists, "map.partial", "right now");
+  };
+  tiled(world.files(), options);
+  CHECK(opened(options.out).points() == 123000);
+}
+
 TEST_CASE("tiling: input that has changed meanwhile is read again from the beginning") {
   const TilingWorld world;
   io::TilingOptions options = little(world.path("map"));

@@ -33,11 +33,15 @@ Result<std::vector<std::string>> names_in(const fs::path& folder) {
   return names;
 }
 
+/// Whether OutputFile makes files of this name.
+bool is_temporary(std::string_view name) {
+  return name.starts_with(".vantage-") && name.ends_with(".tmp");
+}
+
 /// The name of a file that a tiled map or its making has.
 bool is_own(std::string_view name) {
   return name == kIndexFile || name == kStateFile || name == kTilingMarker ||
-         (name.starts_with("points_") && name.ends_with(".pack")) ||
-         (name.starts_with(".vantage-") && name.ends_with(".tmp"));
+         (name.starts_with("points_") && name.ends_with(".pack")) || is_temporary(name);
 }
 
 tl::unexpected<Error> exists(const fs::path& path, std::string message) {
@@ -126,6 +130,12 @@ Result<WorkFolder> WorkFolder::open(const fs::path& out) {
   if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return exists(path, "another program tiles a map here right now");
     return system_error(path / kTilingMarker, "the file cannot be locked", errno);
+  }
+  VANTAGE_TRY(const auto names, names_in(path));
+  for (const std::string& name : names) {  // of a run that was killed while it wrote
+    std::error_code error;
+    if (is_temporary(name)) fs::remove(path / name, error);
+    if (error) return system_error(path / name, "the file cannot be removed", error.value());
   }
   WorkFolder folder;
   folder.out_ = out;
