@@ -4,9 +4,11 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "info/bundle_info.hpp"
 #include "info/recording_info.hpp"
+#include "info/tiled_info.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
 #include "vantage/io/formats.hpp"
@@ -32,7 +34,20 @@ void print(const Info& info, const Options& options) {
   }
 }
 
+Result<std::optional<TiledInfo>> read_tiled_map(const Options& options) {
+  std::optional<cli::Progress> progress;
+  return inspect_tiled_map(options.scans.path, [&](std::size_t done, std::size_t total) {
+    if (!progress) progress.emplace("reading (points)", options.quiet);
+    progress->update(done, total);
+  });
+}
+
 Result<void> run(const Options& options) {
+  VANTAGE_TRY(const auto tiled, read_tiled_map(options));
+  if (tiled) {
+    print(*tiled, options);
+    return {};
+  }
   VANTAGE_TRY(
       const auto bundle,
       inspect_bundle(options.scans.path, PluginLoader::with_default_folders(options.plugin_dirs)));
@@ -61,7 +76,7 @@ int main(int argc, char** argv) {
       "vantage info");
   vantage::Options options;
   app.add_option("PATH", options.scans.path,
-                 fmt::format("folder of scans, map tiles or a bundle, {}, {}",
+                 fmt::format("folder of scans, map tiles, a tiled map or a bundle, {}, {}",
                              vantage::io::format_names(vantage::io::FormatUse::recording, ", "),
                              vantage::io::format_names(vantage::io::FormatUse::cloud)))
       ->required();

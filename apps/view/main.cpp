@@ -10,6 +10,7 @@
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
 #include "vantage/io/formats.hpp"
+#include "vantage/io/tiled_map.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "view/window.hpp"
@@ -30,7 +31,7 @@ struct Options {
 
 bool is_bundle(const Options& options) {
   std::error_code ignored;
-  return std::filesystem::is_directory(options.what, ignored);
+  return std::filesystem::is_directory(options.what, ignored) && !io::is_tiled_map(options.what);
 }
 
 Coloring coloring_of(const std::string& name) {

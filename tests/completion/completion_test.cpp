@@ -87,6 +87,7 @@ void check_offers(const Shell& shell) {
     CHECK(includes(shell.offered({"build", "-"}), {"--set", "--plugin-dir", "--jobs", "-j"}));
     CHECK(shell.offered({"build", "--pri"}) == Words{"--print-config"});
     CHECK(shell.offered({"simulate", "w.toml", "--over"}) == Words{"--overwrite"});
+    CHECK(shell.offered({"tile", "m.las", "--t"}) == Words{"--tile-size"});
   }
   {  // jobs of a job, and their options
     CHECK(shell.offered({"plugins", "de"}) == Words{"describe"});

@@ -46,7 +46,7 @@ TEST_CASE("errors are red on a terminal, and nowhere else") {
   for (const std::string program :
        {"vantage", "vantage-build", "vantage-compare", "vantage-completion", "vantage-conformance",
         "vantage-evaluate", "vantage-localize", "vantage-plugins", "vantage-simulate",
-        "vantage-view"}) {
+        "vantage-tile", "vantage-view"}) {
     CAPTURE(program);
     const std::vector<std::string> wrong{"no_such_thing", "no_such_thing", "no_such_thing"};
     const std::string text = on_terminal(program, wrong, 200, kXterm);

@@ -29,6 +29,19 @@ namespace vantage::io {
 [[nodiscard]] Result<LoadedCloud> read_e57(CloudFile& file, ReadTimes read_times);
 [[nodiscard]] Result<LoadedCloud> read_kitti_bin(CloudFile& file, ReadTimes read_times);
 
+/// What CloudChunks knows of a file before it reads points.
+[[nodiscard]] Result<CloudParts> pcd_parts(const CloudFile& file);
+[[nodiscard]] Result<CloudParts> ply_parts(const CloudFile& file);
+[[nodiscard]] Result<CloudParts> las_parts(const CloudFile& file);
+[[nodiscard]] Result<CloudParts> e57_parts(const CloudFile& file);
+[[nodiscard]] Result<CloudParts> kitti_bin_parts(const CloudFile& file);
+
+/// What is read as a whole: its bytes and its points [bytes].
+[[nodiscard]] constexpr std::uint64_t memory_of(std::uint64_t bytes,
+                                                std::uint64_t points) noexcept {
+  return bytes + points * sizeof(Point);
+}
+
 /// The layouts behind read_cloud_layout.
 [[nodiscard]] Result<CloudLayout> pcd_layout(const CloudFile& file);
 [[nodiscard]] Result<CloudLayout> ply_layout(const CloudFile& file);

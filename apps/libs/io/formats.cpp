@@ -15,17 +15,17 @@ namespace {
 /// Messages list formats in this order.
 constexpr std::array kFormats{
     Format{"PCD", {".pcd"}, "ascii, binary, binary_compressed",
-           looks_like_pcd, kScan | kMap | kByName, {read_pcd, pcd_layout}},
+           looks_like_pcd, kScan | kMap | kByName, {read_pcd, pcd_layout, pcd_parts}},
     Format{"PLY", {".ply"}, "1.0: ascii, binary of either byte order",
-           looks_like_ply, kScan | kMap | kByName, {read_ply, ply_layout}},
+           looks_like_ply, kScan | kMap | kByName, {read_ply, ply_layout, ply_parts}},
     Format{"LAS", {".las"}, "1.0 to 1.4, point formats 0 to 10",
-           looks_like_las, kMap, {read_las, las_layout}},
+           looks_like_las, kMap, {read_las, las_layout, las_parts}},
     Format{"LAZ, COPC", {".laz"}, "not read: convert it with PDAL or laszip",
            nullptr, kMap | kRefused},  // by content it is LAS, whose reader refuses it
     Format{"E57", {".e57"}, "not read: convert it with PDAL or CloudCompare",
-           looks_like_e57, kMap | kRefused, {read_e57, e57_layout}},
+           looks_like_e57, kMap | kRefused, {read_e57, e57_layout, e57_parts}},
     Format{"KITTI .bin", {".bin"}, "float32 x y z intensity, little endian",
-           nullptr, kScan | kByName, {read_kitti_bin, kitti_bin_layout}},
+           nullptr, kScan | kByName, {read_kitti_bin, kitti_bin_layout, kitti_bin_parts}},
     Format{"TUM", {}, "text, a pose a line: t x y z qx qy qz qw",
            nullptr, kTrajectory},
     Format{"KITTI", {}, "text, a pose a line: 3x4 matrix, also after a frame number",

@@ -54,10 +54,18 @@ enum FormatTrait : unsigned {
   kRefused = 32,  ///< with a converter
 };
 
+/// How a cloud can be read without all of it in memory.
+struct CloudParts {
+  std::optional<Records> records;  ///< points that are read in blocks; none if only all at once
+  std::uint64_t points = 0;        ///< that the header states; 0 if it is not known
+  std::uint64_t memory = 0;        ///< for reading all at once, at most [bytes]; 0 with `records`
+};
+
 /// How clouds of a format are read; null if the format has no clouds.
 struct CloudReader {
   Result<LoadedCloud> (*read)(CloudFile& file, ReadTimes read_times) = nullptr;
   Result<CloudLayout> (*layout)(const CloudFile& file) = nullptr;
+  Result<CloudParts> (*parts)(const CloudFile& file) = nullptr;
 };
 
 /// What vantage::io knows of a format: what messages call it, how it is told, how it is read.
@@ -89,6 +97,12 @@ template <class Wanted>
   }
   return nullptr;
 }
+
+/// The format of a file that is read as a cloud, by its content, otherwise by its name.
+/// Errors: `corrupt_data` for a format that is not known; `io_failure`.
+[[nodiscard]] Result<const Format*> cloud_format(CloudFile& file);
+/// "a point cloud (PCD, PLY, ...)".
+[[nodiscard]] std::string expected_cloud();
 
 /// Whether the file's name ends like those of the format.
 [[nodiscard]] bool has_extension_of(const Format& format, const std::filesystem::path& path);

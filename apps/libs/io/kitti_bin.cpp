@@ -7,23 +7,39 @@
 
 namespace vantage::io {
 
-Result<LoadedCloud> read_kitti_bin(CloudFile& file, ReadTimes) {
-  VANTAGE_TRY(const auto content, file.content());
+namespace {
+
+Result<Records> kitti_records(const InputFile& file) {
   constexpr std::size_t kPointSize = 4 * sizeof(float);  // x y z intensity
-  if (content.size() % kPointSize != 0) {
+  if (file.size() % kPointSize != 0) {
     return fail(
         ErrorCode::corrupt_data,
         fmt::format("the file ends at byte {}, inside point {}; expected points of {} bytes "
                     "(KITTI: float32 x y z intensity)",
-                    content.size(), content.size() / kPointSize, kPointSize),
+                    file.size(), file.size() / kPointSize, kPointSize),
         SourceLocation{file.name(), 0, 0});
   }
-  PointColumns columns;
+  Records records;
+  records.size = kPointSize;
+  records.count = file.size() / kPointSize;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    columns.axes[axis] = {content.data() + axis * sizeof(float), kPointSize,
-                          read_coordinate<float, ByteOrder::little>};
+    records.axes[axis] = {.offset = axis * sizeof(float),
+                          .read = read_coordinate<float, ByteOrder::little>};
   }
-  return load_columns(columns, content.size() / kPointSize);
+  return records;
+}
+
+}  // namespace
+
+Result<LoadedCloud> read_kitti_bin(CloudFile& file, ReadTimes) {
+  VANTAGE_TRY(const Records records, kitti_records(file.input()));
+  return load_records(file.input(), records);
+}
+
+Result<CloudParts> kitti_bin_parts(const CloudFile& file) {
+  VANTAGE_TRY(auto records, kitti_records(file.input()));
+  const std::uint64_t points = records.count;
+  return CloudParts{.records = std::move(records), .points = points, .memory = 0};
 }
 
 Result<CloudLayout> kitti_bin_layout(const CloudFile&) {

@@ -231,6 +231,12 @@ Result<LoadedCloud> read_las(CloudFile& file, ReadTimes) {
   return load_records(file.input(), records);
 }
 
+Result<CloudParts> las_parts(const CloudFile& file) {
+  VANTAGE_TRY(auto records, las_records(file.input()));
+  const std::uint64_t points = records.count;
+  return CloudParts{.records = std::move(records), .points = points, .memory = 0};
+}
+
 Result<CloudLayout> las_layout(const CloudFile& file) {
   VANTAGE_TRY(const Header header, HeaderReader(file.input()).read());
   const unsigned format = header.format;
@@ -254,6 +260,7 @@ Result<CloudLayout> las_layout(const CloudFile& file) {
 }
 
 Result<LoadedCloud> read_e57(CloudFile& file, ReadTimes) { return refuse_e57(file.input()); }
+Result<CloudParts> e57_parts(const CloudFile& file) { return refuse_e57(file.input()); }
 Result<CloudLayout> e57_layout(const CloudFile& file) { return refuse_e57(file.input()); }
 
 }  // namespace vantage::io

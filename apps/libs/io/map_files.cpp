@@ -14,6 +14,7 @@
 #include "io/autoware_tiles.hpp"
 #include "io/formats.hpp"
 #include "io/scan_sequence.hpp"
+#include "vantage/io/tiled_map.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::io {
@@ -110,6 +111,10 @@ class Finder {
   [[nodiscard]] Result<void> add_existing(const fs::path& path) {
     std::error_code ignored;
     if (!fs::is_directory(path, ignored)) {
+      add_file(path);
+      return {};
+    }
+    if (is_tiled_map(path)) {
       add_file(path);
       return {};
     }

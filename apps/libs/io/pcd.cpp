@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -113,18 +114,23 @@ LoadedCloud load(const Header& header, const ColumnOf& column) {
   return cloud;
 }
 
+/// Errors: `corrupt_data` for a file that is too short for its points.
+/// @param size  of the file [bytes]
+Result<void> check_size(const Header& header, std::size_t size, const std::string& file) {
+  const auto needed = product(header.points, header.point_size);
+  const std::size_t available = size - header.data_offset;
+  if (needed && *needed <= available) return {};
+  return fail(ErrorCode::corrupt_data,
+              fmt::format("the file ends at byte {}, expected {} points of {} bytes from byte {} "
+                          "on but there is room for {}",
+                          size, header.points, header.point_size, header.data_offset,
+                          available / header.point_size),
+              SourceLocation{file, 0, 0});
+}
+
 Result<LoadedCloud> parse_binary(std::string_view content, const std::string& file,
                                  const Header& header) {
-  const auto needed = product(header.points, header.point_size);
-  const std::size_t available = content.size() - header.data_offset;
-  if (!needed || *needed > available) {
-    return fail(ErrorCode::corrupt_data,
-                fmt::format("the file ends at byte {}, expected {} points of {} bytes from byte {} "
-                            "on but there is room for {}",
-                            content.size(), header.points, header.point_size, header.data_offset,
-                            available / header.point_size),
-                SourceLocation{file, 0, 0});
-  }
+  VANTAGE_CHECK(check_size(header, content.size(), file));
   return load(header, [&](const Field& field) {
     return CoordinateColumn{content.data() + header.data_offset + field.offset, header.point_size,
                             reader_of(field)};
@@ -231,6 +237,35 @@ bool looks_like_pcd(std::string_view content) noexcept {
 
 Result<LoadedCloud> read_pcd(CloudFile& file, ReadTimes read_times) {
   return read_blocks_or_all(file, read_times, records_in, parse);
+}
+
+Result<CloudParts> pcd_parts(const CloudFile& file) {
+  constexpr std::uint64_t kShortestLine = 6;  // "0 0 0\n"
+  const std::uint64_t size = file.input().size();
+  const auto header = pcd::read_header(file.head(), file.name(), ReadTimes::no);
+  if (!header) {
+    if (file.is_all_head()) return fail(header.error());
+    return CloudParts{.records = {}, .points = 0, .memory = memory_of(size, size / kShortestLine)};
+  }
+  CloudParts parts{.records = {}, .points = header->points, .memory = 0};
+  switch (header->encoding) {
+    case Encoding::ascii:
+      parts.memory = memory_of(size, std::min(header->points, size / kShortestLine));
+      break;
+    case Encoding::binary:
+      VANTAGE_CHECK(check_size(*header, size, file.name()));
+      parts.records = records_in(file.head(), size, ReadTimes::no);
+      break;
+    case Encoding::binary_compressed: {
+      // Its size is stated in 32 bits; a reader refuses a file that states another.
+      constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+      const std::uint64_t bytes =
+          std::min(product(header->points, header->point_size).value_or(kMost), kMost);
+      parts.memory = memory_of(size + bytes, bytes / header->point_size);
+      break;
+    }
+  }
+  return parts;
 }
 
 Result<CloudLayout> pcd_layout(const CloudFile& file) {

@@ -295,6 +295,30 @@ Result<LoadedCloud> read_ply(CloudFile& file, ReadTimes read_times) {
   return read_blocks_or_all(file, read_times, records_in, parse);
 }
 
+Result<CloudParts> ply_parts(const CloudFile& file) {
+  const std::uint64_t size = file.input().size();
+  CloudParts parts;
+  parts.records = records_in(file.head(), size, ReadTimes::no);
+  if (parts.records) {
+    parts.points = parts.records->count;
+    return parts;
+  }
+  const auto header = ply::read_header(file.head(), file.name(), ReadTimes::no);
+  if (!header && file.is_all_head()) return fail(header.error());
+  std::uint64_t most = size / 3;  // a vertex takes a byte for each coordinate, or more
+  if (header) {
+    for (const Element& element : header->elements) {
+      if (element.name == kVertex) parts.points = element.count;
+    }
+    most = std::min(most, parts.points);
+  }
+  // The points between lists are added one by one: a growing vector takes up to three times as
+  // much.
+  const bool grows = header && header->encoding != Encoding::ascii;
+  parts.memory = memory_of(size, grows ? 3 * most : most);
+  return parts;
+}
+
 Result<CloudLayout> ply_layout(const CloudFile& file) {
   VANTAGE_TRY(const Header header, ply::read_header(file.head(), file.name(), ReadTimes::no));
   CloudLayout layout;

@@ -10,15 +10,12 @@
 #include "io/cloud_formats.hpp"
 #include "io/formats.hpp"
 #include "io/point_fields.hpp"
+#include "vantage/io/tiled_map.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::io {
 
 namespace {
-
-std::string expected_cloud() {
-  return fmt::format("a point cloud ({})", format_names(FormatUse::cloud));
-}
 
 const Format* told_by_content(std::string_view content) {
   return find_format([&](const Format& format) {
@@ -40,6 +37,21 @@ tl::unexpected<Error> unknown_format(const std::string& file) {
 
 }  // namespace
 
+std::string expected_cloud() {
+  return fmt::format("a point cloud ({})", format_names(FormatUse::cloud));
+}
+
+Result<const Format*> cloud_format(CloudFile& file) {
+  const Format* format = told_by_content(file.head());
+  if (format == nullptr && !file.is_all_head()) {  // a comment may be longer than the head
+    VANTAGE_TRY(const auto content, file.content());
+    format = told_by_content(content);
+  }
+  if (format == nullptr) format = told_by_name(file.name());
+  if (format == nullptr) return unknown_format(file.name());
+  return format;
+}
+
 Result<CloudFile> CloudFile::of(const InputFile& input) {
   constexpr std::size_t kHead = 64 * 1024;  // [bytes]
   CloudFile file(input);
@@ -55,19 +67,15 @@ Result<std::string_view> CloudFile::content() {
   return content_->view();
 }
 
-Result<LoadedCloud> load_records(const InputFile& file, const Records& records) {
+Result<void> add_records(LoadedCloud& cloud, const InputFile& file, const Records& records,
+                         std::size_t first, std::size_t count) {
   constexpr std::size_t kBlock = std::size_t{1} << 20U;  // [bytes]
   const std::size_t most = std::max<std::size_t>(1, kBlock / records.size);
   std::string block;
-  LoadedCloud cloud;
-  cloud.times.field = records.time_name;
-  cloud.times.format = records.time_format;
-  cloud.points.reserve(records.count);
-  if (records.time) cloud.times.values.reserve(records.count);
-  for (std::size_t done = 0; done < records.count;) {
-    const std::size_t count = std::min(most, records.count - done);
-    block.resize(count * records.size);
-    VANTAGE_CHECK(file.read(records.offset + done * records.size, block));
+  for (const std::size_t end = first + count; first < end;) {
+    const std::size_t part = std::min(most, end - first);
+    block.resize(part * records.size);
+    VANTAGE_CHECK(file.read(records.offset + first * records.size, block));
     const auto column = [&](const Records::Field& field) {
       return CoordinateColumn{block.data() + field.offset, records.size, field.read, field.scale,
                               field.shift};
@@ -75,9 +83,19 @@ Result<LoadedCloud> load_records(const InputFile& file, const Records& records) 
     PointColumns columns;
     std::transform(records.axes.begin(), records.axes.end(), columns.axes.begin(), column);
     if (records.time) columns.time = column(*records.time);
-    add_columns(cloud, columns, count);
-    done += count;
+    add_columns(cloud, columns, part);
+    first += part;
   }
+  return {};
+}
+
+Result<LoadedCloud> load_records(const InputFile& file, const Records& records) {
+  LoadedCloud cloud;
+  cloud.times.field = records.time_name;
+  cloud.times.format = records.time_format;
+  cloud.points.reserve(records.count);
+  if (records.time) cloud.times.values.reserve(records.count);
+  VANTAGE_CHECK(add_records(cloud, file, records, 0, records.count));
   return cloud;
 }
 
@@ -93,6 +111,12 @@ Result<LoadedCloud> read_blocks_or_all(
 }
 
 Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTimes read_times) {
+  if (is_tiled_map(path)) {
+    VANTAGE_TRY(const TiledMap map, TiledMap::open(path));
+    LoadedCloud cloud;
+    VANTAGE_TRY(cloud.points, map.read());
+    return cloud;
+  }
   VANTAGE_TRY(const auto input, InputFile::open(path, expected_cloud()));
   return read_point_cloud(input, read_times);
 }
@@ -100,13 +124,7 @@ Result<LoadedCloud> read_point_cloud(const std::filesystem::path& path, ReadTime
 Result<LoadedCloud> read_point_cloud(const InputFile& input, ReadTimes read_times) {
   try {
     VANTAGE_TRY(CloudFile file, CloudFile::of(input));
-    const Format* format = told_by_content(file.head());
-    if (format == nullptr && !file.is_all_head()) {  // a comment may be longer than the head
-      VANTAGE_TRY(const auto content, file.content());
-      format = told_by_content(content);
-    }
-    if (format == nullptr) format = told_by_name(file.name());
-    if (format == nullptr) return unknown_format(file.name());
+    VANTAGE_TRY(const Format* format, cloud_format(file));
     return format->cloud.read(file, read_times);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::io_failure, "not enough memory for the points of this file",

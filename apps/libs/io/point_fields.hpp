@@ -108,6 +108,12 @@ struct Records {
 /// Errors: `io_failure`. Precondition: the file contains all the points.
 [[nodiscard]] Result<LoadedCloud> load_records(const InputFile& file, const Records& records);
 
+/// Adds the finite ones of `count` points from the point `first` on, through a buffer of 1 MiB (or
+/// one point). Errors and precondition: those of load_records.
+[[nodiscard]] Result<void> add_records(LoadedCloud& cloud, const InputFile& file,
+                                       const Records& records, std::size_t first,
+                                       std::size_t count);
+
 inline constexpr std::array<std::string_view, 3> kAxisNames{"x", "y", "z"};
 inline constexpr std::array<std::string_view, 3> kUpperAxisNames{"X", "Y", "Z"};
 

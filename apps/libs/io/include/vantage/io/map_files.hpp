@@ -17,6 +17,7 @@ struct MapFiles {
 
 /// Finds the files that patterns name, in the order of the patterns. A pattern may be:
 /// - a file
+/// - a tiled map, which is a folder: gives this folder, see TiledMap
 /// - a folder of tiles with Autoware's metadata in it or beside it: gives the tiles that the
 ///   metadata list
 /// - any other folder: gives its .pcd, .ply and .las files (and .laz and .e57, which a reader
