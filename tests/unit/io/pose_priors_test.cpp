@@ -196,7 +196,8 @@ TEST_CASE("priors: a vehicle's poses are carried to its sensor, with what the he
   const auto layout = MessageWriter::Layout::ros1;
   const auto path = prior_bag(folder, layout, "nav_msgs", "Odometry",
                               {prior_odometry(1, covariance_of(4.0, 9.0, 16.0, 0.04), layout)});
-  const Pose mount{{}, {3.0, 4.0, 2.0}};
+  Pose mount;
+  mount.translation = {3.0, 4.0, 2.0};
   const auto found =
       read_sound_priors({.path = path}, {.name = "velodyne", .T_child_sensor = mount});
   const PosePrior& prior = found.priors[0].prior;
@@ -267,7 +268,8 @@ TEST_CASE("priors: where the sensor is from the antenna") {
   const TemporaryFolder folder;
   const auto projector = put_projector(folder);
   const auto path = fix_bag(folder, {{.seconds = 1}});
-  const Pose mount{{}, {3.0, 4.0, -2.0}};
+  Pose mount;
+  mount.translation = {3.0, 4.0, -2.0};
   for (const std::string name : {"velodyne", ""}) {
     const auto found = read_sound_priors({.path = path, .map_projector = projector},
                                          {.name = name, .T_child_sensor = mount});
