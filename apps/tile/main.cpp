@@ -10,8 +10,8 @@
 
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
+#include "terminal/size.hpp"
 #include "terminal/table.hpp"
-#include "tile/size.hpp"
 #include "vantage/io/formats.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/tiling.hpp"
@@ -36,7 +36,7 @@ void print(const io::TilingReport& report, const Options& options, const io::Map
   const Point &low = report.bounds.min, &high = report.bounds.max;
   std::cout << fmt::format("{}: {} points ({}), {} in {} {}\n", options.out.string(),
                            cli::grouped(report.points), name_of(report.precision),
-                           size_text(report.bytes), report.packs,
+                           cli::size_text(report.bytes), report.packs,
                            report.packs == 1 ? "pack" : "packs")
             << fmt::format("{} tiles of {:g} m, {} cells of {:g} m\n", cli::grouped(report.tiles),
                            options.tile_size, cli::grouped(report.cells), io::kCanonicalCell)
@@ -81,11 +81,9 @@ void tell(const io::TilingStart& start) {
 }
 
 Result<void> run(const Options& options) {
-  const auto memory = parse_memory(options.memory);
+  const auto memory = cli::parse_memory(options.memory);
   if (!memory) {
-    return cli::usage_error(
-        fmt::format("--memory takes a number above 0 with a unit, as 512MiB or 2GiB, not '{}'",
-                    options.memory));
+    return cli::usage_error(cli::not_memory(options.memory));
   }
   VANTAGE_TRY(const io::MapFiles found, io::map_files(options.inputs));
   std::optional<cli::Progress> progress;
@@ -100,8 +98,8 @@ Result<void> run(const Options& options) {
   tiling.on_disk_use = [&](const io::TilingDiskUse& use) {
     progress.reset();
     if (options.quiet) return;
-    std::cerr << fmt::format("disk: {} needed, {} free\n", size_text(use.needed),
-                             size_text(use.free));
+    std::cerr << fmt::format("disk: {} needed, {} free\n", cli::size_text(use.needed),
+                             cli::size_text(use.free));
   };
   tiling.on_progress = [&](const io::TilingProgress& now) {
     if (!stage || *stage != now.stage) {

@@ -1,8 +1,8 @@
-#include "tile/size.hpp"
+#include "terminal/size.hpp"
 
 #include <doctest/doctest.h>
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 TEST_CASE("sizes of memory have a number and a binary unit") {
@@ -20,4 +20,4 @@ TEST_CASE("sizes of memory have a number and a binary unit") {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -9,102 +9,19 @@
 #include <string_view>
 #include <utility>
 
+#include "byte_io.hpp"
+
 namespace vantage {
 namespace {
 
 // The last character is the version.
 constexpr std::string_view kAtlasFormat = "vatlas01";
 
-/// Appends values as they are in memory.
-class AtlasWriter {
- public:
-  void text(std::string_view text) {
-    number(static_cast<std::uint64_t>(text.size()));
-    raw(text);
-  }
-  void raw(std::string_view text) {
-    const auto* const begin = reinterpret_cast<const std::byte*>(text.data());
-    bytes_.insert(bytes_.end(), begin, begin + text.size());
-  }
-  template <class Number>
-  void number(Number value) {
-    std::array<char, sizeof(Number)> as_bytes;
-    std::memcpy(as_bytes.data(), &value, sizeof(value));
-    raw({as_bytes.data(), as_bytes.size()});
-  }
-  void numbers(std::span<const double> values) {
-    for (const double value : values) number(value);
-  }
-  void pose(const Pose& pose) {
-    numbers({pose.rotation.coeffs().data(), 4});
-    numbers({pose.translation.data(), 3});
-  }
-  [[nodiscard]] std::vector<std::byte> take() && { return std::move(bytes_); }
-
- private:
-  std::vector<std::byte> bytes_;
-};
-
 tl::unexpected<Error> no_atlas(const char* reason) {
   return fail(ErrorCode::corrupt_data, std::string("the bundle's atlas ") + reason);
 }
 
-/// Reads what AtlasWriter wrote. The first failure stays: everything after it reads as zero.
-class AtlasReader {
- public:
-  explicit AtlasReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-
-  [[nodiscard]] bool ok() const noexcept { return ok_; }
-  [[nodiscard]] bool at_end() const noexcept { return bytes_.empty(); }
-
-  std::string text() { return raw(count(1)); }
-  std::string raw(std::size_t length) {
-    if (length > bytes_.size()) ok_ = false;
-    if (!ok_) return {};
-    std::string text(reinterpret_cast<const char*>(bytes_.data()), length);
-    bytes_ = bytes_.subspan(length);
-    return text;
-  }
-  /// A number of things that follow, of at least so many bytes each.
-  std::size_t count(std::size_t least_bytes) {
-    const auto n = number<std::uint64_t>();
-    if (n > bytes_.size() / least_bytes) ok_ = false;
-    return ok_ ? static_cast<std::size_t>(n) : 0;
-  }
-  template <class Number>
-  Number number() {
-    if (sizeof(Number) > bytes_.size()) ok_ = false;
-    if (!ok_) return {};
-    Number value;
-    std::memcpy(&value, bytes_.data(), sizeof(value));
-    bytes_ = bytes_.subspan(sizeof(value));
-    return value;
-  }
-  /// A finite number of at least `least`.
-  double real(double least = std::numeric_limits<double>::lowest()) {
-    const auto value = number<double>();
-    if (!std::isfinite(value) || value < least) ok_ = false;
-    return ok_ ? value : 0.0;
-  }
-  Point point() {
-    const double x = real(), y = real(), z = real();
-    return {x, y, z};
-  }
-  Pose pose() {
-    Pose pose;
-    for (Eigen::Index i = 0; i < 4; ++i) pose.rotation.coeffs()[i] = real();
-    pose.translation = point();
-    if (ok_ && !is_valid(pose)) ok_ = false;
-    return ok_ ? pose : Pose{};
-  }
-  void check(bool holds) { ok_ = ok_ && holds; }
-
- private:
-  std::span<const std::byte> bytes_;
-  bool ok_ = true;
-};
-
-void write(AtlasWriter& to, const Calibration& calibration) {
+void write(ByteWriter& to, const Calibration& calibration) {
   to.text(calibration.matcher.plugin);
   to.text(calibration.matcher.params);
   to.number(calibration.right_samples);
@@ -113,7 +30,7 @@ void write(AtlasWriter& to, const Calibration& calibration) {
   to.numbers(calibration.wrong);
 }
 
-Calibration read_calibration(AtlasReader& from) {
+Calibration read_calibration(ByteReader& from) {
   Calibration calibration;
   calibration.matcher.plugin = from.text();
   calibration.matcher.params = from.text();
@@ -131,7 +48,7 @@ Calibration read_calibration(AtlasReader& from) {
   return calibration;
 }
 
-void write(AtlasWriter& to, const Site& site) {
+void write(ByteWriter& to, const Site& site) {
   to.number(site.region.value);
   to.numbers({site.position.data(), 3});
   to.number(static_cast<std::uint8_t>(site.precision ? 1 : 0));
@@ -152,7 +69,7 @@ constexpr std::size_t kLeastSiteBytes =
     sizeof(std::uint32_t) + 3 * sizeof(double) + 1 + sizeof(std::uint64_t);
 constexpr std::size_t kAlikeBytes = 8 * sizeof(double);
 
-Site read_site(AtlasReader& from) {
+Site read_site(ByteReader& from) {
   Site site;
   site.region = RegionId{from.number<std::uint32_t>()};
   site.position = from.point();
@@ -182,7 +99,7 @@ Site read_site(AtlasReader& from) {
 }  // namespace
 
 std::vector<std::byte> Atlas::encode() const {
-  AtlasWriter to;
+  ByteWriter to;
   to.raw(kAtlasFormat);
   write(to, calibration);
   to.number(static_cast<std::uint64_t>(sites.size()));
@@ -191,7 +108,7 @@ std::vector<std::byte> Atlas::encode() const {
 }
 
 Result<Atlas> Atlas::decode(std::span<const std::byte> bytes) {
-  AtlasReader from(bytes);
+  ByteReader from(bytes);
   const std::string format = from.raw(kAtlasFormat.size());
   if (!from.ok()) return no_atlas("is cut off");
   if (format != kAtlasFormat) return no_atlas("is of another version");

@@ -79,15 +79,14 @@ struct SiteTrials::Scan {
   PointCloud many, few, scored;
 };
 
-Result<SiteTrials> SiteTrials::prepare(PointsView map, const Partition& partition,
-                                       const std::vector<SitePlace>& sites,
-                                       const PlaceIndex* places, double max_range,
+Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
+                                       const std::vector<SitePlace>& sites, const HitsAt& hits_at,
+                                       const PlaceIndex* places,
                                        const PluginPtr<ScanMatcher>& matcher) {
   const CpuStopwatch cpu;
-  SiteTrials trials(map, matcher);
+  SiteTrials trials(matcher);
   trials.by_region_.resize(partition.size());
   if (sites.empty()) return trials;
-  const VirtualLidar lidar(map, max_range);
   for (const SitePlace& place : sites) {
     const auto bits = std::uint64_t(trials.sites_.size());
     // No heading is that of the map's walls.
@@ -98,8 +97,10 @@ Result<SiteTrials> SiteTrials::prepare(PointsView map, const Partition& partitio
   std::vector<Result<void>> outcomes(trials.sites_.size());
   tbb::parallel_for(std::size_t{0}, trials.sites_.size(), [&](std::size_t s) {
     SiteState& site = trials.sites_[s];
-    site.hits = lidar.hits(site.place.position);
-    outcomes[s] = trials.look_around(site, places);
+    outcomes[s] = hits_at(site.place.position).and_then([&](PointCloud&& hits) {
+      site.hits = std::move(hits);
+      return trials.look_around(site, places);
+    });
   });
   for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
   for (std::size_t s = 0; s < trials.sites_.size(); ++s) {
@@ -144,7 +145,7 @@ Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t 
       hash(variant, micrometres(at.x()), micrometres(at.y()), micrometres(at.z()));
   Scan scan;
   VANTAGE_TRY(PreparedScan prepared,
-              prepare_scan(virtual_scan(map_, site.hits, site.truth, seed), LocalizerParams{}));
+              prepare_scan(virtual_scan(site.hits, site.truth, seed), LocalizerParams{}));
   scan.many = evenly_picked(prepared.points, kManyPoints);
   scan.few = evenly_picked(prepared.points, kFewPoints);
   scan.scored = evenly_picked(prepared.points, kScoredPoints);

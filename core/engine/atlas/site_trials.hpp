@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -22,15 +23,16 @@ namespace vantage {
 /// or on the order of the regions.
 class SiteTrials {
  public:
+  /// The points that a VirtualLidar at a place hits. It may be asked from several threads at once.
+  using HitsAt = std::function<Result<PointCloud>(const Point&)>;
+
   /// Makes the scans of all sites, and looks for places from which they may seem to come.
-  /// @param map        N points, map frame [m]; borrowed
-  /// @param places     of the map; none: no wrong starts
-  /// @param max_range  of the sensor [m]
-  /// @param matcher    borrowed
-  /// Errors: those of the matcher, except `too_few_matches`.
-  [[nodiscard]] static Result<SiteTrials> prepare(PointsView map, const Partition& partition,
+  /// @param places   of the map; none: no wrong starts
+  /// @param matcher  borrowed
+  /// Errors: those of `hits_at`, and of the matcher, except `too_few_matches`.
+  [[nodiscard]] static Result<SiteTrials> prepare(const Partition& partition,
                                                   const std::vector<SitePlace>& sites,
-                                                  const PlaceIndex* places, double max_range,
+                                                  const HitsAt& hits_at, const PlaceIndex* places,
                                                   const PluginPtr<ScanMatcher>& matcher);
 
   /// Runs all trials in the map of one region; call it once for each region.
@@ -54,7 +56,7 @@ class SiteTrials {
   struct SiteState {
     SitePlace place;
     Pose truth;  // upright, with some heading
-    IndexList hits = {};
+    PointCloud hits = {};
     std::optional<Fit> to_itself = {};  // of the first of its scans
     std::vector<Pose> rivals = {};
     Trials right = {};  // from around the truth
@@ -63,8 +65,7 @@ class SiteTrials {
   };
   struct Scan;
 
-  SiteTrials(PointsView map, const PluginPtr<ScanMatcher>& matcher)
-      : map_(map), matcher_(matcher) {}
+  explicit SiteTrials(const PluginPtr<ScanMatcher>& matcher) : matcher_(matcher) {}
 
   [[nodiscard]] Result<void> look_around(SiteState& site, const PlaceIndex* places) const;
   [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
@@ -83,7 +84,6 @@ class SiteTrials {
   static void add_shares(const SiteState& site, std::vector<double>& right,
                          std::vector<double>& wrong);
 
-  PointsView map_;
   const PluginPtr<ScanMatcher>& matcher_;
   std::vector<SiteState> sites_;
   struct InRegion {

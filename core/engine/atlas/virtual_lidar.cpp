@@ -15,17 +15,18 @@ namespace {
 constexpr int kRings = 20, kColumns = 720;
 constexpr double kLowestRing = -23.0, kRingStep = 2.0, kColumnStep = 360.0 / kColumns;  // [deg]
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kNearestReturn = 1.0, kFarthestReturn = 80.0;  // [m]
+constexpr double kNearestReturn = 1.0;  // [m]
 
 /// Twice the median distance of a point to its nearest neighbour: discs of this radius around the
 /// points of a surface leave no holes.
-double reach_in(PointsView map, const PlanIndex& plan) {
+/// @param around  some of the map's points, ascending
+double reach_in(PointsView map, const PlanIndex& plan, const IndexList& around) {
   constexpr std::size_t kSamples = 200;
   constexpr double kWithin = 1.0, kLeast = 0.1, kMost = 0.8;  // [m]
   std::vector<double> nearest;
-  const std::size_t samples = std::min(kSamples, map.size());
+  const std::size_t samples = std::min(kSamples, around.size());
   for (std::size_t k = 0; k < samples; ++k) {
-    const Point& p = map[k * map.size() / samples];
+    const Point& p = map[around[k * around.size() / samples]];
     const Eigen::Vector2d at = p.head<2>(), side = Eigen::Vector2d::Constant(kWithin);
     double least = kWithin * kWithin;
     for (const std::uint32_t i : plan.near(at - side, at + side)) {
@@ -34,6 +35,7 @@ double reach_in(PointsView map, const PlanIndex& plan) {
     }
     nearest.push_back(std::sqrt(least));
   }
+  if (nearest.empty()) return kLeast;
   const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
   std::nth_element(nearest.begin(), middle, nearest.end());
   return std::clamp(2.0 * *middle, kLeast, kMost);
@@ -57,10 +59,9 @@ double nearly_normal(std::uint64_t seed) {
 VirtualLidar::VirtualLidar(PointsView map, double max_range)
     : map_(map),
       plan_(map, map.size(), [](std::size_t k) { return static_cast<std::uint32_t>(k); }),
-      range_(std::min(max_range, kFarthestReturn)),
-      reach_(reach_in(map, plan_)) {}
+      range_(std::min(max_range, kFarthestReturn)) {}
 
-IndexList VirtualLidar::hits(const Point& sensor) const {
+PointCloud VirtualLidar::hits(const Point& sensor) const {
   struct Hit {
     double range = std::numeric_limits<double>::infinity();
     std::uint32_t point = 0;
@@ -70,14 +71,19 @@ IndexList VirtualLidar::hits(const Point& sensor) const {
   constexpr double kPerDegree = 1.0 / kDegree;
   const double lowest = std::tan((kLowestRing - kRingStep) * kDegree);
   const double highest = std::tan((kLowestRing + kRings * kRingStep) * kDegree);
-  for (const std::uint32_t k : plan_.near(sensor.head<2>() - side, sensor.head<2>() + side)) {
+  IndexList within = plan_.near(sensor.head<2>() - side, sensor.head<2>() + side);
+  std::erase_if(within, [&](std::uint32_t k) {
+    return (map_[k] - sensor).head<2>().squaredNorm() > range_ * range_;
+  });
+  const double reach = reach_in(map_, plan_, within);
+  for (const std::uint32_t k : within) {
     const Point to = map_[k] - sensor;
     const double plan = to.head<2>().norm();
     // Most points are too high or too low, or between two rings.
-    if (to.z() + reach_ < lowest * plan || to.z() - reach_ > highest * plan) continue;
+    if (to.z() + reach < lowest * plan || to.z() - reach > highest * plan) continue;
     const double range = to.norm();
     if (plan < kNearestReturn || range > range_) continue;
-    const double wide = reach_ / range * kPerDegree;
+    const double wide = reach / range * kPerDegree;
     const double elevation = small_arc_tangent(to.z() / plan) * kPerDegree - kLowestRing;
     const int first = std::max(0, static_cast<int>(std::ceil((elevation - wide) / kRingStep)));
     const int last =
@@ -97,15 +103,14 @@ IndexList VirtualLidar::hits(const Point& sensor) const {
       }
     }
   }
-  IndexList hits;
+  PointCloud hits;
   for (const Hit& hit : rays) {
-    if (std::isfinite(hit.range)) hits.push_back(hit.point);
+    if (std::isfinite(hit.range)) hits.push_back(map_[hit.point]);
   }
   return hits;
 }
 
-PointCloud virtual_scan(PointsView map, std::span<const std::uint32_t> hits, const Pose& T_map_scan,
-                        std::uint64_t seed) {
+PointCloud virtual_scan(PointsView hits, const Pose& T_map_scan, std::uint64_t seed) {
   constexpr double kNoise = 0.02, kSector = 60.0 * kDegree, kClutter = 1.0 / 30.0;
   enum Use : std::uint64_t { sector, clutter, noise };
   const Pose T_scan_map = T_map_scan.inverse();
@@ -114,7 +119,7 @@ PointCloud virtual_scan(PointsView map, std::span<const std::uint32_t> hits, con
   PointCloud scan;
   scan.reserve(hits.size());
   for (std::size_t k = 0; k < hits.size(); ++k) {
-    const Point p = R * map[hits[k]] + T_scan_map.translation;
+    const Point p = R * hits[k] + T_scan_map.translation;
     const double beside =
         std::remainder(std::atan2(p.y(), p.x()) - covered, 2.0 * std::numbers::pi);
     if (std::abs(beside) < kSector / 2.0) continue;

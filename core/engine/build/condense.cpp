@@ -7,6 +7,21 @@
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {
+namespace {
+
+/// Many indices are kept as bits while points are copied, because bits are smaller.
+PointCloud points_of(PointsView map, IndexList seen) {
+  if (seen.size() < map.size() / 32) return select(map, seen);
+  IndexSet set(map.size());
+  set.add(seen);
+  PointCloud points;
+  points.reserve(seen.size());
+  seen = IndexList();
+  set.for_each([&](std::uint32_t k) { points.push_back(map[k]); });
+  return points;
+}
+
+}  // namespace
 
 Result<Condenser> Condenser::over(PointsView map, const BuildPlugins& plugins,
                                   const BuildParams& params) {
@@ -38,34 +53,26 @@ Condensed Condenser::thin(Observable observable) const {
   return condensed;
 }
 
-Result<RegionMap> Condenser::region_map(Condensed condensed, PointCloud viewpoints) const {
-  RegionMap region{.points = points_of(std::move(condensed.stored.points)),
-                   .viewpoints = std::move(viewpoints),
-                   .prepared = {},
-                   .views = std::move(condensed.stored.views)};
+Result<Finished> Condenser::finish(Condensed condensed) const {
+  Finished region{.seen = condensed.seen,
+                  .skipped = condensed.skipped,
+                  .points = condensed.stored.points.size(),
+                  .stored = std::move(condensed.stored)};
   if (!whole_) return region;
   // The prepared map stands for all that was seen, not for what thinning left.
-  const PointCloud unthinned = points_of(std::move(condensed.observable));
-  const PointCloud& observable = unthinned.empty() ? region.points : unthinned;
+  const IndexList& observable =
+      condensed.observable.empty() ? region.stored.points : condensed.observable;
   if (observable.empty()) return region;
-  VANTAGE_TRY(region.prepared, whole_->excerpt(observable));
-  if (params_.content == StoredContent::prepared) {
-    region.points = {};
-    region.views = {};
-  }
+  VANTAGE_TRY(region.prepared, whole_->excerpt(points_of(map_, observable)));
+  if (params_.content == StoredContent::prepared) region.stored = {};
   return region;
 }
 
-/// Many indices are kept as bits while points are copied, because bits are smaller.
-PointCloud Condenser::points_of(IndexList seen) const {
-  if (seen.size() < map_.size() / 32) return select(map_, seen);
-  IndexSet set(map_.size());
-  set.add(seen);
-  PointCloud points;
-  points.reserve(seen.size());
-  seen = IndexList();
-  set.for_each([&](std::uint32_t k) { points.push_back(map_[k]); });
-  return points;
+RegionMap region_map_of(PointsView map, Finished region, PointCloud viewpoints) {
+  return {.points = points_of(map, std::move(region.stored.points)),
+          .viewpoints = std::move(viewpoints),
+          .prepared = std::move(region.prepared),
+          .views = std::move(region.stored.views)};
 }
 
 }  // namespace vantage

@@ -19,6 +19,19 @@ struct Condensed {
   std::size_t skipped = 0;    ///< viewpoints that were not evaluated
 };
 
+/// A region as it is stored, its points by their indices.
+struct Finished {
+  std::uint64_t seen = 0;     ///< points that at least one viewpoint sees
+  std::size_t skipped = 0;    ///< viewpoints that were not evaluated
+  std::uint64_t points = 0;   ///< after thinning, whether they are stored or not
+  ViewCounts stored = {};     ///< map points; empty if only the prepared map is stored
+  PreparedMap prepared = {};  ///< no bytes if none is stored
+};
+
+/// Copies the points that the indices name.
+/// @param map  of the indices
+[[nodiscard]] RegionMap region_map_of(PointsView map, Finished region, PointCloud viewpoints);
+
 /// Turns observable maps into what is stored: thins them, and lets the matcher prepare them.
 /// Thread safety: const methods may run on one object from many threads at once.
 class Condenser {
@@ -29,15 +42,18 @@ class Condenser {
   [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
                                               const BuildParams& params);
 
+  /// For regions that nothing is seen from: no matcher is needed.
+  [[nodiscard]] static Condenser of_nothing(const BuildParams& params) {
+    return Condenser({}, params);
+  }
+
   [[nodiscard]] Condensed thin(Observable observable) const;
 
-  /// Copies the points that the indices name, and adds what the matcher prepares.
-  [[nodiscard]] Result<RegionMap> region_map(Condensed condensed, PointCloud viewpoints) const;
+  /// Has the matcher prepare the region, and leaves out what is not stored.
+  [[nodiscard]] Result<Finished> finish(Condensed condensed) const;
 
  private:
   Condenser(PointsView map, const BuildParams& params) : map_(map), params_(params) {}
-
-  [[nodiscard]] PointCloud points_of(IndexList seen) const;
 
   PointsView map_;
   const BuildParams& params_;

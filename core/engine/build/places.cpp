@@ -16,11 +16,7 @@ Result<Places> ground_of(PointsView map, const GroundFilter& filter) {
   places.points = map;
   VANTAGE_TRY(places.which, filter.ground(map));
   VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
-  if (places.which.empty()) {
-    return fail(ErrorCode::invalid_input,
-                "no ground was found in the map, so no viewpoint can be placed; viewpoints.source "
-                "= \"trajectory\" needs no ground");
-  }
+  if (places.which.empty()) return no_ground();
   places.ground_points = places.which.size();
   return places;
 }
@@ -50,6 +46,12 @@ Result<Places> driven(PointsView trajectory, const ViewpointParams& params) {
 }
 
 }  // namespace
+
+tl::unexpected<Error> no_ground() {
+  return fail(ErrorCode::invalid_input,
+              "no ground was found in the map, so no viewpoint can be placed; viewpoints.source "
+              "= \"trajectory\" needs no ground");
+}
 
 Result<Places> places_of(PointsView map, PointsView trajectory, const GroundFilter* ground,
                          const ViewpointParams& params) {

@@ -18,6 +18,9 @@ struct Places {
   std::uint64_t unreachable_viewpoints = 0;  ///< over ground that was left out
 };
 
+/// The error of a map without ground.
+[[nodiscard]] tl::unexpected<Error> no_ground();
+
 /// Finds the places for the viewpoints.
 /// @param map         borrowed by the result
 /// @param trajectory  may be empty unless viewpoints come from it

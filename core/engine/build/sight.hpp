@@ -26,12 +26,12 @@ struct Observable {
 /// Thread safety: const methods may run on one object from many threads at once.
 class Sight {
  public:
-  /// All arguments are borrowed.
-  Sight(PointsView map, const PluginPtr<VisibilityOperator>& visibility, const BuildParams& params)
-      : map_(map),
-        visibility_(visibility),
-        params_(params),
-        limits_{.map_bounds = bounds_of(map), .max_range = params.max_range} {}
+  /// All arguments but the limits are borrowed.
+  /// @param map     the wide-area map, or the part of it that decides about the viewpoints
+  /// @param limits  of the wide-area map
+  Sight(PointsView map, const VisibilityLimits& limits,
+        const PluginPtr<VisibilityOperator>& visibility, const BuildParams& params)
+      : map_(map), visibility_(visibility), params_(params), limits_(limits) {}
 
   [[nodiscard]] const VisibilityLimits& limits() const noexcept { return limits_; }
 

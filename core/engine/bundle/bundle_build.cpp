@@ -19,6 +19,11 @@ Result<BuildReport> BundleBuild::run(PointsView map, PointsView trajectory,
   return build_region_maps(map, trajectory, plugins_, params_, progress);
 }
 
+Result<ShardedBuild> BundleBuild::sharded(const MapParts& map, PointsView trajectory,
+                                          ShardedBuildOptions options) {
+  return ShardedBuild::open(map, trajectory, plugins_, params_, std::move(options));
+}
+
 Result<MapIndex> BundleBuild::index() const { return plugins_.store->index(); }
 
 }  // namespace vantage

@@ -64,33 +64,52 @@ PlaceIndex PlaceIndex::from(const std::vector<std::uint64_t>& keys, const Eigen:
   return index;
 }
 
-Result<PlaceIndex> PlaceIndex::of(PointsView map) {
-  VANTAGE_CHECK(check_points(map, "the map"));
-  const Bounds3 bounds = bounds_of(map);
+Result<PlaceIndex::Builder> PlaceIndex::Builder::over(const Bounds3& bounds) {
   const Eigen::Array3d low = in_voxels(bounds.min), high = in_voxels(bounds.max);
   if (((high - low) >= double(kMostVoxels)).any() || (low.abs() > kFarthestVoxel).any()) {
     return fail(ErrorCode::invalid_input, "the map is longer than " +
                                               std::to_string(kMostVoxels * 3 / 2) +
                                               " m: too large for one index of places");
   }
-  const Eigen::Vector3i first = low.cast<int>();
-  const Eigen::Vector3i extent = (high - low).cast<int>() + 1;
-  std::vector<std::uint64_t> keys;
-  keys.reserve(map.size());
-  for (const Point& p : map) {
-    const std::uint64_t key = key_of((in_voxels(p) - low).cast<int>(), extent);
-    if (keys.empty() || keys.back() != key) keys.push_back(key);
-  }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  if (PlaceIndex(first, extent).memory() > most_memory(keys.size())) {
+  return Builder(low.cast<int>(), (high - low).cast<int>() + 1);
+}
+
+void PlaceIndex::Builder::add(const Point& p) {
+  const std::uint64_t key =
+      key_of((in_voxels(p) - first_.cast<double>().array()).cast<int>(), extent_);
+  if (!keys_.empty() && keys_.back() == key) return;
+  keys_.push_back(key);
+  if (keys_.size() <= limit_) return;
+  tidy();
+  limit_ = std::max(limit_, 2 * keys_.size());
+}
+
+void PlaceIndex::Builder::add(PointsView points) {
+  for (const Point& p : points) add(p);
+}
+
+void PlaceIndex::Builder::tidy() {
+  std::sort(keys_.begin(), keys_.end());
+  keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+}
+
+Result<PlaceIndex> PlaceIndex::Builder::finish() && {
+  tidy();
+  if (PlaceIndex(first_, extent_).memory() > most_memory(keys_.size())) {
     return fail(ErrorCode::invalid_input,
-                "the map has " + std::to_string(keys.size()) + " voxels in a box of " +
-                    std::to_string(extent.x()) + " x " + std::to_string(extent.y()) + " x " +
-                    std::to_string(extent.z()) +
+                "the map has " + std::to_string(keys_.size()) + " voxels in a box of " +
+                    std::to_string(extent_.x()) + " x " + std::to_string(extent_.y()) + " x " +
+                    std::to_string(extent_.z()) +
                     " of them: too large for one index of places; are there points far away?");
   }
-  return from(keys, first, extent);
+  return from(keys_, first_, extent_);
+}
+
+Result<PlaceIndex> PlaceIndex::of(PointsView map) {
+  VANTAGE_CHECK(check_points(map, "the map"));
+  VANTAGE_TRY(Builder builder, Builder::over(bounds_of(map)));
+  builder.add(map);
+  return std::move(builder).finish();
 }
 
 Result<PlaceIndex> PlaceIndex::of_bundle(const MapIndex& index, const MapStore& store) {

@@ -26,6 +26,8 @@ class PlaceIndex {
   /// Errors: `invalid_input` for a map that is too large for the index: more than 32768 voxels
   /// along an edge, or more memory than `most_memory`.
   [[nodiscard]] static Result<PlaceIndex> of(PointsView map);
+  /// Makes the index of a map that comes part by part.
+  class Builder;
   /// The memory that the index of so many voxels may take [bytes]: 1 GiB, which is a city of
   /// 10 x 10 km, and less for a few voxels that lie far apart.
   [[nodiscard]] static std::uint64_t most_memory(std::uint64_t voxels) noexcept;
@@ -80,6 +82,28 @@ class PlaceIndex {
   std::size_t words_ = 0;
   std::vector<std::uint64_t> bits_;
   std::vector<std::int16_t> lowest_;
+};
+
+class PlaceIndex::Builder {
+ public:
+  /// @param bounds  of the map [m]; not empty, finite
+  /// Errors: `invalid_input` for a map with too many voxels along an edge.
+  [[nodiscard]] static Result<Builder> over(const Bounds3& bounds);
+
+  /// @param points  within the bounds; the order does not matter
+  void add(PointsView points);
+  void add(const Point& p);
+  /// Errors: `invalid_input` for an index that would take more memory than `most_memory`.
+  [[nodiscard]] Result<PlaceIndex> finish() &&;
+
+ private:
+  Builder(const Eigen::Vector3i& first, const Eigen::Vector3i& extent)
+      : first_(first), extent_(extent) {}
+  void tidy();
+
+  Eigen::Vector3i first_, extent_;  // in voxels
+  std::vector<std::uint64_t> keys_;
+  std::size_t limit_ = std::size_t{1} << 20U;  // of keys, before they are tidied
 };
 
 }  // namespace vantage

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -17,6 +18,8 @@
 
 #include "vantage/ground_filter.hpp"
 #include "vantage/index_set.hpp"
+#include "vantage/map_parts.hpp"
+#include "vantage/map_passes.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/map_survey.hpp"
 #include "vantage/partitioner.hpp"
@@ -26,6 +29,9 @@
 namespace vantage {
 
 MapSurvey::~MapSurvey() = default;
+MapVisitor::~MapVisitor() = default;
+MapPasses::~MapPasses() = default;
+MapParts::~MapParts() = default;
 Partitioner::~Partitioner() = default;
 GroundFilter::~GroundFilter() = default;
 VisibilityOperator::~VisibilityOperator() = default;
@@ -43,6 +49,19 @@ const char* to_string(Termination termination) noexcept {
   }
   return "unknown";
 }
+
+Result<Partition> Partitioner::partition_in_passes(const MapPasses& /*map*/,
+                                                   PointsView /*trajectory*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the partitioner needs the whole map in memory");
+}
+
+double GroundFilter::reach() const noexcept { return std::numeric_limits<double>::infinity(); }
+
+double VisibilityOperator::reach(const VisibilityLimits& /*limits*/) const noexcept {
+  return std::numeric_limits<double>::infinity();
+}
+
+double ScanMatcher::reach() const noexcept { return std::numeric_limits<double>::infinity(); }
 
 Result<void> MapStore::attach(std::string_view /*name*/,
                               std::span<const std::byte> /*bytes*/) noexcept {

@@ -1,4 +1,5 @@
 #include "vantage/kit/raster_partition.hpp"
+#include "vantage/plugin.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -286,6 +287,78 @@ std::string too_small(const CellWidth& width, const Bounds3& bounds) {
          place(bounds.max.x(), bounds.max.y()) + " m";
 }
 
+/// Collects the cells that hold a point.
+class OccupiedCells {
+ public:
+  explicit OccupiedCells(const PlanRaster& raster) : raster_(raster) {}
+
+  void add(PointsView points) {
+    for (const Point& p : points) {
+      const PlanCell cell = raster_.cell_of(p.head<2>());
+      // Neighbours in the file are mostly neighbours in the map.
+      if (!cells_.empty() && cells_.back() == cell) continue;
+      cells_.push_back(cell);
+      if (cells_.size() > limit_) {
+        tidy();
+        limit_ = std::max(limit_, 2 * cells_.size());
+      }
+    }
+  }
+  [[nodiscard]] std::vector<PlanCell> sorted() && {
+    tidy();
+    return std::move(cells_);
+  }
+
+ private:
+  void tidy() {
+    std::sort(cells_.begin(), cells_.end());
+    cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
+  }
+
+  const PlanRaster& raster_;
+  std::vector<PlanCell> cells_;
+  std::size_t limit_ = std::size_t{1} << 20U;
+};
+
+/// partition_by_nearest, from the cells that hold a point.
+Result<Partition> partition_of_occupied(const std::vector<PlanCell>& occupied,
+                                        const Bounds3& bounds, const PlanRaster& raster,
+                                        std::span<const Seed> seeds,
+                                        std::span<const std::string> labels,
+                                        const NearestParams& params) {
+  const NearestSeed all({seeds.begin(), seeds.end()});
+  const std::vector<std::uint32_t> owners = nearest_regions(occupied, raster, all);
+
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number_of(labels.size(), kNone);  // index among the regions that stay
+  for (const std::uint32_t owner : owners) number_of[owner] = 0;
+  std::vector<std::string> names;
+  for (std::size_t r = 0; r < labels.size(); ++r) {
+    if (number_of[r] == kNone) continue;
+    number_of[r] = static_cast<std::uint32_t>(names.size());
+    names.push_back(labels[r]);
+  }
+  std::vector<OwnedCell> cells;
+  for (std::size_t k = 0; k < occupied.size(); ++k) {
+    cells.push_back({occupied[k], number_of[owners[k]]});
+  }
+
+  const auto near = cells_near(seeds, params.fill_radius, bounds, raster);
+  if (!near || near->size() + cells.size() > kMaxCells) return too_many_cells(params);
+  std::vector<PlanCell> empty;
+  std::set_difference(near->begin(), near->end(), occupied.begin(), occupied.end(),
+                      std::back_inserter(empty));
+  std::vector<Seed> staying;
+  for (const Seed& seed : seeds) {
+    if (number_of[seed.region] != kNone)
+      staying.push_back({seed.from, seed.to, number_of[seed.region]});
+  }
+  const std::vector<std::uint32_t> fill =
+      nearest_regions(empty, raster, NearestSeed(std::move(staying)));
+  for (std::size_t k = 0; k < empty.size(); ++k) cells.push_back({empty[k], fill[k]});
+  return partition_of_cells(raster, std::move(cells), names);
+}
+
 }  // namespace
 
 Result<PlanRaster> PlanRaster::over(const Bounds3& bounds, double cell_size) {
@@ -328,24 +401,26 @@ Vector2d PlanRaster::centre(const PlanCell& cell) const noexcept {
 }
 
 std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster) {
-  std::vector<PlanCell> cells;
-  const auto tidy = [&] {
-    std::sort(cells.begin(), cells.end());
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  };
-  std::size_t limit = std::size_t{1} << 20U;
-  for (const Point& p : points) {
-    const PlanCell cell = raster.cell_of(p.head<2>());
-    // Neighbours in the file are mostly neighbours in the map.
-    if (!cells.empty() && cells.back() == cell) continue;
-    cells.push_back(cell);
-    if (cells.size() > limit) {
-      tidy();
-      limit = std::max(limit, 2 * cells.size());
+  OccupiedCells occupied(raster);
+  occupied.add(points);
+  return std::move(occupied).sorted();
+}
+
+Result<std::vector<PlanCell>> occupied_cells(const MapPasses& map, const PlanRaster& raster) {
+  class Visitor final : public MapVisitor {
+   public:
+    explicit Visitor(const PlanRaster& cells) : occupied(cells) {}
+    [[nodiscard]] Result<void> see(PointsView points) noexcept override {
+      return guarded([&]() -> Result<void> {
+        occupied.add(points);
+        return {};
+      });
     }
-  }
-  tidy();
-  return cells;
+    OccupiedCells occupied;
+  };
+  Visitor visitor(raster);
+  VANTAGE_CHECK(map.pass(visitor));
+  return std::move(visitor.occupied).sorted();
 }
 
 Result<Partition> partition_of_cells(const PlanRaster& raster, std::vector<OwnedCell> cells,
@@ -390,39 +465,16 @@ Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> see
   VANTAGE_CHECK(check_seeds(seeds, labels.size()));
   const Bounds3 bounds = bounds_of(map);
   VANTAGE_TRY(const PlanRaster raster, PlanRaster::over(bounds, params.cell_size));
+  return partition_of_occupied(occupied_cells(map, raster), bounds, raster, seeds, labels, params);
+}
 
-  const std::vector<PlanCell> occupied = occupied_cells(map, raster);
-  const NearestSeed all({seeds.begin(), seeds.end()});
-  const std::vector<std::uint32_t> owners = nearest_regions(occupied, raster, all);
-
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number_of(labels.size(), kNone);  // index among the regions that stay
-  for (const std::uint32_t owner : owners) number_of[owner] = 0;
-  std::vector<std::string> names;
-  for (std::size_t r = 0; r < labels.size(); ++r) {
-    if (number_of[r] == kNone) continue;
-    number_of[r] = static_cast<std::uint32_t>(names.size());
-    names.push_back(labels[r]);
-  }
-  std::vector<OwnedCell> cells;
-  for (std::size_t k = 0; k < occupied.size(); ++k) {
-    cells.push_back({occupied[k], number_of[owners[k]]});
-  }
-
-  const auto near = cells_near(seeds, params.fill_radius, bounds, raster);
-  if (!near || near->size() + cells.size() > kMaxCells) return too_many_cells(params);
-  std::vector<PlanCell> empty;
-  std::set_difference(near->begin(), near->end(), occupied.begin(), occupied.end(),
-                      std::back_inserter(empty));
-  std::vector<Seed> staying;
-  for (const Seed& seed : seeds) {
-    if (number_of[seed.region] != kNone)
-      staying.push_back({seed.from, seed.to, number_of[seed.region]});
-  }
-  const std::vector<std::uint32_t> fill =
-      nearest_regions(empty, raster, NearestSeed(std::move(staying)));
-  for (std::size_t k = 0; k < empty.size(); ++k) cells.push_back({empty[k], fill[k]});
-  return partition_of_cells(raster, std::move(cells), names);
+Result<Partition> partition_by_nearest(const MapPasses& map, std::span<const Seed> seeds,
+                                       std::span<const std::string> labels,
+                                       const NearestParams& params) {
+  VANTAGE_CHECK(check_seeds(seeds, labels.size()));
+  VANTAGE_TRY(const PlanRaster raster, PlanRaster::over(map.bounds(), params.cell_size));
+  VANTAGE_TRY(const std::vector<PlanCell> occupied, occupied_cells(map, raster));
+  return partition_of_occupied(occupied, map.bounds(), raster, seeds, labels, params);
 }
 
 }  // namespace vantage

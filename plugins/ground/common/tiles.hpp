@@ -14,6 +14,11 @@ struct Tiling {
   std::int64_t reach;    ///< [cells] what decides about a point is at most this far away
 };
 
+/// GroundFilter::reach: also the cell that a point shares with others, and the rounding of cells.
+[[nodiscard]] inline double metres_of(std::int64_t reach, double cell_size) noexcept {
+  return static_cast<double>(reach + 2) * cell_size;
+}
+
 using Found = std::function<void(std::uint32_t)>;
 
 /// Finds the ground of a cloud, tile by tile and in parallel. Everything that a filter does has a

@@ -113,6 +113,7 @@ struct Params {
   }
 
   [[nodiscard]] Result<IndexList> ground(PointsView cloud) const;
+  [[nodiscard]] double reach() const;
 };
 
 /// How far the ground that a cell is compared with may be from the cell [cells].
@@ -272,6 +273,8 @@ class Filter {
   double ground_reach_;  // [cells]
   std::size_t width_, height_;
 };
+
+double Params::reach() const { return terrain::metres_of(reach_of_filter(windows()), cell_size); }
 
 Result<IndexList> Params::ground(PointsView cloud) const {
   const std::vector<Window> all = windows();

@@ -67,6 +67,7 @@ struct Params {
   }
 
   [[nodiscard]] Result<IndexList> ground(PointsView cloud) const;
+  [[nodiscard]] double reach() const;
 };
 
 /// How far ground may be from the cell that it fills [cells]: the largest window is wider than any
@@ -193,6 +194,8 @@ void find_ground(MinimumRaster& raster, const Params& params, const terrain::Fou
     }
   });
 }
+
+double Params::reach() const { return terrain::metres_of(reach_of_filter(radius()), cell_size); }
 
 Result<IndexList> Params::ground(PointsView cloud) const {
   return terrain::ground_by_tiles(cloud,

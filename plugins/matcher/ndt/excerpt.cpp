@@ -151,17 +151,18 @@ std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t
   out.integer(std::uint16_t{0});
   out.real(map.options().resolution);
   out.real(map.options().eigenvalue_floor);
-  for (Eigen::Index axis = 0; axis < 3; ++axis) out.real(map.origin_voxel()[axis]);
+  const VoxelMap::Part part = map.part(which);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) out.real(part.origin_voxel[axis]);
   out.integer(map.options().min_points);
   out.integer(static_cast<std::uint32_t>(which.size()));
   VoxelKey before = 0;
-  for (const std::uint32_t i : which) {
+  for (const auto& [key, i] : part.keys) {
     const Cell& cell = map.cells()[i];
-    out.counted(map.keys()[i] - before);
+    out.counted(key - before);
     out.counted(cell.points);
     each_field(cell, [&](auto x) { out.integer(x); });
     out.integer(cell.exponent);
-    before = map.keys()[i];
+    before = key;
   }
   return std::move(out).finish();
 }

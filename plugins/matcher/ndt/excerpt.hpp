@@ -19,7 +19,8 @@ namespace vantage::ndt {
 [[nodiscard]] std::vector<std::byte> encode(const VoxelMap& map,
                                             std::span<const std::uint32_t> which);
 
-/// The map of the Gaussians that `encode` was given, with the same bits and the same origin.
+/// The map of the Gaussians that `encode` was given, with the same bits, counted from an origin
+/// in their middle.
 /// Errors: `corrupt_data` for bytes that `encode` does not make; `invalid_input` if the options
 /// differ from `wanted`; `too_few_matches` for no Gaussians.
 [[nodiscard]] Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wanted);

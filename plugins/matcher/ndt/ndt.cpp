@@ -131,6 +131,8 @@ struct Params : matching::StepParams {
   }
 
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const;
+  /// The points of a voxel decide about its element.
+  [[nodiscard]] double reach() const { return 2.0 * resolution; }
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
       std::span<const std::byte> prepared) const;
 

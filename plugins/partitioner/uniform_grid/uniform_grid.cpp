@@ -56,11 +56,25 @@ struct UniformGrid {
 
   [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
                                                      const vantage::MapSurvey&) const {
-    const vantage::Bounds3 bounds = vantage::bounds_of(map);
-    VANTAGE_TRY(const auto raster,
-                vantage::PlanRaster::over(bounds, {cell_width, "cell_width"},
-                                          origin.value_or(bounds.min.head<2>())));
-    const std::vector<vantage::PlanCell> cells = vantage::occupied_cells(map, raster);
+    VANTAGE_TRY(const auto raster, raster_over(vantage::bounds_of(map)));
+    return partition_of(vantage::occupied_cells(map, raster), raster);
+  }
+
+  [[nodiscard]] Result<vantage::Partition> partition_in_passes(const vantage::MapPasses& map,
+                                                               PointsView) const {
+    VANTAGE_TRY(const auto raster, raster_over(map.bounds()));
+    VANTAGE_TRY(const auto cells, vantage::occupied_cells(map, raster));
+    return partition_of(cells, raster);
+  }
+
+ private:
+  [[nodiscard]] Result<vantage::PlanRaster> raster_over(const vantage::Bounds3& bounds) const {
+    return vantage::PlanRaster::over(bounds, {cell_width, "cell_width"},
+                                     origin.value_or(bounds.min.head<2>()));
+  }
+
+  [[nodiscard]] Result<vantage::Partition> partition_of(const std::vector<vantage::PlanCell>& cells,
+                                                        const vantage::PlanRaster& raster) const {
     if (cells.size() > vantage::kMaxRegions) {
       return vantage::too_many_regions("cell_width = " + vantage::shortest(cell_width) + " m");
     }

@@ -18,7 +18,16 @@ struct WholeMap {
 
   [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
                                                      const vantage::MapSurvey&) const {
-    const vantage::Bounds3 bounds = vantage::bounds_of(map);
+    return partition_of(vantage::bounds_of(map));
+  }
+
+  [[nodiscard]] Result<vantage::Partition> partition_in_passes(const vantage::MapPasses& map,
+                                                               PointsView) const {
+    return partition_of(map.bounds());
+  }
+
+ private:
+  [[nodiscard]] Result<vantage::Partition> partition_of(const vantage::Bounds3& bounds) const {
     const Eigen::Vector2d around = Eigen::Vector2d::Constant(margin);
     return vantage::Partition::from(
         {{.label = "map",

@@ -94,6 +94,8 @@ struct Params {
         vantage::hpr::Settings{.kernel = kernel, .radius = radius, .max_range = limits.max_range});
   }
 
+  [[nodiscard]] static double reach(const VisibilityLimits& limits) { return limits.max_range; }
+
   [[nodiscard]] double radius_for(double diagonal) const {
     if (!gap) return alpha.value_or(kDefaultAlpha) * diagonal;  // Eq. 6
     const double delta = 0.5 * *angular_spacing * std::numbers::pi / 180.0;

@@ -138,6 +138,8 @@ struct Params {
     VANTAGE_CHECK(vantage::check_map(map, limits));
     return std::make_unique<Scene>(map, limits.max_range);
   }
+
+  [[nodiscard]] static double reach(const VisibilityLimits& limits) { return limits.max_range; }
 };
 
 }  // namespace

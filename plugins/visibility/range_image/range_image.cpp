@@ -166,6 +166,8 @@ struct Params {
     return std::make_unique<Scene>(map, sensor, occlusion);
   }
 
+  [[nodiscard]] static double reach(const VisibilityLimits& limits) { return limits.max_range; }
+
   [[nodiscard]] Result<void> check_map(PointsView map, const VisibilityLimits& limits) const {
     VANTAGE_CHECK(vantage::check_map_in_bounds(map, limits));
     if (limits.max_range >= min_range) return {};

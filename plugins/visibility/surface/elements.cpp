@@ -116,6 +116,10 @@ double Elements::reach_of_part() const noexcept {
   return kHigh + (kAround + 2) * std::numbers::sqrt2 * width_;
 }
 
+double Elements::reach_around(double point_spacing) noexcept {
+  return (kAround + 2) * kSpacings * point_spacing;
+}
+
 double Elements::fullest() noexcept {
   return kBlocks * kBlocks / std::min<double>(kBlocks * kBlocks, kSpacings * kSpacings);
 }

@@ -61,6 +61,8 @@ class Elements {
   [[nodiscard]] static double fullest() noexcept;
   /// The largest distance from an element of points that decide which part it belongs to [m].
   [[nodiscard]] double reach_of_part() const noexcept;
+  /// How far, in plan view, the points lie at most that decide about an element [m].
+  [[nodiscard]] static double reach_around(double point_spacing) noexcept;
   /// Indices into the map.
   [[nodiscard]] std::span<const std::uint32_t> points(const Element& element) const noexcept {
     return std::span(indices_).subspan(element.begin, element.end - element.begin);

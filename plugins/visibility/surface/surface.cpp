@@ -109,6 +109,10 @@ struct Params {
                  .thickness = thickness,
                  .max_range = limits.max_range});
   }
+
+  [[nodiscard]] double reach(const VisibilityLimits& limits) const {
+    return limits.max_range + Elements::reach_around(point_spacing);
+  }
 };
 
 }  // namespace

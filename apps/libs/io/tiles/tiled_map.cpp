@@ -6,13 +6,17 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <mutex>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "io/tiles/index.hpp"
+#include "io/tiles/words.hpp"
+#include "vantage/kit/checksum.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::io {
@@ -27,6 +31,28 @@ struct TiledMap::Content {
   Index index;
   std::vector<Tile> tiles;
   std::vector<std::uint64_t> first_cell;  // of each tile
+
+  /// The rank of the first point of each cell of the index, in canonical order. Made at first use.
+  [[nodiscard]] const std::vector<std::uint64_t>& ranks() const {
+    std::call_once(ranked_, [this] {
+      std::vector<std::uint32_t> order(index.cells.size());
+      std::iota(order.begin(), order.end(), 0U);
+      std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+        return tiles::before(index.cells[a], index.cells[b]);
+      });
+      ranks_.resize(order.size());
+      std::uint64_t rank = 0;
+      for (const std::uint32_t cell : order) {
+        ranks_[cell] = rank;
+        rank += index.cells[cell].points;
+      }
+    });
+    return ranks_;
+  }
+
+ private:
+  mutable std::once_flag ranked_;
+  mutable std::vector<std::uint64_t> ranks_;
 };
 
 namespace {
@@ -40,6 +66,7 @@ struct WantedCell {
   std::uint64_t points = 0;
   std::uint64_t in_tile = 0;  // points of the tile before it
   std::uint64_t target = 0;   // points of the result before it
+  std::uint64_t number = 0;   // in the index
 };
 
 template <class Stored>
@@ -146,8 +173,8 @@ std::vector<WantedCell> wanted_cells(const Index& index,
       const Cell& cell = index.cells[first_cell[number] + k];
       if (cell.x >= cells.min_x && cell.x < cells.max_x && cell.y >= cells.min_y &&
           cell.y < cells.max_y) {
-        wanted.push_back(
-            {cell.x, cell.y, static_cast<std::uint32_t>(number), cell.points, in_tile, 0});
+        wanted.push_back({cell.x, cell.y, static_cast<std::uint32_t>(number), cell.points, in_tile,
+                          0, first_cell[number] + k});
       }
       in_tile += cell.points;
     }
@@ -213,6 +240,15 @@ double TiledMap::tile_size() const noexcept {
 Precision TiledMap::precision() const noexcept {
   return content_->index.coordinate_size == sizeof(float) ? Precision::float32 : Precision::float64;
 }
+std::uint64_t TiledMap::checksum() const noexcept {
+  Fnv1a sum;
+  for (const StoredTile& tile : content_->index.tiles) {
+    sum.add(tiles::packed(tile.index.x, tile.index.y));
+    sum.add(tile.points);
+    sum.add(tile.checksum);
+  }
+  return sum.value();
+}
 std::size_t TiledMap::packs() const noexcept { return content_->index.packs.size(); }
 std::size_t TiledMap::cells() const noexcept { return content_->index.cells.size(); }
 std::span<const TiledMap::Tile> TiledMap::tiles() const noexcept { return content_->tiles; }
@@ -266,6 +302,22 @@ Result<PointCloud> TiledMap::read(const CellRectangle& cells) const {
                 fmt::format("not enough memory for {} points of this map", points),
                 SourceLocation{content_->folder.string(), 0, 0});
   }
+}
+
+std::vector<MapPart::Run> TiledMap::runs_in(const CellRectangle& cells) const {
+  const std::vector<std::uint64_t>& ranks = content_->ranks();
+  std::vector<WantedCell> wanted = wanted_cells(content_->index, content_->first_cell, cells);
+  std::ranges::sort(wanted, [](const auto& a, const auto& b) { return tiles::before(a, b); });
+  std::vector<MapPart::Run> runs;
+  std::uint64_t next_rank = 0;
+  std::size_t begin = 0;
+  for (const WantedCell& cell : wanted) {
+    const std::uint64_t rank = ranks[cell.number];
+    if (runs.empty() || rank != next_rank) runs.push_back({rank, begin});
+    next_rank = rank + cell.points;
+    begin += cell.points;
+  }
+  return runs;
 }
 
 Result<PointCloud> TiledMap::read(TileIndex tile) const { return read(cells_of(tile)); }

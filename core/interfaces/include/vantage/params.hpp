@@ -304,6 +304,8 @@ template <class T>
 
 }  // namespace detail
 
+using detail::resolve_path;
+
 /// Reads a table according to the schema of Params.
 /// Errors: `invalid_config`, with its place, for an unknown key (with a suggestion), a missing key,
 /// a wrong type, a value out of range or a non-finite number; errors of `Params::validate`.

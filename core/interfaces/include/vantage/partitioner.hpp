@@ -1,6 +1,7 @@
 #pragma once
 
 #include "vantage/api.hpp"
+#include "vantage/map_passes.hpp"
 #include "vantage/map_survey.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
@@ -23,6 +24,13 @@ class VANTAGE_API Partitioner {
   ///                    Their order and footprints do not depend on the order of the points
   [[nodiscard]] virtual Result<Partition> partition(PointsView map, PointsView trajectory,
                                                     const MapSurvey& survey) const noexcept = 0;
+
+  /// The same for a map that does not fit into memory.
+  /// @return  what `partition` returns for the same points
+  /// Errors: `unsupported` (the default) from a partitioner that needs all points at once, or a
+  /// survey; those of `partition` and of the map.
+  [[nodiscard]] virtual Result<Partition> partition_in_passes(const MapPasses& map,
+                                                              PointsView trajectory) const noexcept;
 };
 
 }  // namespace vantage

@@ -93,6 +93,11 @@ class VANTAGE_API ScanMatcher {
   /// `too_few_matches` for an empty excerpt.
   [[nodiscard]] virtual Result<std::unique_ptr<MatchTarget>> restore(
       std::span<const std::byte> prepared) const noexcept;
+
+  /// How far from a map point, in plan view, points may lie that decide what `excerpt` keeps for it
+  /// [m]. A build from tiles prepares a part of the map with this margin, and expects the bytes
+  /// that the whole map gives. Infinite (the default): `prepare` needs the whole map at once.
+  [[nodiscard]] virtual double reach() const noexcept;
 };
 
 }  // namespace vantage

@@ -87,6 +87,12 @@ class VANTAGE_API VisibilityOperator {
   /// Errors: `invalid_input` for an empty map or a non-finite coordinate.
   [[nodiscard]] virtual Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept = 0;
+
+  /// How far from a viewpoint, in plan view, points may lie that are seen from it or decide about
+  /// those [m]. A build from tiles prepares a part of the map with this margin around the
+  /// viewpoints, in the order of the whole map, and expects the answers that the whole map gives.
+  /// Infinite (the default): the operator needs the whole map at once.
+  [[nodiscard]] virtual double reach(const VisibilityLimits& limits) const noexcept;
 };
 
 }  // namespace vantage

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -168,6 +169,39 @@ Gaussians gaussians_of(const Voxels& voxels, const VoxelOptions& options) {
   return found;
 }
 
+/// @param keys   counted from `origin_voxel`
+/// @param which  of the keys
+VoxelMap::Part centred(const Eigen::Vector3d& origin_voxel, std::span<const VoxelKey> keys,
+                       std::span<const std::uint32_t> which) {
+  VoxelMap::Part part{.origin_voxel = Eigen::Vector3d::Zero(), .keys = {}};
+  if (which.empty()) return part;
+  using Index = Eigen::Array<std::int64_t, 3, 1>;
+  const auto index_of = [&](std::uint32_t i) -> Index {
+    const auto [x, y, z] = shifted_of(keys[i]);
+    return {x, y, z};
+  };
+  Index low = index_of(which.front()), high = low;
+  for (const std::uint32_t i : which) {
+    low = low.min(index_of(i));
+    high = high.max(index_of(i));
+  }
+  const Index world = origin_voxel.cast<std::int64_t>().array() - std::int64_t{kHalfRange};
+  const Index middle = (low + high + 2 * world).unaryExpr([](std::int64_t twice) {
+    return twice >> 1U;  // downwards, also below 0
+  });
+  part.origin_voxel = middle.cast<double>();
+  part.keys.reserve(which.size());
+  for (const std::uint32_t i : which) {
+    const Index at = index_of(i) + world - middle + std::int64_t{kHalfRange};
+    part.keys.emplace_back(
+        key_of_shifted(static_cast<std::uint32_t>(at.x()), static_cast<std::uint32_t>(at.y()),
+                       static_cast<std::uint32_t>(at.z())),
+        i);
+  }
+  std::ranges::sort(part.keys);
+  return part;
+}
+
 Result<void> check_extent(PointsView points, const Bounds3& bounds, const VoxelOptions& options,
                           const Eigen::Vector3d& origin) {
   const auto index = [&](const Point& p) -> Eigen::Vector3d {
@@ -198,7 +232,19 @@ Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
                 "the map is too sparse: no voxel of " + std::to_string(options.resolution) +
                     " m holds " + std::to_string(options.min_points) + " distinct points");
   }
-  return VoxelMap(options, origin, std::move(keys), std::move(cells));
+  // From the middle of the voxels that have a Gaussian, so that an excerpt of all of them counts
+  // from the same origin.
+  std::vector<std::uint32_t> all(keys.size());
+  std::iota(all.begin(), all.end(), 0U);
+  const Part part = centred(origin, keys, all);
+  std::vector<Cell> ordered;
+  ordered.reserve(cells.size());
+  keys.clear();
+  for (const auto& [key, i] : part.keys) {
+    keys.push_back(key);
+    ordered.push_back(cells[i]);
+  }
+  return VoxelMap(options, part.origin_voxel, std::move(keys), std::move(ordered));
 }
 
 VoxelMap VoxelMap::merged() const {
@@ -221,6 +267,10 @@ VoxelMap VoxelMap::merged() const {
   options.resolution *= 2.0;
   auto [keys, cells] = gaussians_of(voxels, options);
   return {options, origin, std::move(keys), std::move(cells)};
+}
+
+VoxelMap::Part VoxelMap::part(std::span<const std::uint32_t> which) const {
+  return centred(origin_voxel_, keys_, which);
 }
 
 VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "block_table.hpp"
@@ -30,8 +31,8 @@ struct VoxelOptions {
 /// The map as one Gaussian per voxel.
 ///
 /// Voxels are anchored at the world's zero: a point belongs to voxel floor(p / resolution) in every
-/// map that contains it. Voxels are counted from an origin near the map's centre, and a Gaussian's
-/// mean lies in its voxel, so nothing is lost at UTM coordinates.
+/// map that contains it. Voxels are counted from an origin in the middle of those with a Gaussian,
+/// and a Gaussian's mean lies in its voxel, so nothing is lost at UTM coordinates.
 /// Thread safety: immutable once built.
 class VoxelMap {
  public:
@@ -66,6 +67,15 @@ class VoxelMap {
   [[nodiscard]] std::uint32_t find(VoxelKey key) const noexcept {
     return gaussian_in(block_at(table(), key >> 6U), key & 63U);
   }
+  /// Some Gaussians as a map would hold them that has only these: their voxels count from an origin
+  /// in their own middle, and come in the order of those keys. So what is kept of a map does not
+  /// depend on how far the map extends.
+  struct Part {
+    Eigen::Vector3d origin_voxel;
+    std::vector<std::pair<VoxelKey, std::uint32_t>> keys;  ///< and indices; ascending
+  };
+  /// @param which  indices of Gaussians
+  [[nodiscard]] Part part(std::span<const std::uint32_t> which) const;
   /// The lower corner of a voxel relative to origin(), in voxels.
   [[nodiscard]] static Eigen::Vector3d corner_of(VoxelKey key) noexcept;
 

@@ -6,6 +6,7 @@
 #include "vantage/engine/build.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/sharded_build.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -29,6 +30,11 @@ class VANTAGE_API BundleBuild {
   [[nodiscard]] Result<BuildReport> run(
       PointsView map, PointsView trajectory,
       const std::function<void(const BuildProgress&)>& progress = {});
+
+  /// The same for a map of which only a part is in memory at a time, in one process or several.
+  /// All arguments but the options are borrowed. Errors: those of ShardedBuild::open.
+  [[nodiscard]] Result<ShardedBuild> sharded(const MapParts& map, PointsView trajectory,
+                                             ShardedBuildOptions options);
 
   /// The index of the bundle; call it after `run`. Errors: those of MapStore::index.
   [[nodiscard]] Result<MapIndex> index() const;

@@ -26,7 +26,9 @@ class MadeOf : public Interface {
 /// @tparam P  parameters with
 ///     Result<Partition> partition(PointsView map, PointsView trajectory,
 ///                                 const MapSurvey& survey) const;
-/// The function gets only maps that check_points accepts.
+/// The function gets only maps that check_points accepts. If the partitioner can cut a map that
+/// does not fit into memory, also
+///     Result<Partition> partition_in_passes(const MapPasses& map, PointsView trajectory) const;
 template <class P>
 class PartitionerOf final : public MadeOf<PartitionerOf<P>, Partitioner, P> {
  public:
@@ -38,10 +40,22 @@ class PartitionerOf final : public MadeOf<PartitionerOf<P>, Partitioner, P> {
       return this->params_.partition(map, trajectory, survey);
     });
   }
+  [[nodiscard]] Result<Partition> partition_in_passes(
+      const MapPasses& map, PointsView trajectory) const noexcept override {
+    if constexpr (requires(const P& params) { params.partition_in_passes(map, trajectory); }) {
+      return guarded([&]() -> Result<Partition> {
+        return this->params_.partition_in_passes(map, trajectory);
+      });
+    } else {
+      return Partitioner::partition_in_passes(map, trajectory);
+    }
+  }
 };
 
 /// @tparam P  parameters with
 ///     Result<IndexList> ground(PointsView cloud) const;
+/// and, if it does not need the whole map at once,
+///     double reach() const;
 template <class P>
 class GroundFilterOf final : public MadeOf<GroundFilterOf<P>, GroundFilter, P> {
  public:
@@ -49,11 +63,20 @@ class GroundFilterOf final : public MadeOf<GroundFilterOf<P>, GroundFilter, P> {
   [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
     return guarded([&]() -> Result<IndexList> { return this->params_.ground(cloud); });
   }
+  [[nodiscard]] double reach() const noexcept override {
+    if constexpr (requires(const P& params) { params.reach(); }) {
+      return this->params_.reach();
+    } else {
+      return GroundFilter::reach();
+    }
+  }
 };
 
 /// @tparam P  parameters with
 ///     Result<std::unique_ptr<VisibilityScene>> prepare(PointsView map,
 ///                                                      const VisibilityLimits& limits) const;
+/// and, if it does not need the whole map at once,
+///     double reach(const VisibilityLimits& limits) const;
 template <class P>
 class VisibilityOperatorOf final : public MadeOf<VisibilityOperatorOf<P>, VisibilityOperator, P> {
  public:
@@ -64,12 +87,21 @@ class VisibilityOperatorOf final : public MadeOf<VisibilityOperatorOf<P>, Visibi
       return this->params_.prepare(map, limits);
     });
   }
+  [[nodiscard]] double reach(const VisibilityLimits& limits) const noexcept override {
+    if constexpr (requires(const P& params) { params.reach(limits); }) {
+      return this->params_.reach(limits);
+    } else {
+      return VisibilityOperator::reach(limits);
+    }
+  }
 };
 
 /// @tparam P  parameters with
 ///     Result<std::unique_ptr<MatchTarget>> prepare(PointsView map) const;
 /// and, if the matcher can read what it has stored,
 ///     Result<std::unique_ptr<MatchTarget>> restore(std::span<const std::byte> prepared) const;
+/// and, if `prepare` does not need the whole map at once for that,
+///     double reach() const;
 template <class P>
 class ScanMatcherOf final : public MadeOf<ScanMatcherOf<P>, ScanMatcher, P> {
   using Target = std::unique_ptr<MatchTarget>;
@@ -85,6 +117,13 @@ class ScanMatcherOf final : public MadeOf<ScanMatcherOf<P>, ScanMatcher, P> {
       return guarded([&]() -> Result<Target> { return this->params_.restore(prepared); });
     } else {
       return ScanMatcher::restore(prepared);
+    }
+  }
+  [[nodiscard]] double reach() const noexcept override {
+    if constexpr (requires(const P& params) { params.reach(); }) {
+      return this->params_.reach();
+    } else {
+      return ScanMatcher::reach();
     }
   }
 };

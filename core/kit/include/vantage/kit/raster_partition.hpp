@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "vantage/map_passes.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -64,6 +65,9 @@ class PlanRaster {
 /// The cells that hold at least one point, sorted by rows. Precondition: all points lie within the
 /// raster's bounds.
 [[nodiscard]] std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster);
+/// The same for a map that does not fit into memory. Errors: those of the pass.
+[[nodiscard]] Result<std::vector<PlanCell>> occupied_cells(const MapPasses& map,
+                                                           const PlanRaster& raster);
 
 struct OwnedCell {
   PlanCell cell;
@@ -107,6 +111,11 @@ struct NearestParams {
 /// seed that is not finite or names no label, for more than 100 million cells, and for labels that
 /// are not file-safe or not unique.
 [[nodiscard]] Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> seeds,
+                                                     std::span<const std::string> labels,
+                                                     const NearestParams& params);
+/// The same for a map that does not fit into memory. Errors: also those of the pass.
+[[nodiscard]] Result<Partition> partition_by_nearest(const MapPasses& map,
+                                                     std::span<const Seed> seeds,
                                                      std::span<const std::string> labels,
                                                      const NearestParams& params);
 

@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
@@ -65,6 +67,8 @@ class TiledMap {
   [[nodiscard]] std::uint64_t dropped() const noexcept;
   [[nodiscard]] double tile_size() const noexcept;  ///< [m]
   [[nodiscard]] Precision precision() const noexcept;
+  /// Of all points and their tiles, from the index.
+  [[nodiscard]] std::uint64_t checksum() const noexcept;
   [[nodiscard]] std::size_t packs() const noexcept;
   [[nodiscard]] std::size_t cells() const noexcept;  ///< that hold a point
   /// The tiles that hold a point, row by row ((y, x) ascending).
@@ -78,6 +82,8 @@ class TiledMap {
   /// Errors: `corrupt_data` for a tile that does not have its checksum (`where` is the pack, the
   /// message names the tile), `io_failure`.
   [[nodiscard]] Result<PointCloud> read(const CellRectangle& cells) const;
+  /// Where the points of `read` are among all points of the map, in canonical order.
+  [[nodiscard]] std::vector<MapPart::Run> runs_in(const CellRectangle& cells) const;
   /// The points of a tile; none if the map has no such tile. Errors: those above.
   [[nodiscard]] Result<PointCloud> read(TileIndex tile) const;
   /// All points. Errors: those above.
@@ -89,6 +95,27 @@ class TiledMap {
 
   std::unique_ptr<const Content> content_;
 };
+
+/// A tiled map, as builds read it part by part: what is read is in canonical order.
+class TiledParts final : public MapParts {
+ public:
+  /// @param map  borrowed
+  explicit TiledParts(const TiledMap& map) noexcept : map_(map) {}
+
+  [[nodiscard]] Bounds3 bounds() const noexcept override { return map_.bounds(); }
+  [[nodiscard]] std::uint64_t points() const noexcept override { return map_.points(); }
+  /// Tile by tile.
+  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override;
+  [[nodiscard]] std::uint64_t points_in(const Bounds2& area) const override;
+  [[nodiscard]] Result<MapPart> read(const Bounds2& area) const override;
+
+ private:
+  const TiledMap& map_;
+};
+
+/// Puts points in canonical order. A build in memory then gives the bundle that a build of the same
+/// points in tiles gives.
+void into_canonical_order(PointCloud& points);
 
 /// Whether a path is a folder with the index of a tiled map.
 [[nodiscard]] bool is_tiled_map(const std::filesystem::path& path) noexcept;

@@ -1,10 +1,10 @@
-#include "tile/size.hpp"
+#include "terminal/size.hpp"
 
 #include <fmt/format.h>
 
 #include <charconv>
 
-namespace vantage {
+namespace vantage::cli {
 
 std::optional<std::uint64_t> parse_memory(std::string_view text) {
   constexpr double kMost = 1e15;  // [bytes]
@@ -19,10 +19,15 @@ std::optional<std::uint64_t> parse_memory(std::string_view text) {
   return static_cast<std::uint64_t>(bytes);
 }
 
+std::string not_memory(std::string_view text) {
+  return fmt::format("--memory takes a number above 0 with a unit, as 512MiB or 2GiB, not '{}'",
+                     text);
+}
+
 std::string size_text(std::uint64_t bytes) {
   const auto number = static_cast<double>(bytes);
   return number < 1e9 ? fmt::format("{:.1f} MB", number / 1e6)
                       : fmt::format("{:.2f} GB", number / 1e9);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -1,0 +1,120 @@
+#include "building/input.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <utility>
+#include <variant>
+
+#include "terminal/size.hpp"
+#include "vantage/io/map_files.hpp"
+#include "vantage/io/point_cloud_io.hpp"
+#include "vantage/io/trajectory_io.hpp"
+#include "vantage/params.hpp"
+
+namespace vantage::building {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a build in memory takes for each map point, at least [bytes].
+constexpr std::uint64_t kBytesInMemory = 88;
+
+Result<WideAreaMap> read_map(const MapSource& source, std::uint64_t memory, Reading reading) {
+  WideAreaMap map;
+  VANTAGE_TRY(const io::MapFiles found, io::map_files(source.files));
+  map.unlisted_tiles = found.unlisted_tiles;
+  if (source.trajectory) {
+    VANTAGE_TRY(const auto trajectory, io::read_trajectory(*source.trajectory));
+    for (const auto& moment : trajectory) map.trajectory.push_back(moment.pose.translation);
+  }
+  if (found.files.size() == 1 && io::is_tiled_map(found.files.front())) {
+    VANTAGE_TRY(auto tiles, io::TiledMap::open(found.files.front()));
+    if (reading == Reading::never || tiles.points() > memory / kBytesInMemory) {
+      map.dropped = tiles.dropped();
+      map.tiles = std::move(tiles);
+      return map;
+    }
+  } else if (reading == Reading::never) {
+    return fail(ErrorCode::invalid_input,
+                "shards need a tiled map: make one with `vantage tile`, and name its folder in "
+                "map.files",
+                SourceLocation{source.files.front().string(), 0, 0});
+  }
+  VANTAGE_TRY(auto cloud, io::read_point_clouds(found.files));
+  map.points = std::move(cloud.points);
+  map.dropped = cloud.dropped;
+  if (map.points.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",
+                SourceLocation{source.files.front().string(), 0, 0});
+  }
+  io::into_canonical_order(map.points);
+  return map;
+}
+
+/// The folder of the bundle with ".parts" behind its name.
+Result<fs::path> parts_beside(const Config& config) {
+  if (const Value* root = config.store ? config.store->params.find("root") : nullptr) {
+    if (const auto* text = std::get_if<std::string>(&root->data)) {
+      fs::path folder = resolve_path(*text, root->where);
+      if (!folder.has_filename()) folder = folder.parent_path();
+      folder += ".parts";
+      return folder;
+    }
+  }
+  return cli::usage_error("the store has no 'root', so --parts has to name a folder for the parts");
+}
+
+}  // namespace
+
+void Options::add_to(CLI::App& app) {
+  app.add_option("CONFIG", config, "configuration (TOML)")->required();
+  app.add_option("--memory", memory,
+                 "a tiled map that needs more is built part by part, within about this limit, in "
+                 "MiB or GiB")
+      ->capture_default_str();
+  app.add_option("--parts", parts,
+                 "folder for the finished regions of a tiled map, until they are merged; if left "
+                 "out, the bundle's with '.parts' behind its name")
+      ->type_name("DIR");
+  common.add_to(app);
+}
+
+Result<Prepared> prepare(const Options& options, Reading reading) {
+  const auto memory = cli::parse_memory(options.memory);
+  if (!memory) return cli::usage_error(cli::not_memory(options.memory));
+  VANTAGE_TRY(Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
+  VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, options.common.loader()));
+  VANTAGE_TRY(WideAreaMap map, read_map(source, *memory, reading));
+  fs::path parts = options.parts;
+  if (parts.empty() && map.tiles) {
+    VANTAGE_TRY(parts, parts_beside(config));
+  }
+  return Prepared{std::move(config), std::move(build), std::move(map), *memory, std::move(parts)};
+}
+
+Result<ShardedBuild> open_shards(Prepared& prepared, const io::TiledParts& parts) {
+  return prepared.build.sharded(parts, prepared.map.trajectory,
+                                {.parts = prepared.parts,
+                                 .map_key = prepared.map.tiles->checksum(),
+                                 .memory = prepared.memory});
+}
+
+Result<Shard> parse_shard(const std::string& text) {
+  Shard shard{0, 0};
+  const char* const end = text.data() + text.size();
+  const auto [slash, bad_number] = std::from_chars(text.data(), end, shard.number);
+  if (bad_number == std::errc{} && slash != end && *slash == '/') {
+    const auto [stop, bad_count] = std::from_chars(slash + 1, end, shard.count);
+    if (bad_count == std::errc{} && stop == end && shard.number >= 1 &&
+        shard.number <= shard.count) {
+      return shard;
+    }
+  }
+  return cli::usage_error(
+      fmt::format("--shard takes a number and a count, as 3/64, not '{}'", text));
+}
+
+}  // namespace vantage::building

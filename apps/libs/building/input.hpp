@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "terminal/command_line.hpp"
+#include "vantage/engine/bundle_build.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/io/tiled_map.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::building {
+
+/// The options of every program that works on a build.
+struct Options {
+  std::string config;
+  std::string memory = "4GiB";
+  std::filesystem::path parts;  ///< empty: beside the bundle
+  cli::CommonOptions common;
+
+  void add_to(CLI::App& app);
+};
+
+/// The wide-area map: its points, or the tiles that a build reads part by part.
+struct WideAreaMap {
+  PointCloud points;
+  std::optional<io::TiledMap> tiles;
+  std::uint64_t dropped = 0;
+  std::uint64_t unlisted_tiles = 0;
+  PointCloud trajectory;
+};
+
+/// A build that is ready to run.
+struct Prepared {
+  Config config;
+  BundleBuild build;
+  WideAreaMap map;
+  std::uint64_t memory = 0;  ///< [bytes]
+  std::filesystem::path parts;
+};
+
+/// When the points of a tiled map are read as a whole.
+enum class Reading : std::uint8_t {
+  if_they_fit,  ///< into the memory that the options allow
+  never,
+};
+
+/// Loads configuration and plugins, and reads the map.
+/// Errors: a usage error for a wrong --memory; those of the configuration and of the files;
+/// `invalid_input` with Reading::never for a map that is not tiled.
+[[nodiscard]] Result<Prepared> prepare(const Options& options, Reading reading);
+
+/// Opens the sharded build of a tiled map. Errors: those of ShardedBuild::open.
+[[nodiscard]] Result<ShardedBuild> open_shards(Prepared& prepared, const io::TiledParts& parts);
+
+/// "3/64". Errors: a usage error.
+[[nodiscard]] Result<Shard> parse_shard(const std::string& text);
+
+}  // namespace vantage::building

@@ -1,0 +1,136 @@
+#include "building/summary.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <iostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "terminal/table.hpp"
+#include "vantage/evaluation/statistics.hpp"
+
+namespace vantage::building {
+namespace {
+
+/// The largest amount of memory that the process has used [bytes].
+std::uint64_t peak_memory() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
+}
+
+}  // namespace
+
+void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map,
+                  const cli::Style& style) {
+  std::vector<double> seen(report.seen.begin(), report.seen.end()), kept;
+  std::uint64_t bytes = 0;
+  std::uint64_t elements = 0;
+  for (std::size_t r = 0; r < index.regions.size(); ++r) {
+    kept.push_back(static_cast<double>(report.regions[r].points));
+    elements += index.regions[r].elements;
+    bytes += index.regions[r].bytes;
+  }
+
+  cli::TextTable table(
+      {"", "regions", "points (mean)", "min", "max", "std", "reduction [%]", "size [MB]"});
+  table.add({"wide-area map", "1", cli::grouped(report.map_points), "", "", "", "", ""});
+  const auto add = [&](const std::string& name, const std::vector<double>& points,
+                       const std::string& size) {
+    const Statistics s = statistics_of(points);
+    const auto count = [](double x) { return cli::grouped(static_cast<std::uint64_t>(x + 0.5)); };
+    const double reduction = 100.0 * (1.0 - s.mean / static_cast<double>(report.map_points));
+    table.add({name, cli::grouped(points.size()), count(s.mean), count(s.min), count(s.max),
+               count(s.std), fmt::format("{:.1f}", reduction), size});
+  };
+  if (seen != kept) add("seen", seen, "");  // min_views and thinning have left some points out
+  add("region maps", kept, fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6));
+  std::cout << table.to_string(style);
+  std::cout << fmt::format(
+      "\n{}{} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
+      "s\n",
+      report.ground_points > 0 ? cli::grouped(report.ground_points) + " ground points, " : "",
+      cli::grouped(report.viewpoints), report.seconds_partition, report.seconds_ground,
+      report.seconds_visibility);
+  std::cout << fmt::format(
+      "{:.1f} core-seconds for visibility, {:.3g} for each viewpoint and million points; peak "
+      "memory {} MB\n",
+      report.core_seconds_visibility, report.core_seconds_a_viewpoint_and_million_points(),
+      cli::grouped((peak_memory() + 500'000) / 1'000'000));
+  if (report.atlas_sites > 0) {
+    std::cout << fmt::format(
+        "{} of the viewpoints are sites of the atlas: {:.1f} core-seconds for virtual scans\n",
+        cli::grouped(report.atlas_sites), report.core_seconds_atlas);
+  }
+  if (elements > 0) {
+    std::cout << fmt::format("prepared maps are stored: {} elements of the matcher\n",
+                             cli::grouped(elements));
+  }
+  if (map.dropped > 0) {
+    std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
+                             cli::grouped(map.dropped));
+  }
+  if (map.unlisted_tiles > 0) {
+    std::cout << fmt::format(
+        "{} files beside the map's tiles are not in the tiles' metadata and "
+        "were left out\n",
+        cli::grouped(map.unlisted_tiles));
+  }
+  if (report.skipped_viewpoints > 0) {
+    std::cout << fmt::format("{} of the viewpoints would show too little new and were skipped\n",
+                             cli::grouped(report.skipped_viewpoints));
+  }
+  if (report.unreachable_viewpoints > 0) {
+    std::cout << fmt::format("{} viewpoints over ground that is not reachable were left out\n",
+                             cli::grouped(report.unreachable_viewpoints));
+  }
+  if (report.places_outside > 0) {
+    std::cout << fmt::format("{} places along the trajectory are in no region and were left out\n",
+                             cli::grouped(report.places_outside));
+  }
+  if (report.regions_without_viewpoints > 0) {
+    std::cout << fmt::format("{} regions hold no {}, so no viewpoint: their maps are empty\n",
+                             cli::grouped(report.regions_without_viewpoints),
+                             report.ground_points == 0           ? "part of the trajectory"
+                             : report.unreachable_viewpoints > 0 ? "reachable ground"
+                                                                 : "ground");
+  }
+}
+
+nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
+                               const WideAreaMap& map) {
+  nlohmann::ordered_json regions = nlohmann::ordered_json::array();
+  for (std::uint32_t r = 0; r < report.partition.size(); ++r) {
+    regions.push_back({{"label", report.partition[RegionId{r}].label},
+                       {"points", report.regions[r].points},
+                       {"points_seen", report.seen[r]},
+                       {"elements", index.regions[r].elements},
+                       {"viewpoints", index.regions[r].viewpoints},
+                       {"bytes", index.regions[r].bytes}});
+  }
+  return {
+      {"map_points", report.map_points},
+      {"dropped_points", map.dropped},
+      {"unlisted_tiles", map.unlisted_tiles},
+      {"ground_points", report.ground_points},
+      {"viewpoints", report.viewpoints},
+      {"skipped_viewpoints", report.skipped_viewpoints},
+      {"unreachable_viewpoints", report.unreachable_viewpoints},
+      {"places_outside", report.places_outside},
+      {"atlas_sites", report.atlas_sites},
+      {"regions_without_viewpoints", report.regions_without_viewpoints},
+      {"seconds",
+       {{"partition", report.seconds_partition},
+        {"ground", report.seconds_ground},
+        {"visibility", report.seconds_visibility}}},
+      {"core_seconds",
+       {{"visibility", report.core_seconds_visibility},
+        {"atlas", report.core_seconds_atlas},
+        {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
+      {"peak_memory_bytes", peak_memory()},
+      {"regions", std::move(regions)}};
+}
+
+}  // namespace vantage::building

@@ -1,0 +1,72 @@
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "io/tiles/grid.hpp"
+#include "vantage/io/tiled_map.hpp"
+#include "vantage/plugin.hpp"
+
+namespace vantage::io {
+namespace {
+
+/// (y, x) of a canonical cell, so that cells compare row by row.
+using Row = std::pair<std::int32_t, std::int32_t>;
+
+Row cell_of(const Point& p) {
+  const auto along = [](double x) {
+    return tiles::cell_at(std::clamp(x, -tiles::kLargestCoordinate, tiles::kLargestCoordinate));
+  };
+  return {along(p.y()), along(p.x())};
+}
+
+}  // namespace
+
+Result<void> TiledParts::pass(MapVisitor& visitor) const noexcept {
+  return guarded([&]() -> Result<void> {
+    for (const TiledMap::Tile& tile : map_.tiles()) {
+      VANTAGE_TRY(const PointCloud points, map_.read(tile.index));
+      VANTAGE_CHECK(visitor.see(points));
+    }
+    return {};
+  });
+}
+
+std::uint64_t TiledParts::points_in(const Bounds2& area) const {
+  return map_.points_in(CellRectangle::covering(area.min, area.max));
+}
+
+Result<MapPart> TiledParts::read(const Bounds2& area) const {
+  const CellRectangle cells = CellRectangle::covering(area.min, area.max);
+  VANTAGE_TRY(PointCloud points, map_.read(cells));
+  return MapPart{std::move(points), map_.runs_in(cells)};
+}
+
+void into_canonical_order(PointCloud& points) {
+  std::vector<Row> cells;
+  for (const Point& p : points) {
+    const Row cell = cell_of(p);
+    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+  }
+  std::ranges::sort(cells);
+  cells.erase(std::ranges::unique(cells).begin(), cells.end());
+
+  std::vector<std::uint32_t> number(points.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size()), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+      number[k] = static_cast<std::uint32_t>(std::ranges::lower_bound(cells, cell_of(points[k])) -
+                                             cells.begin());
+    }
+  });
+  std::vector<std::size_t> next(cells.size() + 1);
+  for (const std::uint32_t n : number) ++next[n + 1];
+  for (std::size_t n = 1; n < next.size(); ++n) next[n] += next[n - 1];
+  PointCloud sorted(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) sorted[next[number[k]]++] = points[k];
+  points = std::move(sorted);
+}
+
+}  // namespace vantage::io

@@ -1,0 +1,45 @@
+// vantage-merge: makes the bundle of shards that were built.
+#include <iostream>
+#include <optional>
+
+#include "building/input.hpp"
+#include "building/summary.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/progress.hpp"
+
+namespace vantage {
+namespace {
+
+Result<void> run(const building::Options& options) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(auto prepared, building::prepare(options, building::Reading::never));
+  const io::TiledParts parts(*prepared.map.tiles);
+  VANTAGE_TRY(ShardedBuild build, building::open_shards(prepared, parts));
+  BuildReport report;
+  {
+    std::optional<cli::Progress> progress;
+    VANTAGE_TRY(report, build.merge([&](const BuildProgress& now) {
+      if (!progress) progress.emplace("merging (regions)", options.common.quiet);
+      progress->update(now.regions_done, now.regions);
+    }));
+  }
+  VANTAGE_TRY(const MapIndex index, prepared.build.index());
+  if (options.common.json) {
+    std::cout << building::to_json(report, index, prepared.map).dump(2) << '\n';
+  } else {
+    building::print_report(report, index, prepared.map, options.common.style());
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Makes the bundle of a tiled map whose shards were built with `vantage build --shard`.",
+      "vantage merge");
+  vantage::building::Options options;
+  options.add_to(app);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

@@ -1,0 +1,90 @@
+#include "build/blocks.hpp"
+
+#include <algorithm>
+#include <span>
+#include <string>
+
+namespace vantage {
+namespace {
+
+bool needs_nothing(const Bounds2& area) { return !(area.min.array() <= area.max.array()).all(); }
+
+Bounds2 union_of(std::span<const std::uint32_t> regions, const std::vector<Bounds2>& areas) {
+  Bounds2 all;
+  for (const std::uint32_t r : regions) {
+    if (needs_nothing(areas[r])) continue;
+    all.extend(areas[r].min);
+    all.extend(areas[r].max);
+  }
+  return all;
+}
+
+/// Cuts the regions in two across the longer side of their area, at the median of their middles.
+class Division {
+ public:
+  Division(const MapParts& map, const std::vector<Bounds2>& areas, std::uint64_t most_points)
+      : map_(map), areas_(areas), most_(most_points) {}
+
+  /// @return  the region that alone needs more points than a block may have, or the number of
+  ///          regions
+  std::size_t divide(std::span<std::uint32_t> regions, std::vector<RegionBlock>& blocks) const {
+    const Bounds2 area = union_of(regions, areas_);
+    if (map_.points_in(area) <= most_) {
+      RegionBlock block{{regions.begin(), regions.end()}, area};
+      std::ranges::sort(block.regions);
+      blocks.push_back(std::move(block));
+      return areas_.size();
+    }
+    if (regions.size() == 1) return regions.front();
+    const Eigen::Vector2d size = area.max - area.min;
+    const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
+    const auto middle = regions.begin() + static_cast<std::ptrdiff_t>(regions.size() / 2);
+    std::nth_element(regions.begin(), middle, regions.end(), [&](std::uint32_t a, std::uint32_t b) {
+      const double at_a = areas_[a].min[axis] + areas_[a].max[axis];
+      const double at_b = areas_[b].min[axis] + areas_[b].max[axis];
+      return at_a != at_b ? at_a < at_b : a < b;
+    });
+    const std::size_t bad = divide({regions.begin(), middle}, blocks);
+    return bad < areas_.size() ? bad : divide({middle, regions.end()}, blocks);
+  }
+
+ private:
+  const MapParts& map_;
+  const std::vector<Bounds2>& areas_;
+  std::uint64_t most_;
+};
+
+}  // namespace
+
+Bounds2 with_margin(const Bounds2& area, double margin) noexcept {
+  if (needs_nothing(area)) return area;
+  const Eigen::Vector2d around = Eigen::Vector2d::Constant(margin);
+  return {area.min - around, area.max + around};
+}
+
+Result<std::vector<RegionBlock>> blocks_of(const MapParts& map, const Partition& partition,
+                                           std::span<const std::uint32_t> wanted,
+                                           const std::vector<Bounds2>& areas, std::uint64_t memory,
+                                           std::uint64_t bytes_a_point) {
+  RegionBlock without_points;
+  std::vector<std::uint32_t> regions;
+  for (const std::uint32_t r : wanted) {
+    (needs_nothing(areas[r]) ? without_points.regions : regions).push_back(r);
+  }
+  std::ranges::sort(without_points.regions);
+  std::vector<RegionBlock> blocks;
+  if (!without_points.regions.empty()) blocks.push_back(std::move(without_points));
+  if (regions.empty()) return blocks;
+  const std::size_t bad = Division(map, areas, memory / bytes_a_point).divide(regions, blocks);
+  if (bad == areas.size()) return blocks;
+  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
+  const std::uint64_t points = map.points_in(areas[bad]);
+  return fail(ErrorCode::invalid_input,
+              "region '" + partition.regions()[bad].label + "' and what decides about it are " +
+                  std::to_string(points) + " points, which takes " +
+                  std::to_string((points * bytes_a_point + kMiB - 1) / kMiB) +
+                  " MiB, but the build may use " + std::to_string(memory / kMiB) +
+                  " MiB: allow more memory, or make the regions or max_range smaller");
+}
+
+}  // namespace vantage

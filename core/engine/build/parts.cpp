@@ -1,0 +1,273 @@
+#include "build/parts.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "byte_io.hpp"
+#include "vantage/kit/checksum.hpp"
+#include "vantage/kit/file_content.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The last two characters are the version. The key follows.
+constexpr std::string_view kPartsFormat = "vparts01";
+constexpr std::uint64_t kHead = kPartsFormat.size() + sizeof(std::uint64_t);
+// Region, size of the content, checksum of the content.
+constexpr std::uint64_t kRecordHead = 3 * sizeof(std::uint64_t);
+
+tl::unexpected<Error> parts_error(ErrorCode code, std::string message, const fs::path& file) {
+  return fail(code, std::move(message), SourceLocation{file.string(), 0, 0});
+}
+
+tl::unexpected<Error> io_error(const char* what, const fs::path& file) {
+  return parts_error(ErrorCode::io_failure, std::string(what) + ": " + std::strerror(errno), file);
+}
+
+std::uint64_t sum_of_bytes(std::span<const std::byte> bytes) {
+  Fnv1a sum;
+  // Words, because parts are large.
+  std::size_t at = 0;
+  for (; at + sizeof(std::uint64_t) <= bytes.size(); at += sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + at, sizeof(word));
+    sum.add(word);
+  }
+  for (; at < bytes.size(); ++at) sum.add(std::to_integer<std::uint64_t>(bytes[at]));
+  return sum.value();
+}
+
+std::vector<std::byte> encode(const StoredPart& part) {
+  ByteWriter to;
+  to.number(part.seen);
+  to.number(part.skipped);
+  to.number(part.points);
+  to.number(std::uint64_t{part.ranks.size()});
+  std::uint64_t next = 0;
+  for (const std::uint64_t rank : part.ranks) {
+    to.counted(rank - next);
+    next = rank + 1;
+  }
+  to.number(std::uint64_t{part.views.size()});
+  for (const std::uint32_t views : part.views) to.counted(views);
+  to.number(std::uint64_t{part.prepared.elements});
+  to.text({reinterpret_cast<const char*>(part.prepared.bytes.data()), part.prepared.bytes.size()});
+  return std::move(to).take();
+}
+
+bool decode(ByteReader from, StoredPart& part) {
+  part.seen = from.number<std::uint64_t>();
+  part.skipped = from.number<std::uint64_t>();
+  part.points = from.number<std::uint64_t>();
+  part.ranks.resize(from.count(1));
+  std::uint64_t next = 0;
+  for (std::uint64_t& rank : part.ranks) {
+    rank = next + from.counted();
+    next = rank + 1;
+  }
+  part.views.resize(from.count(1));
+  for (std::uint32_t& views : part.views) views = static_cast<std::uint32_t>(from.counted());
+  part.prepared.elements = from.number<std::uint64_t>();
+  const std::string bytes = from.text();
+  part.prepared.bytes.resize(bytes.size());
+  std::memcpy(part.prepared.bytes.data(), bytes.data(), bytes.size());
+  return from.ok() && from.at_end();
+}
+
+Result<void> check_head(const io::InputFile& file, std::uint64_t key) {
+  std::array<char, kHead> head{};
+  VANTAGE_CHECK(file.read(0, head));
+  ByteReader from(std::as_bytes(std::span(head)));
+  if (from.raw(kPartsFormat.size()) != kPartsFormat) {
+    return parts_error(ErrorCode::corrupt_data, "this is no file of parts of this version",
+                       file.name());
+  }
+  if (from.number<std::uint64_t>() == key) return {};
+  return parts_error(ErrorCode::already_exists,
+                     "these are parts of another build: another configuration or another map; "
+                     "remove them, or keep the parts of this build in another folder",
+                     file.name());
+}
+
+struct Record {
+  std::uint64_t region = 0, size = 0, sum = 0;
+};
+
+Result<Record> record_at(const io::InputFile& file, std::uint64_t offset) {
+  std::array<char, kRecordHead> head{};
+  VANTAGE_CHECK(file.read(offset, head));
+  ByteReader from(std::as_bytes(std::span(head)));
+  const auto region = from.number<std::uint64_t>(), size = from.number<std::uint64_t>();
+  return Record{region, size, from.number<std::uint64_t>()};
+}
+
+/// Calls visit(record, offset of its content) for all whole records.
+/// @return  where they end
+template <class Visit>
+Result<std::uint64_t> walk(const io::InputFile& file, const Visit& visit) {
+  std::uint64_t at = kHead;
+  while (at + kRecordHead <= file.size()) {
+    VANTAGE_TRY(const Record record, record_at(file, at));
+    // A size of 0 is that of a region whose head was not written any more.
+    if (record.size == 0 || record.size > file.size() - at - kRecordHead) break;
+    visit(record, at + kRecordHead);
+    at += kRecordHead + record.size;
+  }
+  return at;
+}
+
+Result<void> write_all(int descriptor, std::span<const std::byte> bytes, std::uint64_t offset,
+                       const fs::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t written =
+        ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return io_error("cannot write", path);
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    offset += static_cast<std::uint64_t>(written);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> ranks_of(const MapPart& part, const IndexList& points) {
+  std::vector<std::uint64_t> ranks;
+  ranks.reserve(points.size());
+  std::size_t run = 0;
+  for (const std::uint32_t k : points) {
+    while (run + 1 < part.runs.size() && part.runs[run + 1].begin <= k) ++run;
+    ranks.push_back(part.runs[run].rank + (k - part.runs[run].begin));
+  }
+  return ranks;
+}
+
+Result<IndexList> indices_of(const MapPart& part, const std::vector<std::uint64_t>& ranks) {
+  IndexList points;
+  points.reserve(ranks.size());
+  std::size_t run = 0;
+  for (const std::uint64_t rank : ranks) {
+    while (run + 1 < part.runs.size() && part.runs[run + 1].rank <= rank) ++run;
+    const std::uint64_t k =
+        part.runs.empty() ? part.points.size() : part.runs[run].begin + rank - part.runs[run].rank;
+    const std::size_t end =
+        run + 1 < part.runs.size() ? part.runs[run + 1].begin : part.points.size();
+    if (k >= end || rank < part.runs[run].rank) {
+      return fail(ErrorCode::internal, "a part of the map lacks a point that a region has");
+    }
+    points.push_back(static_cast<std::uint32_t>(k));
+  }
+  return points;
+}
+
+PartWriter::PartWriter(PartWriter&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      end_(other.end_) {}
+
+PartWriter::~PartWriter() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<PartWriter> PartWriter::open(const fs::path& file, std::uint64_t key) {
+  PartWriter writer;
+  writer.path_ = file;
+  writer.descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (writer.descriptor_ < 0) return io_error("cannot be opened for writing", file);
+  if (::flock(writer.descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return io_error("cannot be locked", file);
+    return parts_error(ErrorCode::already_exists, "another process is building this shard", file);
+  }
+  struct stat status {};
+  if (::fstat(writer.descriptor_, &status) != 0) return io_error("cannot be read", file);
+  if (static_cast<std::uint64_t>(status.st_size) < kHead) {
+    ByteWriter head;
+    head.raw(kPartsFormat);
+    head.number(key);
+    VANTAGE_CHECK(write_all(writer.descriptor_, std::move(head).take(), 0, file));
+    writer.end_ = kHead;
+    return writer;
+  }
+  VANTAGE_TRY(const io::InputFile input, io::InputFile::open(file, "parts of a build"));
+  VANTAGE_CHECK(check_head(input, key));
+  VANTAGE_TRY(writer.end_, walk(input, [](const Record&, std::uint64_t) {}));
+  if (::ftruncate(writer.descriptor_, static_cast<off_t>(writer.end_)) != 0) {
+    return io_error("cannot be shortened", file);
+  }
+  return writer;
+}
+
+Result<void> PartWriter::add(std::uint32_t region, const StoredPart& part) {
+  const std::vector<std::byte> content = encode(part);
+  ByteWriter head;
+  head.number(std::uint64_t{region});
+  head.number(std::uint64_t{content.size()});
+  head.number(sum_of_bytes(content));
+  // The head comes last: without it the content is not there.
+  auto written = write_all(descriptor_, content, end_ + kRecordHead, path_);
+  if (written) written = write_all(descriptor_, std::move(head).take(), end_, path_);
+  if (!written) {
+    if (::ftruncate(descriptor_, static_cast<off_t>(end_)) != 0) {
+      // What is left over is no whole region, and is cut off later.
+    }
+    return written;
+  }
+  end_ += kRecordHead + content.size();
+  return {};
+}
+
+Result<Parts> Parts::in(const fs::path& folder, std::uint64_t key, std::size_t regions) {
+  Parts parts;
+  parts.places_.resize(regions);
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() == ".parts") parts.files_.push_back(it->path());
+  }
+  if (error) return parts_error(ErrorCode::io_failure, error.message(), folder);
+  std::ranges::sort(parts.files_);
+  for (std::uint32_t f = 0; f < parts.files_.size(); ++f) {
+    VANTAGE_TRY(const io::InputFile file, io::InputFile::open(parts.files_[f], "parts of a build",
+                                                              io::InputFile::Empty::accept));
+    if (file.size() < kHead) continue;  // a process was stopped before it began
+    VANTAGE_CHECK(check_head(file, key));
+    VANTAGE_CHECK(walk(file, [&](const Record& record, std::uint64_t offset) {
+      if (record.region >= regions) return;
+      parts.places_[record.region] = {static_cast<std::uint32_t>(record.region), f, offset,
+                                      record.size};
+    }));
+  }
+  return parts;
+}
+
+std::size_t Parts::missing() const noexcept {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(places_, [](const PartPlace& place) { return place.size == 0; }));
+}
+
+Result<StoredPart> Parts::read(std::uint32_t region) const {
+  const PartPlace& place = places_[region];
+  const fs::path& path = files_[place.file];
+  VANTAGE_TRY(const io::InputFile file, io::InputFile::open(path, "parts of a build"));
+  VANTAGE_TRY(const Record record, record_at(file, place.offset - kRecordHead));
+  std::vector<std::byte> bytes(place.size);
+  VANTAGE_CHECK(file.read(place.offset, {reinterpret_cast<char*>(bytes.data()), bytes.size()}));
+  StoredPart part;
+  if (record.sum == sum_of_bytes(bytes) && decode(ByteReader(bytes), part)) return part;
+  return parts_error(ErrorCode::corrupt_data,
+                     "region " + std::to_string(region) +
+                         " is damaged: remove this file and build its shard again",
+                     path);
+}
+
+}  // namespace vantage

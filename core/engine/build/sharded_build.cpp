@@ -1,0 +1,338 @@
+#include "vantage/engine/sharded_build.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "atlas/virtual_lidar.hpp"
+#include "build/blocks.hpp"
+#include "build/bundle_writer.hpp"
+#include "build/condense.hpp"
+#include "build/parts.hpp"
+#include "build/plan.hpp"
+#include "build/plan_file.hpp"
+#include "build/regions.hpp"
+#include "build/sight.hpp"
+#include "stopwatch.hpp"
+#include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/checksum.hpp"
+#include "vantage/kit/file_content.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What a point of a block takes with the point itself while visibility is decided, and while
+// regions are put together [bytes].
+constexpr std::uint64_t kBytesASeenPoint = 88, kBytesAMergedPoint = 64;
+
+tl::unexpected<Error> folder_error(ErrorCode code, std::string message, const fs::path& path) {
+  return fail(code, std::move(message), SourceLocation{path.string(), 0, 0});
+}
+
+/// Held by the process that makes the plan.
+class Lock {
+ public:
+  static Result<Lock> on(const fs::path& file) {
+    Lock lock;
+    lock.descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (lock.descriptor_ >= 0 && ::flock(lock.descriptor_, LOCK_EX) == 0) return lock;
+    return folder_error(ErrorCode::io_failure,
+                        std::string("cannot be locked: ") + std::strerror(errno), file);
+  }
+  Lock(Lock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  Lock& operator=(Lock&&) = delete;
+  ~Lock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+
+ private:
+  Lock() = default;
+  int descriptor_ = -1;
+};
+
+/// P_ij of the regions of a block, by place in the block.
+Groups points_inside(const RegionBlock& block, PointsView points, const Partition& partition) {
+  const auto others = static_cast<std::uint32_t>(block.regions.size());
+  std::vector<std::uint32_t> place(points.size(), others);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const auto region = partition.locate(points[k]);
+    if (!region) continue;
+    const auto at = std::ranges::lower_bound(block.regions, region->value);
+    if (at == block.regions.end() || *at != region->value) continue;
+    place[k] = static_cast<std::uint32_t>(at - block.regions.begin());
+  }
+  return grouped(
+      points.size(), others + 1, [](std::size_t k) { return static_cast<std::uint32_t>(k); },
+      [&](std::uint32_t k) { return place[k]; });
+}
+
+std::string file_of(const Shard& shard) {
+  return "shard_" + std::to_string(shard.number) + "_of_" + std::to_string(shard.count) + ".parts";
+}
+
+}  // namespace
+
+struct ShardedBuild::State {
+  const MapParts* map = nullptr;
+  BuildPlugins* plugins = nullptr;
+  const BuildParams* params = nullptr;
+  ShardedBuildOptions options;
+  std::uint64_t key = 0;
+  BuildPlan plan;
+  std::vector<Bounds2> areas;        // what each region needs
+  std::vector<std::uint32_t> order;  // of regions: neighbours in the plan follow each other
+  std::vector<double> cost;          // by region
+  double seconds_plan = 0, seconds_building = 0, core_seconds_building = 0;  // of this process
+
+  [[nodiscard]] bool among_own_points() const { return params->scope == VisibilityScope::region; }
+  Result<void> make_plan(PointsView trajectory);
+  void lay_out();
+  [[nodiscard]] Result<std::vector<std::uint32_t>> regions_of(const Shard& shard) const;
+  [[nodiscard]] Result<Parts> parts() const {
+    return Parts::in(options.parts, key, plan.partition.size());
+  }
+  [[nodiscard]] Result<std::vector<RegionBlock>> blocks(const std::vector<std::uint32_t>& regions,
+                                                        std::uint64_t bytes_a_point) const;
+  Result<void> build_block(const RegionBlock& block, Meter& meter, PartWriter& writer);
+  Result<void> merge_block(const RegionBlock& block, const Parts& parts, Meter& meter,
+                           BundleWriter& writer);
+  [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor) const;
+};
+
+Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
+  std::error_code error;
+  fs::create_directories(options.parts, error);
+  if (error) {
+    return folder_error(ErrorCode::io_failure, "cannot be created: " + error.message(),
+                        options.parts);
+  }
+  Fnv1a hash;
+  hash.add(params->effective_config);
+  hash.add(plugins->matcher_choice.plugin);
+  hash.add(plugins->matcher_choice.params);
+  hash.add(static_cast<std::uint64_t>(params->content));
+  hash.add(std::uint64_t{params->views});
+  hash.add(options.map_key);
+  for (const Point& p : trajectory) {
+    for (const double x : {p.x(), p.y(), p.z()}) hash.add(std::bit_cast<std::uint64_t>(x));
+  }
+  key = hash.value();
+  VANTAGE_TRY(const Lock lock, Lock::on(options.parts / "lock"));
+  const fs::path file = options.parts / "plan";
+  if (fs::exists(file, error)) {
+    VANTAGE_TRY(const io::FileContent content, io::read_file(file, "the plan of a build"));
+    auto known = decode_plan(std::as_bytes(std::span(content.bytes.get(), content.size)), key);
+    if (!known) return folder_error(known.error().code, known.error().message, file);
+    plan = *std::move(known);
+    return {};
+  }
+  VANTAGE_TRY(plan, plan_of(*map, trajectory, *plugins, *params, options.memory));
+  const std::vector<std::byte> bytes = encode_plan(plan, key);
+  return io::write_text_atomically(file,
+                                   {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+/// Finds what each region needs, and an order in which neighbours follow each other: halves of
+/// halves, across the longer side.
+void ShardedBuild::State::lay_out() {
+  const double reach = reach_of(*plugins, *params, plan.limits);
+  const auto regions = static_cast<std::uint32_t>(plan.partition.size());
+  std::vector<Eigen::Vector2d> middles;
+  for (std::uint32_t r = 0; r < regions; ++r) {
+    Bounds2 around;
+    for (const Point& q : plan.viewpoints[r]) around.extend(q.head<2>());
+    const Bounds2 own = bounds_of(plan.partition[RegionId{r}].footprint);
+    if (among_own_points() && !plan.viewpoints[r].empty()) around = own;
+    areas.push_back(with_margin(around, reach));
+    middles.emplace_back(0.5 * (own.min + own.max));
+    order.push_back(r);
+    // Something for reading and preparing, too.
+    cost.push_back(static_cast<double>(map->points_in(areas[r])) *
+                   (1.0 + static_cast<double>(plan.viewpoints[r].size())));
+  }
+  const auto halve = [&](const auto& self, std::span<std::uint32_t> some) -> void {
+    if (some.size() < 2) return;
+    Bounds2 box;
+    for (const std::uint32_t r : some) box.extend(middles[r]);
+    const Eigen::Vector2d size = box.max - box.min;
+    const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
+    const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+    std::nth_element(some.begin(), middle, some.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return middles[a][axis] != middles[b][axis] ? middles[a][axis] < middles[b][axis] : a < b;
+    });
+    self(self, {some.begin(), middle});
+    self(self, {middle, some.end()});
+  };
+  halve(halve, order);
+}
+
+Result<std::vector<std::uint32_t>> ShardedBuild::State::regions_of(const Shard& shard) const {
+  if (shard.number < 1 || shard.number > shard.count) {
+    return fail(ErrorCode::invalid_input, "there is no shard " + std::to_string(shard.number) +
+                                              " of " + std::to_string(shard.count) +
+                                              ": shards count from 1");
+  }
+  double total = 0.0;
+  for (const double of_region : cost) total += of_region;
+  std::vector<std::uint32_t> regions;
+  double before = 0.0;
+  for (const std::uint32_t r : order) {
+    const double middle = total > 0.0 ? (before + 0.5 * cost[r]) / total : 0.0;
+    before += cost[r];
+    const auto owner = std::min(
+        shard.count - 1, static_cast<std::size_t>(middle * static_cast<double>(shard.count)));
+    if (owner + 1 == shard.number) regions.push_back(r);
+  }
+  return regions;
+}
+
+Result<std::vector<RegionBlock>> ShardedBuild::State::blocks(
+    const std::vector<std::uint32_t>& regions, std::uint64_t bytes_a_point) const {
+  return blocks_of(*map, plan.partition, regions, areas, options.memory, bytes_a_point);
+}
+
+Result<void> ShardedBuild::State::build_block(const RegionBlock& block, Meter& meter,
+                                              PartWriter& writer) {
+  VANTAGE_TRY(const MapPart part, map->read(block.area));
+  const PointCloud& points = part.points;
+  const Groups inside =
+      among_own_points() ? points_inside(block, points, plan.partition) : Groups{};
+  VANTAGE_TRY(const Condenser condenser, points.empty()
+                                             ? Result<Condenser>(Condenser::of_nothing(*params))
+                                             : Condenser::over(points, *plugins, *params));
+  Sight sight(points, plan.limits, plugins->visibility, *params);
+  return build_regions({block.regions, plan.viewpoints, inside}, plan.partition, sight, condenser,
+                       meter, [&](std::uint32_t region, Condensed condensed) -> Result<void> {
+                         VANTAGE_TRY(Finished finished, condenser.finish(std::move(condensed)));
+                         return writer.add(region, {.seen = finished.seen,
+                                                    .skipped = finished.skipped,
+                                                    .points = finished.points,
+                                                    .ranks = ranks_of(part, finished.stored.points),
+                                                    .views = std::move(finished.stored.views),
+                                                    .prepared = std::move(finished.prepared)});
+                       });
+}
+
+Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Parts& parts,
+                                              Meter& meter, BundleWriter& writer) {
+  VANTAGE_TRY(const MapPart around, map->read(block.area));
+  for (const std::uint32_t r : block.regions) {
+    VANTAGE_TRY(StoredPart stored, parts.read(r));
+    Finished finished{.seen = stored.seen,
+                      .skipped = static_cast<std::size_t>(stored.skipped),
+                      .points = stored.points,
+                      .stored = {.points = {}, .views = std::move(stored.views)},
+                      .prepared = std::move(stored.prepared)};
+    VANTAGE_TRY(finished.stored.points, indices_of(around, stored.ranks));
+    const std::uint64_t among = among_own_points() ? plan.owned[r] : plan.map_points;
+    VANTAGE_CHECK(writer.take(r, around.points, std::move(finished), among));
+    meter.viewpoints_done(plan.viewpoints[r].size());
+    meter.region_done();
+  }
+  return {};
+}
+
+Result<PointCloud> ShardedBuild::State::hits_at(const Point& sensor) const {
+  const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
+  const double range = std::min(params->max_range, VirtualLidar::kFarthestReturn);
+  // 1 m more for the neighbours of the points.
+  VANTAGE_TRY(const MapPart around, map->read(with_margin(here, range + 1.0)));
+  return VirtualLidar(around.points, params->max_range).hits(sensor);
+}
+
+ShardedBuild::ShardedBuild(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
+ShardedBuild::ShardedBuild(ShardedBuild&&) noexcept = default;
+ShardedBuild::~ShardedBuild() = default;
+
+Result<ShardedBuild> ShardedBuild::open(const MapParts& map, PointsView trajectory,
+                                        BuildPlugins& plugins, const BuildParams& params,
+                                        ShardedBuildOptions options) {
+  auto state = std::make_unique<State>();
+  state->map = &map;
+  state->plugins = &plugins;
+  state->params = &params;
+  state->options = std::move(options);
+  const Stopwatch stopwatch;
+  VANTAGE_CHECK(state->make_plan(trajectory));
+  state->lay_out();
+  state->seconds_plan = stopwatch.seconds();
+  return ShardedBuild(std::move(state));
+}
+
+const Partition& ShardedBuild::partition() const noexcept { return state_->plan.partition; }
+std::uint64_t ShardedBuild::map_points() const noexcept { return state_->plan.map_points; }
+std::uint64_t ShardedBuild::ground_points() const noexcept { return state_->plan.ground_points; }
+
+Result<ShardStatus> ShardedBuild::status(const Shard& shard) const {
+  VANTAGE_TRY(const auto regions, state_->regions_of(shard));
+  VANTAGE_TRY(const Parts parts, state_->parts());
+  ShardStatus status{.regions = regions.size()};
+  for (const std::uint32_t r : regions) {
+    if (parts.has(r)) ++status.finished;
+    status.viewpoints += state_->plan.viewpoints[r].size();
+    status.points_times_viewpoints += state_->cost[r];
+  }
+  return status;
+}
+
+Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& progress) {
+  VANTAGE_TRY(auto regions, state_->regions_of(shard));
+  VANTAGE_TRY(PartWriter writer,
+              PartWriter::open(state_->options.parts / file_of(shard), state_->key));
+  {
+    VANTAGE_TRY(const Parts parts, state_->parts());
+    std::erase_if(regions, [&](std::uint32_t r) { return parts.has(r); });
+  }
+  VANTAGE_TRY(const auto blocks, state_->blocks(regions, kBytesASeenPoint));
+  BuildProgress start{.regions = regions.size()};
+  for (const std::uint32_t r : regions) start.viewpoints += state_->plan.viewpoints[r].size();
+  Meter meter(start, progress);
+  const Stopwatch stopwatch;
+  const CpuStopwatch cpu;
+  for (const RegionBlock& block : blocks) {
+    VANTAGE_CHECK(state_->build_block(block, meter, writer));
+  }
+  state_->seconds_building += stopwatch.seconds();
+  state_->core_seconds_building += cpu.seconds();
+  return regions.size();
+}
+
+Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
+  State& state = *state_;
+  VANTAGE_TRY(const Parts parts, state.parts());
+  if (const std::size_t missing = parts.missing(); missing > 0) {
+    return folder_error(ErrorCode::not_found,
+                        std::to_string(missing) + " of " +
+                            std::to_string(state.plan.partition.size()) +
+                            " regions are not built yet: run the shards that are missing",
+                        state.options.parts);
+  }
+  VANTAGE_TRY(const auto blocks, state.blocks(state.order, kBytesAMergedPoint));
+  VANTAGE_TRY(BundleWriter writer,
+              BundleWriter::begin(state.plan, *state.plugins, *state.params,
+                                  [&](const Point& sensor) { return state.hits_at(sensor); }));
+  Meter meter(meter_start(state.plan), progress);
+  for (const RegionBlock& block : blocks) {
+    VANTAGE_CHECK(state.merge_block(block, parts, meter, writer));
+  }
+  VANTAGE_TRY(BuildReport report, std::move(writer).commit());
+  report.seconds_partition = state.seconds_plan;
+  report.seconds_visibility += state.seconds_building;
+  report.core_seconds_visibility += state.core_seconds_building;
+  std::error_code ignored;  // the bundle is there; a folder that stays does no harm
+  fs::remove_all(state.options.parts, ignored);
+  return report;
+}
+
+}  // namespace vantage

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+#include "vantage/api.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// Receives the points of a map, part by part.
+class VANTAGE_API MapVisitor {
+ public:
+  virtual ~MapVisitor();
+
+  /// @param points  some points of the map, map frame [m]; finite; borrowed for this call only
+  /// Errors end the pass.
+  [[nodiscard]] virtual Result<void> see(PointsView points) noexcept = 0;
+};
+
+/// A map of which only a part is in memory at a time. It can be passed over more than once; each
+/// pass reads the whole map.
+/// Thread safety: a pass runs in one thread; several passes must not run at once.
+class VANTAGE_API MapPasses {
+ public:
+  virtual ~MapPasses();
+
+  [[nodiscard]] virtual Bounds3 bounds() const noexcept = 0;  ///< the tightest box [m]
+  [[nodiscard]] virtual std::uint64_t points() const noexcept = 0;
+
+  /// Shows each point once, in an order that is the same in every pass. How the points are divided
+  /// into parts must not matter to the visitor.
+  /// Errors: those of the visitor; `io_failure` and `corrupt_data` of the map.
+  [[nodiscard]] virtual Result<void> pass(MapVisitor& visitor) const noexcept = 0;
+};
+
+}  // namespace vantage

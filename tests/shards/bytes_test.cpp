@@ -1,0 +1,114 @@
+// A bundle has the same bytes, whether it was built in memory, part by part, or in shards.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "shards/small_town.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+using test::must_run;
+using test::SmallTown;
+using test::TownConfig;
+
+constexpr const char* kLittle = "3MiB";
+
+void build(const SmallTown& town, const std::string& config, const std::string& bundle,
+           std::vector<std::string> more) {
+  more.insert(more.begin(), {config, "-q", "--set", "store.params.root=" + town.path(bundle)});
+  must_run("vantage-build", more);
+}
+
+/// Builds in memory, part by part, and in shards in another order than theirs.
+void check_same_bytes(const SmallTown& town, const TownConfig& wanted,
+                      const std::vector<std::size_t>& counts) {
+  const std::string config = town.config(wanted);
+  for (const char* bundle : {"whole", "blocks", "shards"}) fs::remove_all(town.path(bundle));
+  build(town, config, "whole", {});
+  const auto whole = test::bytes_of(town.path("whole"));
+  REQUIRE(whole.size() > 2);
+  build(town, config, "blocks", {"--memory", kLittle, "-j", "1"});
+  CHECK(test::bytes_of(town.path("blocks")) == whole);
+  CHECK_FALSE(fs::exists(town.path("blocks.parts")));
+  for (const std::size_t count : counts) {
+    fs::remove_all(town.path("shards"));
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t number = (5 * k + 2) % count + 1;  // 5 divides none of the counts
+      build(town, config, "shards",
+            {"--memory", k % 2 == 0 ? kLittle : "64MiB", "--shard",
+             std::to_string(number) + "/" + std::to_string(count)});
+    }
+    must_run("vantage-merge", {config, "-q", "--memory", kLittle, "--set",
+                               "store.params.root=" + town.path("shards")});
+    CHECK(test::bytes_of(town.path("shards")) == whole);
+    CHECK_FALSE(fs::exists(town.path("shards.parts")));
+  }
+}
+
+TEST_CASE("shards: one, seven and 64 of them give the bytes of a build in memory") {
+  const SmallTown town;
+  check_same_bytes(town, {.store = "plugin = \"pcd_tiles\"\ncontent = \"both\"\nviews = true"},
+                   {1, 7, 64});
+}
+
+TEST_CASE("shards: the same bytes with every plugin that works part by part") {
+  const SmallTown town;
+  const TownConfig usual;
+  std::vector<TownConfig> configs;
+  const auto with = [&](auto TownConfig::*part, const char* text) {
+    TownConfig config = usual;
+    config.*part = text;
+    configs.push_back(config);
+  };
+  with(&TownConfig::partitioner, "plugin = \"trajectory\"\nparams = { segment_length = 25.0 }");
+  with(&TownConfig::ground, "plugin = \"smrf\"\nparams = { max_radius = 3.0 }");
+  with(&TownConfig::visibility, "plugin = \"hpr\"\nmax_range = 15.0");
+  with(&TownConfig::visibility, "plugin = \"range_image\"\nmax_range = 15.0");
+  with(&TownConfig::visibility, "plugin = \"keep_all\"\nmax_range = 15.0\nmin_views = 2");
+  with(&TownConfig::visibility,
+       "plugin = \"surface\"\nmax_range = 15.0\nscope = \"region\"\nparams = { point_spacing = 0.4 "
+       "}");
+  with(&TownConfig::viewpoints, "source = \"trajectory\"\nvoxel_size = 6.0");
+  with(&TownConfig::viewpoints, "voxel_size = 5.0\nmin_gain = 0.02");
+  with(&TownConfig::store, "plugin = \"shared_tiles\"\ncontent = \"both\"");
+  with(&TownConfig::store, "plugin = \"pcd_tiles\"\ncontent = \"prepared\"");
+  with(&TownConfig::more, "[thinning]\nvoxel_size = 0.8\n");
+  for (const TownConfig& config : configs) {
+    CAPTURE(config.partitioner);
+    CAPTURE(config.ground);
+    CAPTURE(config.visibility);
+    CAPTURE(config.viewpoints);
+    CAPTURE(config.store);
+    CAPTURE(config.more);
+    check_same_bytes(town, config, {3});
+  }
+}
+
+TEST_CASE("shards: what needs the whole map says so before anything is built") {
+  const SmallTown town;
+  const TownConfig usual;
+  const auto refuses = [&](auto TownConfig::*part, const char* text, const char* what) {
+    TownConfig config = usual;
+    config.*part = text;
+    const auto built = test::run("vantage-build", {town.config(config), "-q", "--memory", kLittle});
+    CHECK(built.exit_code == 1);
+    CHECK_MESSAGE(built.err.find(what) != std::string::npos, built.err);
+    CHECK(built.err.find("needs the whole map at once") != std::string::npos);
+    CHECK_FALSE(fs::exists(town.path("bundle")));
+    fs::remove_all(town.path("bundle.parts"));
+  };
+  refuses(&TownConfig::partitioner, "plugin = \"kd_split\"\nparams = { max_points = 5000 }",
+          "[partitioner]");
+  refuses(&TownConfig::partitioner, "plugin = \"budget\"\nparams = { max_points = 50000 }",
+          "[partitioner]");
+  refuses(&TownConfig::partitioner,
+          "plugin = \"visibility_clusters\"\nparams = { min_overlap = 0.3 }", "[partitioner]");
+  refuses(&TownConfig::visibility, "plugin = \"surface\"", "visibility.max_range");
+  refuses(&TownConfig::viewpoints, "voxel_size = 8.0\nreachable = true", "viewpoints.reachable");
+}
+
+}  // namespace
+}  // namespace vantage

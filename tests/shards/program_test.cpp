@@ -1,0 +1,136 @@
+// Shards as a user runs them: continued, refused, and merged.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "shards/small_town.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+using test::must_run;
+using test::run;
+using test::SmallTown;
+
+/// Starts a program of the build folder and ends it with SIGKILL after a while, or lets it end.
+/// @return  whether it was killed
+bool run_and_kill(const std::string& program, const std::vector<std::string>& arguments,
+                  std::chrono::microseconds after) {
+  std::vector<std::string> words{std::string(VANTAGE_PROGRAM_DIR) + "/" + program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int nowhere = ::open("/dev/null", O_WRONLY);
+    ::dup2(nowhere, STDOUT_FILENO);
+    ::execv(argv[0], argv.data());
+    ::_exit(127);
+  }
+  std::this_thread::sleep_for(after);
+  ::kill(child, SIGKILL);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFSIGNALED(status);
+}
+
+TEST_CASE("shards: what kill -9 interrupts at any moment is continued, to the same bytes") {
+  const SmallTown town;
+  const std::string config = town.config({});
+  must_run("vantage-build", {config, "-q"});
+  const auto whole = test::bytes_of(town.path("bundle"));
+  const std::vector<std::string> command{
+      config, "-q", "--memory", "3MiB", "--set", "store.params.root=" + town.path("killed")};
+  std::mt19937 random(11);
+  std::uniform_int_distribution<int> milliseconds(1, 150);
+  int kills = 0;
+  for (int round = 0; round < 3; ++round) {
+    fs::remove_all(town.path("killed"));
+    while (!fs::exists(town.path("killed")) && kills < 40 * (round + 1)) {
+      const std::chrono::milliseconds after(milliseconds(random));
+      if (run_and_kill("vantage-build", command, after)) ++kills;
+    }
+    if (!fs::exists(town.path("killed"))) must_run("vantage-build", command);
+    CHECK(test::bytes_of(town.path("killed")) == whole);
+    fs::remove_all(town.path("killed.parts"));  // of a process that was killed after the commit
+  }
+  CHECK(kills > 5);
+}
+
+TEST_CASE("shards: a finished region is not built again") {
+  const SmallTown town;
+  const std::string config = town.config({});
+  const auto built = [&](const char* shard) {
+    const auto finished =
+        run("vantage-build", {config, "-q", "--memory", "3MiB", "--shard", shard, "--json"});
+    REQUIRE_MESSAGE(finished.exit_code == 0, finished.err);
+    return nlohmann::json::parse(finished.out);
+  };
+  const auto first = built("1/2");
+  CHECK(first["built"] == first["regions"]);
+  CHECK(first["regions"] > 2);
+  CHECK(built("1/2")["built"] == 0);
+  // Regions count whichever shard they were built in.
+  const auto all = built("1/1");
+  CHECK(all["built"] == std::size_t(all["regions"]) - std::size_t(first["regions"]));
+  CHECK(built("2/2")["built"] == 0);
+}
+
+TEST_CASE(
+    "shards: merge says what is missing, and builds that do not belong together are refused") {
+  const SmallTown town;
+  const std::string config = town.config({});
+  const auto fails = [](const std::string& program, const std::vector<std::string>& arguments,
+                        const char* why, int code = 1) {
+    const auto finished = run(program, arguments);
+    CHECK(finished.exit_code == code);
+    CHECK_MESSAGE(finished.err.find(why) != std::string::npos, finished.err);
+  };
+  fails("vantage-build", {config, "-q", "--shard", "0/3"}, "--shard takes", 2);
+  fails("vantage-build", {config, "-q", "--shard", "4/3"}, "--shard takes", 2);
+  fails("vantage-build", {config, "-q", "--shard", "1"}, "--shard takes", 2);
+  fails("vantage-build", {config, "-q", "--memory", "3"}, "--memory takes", 2);
+  fails("vantage-build", {config, "-q", "--memory", "1MiB"}, "allow more memory");
+  must_run("vantage-build", {config, "-q", "--shard", "2/3"});
+  fails("vantage-merge", {config, "-q"}, "regions are not built yet");
+  CHECK_FALSE(fs::exists(town.path("bundle")));
+  fails("vantage-build", {config, "-q", "--shard", "1/3", "--set", "viewpoints.voxel_size=9"},
+        "another build");
+  fails("vantage-merge", {config, "-q", "--set", "visibility.max_range=14"}, "another build");
+  fails("vantage-build",
+        {config, "-q", "--shard", "1/3", "--set", "map.files=[\"" + town.path("town.pcd") + "\"]"},
+        "vantage tile");
+
+  // A plan or parts that are damaged are refused, and what is not there is built again.
+  const fs::path parts = town.path("bundle.parts");
+  const std::string plan = test::read_text(parts / "plan");
+  std::string wrong = plan;
+  wrong[wrong.size() / 2] ^= 1;
+  test::write_text(parts / "plan", wrong);
+  fails("vantage-build", {config, "-q", "--shard", "1/3"}, "damaged");
+  test::write_text(parts / "plan", plan);
+  const fs::path file = parts / "shard_2_of_3.parts";
+  const std::string whole = test::read_text(file);
+  test::write_text(file, whole.substr(0, whole.size() - 10));  // as a disk that was full leaves it
+  must_run("vantage-build", {config, "-q", "--shard", "2/3"});
+  CHECK(test::read_text(file) == whole);
+  must_run("vantage-build", {config, "-q", "--shard", "1/1"});
+  wrong = whole;
+  wrong[wrong.size() / 2] ^= 1;
+  test::write_text(file, wrong);
+  fails("vantage-merge", {config, "-q"}, "damaged");
+  CHECK_FALSE(fs::exists(town.path("bundle")));
+}
+
+}  // namespace
+}  // namespace vantage
