@@ -1,6 +1,7 @@
 // A progressive morphological filter, but for the clause to be broken.
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <mutex>
 
 #include "breaks.hpp"
@@ -45,6 +46,10 @@ class Broken final : public GroundFilter {
       return spoilt(cloud, std::move(indices));
     });
   }
+  [[nodiscard]] double reach() const noexcept override {
+    if (breaks("G7")) return std::numeric_limits<double>::infinity();  // the first point may be far
+    return filter_->reach();
+  }
 
  private:
   [[nodiscard]] IndexList spoilt(PointsView cloud, IndexList indices) const {
@@ -70,6 +75,11 @@ class Broken final : public GroundFilter {
       drop([&](const Point& p) { return p.z() < cloud.front().z() - 0.05; });
     }
     if (breaks("G8") && Crowded(inside_) && !indices.empty()) indices.pop_back();
+    // A tolerance that grows with the number of points.
+    if (breaks("G12")) {
+      const double highest = bounds.min.z() + 0.3 + 2e-6 * static_cast<double>(cloud.size());
+      drop([&](const Point& p) { return p.z() > highest; });
+    }
     // An assertion about the raster's size.
     if (breaks("G10") && (extent.x() == 0.0 || extent.y() == 0.0)) std::abort();
     return indices;

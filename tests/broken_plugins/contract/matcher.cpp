@@ -104,7 +104,11 @@ class BrokenTarget final : public MatchTarget {
   [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
     return guarded([&]() -> Result<PreparedMap> {
       if (!all_finite(seen)) return fail(ErrorCode::invalid_input, "a point is not finite");
-      PointCloud kept = around(points_, seen);
+      PointCloud wanted(seen.begin(), seen.end());
+      if (breaks("M17")) {  // and what is 3 m beside it
+        for (const Point& p : seen) wanted.push_back(p + Point(3.0, 0.0, 0.0));
+      }
+      PointCloud kept = around(points_, wanted);
       std::size_t elements = 0;
       if (const auto target = matcher_->prepare(kept)) elements = (*target)->elements();
       if (elements == 0) kept.clear();
@@ -184,6 +188,7 @@ class Broken final : public ScanMatcher {
       return target_of(std::move(points), {});
     });
   }
+  [[nodiscard]] double reach() const noexcept override { return 2.5; }
 
  private:
   [[nodiscard]] static Result<std::unique_ptr<MatchTarget>> target_of(PointCloud points,

@@ -27,6 +27,26 @@ class Broken final : public Partitioner {
                                             const MapSurvey&) const noexcept override {
     return guarded([&] { return cut(map, trajectory); });
   }
+  [[nodiscard]] Result<Partition> partition_in_passes(
+      const MapPasses& map, PointsView trajectory) const noexcept override {
+    if (breaks("exits")) std::_Exit(0);
+    while (breaks("hangs")) std::this_thread::sleep_for(std::chrono::seconds(1));
+    if (!breaks("P11")) return Partitioner::partition_in_passes(map, trajectory);
+    // Looks at the last piece only.
+    class Last final : public MapVisitor {
+     public:
+      [[nodiscard]] Result<void> see(PointsView points) noexcept override {
+        seen.assign(points.begin(), points.end());
+        return {};
+      }
+      PointCloud seen;
+    };
+    return guarded([&]() -> Result<Partition> {
+      Last last;
+      VANTAGE_CHECK(map.pass(last));
+      return cut(last.seen, trajectory);
+    });
+  }
 
  private:
   [[nodiscard]] Result<Partition> cut(PointsView map, PointsView trajectory) const {

@@ -160,6 +160,10 @@ class Broken final : public VisibilityOperator {
       return std::make_unique<Scene>(map, std::move(scene));
     });
   }
+  [[nodiscard]] double reach(const VisibilityLimits& limits) const noexcept override {
+    if (breaks("V8")) return std::numeric_limits<double>::infinity();
+    return breaks("V17") ? 0.7 * limits.max_range : sound_->reach(limits);
+  }
 
  private:
   [[nodiscard]] Result<std::shared_ptr<const VisibilityScene>> scene_over(

@@ -299,6 +299,44 @@ void only_the_cloud(const Subject& subject) {
   }
 }
 
+/// A stretch of rolling terrain with boxes, and the ground of its middle, decided by the whole
+/// stretch and by the middle with its margin.
+void decided_within_reach(const Subject& subject) {
+  const auto filter = subject.make<GroundFilter>();
+  const double reach = filter->reach();
+  if (!std::isfinite(reach)) return;
+  CHECK(reach >= 0.0);
+  const auto& claims = subject.claims<GroundClaims>();
+  const double middle = 10.0 + 2.0 * claims.box_width, length = 4.0 * reach + middle;
+  Random random(subject.seed());
+  std::vector<Box> boxes;
+  for (double x = claims.box_width; x < length; x += 2.5 * claims.box_width) {
+    boxes.push_back({{x, random.uniform(5.0, 10.0)},
+                     random.uniform(0.0, std::numbers::pi),
+                     claims.box_width,
+                     claims.box_height});
+  }
+  const auto n = [&](double metres) { return static_cast<int>(std::ceil(metres / claims.cell)); };
+  const auto height = [](double x, double y) {
+    return 0.3 * std::sin(x / 8.0) + 0.3 * std::sin(y / 10.0);
+  };
+  const PointCloud cloud =
+      place(random, claims.cell, n(length), n(15.0 + claims.box_width), boxes, height).points;
+  const double from = 0.5 * (length - middle), to = from + middle;
+  IndexList part;
+  for (std::uint32_t k = 0; k < cloud.size(); ++k) {
+    if (cloud[k].x() >= from - reach && cloud[k].x() <= to + reach) part.push_back(k);
+  }
+  const Labels whole = ground_in(subject, cloud);
+  const Labels of_part = ground_in(subject, select(cloud, part));
+  std::size_t differ = 0;
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    const double x = cloud[part[i]].x();
+    if (x >= from && x <= to && whole[part[i]] != of_part[i]) ++differ;
+  }
+  CHECK_MESSAGE(differ == 0, differ << " points of the middle are ground only in one of the two");
+}
+
 constexpr std::array kClauses{
     Clause{"G1", "the indices ascend strictly and are in range", &ascending},
     Clause{"G2", "a level plane is all ground, at any height and with 2 cm of noise", &plane},
@@ -315,6 +353,8 @@ constexpr std::array kClauses{
         "one point, two far apart, equal ones, a line, a column: an answer or an error, no crash",
         &degenerate},
     Clause{"G11", "the answer depends only on the cloud, not on earlier calls", &only_the_cloud},
+    Clause{"G12", "a part of the cloud with a margin as wide as the reach has the whole's ground",
+           &decided_within_reach},
 };
 
 }  // namespace

@@ -576,6 +576,26 @@ void grows(const Subject& subject) {
   }
 }
 
+void decided_within_reach(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  const auto matcher = subject.make<ScanMatcher>();
+  const double reach = matcher->reach();
+  if (!std::isfinite(reach)) return;
+  const Bounds3 bounds = bounds_of(scene.map);
+  const double border = 0.5 * (bounds.min.x() + bounds.max.x());
+  PointCloud seen, part;
+  for (const Point& p : scene.map) {
+    if (p.x() < border - 4.0) seen.push_back(p);
+    if (p.x() <= border - 4.0 + reach) part.push_back(p);
+  }
+  const auto of_whole = excerpt(*prepare(matcher, scene.map), seen);
+  const auto of_part = excerpt(*prepare(matcher, part), seen);
+  REQUIRE(of_whole);
+  REQUIRE(of_part);
+  CHECK(of_whole->elements > 0);
+  CHECK_MESSAGE(*of_whole == *of_part, "the excerpts of the map and of its part differ");
+}
+
 constexpr std::array kClauses{
     Clause{"M1", "a scan that was cut from the map stays at its place", &identity},
     Clause{"M2", "a guess as far off as claimed is corrected, as accurately as claimed", &recovers},
@@ -602,6 +622,7 @@ constexpr std::array kClauses{
            "damaged prepared bytes are an error or the same map, never a crash or another map",
            &damaged_bytes},
     Clause{"M16", "bytes and elements are not 0 and grow with the map", &grows},
+    Clause{"M17", "map points out of reach do not matter to an excerpt", &decided_within_reach},
 };
 
 }  // namespace

@@ -181,6 +181,37 @@ void no_region_is_empty(const Subject& subject) {
   }
 }
 
+/// A map in pieces of a size.
+class Pieces final : public MapPasses {
+ public:
+  Pieces(PointsView map, std::size_t size) : map_(map), size_(size) {}
+  [[nodiscard]] Bounds3 bounds() const noexcept override { return bounds_of(map_); }
+  [[nodiscard]] std::uint64_t points() const noexcept override { return map_.size(); }
+  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
+    for (std::size_t k = 0; k < map_.size(); k += size_) {
+      VANTAGE_CHECK(visitor.see(map_.subspan(k, std::min(size_, map_.size() - k))));
+    }
+    return {};
+  }
+
+ private:
+  PointsView map_;
+  std::size_t size_;
+};
+
+void cuts_in_passes(const Subject& subject) {
+  const auto partitioner = subject.make<Partitioner>();
+  for (const auto& [map, size] :
+       {std::pair{some_map(subject), std::size_t{700}},
+        std::pair{some_map(subject, 1), std::size_t{1}},
+        std::pair{moved(some_map(subject, 2), {1e6, 5e6, 100}), std::size_t{100000}}}) {
+    const auto in_passes = partitioner->partition_in_passes(Pieces(map, size), drive_through(map));
+    if (!in_passes && in_passes.error().code == ErrorCode::unsupported) continue;
+    REQUIRE_MESSAGE(in_passes, to_string(in_passes.error()));
+    check_same(cut(*partitioner, map), *in_passes);
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"P1", "an empty map is invalid_input", &empty_map},
     Clause{"P2", "every map point is located, on edges and a million metres away too",
@@ -196,6 +227,9 @@ constexpr std::array kClauses{
            &without_trajectory},
     Clause{"P9", "one point, equal points and points on a line are cut too", &degenerate},
     Clause{"P10", "every region owns a map point", &no_region_is_empty},
+    Clause{"P11",
+           "in passes the map is cut as in memory, whatever its pieces; or it is unsupported",
+           &cuts_in_passes},
 };
 
 }  // namespace

@@ -520,6 +520,29 @@ void progress(const Subject& subject) {
   }
 }
 
+void decided_within_reach(const Subject& subject) {
+  const auto visibility = subject.make<VisibilityOperator>();
+  Random random(subject.seed());
+  const PointCloud map = random_cloud(random, 12000, {-120, -20, -5}, {120, 20, 5});
+  const VisibilityLimits limits = limits_of(map, 9.0);
+  const double reach = visibility->reach(limits);
+  if (!std::isfinite(reach)) return;
+  const auto whole = prepare(*visibility, map, limits);
+  for (const Point& viewpoint : some_viewpoints(subject, 4)) {
+    IndexList part;
+    for (std::uint32_t k = 0; k < map.size(); ++k) {
+      if ((map[k] - viewpoint).head<2>().lpNorm<Eigen::Infinity>() <= reach) part.push_back(k);
+    }
+    const PointCloud near = select(map, part);
+    Labels seen(map.size());
+    if (!near.empty()) {
+      const Labels in_part = seen_in(*prepare(*visibility, near, limits), near.size(), viewpoint);
+      for (std::size_t i = 0; i < part.size(); ++i) seen[part[i]] = in_part[i];
+    }
+    check_same(seen_in(*whole, map.size(), viewpoint), seen);
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"V1", "the indices ascend strictly and are in range", &ascending},
     Clause{"V2", "a wall behind a wall is hidden, and nine tenths of the one in front are seen",
@@ -549,6 +572,8 @@ constexpr std::array kClauses{
     Clause{"V16",
            "view_counts gives the number of viewpoints whose visible set contains each point",
            &counts_views},
+    Clause{"V17", "points out of reach of a viewpoint do not matter to what it sees",
+           &decided_within_reach},
 };
 
 }  // namespace
