@@ -19,7 +19,7 @@ struct Options {
   std::filesystem::path world, out;
   std::vector<std::string> overrides;
   std::size_t jobs = 0;
-  bool overwrite = false, quiet = false, json = false;
+  bool map_only = false, overwrite = false, quiet = false, json = false;
   std::string color = "auto";
 };
 
@@ -33,8 +33,9 @@ void print(const simulation::Summary& summary, const std::filesystem::path& out)
                            size.x(), size.y(), size.z())
             << fmt::format(
                    "extent     x {:.2f} .. {:.2f}, y {:.2f} .. {:.2f}, z {:.2f} .. {:.2f} m\n",
-                   low.x(), high.x(), low.y(), high.y(), low.z(), high.z())
-            << fmt::format("scans      {}, {} points each\n", cli::grouped(summary.scans),
+                   low.x(), high.x(), low.y(), high.y(), low.z(), high.z());
+  if (summary.scans == 0) return;
+  std::cout << fmt::format("scans      {}, {} points each\n", cli::grouped(summary.scans),
                            cli::grouped(summary.scan_points / summary.scans))
             << fmt::format("drive      {:.1f} m in {:.1f} s\n", summary.distance, summary.seconds);
   if (summary.kidnaps + summary.holes > 0) {
@@ -70,7 +71,9 @@ Result<void> run(const Options& options) {
     }
     progress->update(done, total);
   };
-  auto summary = simulation::simulate(world, options.out, options.overwrite, show);
+  auto summary = simulation::simulate(
+      world, options.out, options.overwrite,
+      options.map_only ? simulation::Extent::map : simulation::Extent::drive, show);
   progress.reset();
   if (!summary) return fail(std::move(summary).error());
   if (options.json) {
@@ -92,6 +95,8 @@ int main(int argc, char** argv) {
   app.add_option("--out,-o", options.out, "new directory for the results")
       ->type_name("DIR")
       ->required();
+  app.add_flag("--map-only", options.map_only,
+               "only the map, no drive: takes much less memory in a large world");
   app.add_flag("--overwrite", options.overwrite, "replace the results of an earlier simulation");
   app.add_option("--set", options.overrides, "override a key of the world: table.key=value")
       ->type_name("KEY=VALUE")

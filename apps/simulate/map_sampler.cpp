@@ -1,10 +1,14 @@
 #include "simulate/map_sampler.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <vector>
@@ -190,6 +194,35 @@ PointCloud sample_map(const World& world, const MapParams& params, std::uint64_t
     PointCloud().swap(part);
   }
   return points;
+}
+
+Result<void> stream_map(const World& world, const MapParams& params, std::uint64_t seed,
+                        const std::function<Result<void>(PointCloud&&)>& take,
+                        const ProgressFunction& progress) {
+  const Sampler sampler(world, params, seed);
+  const auto tokens = 2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+  std::size_t next = 0, done = 0;
+  std::atomic<bool> stop{false};
+  Result<void> outcome;
+  tbb::parallel_pipeline(
+      tokens,
+      tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
+                                          [&](tbb::flow_control& flow) {
+                                            if (next == sampler.parts() || stop) flow.stop();
+                                            return next++;
+                                          }) &
+          tbb::make_filter<std::size_t, std::shared_ptr<PointCloud>>(
+              tbb::filter_mode::parallel,
+              [&](std::size_t k) { return std::make_shared<PointCloud>(sampler.sample(k)); }) &
+          tbb::make_filter<std::shared_ptr<PointCloud>, void>(
+              tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<PointCloud>& piece) {
+                if (stop) return;
+                outcome = take(std::move(*piece));
+                if (!outcome) stop = true;
+                ++done;
+                if (progress) progress(done, sampler.parts());
+              }));
+  return outcome;
 }
 
 }  // namespace vantage::simulation

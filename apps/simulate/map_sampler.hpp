@@ -7,6 +7,7 @@
 #include "simulate/params.hpp"
 #include "simulate/world.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage::simulation {
 
@@ -25,5 +26,12 @@ using ProgressFunction = std::function<void(std::size_t done, std::size_t total)
 ///          same for any number of threads
 [[nodiscard]] PointCloud sample_map(const World& world, const MapParams& params, std::uint64_t seed,
                                     const ProgressFunction& progress = {});
+
+/// The same points in the same order, piece by piece: a few pieces are in memory at a time.
+/// @param take  called from one thread at a time; an error ends the sampling
+[[nodiscard]] Result<void> stream_map(const World& world, const MapParams& params,
+                                      std::uint64_t seed,
+                                      const std::function<Result<void>(PointCloud&&)>& take,
+                                      const ProgressFunction& progress = {});
 
 }  // namespace vantage::simulation

@@ -94,6 +94,7 @@ struct MapParams {
   int holes = 0;
   double hole_radius = 40.0;
   int moving_vehicles = 0;
+  int points_per_file = 0;
 
   static constexpr auto schema() {
     using P = MapParams;
@@ -112,6 +113,10 @@ struct MapParams {
                  "vehicles that drove past while the map was made: the map has the points of their "
                  "trails, the scans do not",
                  between(0, 1000)),
+        optional("points_per_file", &P::points_per_file, "",
+                 "if not 0, the map is written as map/000000.pcd, ... of at most so many points, "
+                 "and never held as a whole: for maps larger than memory",
+                 between(0, 100'000'000)),
     };
   }
 };

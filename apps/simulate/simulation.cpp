@@ -51,7 +51,7 @@ class OutputDirectory {
     partial += ".partial";
     fs::remove_all(partial, error);  // left by a run that was interrupted
     if (error) return cannot("remove the remains of an interrupted run", partial, error);
-    fs::create_directories(partial / "scans", error);
+    fs::create_directories(partial, error);
     if (error) return cannot("create the directory", partial, error);
     return OutputDirectory(std::move(target), std::move(partial), overwrite);
   }
@@ -123,6 +123,41 @@ std::uint64_t triangles_of(const World& world) {
   return triangles;
 }
 
+/// Writes points to files of one size, in the order in which they come.
+class MapFiles {
+ public:
+  MapFiles(fs::path folder, std::size_t points_per_file, io::Precision precision)
+      : folder_(std::move(folder)), most_(points_per_file), precision_(precision) {}
+
+  Result<void> add(PointsView points) {
+    for (const Point& p : points) {
+      bounds_.extend(p);
+      pending_.push_back(p);
+      if (pending_.size() == most_) VANTAGE_CHECK(flush());
+    }
+    return {};
+  }
+  Result<void> flush() {
+    if (pending_.empty()) return {};
+    VANTAGE_CHECK(io::write_pcd(folder_ / fmt::format("{:06}.pcd", files_), pending_, precision_));
+    ++files_;
+    points_ += pending_.size();
+    pending_.clear();
+    return {};
+  }
+  [[nodiscard]] std::uint64_t points() const noexcept { return points_; }
+  [[nodiscard]] const Bounds3& bounds() const noexcept { return bounds_; }
+
+ private:
+  fs::path folder_;
+  std::size_t most_;
+  io::Precision precision_;
+  PointCloud pending_;
+  std::size_t files_ = 0;
+  std::uint64_t points_ = 0;
+  Bounds3 bounds_;
+};
+
 void cut_out(PointCloud& map, std::span<const Hole> holes, const World& world) {
   if (holes.empty()) return;
   const Eigen::Vector2d origin = world.map_origin().head<2>();
@@ -132,20 +167,57 @@ void cut_out(PointCloud& map, std::span<const Hole> holes, const World& world) {
   });
 }
 
+/// A box that the map cannot leave [m].
+Bounds3 box_of(const World& world) {
+  constexpr double kHighest = 1000.0;
+  const Point half(world.terrain().half_size().x(), world.terrain().half_size().y(), kHighest);
+  return {world.map_origin() - half, world.map_origin() + half};
+}
+
 /// @return  the part of a Summary about the map and the world
-Result<Summary> write_map(const World& world, const Drive& drive, const WorldParams& params,
-                          const fs::path& file, const StageProgress& progress) {
+Result<Summary> write_map_in_files(const World& world, std::span<const Hole> holes,
+                                   const WorldParams& params, const fs::path& folder,
+                                   const StageProgress& progress) {
+  std::error_code error;
+  fs::create_directory(folder, error);
+  if (error) return cannot("create the directory", folder, error);
+  Summary summary;
+  summary.triangles = triangles_of(world);
+  summary.precision = precision_for(box_of(world));
+  MapFiles files(folder, static_cast<std::size_t>(params.map.points_per_file), summary.precision);
+  VANTAGE_CHECK(stream_map(
+      world, params.map, params.seed,
+      [&](PointCloud&& piece) {
+        cut_out(piece, holes, world);
+        return files.add(piece);
+      },
+      [&](std::size_t done, std::size_t total) {
+        if (progress) progress("sampling the map", done, total);
+      }));
+  VANTAGE_CHECK(files.flush());
+  summary.map_points = files.points();
+  summary.map_bounds = files.bounds();
+  return summary;
+}
+
+/// @return  the part of a Summary about the map and the world
+Result<Summary> write_map(const World& world, std::span<const Hole> holes,
+                          const WorldParams& params, const fs::path& folder,
+                          const StageProgress& progress) {
+  if (params.map.points_per_file > 0) {
+    return write_map_in_files(world, holes, params, folder / "map", progress);
+  }
   Summary summary;
   summary.triangles = triangles_of(world);
   PointCloud map =
       sample_map(world, params.map, params.seed, [&](std::size_t done, std::size_t total) {
         if (progress) progress("sampling the map", done, total);
       });
-  cut_out(map, drive.holes(), world);
+  cut_out(map, holes, world);
   summary.map_points = map.size();
   summary.map_bounds = bounds_of(map);
   summary.precision = precision_for(summary.map_bounds);
-  VANTAGE_CHECK(io::write_pcd(file, map, summary.precision));
+  VANTAGE_CHECK(io::write_pcd(folder / "map.pcd", map, summary.precision));
   return summary;
 }
 
@@ -179,22 +251,17 @@ Result<std::uint64_t> write_scans(const World& world, const Drive& drive, const 
   return points;
 }
 
-}  // namespace
-
-Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool overwrite,
-                         const StageProgress& progress) {
-  VANTAGE_TRY(auto directory, OutputDirectory::create(out, overwrite));
-  VANTAGE_TRY(const World world, World::create(params));
+/// Drives through the world and writes what the sensor sees. Adds to the summary.
+Result<void> write_drive(const World& world, const Drive& drive, const WorldParams& params,
+                         const fs::path& folder, Summary& summary, const StageProgress& progress) {
   std::optional<World> other_day;
   if (params.changes.any()) {
     VANTAGE_TRY(other_day, World::create(params, Day::drive));
   }
-  VANTAGE_TRY(const Drive drive, Drive::create(world, params));
-
-  VANTAGE_TRY(Summary summary,
-              write_map(world, drive, params, directory.path() / "map.pcd", progress));
-
-  const fs::path scans = directory.path() / "scans";
+  const fs::path scans = folder / "scans";
+  std::error_code error;
+  fs::create_directory(scans, error);
+  if (error) return cannot("create the directory", scans, error);
   VANTAGE_TRY(summary.scan_points,
               write_scans(other_day ? *other_day : world, drive, params, scans, progress));
   summary.scans = drive.scans();
@@ -209,16 +276,35 @@ Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool ov
   }
   const io::Trajectory reference = reference_of(world, drive);
   VANTAGE_CHECK(io::write_text_atomically(scans / "times.txt", times));
-  VANTAGE_CHECK(io::write_tum(directory.path() / "reference.tum", reference));
+  VANTAGE_CHECK(io::write_tum(folder / "reference.tum", reference));
   const io::Trajectory felt = without_kidnaps(world, drive, reference);
-  VANTAGE_CHECK(io::write_tum(directory.path() / "odometry.tum",
+  VANTAGE_CHECK(io::write_tum(folder / "odometry.tum",
                               simulate_odometry(felt, params.odometry, params.seed)));
-  VANTAGE_CHECK(io::write_text_atomically(directory.path() / "events.csv", events));
-  VANTAGE_CHECK(io::write_text_atomically(directory.path() / kWorldFile, to_world_file(params)));
-  VANTAGE_CHECK(std::move(directory).commit());
-
+  VANTAGE_CHECK(io::write_text_atomically(folder / "events.csv", events));
   summary.seconds = reference.back().stamp - reference.front().stamp;
   summary.distance = drive.distance(reference.back().stamp);
+  return {};
+}
+
+}  // namespace
+
+Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool overwrite,
+                         Extent extent, const StageProgress& progress) {
+  VANTAGE_TRY(auto directory, OutputDirectory::create(out, overwrite));
+  // Holes are on the driven path, which needs rays to be found.
+  const bool drives = extent == Extent::drive || params.map.holes > 0;
+  VANTAGE_TRY(const World world, World::create(params, Day::map, drives ? Rays::yes : Rays::no));
+  std::optional<Drive> drive;
+  if (drives) {
+    VANTAGE_TRY(drive, Drive::create(world, params));
+  }
+  VANTAGE_TRY(Summary summary, write_map(world, drive ? drive->holes() : std::span<const Hole>(),
+                                         params, directory.path(), progress));
+  if (extent == Extent::drive) {
+    VANTAGE_CHECK(write_drive(world, *drive, params, directory.path(), summary, progress));
+  }
+  VANTAGE_CHECK(io::write_text_atomically(directory.path() / kWorldFile, to_world_file(params)));
+  VANTAGE_CHECK(std::move(directory).commit());
   return summary;
 }
 

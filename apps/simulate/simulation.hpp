@@ -27,10 +27,17 @@ struct Summary {
 using StageProgress =
     std::function<void(std::string_view stage, std::size_t done, std::size_t total)>;
 
+/// What a simulation makes.
+enum class Extent : std::uint8_t {
+  map,    ///< the map only
+  drive,  ///< and a drive through it
+};
+
 /// Makes the world, maps it, and drives through it as it is after `[changes]`. Writes into the
 /// directory `out`:
 /// - `map.pcd`: the wide-area map, map frame; float32 unless that would move a point by a
 ///   millimetre
+///   or `map/000000.pcd`, ... with map.points_per_file, in the same order
 /// - `scans/000000.pcd`, ...: sensor frame, float32; with motion distortion, each point is in the
 ///   frame of its own moment, which is in the field t: float32 [s] after the stamp
 /// - `scans/times.txt`: one stamp [s] per line, that of the scan's first firing
@@ -45,6 +52,7 @@ using StageProgress =
 /// @param overwrite  replace `out` if it is the result of an earlier simulation
 /// Errors: `already_exists`; `io_failure`; those of World and of the writers.
 [[nodiscard]] Result<Summary> simulate(const WorldParams& params, const std::filesystem::path& out,
-                                       bool overwrite = false, const StageProgress& progress = {});
+                                       bool overwrite = false, Extent extent = Extent::drive,
+                                       const StageProgress& progress = {});
 
 }  // namespace vantage::simulation

@@ -138,7 +138,7 @@ struct World::Parts {
   Scene scene;
 };
 
-Result<World> World::create(const WorldParams& params, Day day) {
+Result<World> World::create(const WorldParams& params, Day day, Rays rays) {
   StreetGrid streets(params.campus, params.seed);
   Terrain terrain(params.campus, params.seed);
   Campus campus = make_campus(params.campus, params.seed, streets, terrain);
@@ -147,6 +147,7 @@ Result<World> World::create(const WorldParams& params, Day day) {
   }
   auto parts =
       std::make_unique<Parts>(params, std::move(streets), std::move(terrain), std::move(campus));
+  if (rays == Rays::no) return World(std::move(parts));
   parts->device.reset(rtcNewDevice(nullptr));
   RTCDevice device = parts->device.get();
   if (device == nullptr) return embree_error(rtcGetDeviceError(nullptr), "starting");
@@ -188,6 +189,7 @@ const Point& World::map_origin() const noexcept { return parts_->origin; }
 
 std::optional<Hit> World::cast(const Point& origin, const Eigen::Vector3d& direction,
                                double max_range) const noexcept {
+  if (!parts_->scene) return std::nullopt;
   RTCRayHit query{};
   query.ray.org_x = static_cast<float>(origin.x());
   query.ray.org_y = static_cast<float>(origin.y());

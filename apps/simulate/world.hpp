@@ -21,6 +21,9 @@ struct Hit {
   Surface surface;
 };
 
+/// Whether rays are cast in a world; its triangles take most of the memory.
+enum class Rays : bool { no, yes };
+
 /// The day on which a world is looked at: `[changes]` lie between the map and the drive.
 enum class Day : std::uint8_t { map, drive };
 
@@ -32,7 +35,8 @@ class World {
  public:
   /// Streets and terrain are the same on both days.
   /// Errors: `internal` if Embree refuses (its message is passed on); those of `changed`.
-  [[nodiscard]] static Result<World> create(const WorldParams& params, Day day = Day::map);
+  [[nodiscard]] static Result<World> create(const WorldParams& params, Day day = Day::map,
+                                            Rays rays = Rays::yes);
 
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
@@ -45,7 +49,8 @@ class World {
   [[nodiscard]] const Point& map_origin() const noexcept;
 
   /// @param direction  unit vector
-  /// @return           nothing if the ray meets nothing within `max_range` [m]
+  /// @return           nothing if the ray meets nothing within `max_range` [m], or in a world
+  ///                   without rays
   [[nodiscard]] std::optional<Hit> cast(const Point& origin, const Eigen::Vector3d& direction,
                                         double max_range) const noexcept;
 

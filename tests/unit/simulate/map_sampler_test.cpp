@@ -224,6 +224,21 @@ TEST_CASE("the map is the same for any number of threads") {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   CHECK(sample_map(world, params.map, params.seed) == many);
   CHECK(sample_map(world, params.map, params.seed + 1) != many);
+  PointCloud streamed;
+  REQUIRE(stream_map(world, params.map, params.seed, [&](PointCloud&& piece) -> Result<void> {
+    streamed.insert(streamed.end(), piece.begin(), piece.end());
+    return {};
+  }));
+  CHECK(streamed == many);
+  std::size_t pieces = 0;
+  const auto stopped =
+      stream_map(world, params.map, params.seed, [&](PointCloud&&) -> Result<void> {
+        ++pieces;
+        return fail(ErrorCode::io_failure, "full");
+      });
+  REQUIRE_FALSE(stopped);
+  CHECK(stopped.error().message == "full");
+  CHECK(pieces == 1);
 }
 
 TEST_CASE("a map far from the origin has the same shape") {

@@ -16,6 +16,7 @@
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "vantage/engine/config.hpp"
+#include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 
@@ -90,6 +91,31 @@ TEST_CASE("the files of a simulation") {
     const auto a = contents(scratch.path() / "a");
     CHECK(a.size() == 6 + 6);
     CHECK((a == contents(scratch.path() / "b")));
+  }
+  SUBCASE("have the same map in several files, and without a drive only the map") {
+    WorldParams files = params;
+    files.map.points_per_file = 3000;
+    files.map.moving_vehicles = 2;
+    WorldParams whole = files;
+    whole.map.points_per_file = 0;
+    const auto in_files = simulate(files, scratch.path() / "b", false, Extent::map);
+    REQUIRE_MESSAGE(in_files, to_string(in_files.error()));
+    const auto in_one = simulate(whole, scratch.path() / "c");
+    REQUIRE(in_one);
+    CHECK(in_files->map_points == in_one->map_points);
+    CHECK(in_files->map_bounds.max == in_one->map_bounds.max);
+    CHECK(in_files->precision == in_one->precision);
+    CHECK(in_files->scans == 0);
+    const auto found = io::map_files(std::array{scratch.path() / "b/map"});
+    REQUIRE(found);
+    CHECK(found->files.size() == (in_one->map_points + 2999) / 3000);
+    const auto joined = io::read_point_clouds(found->files);
+    REQUIRE(joined);
+    CHECK(joined->points == io::read_point_cloud(scratch.path() / "c/map.pcd").value().points);
+    CHECK(fs::exists(scratch.path() / "b/world.toml"));
+    CHECK_FALSE(fs::exists(scratch.path() / "b/map.pcd"));
+    CHECK_FALSE(fs::exists(scratch.path() / "b/scans"));
+    CHECK_FALSE(fs::exists(scratch.path() / "b/reference.tum"));
   }
   SUBCASE("differ with another seed") {
     WorldParams other = params;
