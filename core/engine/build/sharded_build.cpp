@@ -104,7 +104,8 @@ struct ShardedBuild::State {
   }
   [[nodiscard]] Result<std::vector<RegionBlock>> blocks(const std::vector<std::uint32_t>& regions,
                                                         std::uint64_t bytes_a_point) const;
-  Result<void> build_block(const RegionBlock& block, Meter& meter, PartWriter& writer);
+  using Keep = std::function<Result<void>(std::uint32_t, StoredPart&&)>;
+  Result<void> build_block(const RegionBlock& block, Meter& meter, const Keep& keep) const;
   Result<void> merge_block(const RegionBlock& block, const Parts& parts, Meter& meter,
                            BundleWriter& writer);
   [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor) const;
@@ -203,7 +204,7 @@ Result<std::vector<RegionBlock>> ShardedBuild::State::blocks(
 }
 
 Result<void> ShardedBuild::State::build_block(const RegionBlock& block, Meter& meter,
-                                              PartWriter& writer) {
+                                              const Keep& keep) const {
   VANTAGE_TRY(const MapPart part, map->read(block.area));
   const PointCloud& points = part.points;
   const Groups inside =
@@ -215,12 +216,12 @@ Result<void> ShardedBuild::State::build_block(const RegionBlock& block, Meter& m
   return build_regions({block.regions, plan.viewpoints, inside}, plan.partition, sight, condenser,
                        meter, [&](std::uint32_t region, Condensed condensed) -> Result<void> {
                          VANTAGE_TRY(Finished finished, condenser.finish(std::move(condensed)));
-                         return writer.add(region, {.seen = finished.seen,
-                                                    .skipped = finished.skipped,
-                                                    .points = finished.points,
-                                                    .ranks = ranks_of(part, finished.stored.points),
-                                                    .views = std::move(finished.stored.views),
-                                                    .prepared = std::move(finished.prepared)});
+                         return keep(region, {.seen = finished.seen,
+                                              .skipped = finished.skipped,
+                                              .points = finished.points,
+                                              .ranks = ranks_of(part, finished.stored.points),
+                                              .views = std::move(finished.stored.views),
+                                              .prepared = std::move(finished.prepared)});
                        });
 }
 
@@ -286,6 +287,41 @@ Result<ShardStatus> ShardedBuild::status(const Shard& shard) const {
   return status;
 }
 
+Result<BuildEstimate> ShardedBuild::estimate() const {
+  constexpr std::size_t kSample = 16;  // regions
+  const State& state = *state_;
+  VANTAGE_TRY(const Parts parts, state.parts());
+  BuildEstimate estimate;
+  std::vector<std::uint32_t> left;
+  double cost = 0.0;
+  for (const std::uint32_t r : state.order) {
+    estimate.memory =
+        std::max(estimate.memory, kBytesASeenPoint * state.map->points_in(state.areas[r]));
+    if (parts.has(r) || state.plan.viewpoints[r].empty()) continue;
+    left.push_back(r);
+    cost += state.cost[r];
+  }
+  if (left.empty()) return estimate;
+  // From the middle of the map, because its border is not like the rest.
+  const std::size_t first = left.size() > kSample ? (left.size() - kSample) / 2 : 0;
+  const std::vector<std::uint32_t> sample(
+      left.begin() + static_cast<std::ptrdiff_t>(first),
+      left.begin() + static_cast<std::ptrdiff_t>(std::min(left.size(), first + kSample)));
+  VANTAGE_TRY(const auto blocks, state.blocks(sample, kBytesASeenPoint));
+  const std::function<void(const BuildProgress&)> nobody;
+  Meter meter({}, nobody);
+  const CpuStopwatch cpu;
+  double of_sample = 0.0;
+  for (const RegionBlock& block : blocks) {
+    VANTAGE_CHECK(state.build_block(
+        block, meter, [](std::uint32_t, StoredPart&&) -> Result<void> { return {}; }));
+  }
+  for (const std::uint32_t r : sample) of_sample += state.cost[r];
+  estimate.sampled = sample.size();
+  estimate.core_seconds = cpu.seconds() * cost / std::max(of_sample, 1.0);
+  return estimate;
+}
+
 Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& progress) {
   VANTAGE_TRY(auto regions, state_->regions_of(shard));
   VANTAGE_TRY(PartWriter writer,
@@ -301,7 +337,9 @@ Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& prog
   const Stopwatch stopwatch;
   const CpuStopwatch cpu;
   for (const RegionBlock& block : blocks) {
-    VANTAGE_CHECK(state_->build_block(block, meter, writer));
+    VANTAGE_CHECK(state_->build_block(block, meter, [&](std::uint32_t region, StoredPart&& part) {
+      return writer.add(region, part);
+    }));
   }
   state_->seconds_building += stopwatch.seconds();
   state_->core_seconds_building += cpu.seconds();

@@ -40,6 +40,13 @@ struct ShardStatus {
   double points_times_viewpoints = 0;
 };
 
+/// What is left of a build, estimated.
+struct BuildEstimate {
+  std::uint64_t memory = 0;     ///< the least that a process may be allowed [bytes]
+  std::size_t sampled = 0;      ///< regions that were built to find out
+  double core_seconds = 0;      ///< for all regions that are not finished; without the merge
+};
+
 /// A build that does not hold the map, runs in one or several processes, and continues where it was
 /// stopped. A plan is made first; then the shards are built, in any order and by any processes;
 /// then they are merged into the bundle. The bundle has the bytes that a build in memory makes of
@@ -66,6 +73,10 @@ class ShardedBuild {
   [[nodiscard]] VANTAGE_API std::uint64_t ground_points() const noexcept;
   /// Errors: `invalid_input` for a shard that is none; those of reading the parts.
   [[nodiscard]] VANTAGE_API Result<ShardStatus> status(const Shard& shard) const;
+
+  /// Builds some neighbouring regions that are not finished, without keeping them, and multiplies
+  /// what they cost. Errors: those of `build`.
+  [[nodiscard]] VANTAGE_API Result<BuildEstimate> estimate() const;
 
   /// Builds the regions of a shard that no process has finished.
   /// @return  how many regions it built
