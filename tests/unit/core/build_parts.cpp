@@ -1,0 +1,231 @@
+// The files of a build in parts, and how regions are divided into blocks.
+#include "build/parts.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "build/blocks.hpp"
+#include "build/plan_file.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+#include "vantage/kit/checksum.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kKey = 0x1234'5678'9abc'def0;
+
+BuildPlan some_plan() {
+  BuildPlan plan;
+  plan.partition =
+      Partition::from(
+          {{"box", HalfOpenBox{{0.0, 0.0}, {10.0, 5.0}}, {}},
+           {"polygon", ConvexPolygon{{{20.0, 0.0}, {30.0, 0.0}, {25.0, 9.0}}}, {-1.0, 4.0}},
+           {"union", BoxUnion{{{{40.0, 0.0}, {41.0, 1.0}}, {{41.0, 0.0}, {45.0, 3.0}}}}, {}}})
+          .value();
+  plan.viewpoints = {{{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}}, {}, {{42.0, 1.0, 1.7}}};
+  plan.owned = {100, 7, 12};
+  plan.limits = {.map_bounds = {{0.0, 0.0, -1.0}, {45.0, 9.0, 4.0}}, .max_range = 60.0};
+  plan.map_points = 119;
+  plan.ground_points = 80;
+  plan.unreachable_viewpoints = 3;
+  plan.places_outside = 2;
+  plan.places = PlaceIndex::of(PointCloud{{1.0, 1.0, 0.0}, {44.0, 2.0, 3.0}}).value();
+  return plan;
+}
+
+TEST_CASE("a plan comes back from its bytes, and from no others") {
+  const BuildPlan plan = some_plan();
+  const std::vector<std::byte> bytes = encode_plan(plan, kKey);
+  const auto again = decode_plan(bytes, kKey);
+  REQUIRE_MESSAGE(again, to_string(again.error()));
+  CHECK(again->partition.regions() == plan.partition.regions());
+  CHECK(again->viewpoints == plan.viewpoints);
+  CHECK(again->owned == plan.owned);
+  CHECK(again->limits.map_bounds.max == plan.limits.map_bounds.max);
+  CHECK(again->limits.max_range == plan.limits.max_range);
+  CHECK(again->places_outside == 2);
+  CHECK(encode_plan(*again, kKey) == bytes);
+  CHECK(decode_plan(bytes, kKey + 1).error().code == ErrorCode::already_exists);
+
+  for (std::size_t k = 0; k < bytes.size(); ++k) {
+    std::vector<std::byte> damaged = bytes;
+    damaged[k] ^= std::byte{0x10};
+    CHECK_FALSE(decode_plan(damaged, kKey).has_value());
+    CHECK_FALSE(decode_plan(std::span(bytes).first(k), kKey).has_value());
+  }
+}
+
+TEST_CASE("a forged plan with a sound checksum is an error or a plan, never a crash") {
+  const std::vector<std::byte> bytes = encode_plan(some_plan(), kKey);
+  std::mt19937 random(3);
+  for (int round = 0; round < 3000; ++round) {
+    std::vector<std::byte> forged(bytes.begin(), bytes.end() - 8);
+    for (int changes = 1 + static_cast<int>(random() % 3); changes > 0; --changes) {
+      forged[16 + random() % (forged.size() - 16)] = static_cast<std::byte>(random());
+    }
+    if (round % 5 == 0) forged.resize(16 + random() % (forged.size() - 16));
+    Fnv1a sum;
+    sum.add({reinterpret_cast<const char*>(forged.data()), forged.size()});
+    for (std::uint64_t value = sum.value(), k = 0; k < 8; ++k, value >>= 8U) {
+      forged.push_back(static_cast<std::byte>(value & 0xffU));
+    }
+    const auto decoded = decode_plan(forged, kKey);
+    if (!decoded) CHECK_FALSE(decoded.error().message.empty());
+  }
+}
+
+TEST_CASE("ranks name the same points in every part of a map that has them") {
+  // Runs of 5, 1 and 4 points, with gaps.
+  const MapPart part{PointCloud(10, Point::Zero()), {{100, 0}, {200, 5}, {300, 6}}};
+  const IndexList points{0, 4, 5, 6, 9};
+  const std::vector<std::uint64_t> ranks = ranks_of(part, points);
+  CHECK(ranks == std::vector<std::uint64_t>{100, 104, 200, 300, 303});
+  CHECK(indices_of(part, ranks).value() == points);
+  const MapPart larger{PointCloud(210, Point::Zero()), {{99, 0}, {298, 199}}};
+  CHECK(indices_of(larger, ranks).value() == IndexList{1, 5, 101, 201, 204});
+  for (const std::uint64_t absent : {99, 105, 199, 201, 304}) {
+    CAPTURE(absent);
+    CHECK(indices_of(part, {absent}).error().code == ErrorCode::internal);
+  }
+  CHECK(indices_of({}, {5}).error().code == ErrorCode::internal);
+  CHECK(indices_of({}, {}).value().empty());
+}
+
+StoredPart some_part(std::uint32_t seed) {
+  std::mt19937_64 random(seed);
+  StoredPart part;
+  part.seen = 500;
+  part.skipped = seed;
+  part.points = 40;
+  for (std::uint64_t rank = 0; part.ranks.size() < 40;) {
+    part.ranks.push_back(rank += 1 + random() % 5);
+    part.views.push_back(1 + static_cast<std::uint32_t>(random() % 300));
+  }
+  part.ranks.push_back(std::uint64_t{1} << 40U);  // more than 32 bits
+  part.prepared = {.bytes = {std::byte{7}, static_cast<std::byte>(seed)}, .elements = 3};
+  return part;
+}
+
+TEST_CASE("finished regions come back from their files, and what is cut off is built again") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "shard_1_of_2.parts";
+  {
+    auto writer = PartWriter::open(file, kKey);
+    REQUIRE(writer);
+    CHECK(PartWriter::open(file, kKey).error().code == ErrorCode::already_exists);  // it is locked
+    REQUIRE(writer->add(4, some_part(4)));
+    REQUIRE(writer->add(1, some_part(1)));
+  }
+  const std::string whole = test::read_text(file);
+  const auto parts = Parts::in(folder.path(), kKey, 5);
+  REQUIRE(parts);
+  CHECK(parts->missing() == 3);
+  for (const std::uint32_t r : {1U, 4U}) {
+    REQUIRE(parts->has(r));
+    const StoredPart wanted = some_part(r), part = parts->read(r).value();
+    CHECK(part.ranks == wanted.ranks);
+    CHECK(part.views == wanted.views);
+    CHECK(part.prepared == wanted.prepared);
+    CHECK(part.skipped == wanted.skipped);
+    CHECK(part.points == 40);
+  }
+  CHECK(Parts::in(folder.path(), kKey + 1, 5).error().code == ErrorCode::already_exists);
+  CHECK(PartWriter::open(file, kKey + 1).error().code == ErrorCode::already_exists);
+
+  // Cut anywhere, the regions before the cut are there, and the file is continued after them.
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    test::write_text(file, whole.substr(0, size));
+    const auto cut = Parts::in(folder.path(), kKey, 5);
+    REQUIRE(cut);
+    CHECK_FALSE(cut->has(1));
+    if (size % 7 != 0) continue;
+    auto writer = PartWriter::open(file, kKey);
+    REQUIRE(writer);
+    if (!cut->has(4)) REQUIRE(writer->add(4, some_part(4)));
+    REQUIRE(writer->add(1, some_part(1)));
+    CHECK(test::read_text(file) == whole);
+  }
+  // A head that was not written: the content after it does not count.
+  std::string torn = whole;
+  const std::size_t second = whole.size() - (whole.size() - 16) / 2;
+  std::fill_n(torn.begin() + static_cast<std::ptrdiff_t>(second) - 24, 48, '\0');
+  test::write_text(file, torn);
+  CHECK(Parts::in(folder.path(), kKey, 5));
+
+  // A wrong byte is found when the region is read.
+  for (std::size_t k = 16; k < whole.size(); ++k) {
+    std::string damaged = whole;
+    damaged[k] = static_cast<char>(damaged[k] ^ 4);
+    test::write_text(file, damaged);
+    const auto found = Parts::in(folder.path(), kKey, 5);
+    if (!found) continue;
+    for (const std::uint32_t r : {1U, 4U}) {
+      if (!found->has(r)) continue;
+      const auto part = found->read(r);
+      if (part) CHECK(part->ranks == some_part(r).ranks);
+    }
+  }
+}
+
+/// A map of which only the numbers of points are asked: one in each square metre.
+class Counts final : public MapParts {
+ public:
+  [[nodiscard]] Bounds3 bounds() const noexcept override { return {}; }
+  [[nodiscard]] std::uint64_t points() const noexcept override { return 0; }
+  [[nodiscard]] Result<void> pass(MapVisitor&) const noexcept override { return {}; }
+  [[nodiscard]] std::uint64_t points_in(const Bounds2& area) const override {
+    const Eigen::Vector2d size = (area.max - area.min).cwiseMax(0.0);
+    return static_cast<std::uint64_t>(size.x() * size.y());
+  }
+  [[nodiscard]] Result<MapPart> read(const Bounds2&) const override { return MapPart{}; }
+};
+
+TEST_CASE("blocks hold neighbours, fit into memory, and have every region once") {
+  std::vector<Region> regions;
+  std::vector<Bounds2> areas;
+  for (int i = 0; i < 12; ++i) {
+    for (int j = 0; j < 9; ++j) {
+      const Eigen::Vector2d low(10.0 * i, 10.0 * j);
+      regions.push_back({"r" + std::to_string(regions.size()),
+                         HalfOpenBox{low, low + Eigen::Vector2d(10.0, 10.0)},
+                         {}});
+      areas.push_back(with_margin({low, low + Eigen::Vector2d(10.0, 10.0)}, 15.0));
+    }
+  }
+  areas[5] = areas[60] = Bounds2{};  // need no points
+  const Partition partition = Partition::from(regions).value();
+  std::vector<std::uint32_t> some;
+  for (std::uint32_t r = 0; r < regions.size(); r += r < 40 ? 1 : 2) some.push_back(r);
+  const Counts map;
+  const auto blocks = blocks_of(map, partition, some, areas, 40'000, 10);
+  REQUIRE_MESSAGE(blocks, to_string(blocks.error()));
+  std::vector<std::uint32_t> all;
+  for (const RegionBlock& block : *blocks) {
+    CHECK(std::ranges::is_sorted(block.regions));
+    CHECK(map.points_in(block.area) <= 4'000);
+    for (const std::uint32_t r : block.regions) {
+      all.push_back(r);
+      if (areas[r].min.x() > areas[r].max.x()) continue;
+      CHECK(block.area.contains(areas[r].min));
+      CHECK(block.area.contains(areas[r].max));
+    }
+  }
+  std::ranges::sort(all);
+  CHECK(all == some);
+  CHECK(blocks->size() > 2);
+  CHECK(blocks->size() < some.size() / 2);
+
+  const auto too_large = blocks_of(map, partition, some, areas, 10'000, 10);
+  REQUIRE_FALSE(too_large);
+  CHECK(too_large.error().code == ErrorCode::invalid_input);
+  CHECK(too_large.error().message.find("1600 points") != std::string::npos);
+  CHECK(blocks_of(map, partition, {}, areas, 10, 10).value().empty());
+}
+
+}  // namespace
+}  // namespace vantage
