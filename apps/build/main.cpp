@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -104,13 +105,7 @@ Result<void> run(const Options& options) {
     VANTAGE_TRY(report, prepared.build.run(prepared.map.points, prepared.map.trajectory,
                                            [&](const BuildProgress& now) { told(now); }));
   }
-  VANTAGE_TRY(const MapIndex index, prepared.build.index());
-  if (options.common.json) {
-    std::cout << building::to_json(report, index, prepared.map).dump(2) << '\n';
-  } else {
-    building::print_report(report, index, prepared.map, options.common.style());
-  }
-  return {};
+  return building::print_summary(report, prepared, options.common);
 }
 
 }  // namespace

@@ -23,13 +23,7 @@ Result<void> run(const building::Options& options) {
       progress->update(now.regions_done, now.regions);
     }));
   }
-  VANTAGE_TRY(const MapIndex index, prepared.build.index());
-  if (options.common.json) {
-    std::cout << building::to_json(report, index, prepared.map).dump(2) << '\n';
-  } else {
-    building::print_report(report, index, prepared.map, options.common.style());
-  }
-  return {};
+  return building::print_summary(report, prepared, options.common);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,8 +21,6 @@ std::uint64_t peak_memory() {
   ::getrusage(RUSAGE_SELF, &usage);
   return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
 }
-
-}  // namespace
 
 void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map,
                   const cli::Style& style) {
@@ -131,6 +130,19 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
         {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
       {"peak_memory_bytes", peak_memory()},
       {"regions", std::move(regions)}};
+}
+
+}  // namespace
+
+Result<void> print_summary(const BuildReport& report, const Prepared& prepared,
+                           const cli::CommonOptions& options) {
+  VANTAGE_TRY(const MapIndex index, prepared.build.index());
+  if (options.json) {
+    std::cout << to_json(report, index, prepared.map).dump(2) << '\n';
+  } else {
+    print_report(report, index, prepared.map, options.style());
+  }
+  return {};
 }
 
 }  // namespace vantage::building

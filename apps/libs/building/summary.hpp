@@ -1,21 +1,15 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include "building/input.hpp"
-#include "terminal/style.hpp"
+#include "terminal/command_line.hpp"
 #include "vantage/engine/build.hpp"
-#include "vantage/map_store.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage::building {
 
-/// Prints what a build made and what it cost.
-/// @param index  of the bundle
-void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map,
-                  const cli::Style& style);
-
-/// The same as JSON.
-[[nodiscard]] nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
-                                             const WideAreaMap& map);
+/// Prints what a build made and what it cost, as text or as JSON. Errors: those of reading the
+/// bundle's index.
+[[nodiscard]] Result<void> print_summary(const BuildReport& report, const Prepared& prepared,
+                                         const cli::CommonOptions& options);
 
 }  // namespace vantage::building
