@@ -86,6 +86,28 @@ TEST_CASE("shards: a finished region is not built again") {
   CHECK(built("2/2")["built"] == 0);
 }
 
+TEST_CASE("shards: a bundle is replaced only if that is wanted, and other files stay") {
+  const SmallTown town;
+  const std::string config = town.config({});
+  fs::create_directory(town.path("work"));
+  test::write_text(town.path("work/notes.txt"), "mine");
+  const std::vector<std::string> build{config, "-q",      "--memory",
+                                       "3MiB", "--parts", town.path("work")};
+  must_run("vantage-build", build);
+  CHECK(test::read_text(town.path("work/notes.txt")) == "mine");
+  CHECK(std::distance(fs::directory_iterator(town.path("work")), fs::directory_iterator()) == 1);
+  const auto before = test::bytes_of(town.path("bundle"));
+  for (const char* program : {"vantage-build", "vantage-plan", "vantage-merge"}) {
+    const auto refused = run(program, build);
+    CHECK(refused.exit_code == 1);
+    CHECK_MESSAGE(refused.err.find("overwrite = true") != std::string::npos, refused.err);
+  }
+  auto again = build;
+  again.insert(again.end(), {"--set", "store.params.overwrite=true"});
+  must_run("vantage-build", again);
+  CHECK(test::bytes_of(town.path("bundle")) == before);
+}
+
 TEST_CASE(
     "shards: merge says what is missing, and builds that do not belong together are refused") {
   const SmallTown town;

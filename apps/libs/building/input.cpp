@@ -53,17 +53,35 @@ Result<WideAreaMap> read_map(const MapSource& source, std::uint64_t memory, Read
   return map;
 }
 
+/// The folder of the bundle, for a store that has one.
+std::optional<fs::path> bundle_of(const Config& config) {
+  const Value* const root = config.store ? config.store->params.find("root") : nullptr;
+  const auto* const text = root != nullptr ? std::get_if<std::string>(&root->data) : nullptr;
+  if (text == nullptr) return std::nullopt;
+  fs::path folder = resolve_path(*text, root->where);
+  if (!folder.has_filename()) folder = folder.parent_path();
+  return folder;
+}
+
 /// The folder of the bundle with ".parts" behind its name.
 Result<fs::path> parts_beside(const Config& config) {
-  if (const Value* root = config.store ? config.store->params.find("root") : nullptr) {
-    if (const auto* text = std::get_if<std::string>(&root->data)) {
-      fs::path folder = resolve_path(*text, root->where);
-      if (!folder.has_filename()) folder = folder.parent_path();
-      folder += ".parts";
-      return folder;
-    }
-  }
+  if (auto folder = bundle_of(config)) return *folder += ".parts";
   return cli::usage_error("the store has no 'root', so --parts has to name a folder for the parts");
+}
+
+/// A build in parts begins its bundle last. That the bundle may not be replaced must show first.
+Result<void> check_replaceable(const Config& config) {
+  const auto folder = bundle_of(config);
+  std::error_code ignored;
+  if (!folder || !fs::exists(*folder, ignored)) return {};
+  const Value* const overwrite = config.store->params.find("overwrite");
+  if (overwrite != nullptr && std::get_if<bool>(&overwrite->data) != nullptr &&
+      std::get<bool>(overwrite->data)) {
+    return {};
+  }
+  return fail(ErrorCode::already_exists,
+              "the bundle exists already: remove it, or set store.params.overwrite = true",
+              SourceLocation{folder->string(), 0, 0});
 }
 
 }  // namespace
@@ -89,6 +107,7 @@ Result<Prepared> prepare(const Options& options, Reading reading) {
   VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, options.common.loader()));
   VANTAGE_TRY(WideAreaMap map, read_map(source, *memory, reading));
   fs::path parts = options.parts;
+  if (map.tiles) VANTAGE_CHECK(check_replaceable(config));
   if (parts.empty() && map.tiles) {
     VANTAGE_TRY(parts, parts_beside(config));
   }

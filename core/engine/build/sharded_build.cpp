@@ -77,6 +77,24 @@ Groups points_inside(const RegionBlock& block, PointsView points, const Partitio
       [&](std::uint32_t k) { return place[k]; });
 }
 
+/// Removes what a build and vantage-submit put there, and the folder if nothing else is in it. The
+/// bundle is there by now: what cannot be removed does no harm.
+void remove_parts(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> ours;
+  for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end;
+       it.increment(ignored)) {
+    const std::string name = it->path().filename().string();
+    const bool is_log = name == "joblog" || name == "submit.sh" ||
+                        (name.starts_with("slurm-") && name.ends_with(".log"));
+    if (is_log || name == "plan" || name == "lock" || name.ends_with(".parts")) {
+      ours.push_back(it->path());
+    }
+  }
+  for (const fs::path& file : ours) fs::remove(file, ignored);
+  fs::remove(folder, ignored);
+}
+
 std::string file_of(const Shard& shard) {
   return "shard_" + std::to_string(shard.number) + "_of_" + std::to_string(shard.count) + ".parts";
 }
@@ -368,8 +386,7 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
   report.seconds_partition = state.seconds_plan;
   report.seconds_visibility += state.seconds_building;
   report.core_seconds_visibility += state.core_seconds_building;
-  std::error_code ignored;  // the bundle is there; a folder that stays does no harm
-  fs::remove_all(state.options.parts, ignored);
+  remove_parts(state.options.parts);
   return report;
 }
 

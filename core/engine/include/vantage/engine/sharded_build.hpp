@@ -42,9 +42,9 @@ struct ShardStatus {
 
 /// What is left of a build, estimated.
 struct BuildEstimate {
-  std::uint64_t memory = 0;     ///< the least that a process may be allowed [bytes]
-  std::size_t sampled = 0;      ///< regions that were built to find out
-  double core_seconds = 0;      ///< for all regions that are not finished; without the merge
+  std::uint64_t memory = 0;  ///< the least that a process may be allowed [bytes]
+  std::size_t sampled = 0;   ///< regions that were built to find out
+  double core_seconds = 0;   ///< for all regions that are not finished; without the merge
 };
 
 /// A build that does not hold the map, runs in one or several processes, and continues where it was
@@ -86,9 +86,10 @@ class ShardedBuild {
   [[nodiscard]] VANTAGE_API Result<std::size_t> build(const Shard& shard,
                                                       const Progress& progress = {});
 
-  /// Makes the bundle of all regions and removes the folder of parts. The report's times are those
-  /// of this object; those of other processes are not known. Errors: `not_found` if regions are
-  /// missing; it says how many. Those of build_region_maps.
+  /// Makes the bundle of all regions and removes the parts; their folder stays if it holds
+  /// something else. The report's times are those of this object; those of other processes are not
+  /// known. Errors: `not_found` if regions are missing; it says how many. Those of
+  /// build_region_maps.
   [[nodiscard]] VANTAGE_API Result<BuildReport> merge(const Progress& progress = {});
 
  private:
