@@ -63,7 +63,7 @@ std::span<const NamedWorld> all_worlds() {
 
 Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
                                           int kidnaps) {
-  constexpr std::array<std::uint64_t, 7> kUsed{1, 7, 11, 23, 32, 38, 50};
+  constexpr std::array<std::uint64_t, 8> kUsed{1, 7, 11, 21, 23, 32, 38, 50};
   if (std::ranges::find(kUsed, seed) != kUsed.end()) {
     return fail(ErrorCode::invalid_input,
                 fmt::format("seed {} is that of a world of configs/simulate/; take another", seed));
