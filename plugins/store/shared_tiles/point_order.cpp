@@ -3,113 +3,91 @@
 #include <algorithm>
 #include <utility>
 
+#include "bytes.hpp"
+
 namespace vantage::shared_tiles {
 namespace {
 
-constexpr std::uint32_t kNobody = 0xffff'ffff;
-
-/// Regions that stand at points, and wait there for the others that have the same point.
-class WaitingRegions {
- public:
-  WaitingRegions(const RegionSequences& regions, const std::vector<std::uint32_t>& uses)
-      : missing_(uses), last_(uses.size(), kNobody), next_(regions.regions(), kNobody) {
-    cursors_.reserve(regions.regions());
-    for (std::uint32_t r = 0; r < regions.regions(); ++r) cursors_.push_back(regions.of(r));
-    for (std::uint32_t r = 0; r < regions.regions(); ++r) wait(r);
-  }
-
-  /// The next point that all have come to; if there is none, the regions contradict each other.
-  /// kNobody when all have ended.
-  [[nodiscard]] std::uint32_t pop() {
-    if (ready_.empty()) return least_awaited();
-    const std::uint32_t id = ready_.back();
-    ready_.pop_back();
-    return id;
-  }
-  /// The regions that wait at a point go on.
-  void advance(std::uint32_t id) {
-    std::uint32_t r = std::exchange(last_[id], kNobody);
-    while (r != kNobody) {
-      const std::uint32_t next = std::exchange(next_[r], kNobody);
-      cursors_[r].next();
-      wait(r);
-      r = next;
-    }
-  }
-
- private:
-  /// The point to take when no region can go on. In an order that most regions agree on, those that
-  /// are missing at the first of all waiting points have it far ahead, if they have it in another
-  /// place; those that are missing at the others will come to them soon.
-  [[nodiscard]] std::uint32_t least_awaited() {
-    constexpr std::uint32_t kMostRegions = 1024;  // that are asked
-    constexpr int kSoon = 64;                     // [points]
-    while (first_ < cursors_.size() && cursors_[first_].at_end()) ++first_;
-    std::unordered_map<std::uint32_t, std::uint32_t> soon;  // how many come soon, by point
-    const auto asked = static_cast<std::uint32_t>(
-        std::min<std::size_t>(cursors_.size(), std::size_t{first_} + kMostRegions));
-    for (std::uint32_t r = first_; r < asked; ++r) {
-      RegionSequences::Cursor ahead = cursors_[r];
-      for (int i = 0; i < kSoon && !ahead.at_end(); ++i) {
-        ahead.next();
-        if (!ahead.at_end() && last_[ahead.id()] != kNobody) ++soon[ahead.id()];
-      }
-    }
-    std::uint32_t best = kNobody;
-    std::pair<std::uint32_t, std::uint32_t> least;
-    for (std::uint32_t r = first_; r < asked; ++r) {
-      if (cursors_[r].at_end()) continue;
-      const std::uint32_t id = cursors_[r].id();
-      const auto found = soon.find(id);
-      const std::pair awaited(found == soon.end() ? 0U : found->second, missing_[id]);
-      if (best == kNobody || awaited < least) {
-        best = id;
-        least = awaited;
-      }
-    }
-    return best;
-  }
-  void wait(std::uint32_t r) {
-    if (cursors_[r].at_end()) return;
-    const std::uint32_t id = cursors_[r].id();
-    next_[r] = std::exchange(last_[id], r);
-    if (--missing_[id] == 0) ready_.push_back(id);
-  }
-
-  std::vector<std::uint32_t> missing_;  // how many regions have yet to come, by point
-  std::vector<std::uint32_t> last_;     // region that came to a point, by point
-  std::vector<std::uint32_t> next_;     // that waits at the same point, by region
-  std::vector<RegionSequences::Cursor> cursors_;
-  std::vector<std::uint32_t> ready_;
-  std::uint32_t first_ = 0;  // region that may not have ended
-};
+// A jump is a difference modulo 2^32 with the sign in the lowest bit.
+std::uint32_t folded(std::uint32_t jump) noexcept {
+  return jump << 1U ^ (jump >> 31U != 0 ? 0xffff'ffffU : 0U);
+}
+std::uint32_t unfolded(std::uint32_t code) noexcept {
+  return code >> 1U ^ ((code & 1U) != 0 ? 0xffff'ffffU : 0U);
+}
 
 }  // namespace
 
-PointOrder::PointOrder(const RegionSequences& regions, const std::vector<std::uint32_t>& uses)
-    : first_(uses.size(), kNobody) {
-  ids_.reserve(uses.size());
-  WaitingRegions waiting(regions, uses);
-  for (std::uint32_t id = waiting.pop(); id != kNobody; id = waiting.pop()) {
-    take(id);
-    waiting.advance(id);
+void OrderWriter::add(std::uint32_t part, std::uint32_t pick) {
+  if (piece_.count > 0 && part == piece_.part && pick == piece_.begin + piece_.count) {
+    ++piece_.count;
+    return;
   }
+  write();
+  piece_ = {.part = part, .begin = pick, .count = 1};
 }
 
-void PointOrder::take(std::uint32_t id) {
-  const auto rank = static_cast<std::uint32_t>(ids_.size());
-  if (first_[id] == kNobody) {
-    first_[id] = rank;
-  } else {
-    later_[id].push_back(rank);
-  }
-  ids_.push_back(id);
+void OrderWriter::write() {
+  if (piece_.count == 0) return;
+  const std::uint32_t jump = piece_.begin - next_[piece_.part];
+  append_leb(code_, std::uint64_t{piece_.part} << 1U | (jump != 0 ? 1U : 0U));
+  if (jump != 0) append_leb(code_, folded(jump));
+  append_leb(code_, piece_.count);
+  next_[piece_.part] = piece_.begin + piece_.count;
 }
 
-std::uint32_t PointOrder::rank(std::uint32_t id, std::int64_t after) const noexcept {
-  if (static_cast<std::int64_t>(first_[id]) > after) return first_[id];
-  const std::vector<std::uint32_t>& ranks = later_.find(id)->second;
-  return *std::upper_bound(ranks.begin(), ranks.end(), after);
+std::string OrderWriter::code() && {
+  write();
+  return std::move(code_);
+}
+
+void TakenPoints::add(const StoredTile& tile, std::vector<Run> runs) {
+  std::vector<std::uint32_t> begin{0};
+  begin.reserve(runs.size() + 1);
+  for (const Run& run : runs) begin.push_back(begin.back() + (run.end - run.begin));
+  count_ += begin.back();
+  parts_.push_back({.tile = &tile, .runs = std::move(runs), .begin = std::move(begin)});
+}
+
+std::optional<PointCloud> TakenPoints::in_order(std::string_view code) {
+  PointCloud points(count_);
+  Point* to = points.data();
+  ByteReader reader(code);
+  while (reader.left() > 0) {
+    const std::uint64_t number = reader.leb();
+    if (number >> 1U >= parts_.size()) return std::nullopt;
+    Part& part = parts_[number >> 1U];
+    std::uint32_t begin = part.next;
+    if ((number & 1U) != 0) begin += unfolded(static_cast<std::uint32_t>(reader.leb()));
+    const std::uint64_t count = reader.leb();
+    const std::uint32_t taken = part.begin.back();
+    const auto left = static_cast<std::uint64_t>(points.data() + points.size() - to);
+    if (!reader.ok() || count == 0 || begin >= taken || count > taken - begin || count > left) {
+      return std::nullopt;
+    }
+    to = copy(part, begin, begin + static_cast<std::uint32_t>(count), to);
+  }
+  if (to != points.data() + points.size()) return std::nullopt;
+  return points;
+}
+
+Point* TakenPoints::copy(Part& part, std::uint32_t begin, std::uint32_t end, Point* to) {
+  if (begin < part.begin[part.run] || begin > part.begin[part.run + 1]) {
+    const auto after = std::ranges::upper_bound(part.begin, begin);
+    part.run = static_cast<std::size_t>(after - part.begin.begin()) - 1;
+  }
+  part.next = end;
+  while (begin < end) {
+    if (part.begin[part.run + 1] <= begin) {
+      ++part.run;
+      continue;
+    }
+    const std::uint32_t until = std::min(end, part.begin[part.run + 1]);
+    const std::uint32_t first = part.runs[part.run].begin + (begin - part.begin[part.run]);
+    to = part.tile->copy(first, first + (until - begin), to);
+    begin = until;
+  }
+  return to;
 }
 
 }  // namespace vantage::shared_tiles

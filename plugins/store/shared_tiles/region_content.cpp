@@ -8,7 +8,7 @@
 namespace vantage::shared_tiles {
 namespace {
 
-constexpr std::string_view kTitle = "vantage shared_tiles region   1\n";
+constexpr std::string_view kTitle = "vantage shared_tiles region   2\n";
 static_assert(kTitle.size() % kWord == 0);
 
 using ViewpointCoordinates = std::array<float, 3>;
@@ -47,13 +47,15 @@ std::string encode_head(const RegionMap& map, const bundle_folder::RegionFile& f
   return head;
 }
 
-std::string encode_parts(const std::vector<TilePart>& parts) {
+std::string encode_parts(const std::vector<TilePart>& parts, std::string_view order) {
   std::string bytes;
   append(bytes, std::uint64_t{parts.size()});
+  append(bytes, std::uint64_t{order.size()});
   for (const TilePart& part : parts) {
     append(bytes, PartHeader{part.place, part.count, part.coding, part.selection.size()});
   }
   for (const TilePart& part : parts) bytes += part.selection;
+  bytes += order;
   pad(bytes);
   return bytes;
 }
@@ -96,6 +98,7 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
   map.prepared = {.bytes = {first, first + prepared.size()}, .elements = file.elements};
 
   const auto count = reader.number<std::uint64_t>();
+  const auto order_bytes = reader.number<std::uint64_t>();
   if (count > reader.left() / sizeof(PartHeader)) return corrupt("the list of tiles is cut off");
   std::vector<std::uint64_t> sizes;
   std::uint64_t points = 0;
@@ -106,6 +109,7 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
     points += header.count;
   }
   for (std::uint64_t i = 0; i < count; ++i) region.parts[i].selection = reader.take(sizes[i]);
+  region.order = reader.take(order_bytes);
   if (!reader.ok() || reader.left() >= kWord) return corrupt("the list of tiles is damaged");
   if (points != file.points) {
     return corrupt("the tiles give " + std::to_string(points) + " points, expected " +

@@ -26,13 +26,14 @@ struct TilePart {
 struct RegionContent {
   RegionMap map;  ///< without its points
   std::vector<TilePart> parts;
+  std::string_view order;  ///< the code
 };
 
 /// The first part of the file: viewpoints, views, prepared bytes. Whole words.
 [[nodiscard]] std::string encode_head(const RegionMap& map, const bundle_folder::RegionFile& file);
 
-/// The second part of the file. Whole words.
-[[nodiscard]] std::string encode_parts(const std::vector<TilePart>& parts);
+/// The second part of the file. Whole words. @param order  the code
+[[nodiscard]] std::string encode_parts(const std::vector<TilePart>& parts, std::string_view order);
 
 /// Checks every byte. Errors: `corrupt_data` for content that does not agree with `file`.
 [[nodiscard]] Result<RegionContent> decode_region(std::string_view content,

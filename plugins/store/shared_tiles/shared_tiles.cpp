@@ -7,13 +7,11 @@
 
 #include "bytes.hpp"
 #include "common/folder_store.hpp"
-#include "merged_points.hpp"
-#include "point_ids.hpp"
+#include "growing_tiles.hpp"
 #include "point_order.hpp"
 #include "region_content.hpp"
-#include "region_sequences.hpp"
+#include "scratch.hpp"
 #include "tile_cache.hpp"
-#include "tile_writer.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage::shared_tiles {
@@ -22,22 +20,28 @@ namespace {
 using bundle_folder::PartialFolder, bundle_folder::RegionFile;
 
 constexpr const char* kTilesFile = "tiles.bin";
-constexpr const char* kSequencesFile = "sequences.tmp";
+constexpr const char* kScratchFile = "scratch.tmp";
 constexpr bundle_folder::BundleFormat kFormat{.store = "shared_tiles",
                                               .version = 1,
                                               .extension = ".region",
                                               .shared = kTilesFile,
-                                              .scratch = kSequencesFile};
+                                              .scratch = kScratchFile};
 
 /// What a build knows of its regions before the commit.
 struct Build {
-  PointIds ids;
-  RegionSequences sequences;
+  struct Put {
+    std::uint32_t region;
+    Scratch::Place place;
+  };
+
+  Scratch scratch{kScratchFile};
+  GrowingTiles tiles;
+  std::vector<Put> puts;    // in their order: neighbours mostly follow each other
   std::vector<Fnv1a> sums;  // of the first parts of the files, by region
   enum class State { putting, finished, failed } state = State::putting;
 
-  Build(std::uint64_t map_points, std::size_t regions)
-      : ids(map_points), sequences(kSequencesFile, regions), sums(regions) {}
+  Build(double width, std::uint64_t memory, std::size_t regions)
+      : tiles(width, memory, scratch), sums(regions) {}
 };
 
 /// Every point once, in square tiles; a region says which points of which tiles it has.
@@ -46,6 +50,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
   struct Params : bundle_folder::FolderParams {
     double tile_width = 20.0;
     std::uint32_t cache = 128;
+    std::uint32_t build_cache = 512;
     static constexpr auto schema() {
       return std::tuple_cat(
           folder_fields<Params>(),
@@ -53,7 +58,10 @@ class SharedTiles final : public bundle_folder::FolderStore {
                               "width of the square tiles of a new bundle", positive),
                      optional("cache", &Params::cache, "MB",
                               "memory for tiles that were read; a switch to a region that overlaps "
-                              "reads only the others")});
+                              "reads only the others"),
+                     optional("build_cache", &Params::build_cache, "MB",
+                              "memory for tiles while a bundle is written; the others wait in a "
+                              "file. The bundle does not depend on it")});
     }
   };
 
@@ -63,26 +71,28 @@ class SharedTiles final : public bundle_folder::FolderStore {
   explicit SharedTiles(const Params& params)
       : FolderStore(kFormat, params),
         width_(params.tile_width),
+        build_cache_(std::uint64_t{params.build_cache} * 1'000'000),
         cache_(std::uint64_t{params.cache} * 1'000'000) {}
 
  private:
   void start(const MapIndex& index) override {
-    build_ = std::make_unique<Build>(index.map_points, index.partition.size());
+    build_ = std::make_unique<Build>(width_, build_cache_, index.partition.size());
   }
 
   [[nodiscard]] Result<RegionFile> write(PartialFolder& folder, RegionId region,
                                          const std::string& name, const RegionMap& map) override {
     VANTAGE_TRY(RegionFile file, bundle_folder::checked(map));
     for (const Point& p : map.points) {
-      if (TileWriter::fits(p, width_)) continue;
+      if (build_->tiles.fits(p)) continue;
       return fail(ErrorCode::invalid_input, "a point is too far from the map's origin for tiles");
     }
     if (build_->state != Build::State::putting) return failed_before();
     build_->state = Build::State::failed;  // if it ends here, points were counted that are not kept
     const std::string head = encode_head(map, file);
     VANTAGE_CHECK(folder.write_file(name, head));
-    VANTAGE_TRY(const auto ids, build_->ids.of(map.points, region.value));
-    VANTAGE_CHECK(build_->sequences.add(folder, region.value, ids));
+    VANTAGE_TRY(const std::string put, build_->tiles.put(folder, map.points));
+    VANTAGE_TRY(const Scratch::Place place, build_->scratch.add(folder, put));
+    build_->puts.push_back({region.value, place});
     build_->sums[region.value] = sum_of(head);
     build_->state = Build::State::putting;
     file.bytes = head.size();
@@ -94,19 +104,16 @@ class SharedTiles final : public bundle_folder::FolderStore {
     if (build_->state == Build::State::finished) return {};
     if (build_->state == Build::State::failed) return failed_before();
     build_->state = Build::State::failed;
-    build_->ids.finish();
-    VANTAGE_CHECK(build_->sequences.open(folder));
-    const PointOrder order(build_->sequences, build_->ids.uses());
-    TileWriter tiles(build_->ids.points(), order, width_);
-    VANTAGE_CHECK(tiles.write(folder, kTilesFile));
-    for (std::uint32_t r = 0; r < files.size(); ++r) {
-      const std::string parts = tiles.parts_of(build_->sequences.of(r));
-      VANTAGE_CHECK(folder.append(names[r], parts));
-      files[r].bytes += parts.size();
-      files[r].checksum = sum_of(parts, build_->sums[r]).value();
+    VANTAGE_CHECK(build_->tiles.finish(folder, kTilesFile));
+    for (const Build::Put& put : build_->puts) {
+      VANTAGE_TRY(const std::string kept, build_->scratch.read(put.place));
+      VANTAGE_TRY(const std::string parts, build_->tiles.parts_of(kept));
+      VANTAGE_CHECK(folder.append(names[put.region], parts));
+      files[put.region].bytes += parts.size();
+      files[put.region].checksum = sum_of(parts, build_->sums[put.region]).value();
     }
-    VANTAGE_CHECK(build_->sequences.remove(folder));
-    build_ = std::make_unique<Build>(0, 0);  // frees the points
+    VANTAGE_CHECK(build_->scratch.remove(folder));
+    build_ = std::make_unique<Build>(width_, 0, 0);  // frees the memory
     build_->state = Build::State::finished;
     return {};
   }
@@ -116,7 +123,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
     VANTAGE_TRY(RegionContent region, decode_region(content, file, path.string()));
     std::optional<io::InputFile> tiles_file;
     std::vector<TileCache::TilePtr> tiles;
-    MergedPoints merged;
+    TakenPoints taken;
     tiles.reserve(region.parts.size());
     for (const TilePart& part : region.parts) {
       auto tile = cache_.get(part.place, root() / kTilesFile, tiles_file);
@@ -124,12 +131,12 @@ class SharedTiles final : public bundle_folder::FolderStore {
         return fail(
             std::move(tile).error().during("reading region '" + path.stem().string() + "'"));
       }
-      const auto runs = read_selection(part.selection, part.coding, (*tile)->points, part.count);
+      auto runs = read_selection(part.selection, part.coding, (*tile)->points, part.count);
       if (!runs) return corrupt("the selection from a tile is damaged", path);
-      merged.add(**tile, *runs);
+      taken.add(**tile, *std::move(runs));
       tiles.push_back(*std::move(tile));  // until the points are there
     }
-    auto points = merged.points();
+    auto points = taken.in_order(region.order);
     if (!points) return corrupt("the order of the points is damaged", path);
     region.map.points = *std::move(points);
     return std::move(region.map);
@@ -144,6 +151,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
   }
 
   double width_;
+  std::uint64_t build_cache_;  // [bytes]
   std::unique_ptr<Build> build_;
   mutable TileCache cache_;
 };

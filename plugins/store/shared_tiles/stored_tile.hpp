@@ -2,9 +2,7 @@
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "vantage/point_cloud.hpp"
 
@@ -17,32 +15,22 @@ struct TilePlace {
   std::uint64_t checksum = 0;  ///< FNV-1a, 64 bit, over words of 64 bits
 };
 
-/// Points of a tile whose ranks follow each other; it ends where the next one begins.
-struct Stretch {
-  std::uint32_t begin = 0;  ///< the first of the points
-  std::uint32_t rank = 0;   ///< of this point
-};
-
-/// The points of a square of the map, in the order of their ranks.
+/// The points of a square of the map.
 struct StoredTile {
   std::unique_ptr<char[]> bytes;  ///< of the file
   std::uint64_t size = 0;         ///< [bytes]
   std::uint32_t points = 0;
   Point origin = Point::Zero();  ///< map frame [m]
-  std::vector<Stretch> stretches;
 
   /// Writes points begin to end - 1 to `to`, map frame [m]; returns where the next one goes.
   Point* copy(std::uint32_t begin, std::uint32_t end, Point* to) const noexcept;
-  [[nodiscard]] std::uint64_t memory() const noexcept {
-    return sizeof *this + size + stretches.size() * sizeof(Stretch);
-  }
+  [[nodiscard]] std::uint64_t memory() const noexcept { return sizeof *this + size; }
 };
 
 /// @param corner  of the square with the least coordinates, map frame [m]
 /// @param width   of the square [m]
-/// @param points  of the tile, by rank
-[[nodiscard]] std::string encode_tile(PointsView points, std::span<const std::uint32_t> ranks,
-                                      const Eigen::Vector2d& corner, double width);
+[[nodiscard]] std::string encode_tile(PointsView points, const Eigen::Vector2d& corner,
+                                      double width);
 
 /// Takes the bytes of a tile; returns false, and leaves it unusable, if they are not those of a
 /// tile.

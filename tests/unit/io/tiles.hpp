@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -31,12 +32,21 @@ inline PointCloud scattered(std::size_t count, unsigned seed, double half_side =
 }
 
 /// What canonical order means, by a stable sort in memory.
+/// The canonical order as its definition says it, bit by bit.
 inline PointCloud in_canonical_order(PointCloud points) {
-  std::stable_sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
-    const double ay = std::floor(a.y() / 5.0);
-    const double by = std::floor(b.y() / 5.0);
-    return ay != by ? ay < by : std::floor(a.x() / 5.0) < std::floor(b.x() / 5.0);
-  });
+  const auto key = [](const Point& p) {
+    const Eigen::Vector3d cell = (p / 5.0).array().floor();
+    const Eigen::Vector3d place = ((p - 5.0 * cell) * (1024.0 / 5.0)).array().floor();
+    long curve = 0;
+    for (int bit = 9; bit >= 0; --bit) {
+      for (const int axis : {2, 1, 0}) {
+        curve = 2 * curve + (static_cast<long>(place[axis]) >> bit) % 2;
+      }
+    }
+    return std::tuple(cell.y(), cell.x(), cell.z(), curve, p.x(), p.y(), p.z());
+  };
+  std::stable_sort(points.begin(), points.end(),
+                   [&](const Point& a, const Point& b) { return key(a) < key(b); });
   return points;
 }
 

@@ -5,6 +5,7 @@
 #include "store_samples.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/kit/canonical_order.hpp"
 
 namespace vantage {
 namespace {
@@ -70,6 +71,13 @@ void check_all(const PluginPtr<MapStore>& store, const std::vector<RegionMap>& m
   }
 }
 
+void check_same_files(const fs::path& a, const fs::path& b) {
+  CHECK(files_in(a) == files_in(b));
+  for (const std::string& name : files_in(a)) {
+    CHECK_MESSAGE(read_text(a / name) == read_text(b / name), name);
+  }
+}
+
 TEST_CASE("shared_tiles: a point of many regions is stored once") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "b";
@@ -87,6 +95,19 @@ TEST_CASE("shared_tiles: a point of many regions is stored once") {
   REQUIRE(index);
   CHECK(index->regions[3].points == maps[3].points.size());
   CHECK(index->regions[3].bytes == fs::file_size(root / "r3.region"));
+}
+
+TEST_CASE("shared_tiles: regions of a map in canonical order take little more than the map") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  PointCloud map = lattice_map(50'000);
+  std::ranges::sort(map, canonically_before);
+  const auto maps = views_of_map(map, 20);
+  write_bundle(shared_store_at(root), index_of_regions(20), maps);
+  check_all(shared_store_at(root), maps);
+  std::uintmax_t bytes = 0;
+  for (const std::string& name : files_in(root)) bytes += fs::file_size(root / name);
+  CHECK(bytes < 16 * map.size());  // 12 for the coordinates, and 20 regions
 }
 
 TEST_CASE("shared_tiles: any order of points comes back, also if regions contradict each other") {
@@ -117,10 +138,18 @@ TEST_CASE("shared_tiles: any order of points comes back, also if regions contrad
   std::shuffle(order.begin(), order.end(), random);
   for (const std::uint32_t r : order) REQUIRE(store->put(RegionId{r}, maps[r]));
   REQUIRE(store->commit());
-  for (const std::string& name : files_in(folder.path() / "one")) {
-    CHECK_MESSAGE(
-        read_text(folder.path() / "one" / name) == read_text(folder.path() / "two" / name), name);
-  }
+  check_same_files(folder.path() / "one", folder.path() / "two");
+}
+
+TEST_CASE("shared_tiles: the bytes do not depend on what a build keeps in memory") {
+  const test::TemporaryFolder folder;
+  const auto maps = views_of_map(lattice_map(5'000), 30);
+  const auto index = index_of_regions(maps.size());
+  write_bundle(shared_store_at(folder.path() / "one", "tile_width = 7.0"), index, maps);
+  write_bundle(shared_store_at(folder.path() / "two", "tile_width = 7.0\nbuild_cache = 0"), index,
+               maps);
+  check_same_files(folder.path() / "one", folder.path() / "two");
+  check_all(shared_store_at(folder.path() / "two"), maps);
 }
 
 TEST_CASE("shared_tiles: views and prepared bytes are kept for each region") {
@@ -220,7 +249,7 @@ TEST_CASE("shared_tiles: what a killed build has left is cleared by the next one
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "b", partial = folder.path() / "b.partial";
   fs::create_directory(partial);
-  for (const char* name : {".vantage-partial", "r0.region", "sequences.tmp", "tiles.bin"}) {
+  for (const char* name : {".vantage-partial", "r0.region", "scratch.tmp", "tiles.bin"}) {
     write_text(partial / name, "half");
   }
   const auto maps = views_of_map(lattice_map(100), 2);

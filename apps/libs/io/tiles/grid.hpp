@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -20,13 +19,9 @@ struct Cell {
 inline constexpr double kLargestCoordinate =
     kCanonicalCell * static_cast<double>(std::numeric_limits<std::int32_t>::max());
 
-/// Along one axis. The quotient is rounded, so a coordinate just below a border may seem to be on
-/// it; the product of a cell and its side is exact. Precondition: |coordinate| is at most
-/// kLargestCoordinate.
+/// Along one axis. Precondition: |coordinate| is at most kLargestCoordinate.
 [[nodiscard]] inline std::int32_t cell_at(double coordinate) noexcept {
-  double cell = std::floor(coordinate / kCanonicalCell);
-  if (cell * kCanonicalCell > coordinate) cell -= 1.0;
-  return static_cast<std::int32_t>(cell);
+  return static_cast<std::int32_t>(canonical_cell(coordinate));
 }
 
 /// The largest whole number that is at most a / b, for b > 0.

@@ -1,6 +1,7 @@
 #include "vantage/io/tiled_map.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -296,6 +297,9 @@ Result<PointCloud> TiledMap::read(const CellRectangle& cells) const {
         unpack<double>(first, cell.points, cloud.data() + cell.target);
       }
     }
+    tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
+      sort_cell({cloud.data() + wanted[i].target, wanted[i].points});
+    });
     return cloud;
   } catch (const std::exception&) {  // bad_alloc, length_error
     return fail(ErrorCode::io_failure,

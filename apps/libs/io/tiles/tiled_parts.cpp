@@ -66,6 +66,11 @@ void into_canonical_order(PointCloud& points) {
   for (std::size_t n = 1; n < next.size(); ++n) next[n] += next[n - 1];
   PointCloud sorted(points.size());
   for (std::size_t k = 0; k < points.size(); ++k) sorted[next[number[k]]++] = points[k];
+  // Where a cell began, the one before it ends by now.
+  tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t cell) {
+    const std::size_t begin = cell == 0 ? 0 : next[cell - 1];
+    sort_cell({sorted.data() + begin, next[cell] - begin});
+  });
   points = std::move(sorted);
 }
 

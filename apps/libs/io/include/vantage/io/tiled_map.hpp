@@ -7,16 +7,15 @@
 #include <vector>
 
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/canonical_order.hpp"
 #include "vantage/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::io {
 
-/// The side of a canonical cell [m]. Cell (ix, iy) is the square [5 ix, 5 ix + 5) x [5 iy, 5 iy +
-/// 5) of the map's frame. Tiles consist of whole cells, so that tiles of any size give the same
-/// order of points.
-inline constexpr double kCanonicalCell = 5.0;
+/// Tiles consist of whole cells, so that tiles of any size give the same order of points.
+using vantage::kCanonicalCell;
 
 /// Cells from (min_x, min_y) on, to before (max_x, max_y).
 struct CellRectangle {
@@ -39,9 +38,9 @@ struct TileIndex {
 /// A map that `vantage tile` has sorted into tiles: a folder of pack files and an index.
 /// docs/files.md describes its bytes.
 ///
-/// What is read is in canonical order: sorted by cell, row by row ((iy, ix) ascending), and within
-/// a cell in the order of the input. So the points of a rectangle are the same sequence, whatever
-/// the size of the tiles. The points of each tile that is touched are compared with its checksum.
+/// What is read is in canonical order (vantage/kit/canonical_order.hpp): the points of a rectangle
+/// are the same sequence, whatever the size of the tiles and the order of the input. The points of
+/// each tile that is touched are compared with its checksum.
 /// Thread safety: const methods may run on one object from many threads at once.
 class TiledMap {
  public:
