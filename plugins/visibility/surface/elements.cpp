@@ -31,18 +31,18 @@ constexpr int kGroundAround = 6;   // this many of their 49 columns must have gr
 constexpr int kGroundBeneath = 4;  // this many of the eight columns next to ground must be ground,
                                    // too
 
-using Cell = std::uint64_t;  // x, y and z from high to low bits
+using Packed = std::uint64_t;  // x, y and z from high to low bits
 
-Cell packed(Cell x, Cell y, Cell z) { return (x << (2 * kBits)) | (y << kBits) | z; }
+Packed packed(Packed x, Packed y, Packed z) { return (x << (2 * kBits)) | (y << kBits) | z; }
 
-Cell cell_of(const Point& p, const Point& origin, double width) {
+Packed cell_of(const Point& p, const Point& origin, double width) {
   const Point place = ((p - origin) / width).array().floor().max(0.0);
-  return packed(static_cast<Cell>(place.x()), static_cast<Cell>(place.y()),
-                static_cast<Cell>(place.z()));
+  return packed(static_cast<Packed>(place.x()), static_cast<Packed>(place.y()),
+                static_cast<Packed>(place.z()));
 }
 
-std::int64_t coordinate(Cell cell, int axis) {
-  return static_cast<std::int64_t>((cell >> ((2 - axis) * kBits)) & ((Cell{1} << kBits) - 1));
+std::int64_t coordinate(Packed cell, int axis) {
+  return static_cast<std::int64_t>((cell >> ((2 - axis) * kBits)) & ((Packed{1} << kBits) - 1));
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
   }
 
   struct Placed {
-    Cell cell;
+    Packed cell;
     std::uint32_t index;
   };
   std::vector<Placed> placed(map.size());
@@ -74,7 +74,7 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
     return a.cell != b.cell ? a.cell < b.cell : key(a) < key(b);
   });
 
-  std::vector<Cell>& cells = result.cells_;
+  std::vector<Packed>& cells = result.cells_;
   result.indices_.reserve(placed.size());
   for (const Placed& p : placed) {
     if (cells.empty() || cells.back() != p.cell) {
@@ -90,26 +90,14 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
     element.shape = result.measure(map, result.points(element));
   });
   result.find_parts();
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto column = static_cast<std::size_t>(coordinate(cells[i], 0));
-    while (result.first_.size() <= column) result.first_.push_back(static_cast<std::uint32_t>(i));
-  }
-  result.first_.push_back(static_cast<std::uint32_t>(cells.size()));
   return result;
 }
 
-std::pair<std::uint32_t, std::uint32_t> Elements::row(std::int64_t x, std::int64_t low,
-                                                      std::int64_t high) const noexcept {
-  constexpr std::int64_t kCells = std::int64_t{1} << kBits;
-  if (high < 0 || low >= kCells) return {0, 0};
-  const auto column = static_cast<std::size_t>(x);
-  const auto first = cells_.begin() + first_[column], last = cells_.begin() + first_[column + 1];
-  const auto begin = std::lower_bound(
-      first, last, packed(column, static_cast<Cell>(std::max<std::int64_t>(low, 0)), 0));
-  const auto end = std::upper_bound(
-      begin, last, packed(column, static_cast<Cell>(std::min(high, kCells - 1)), kCells - 1));
-  return {static_cast<std::uint32_t>(begin - cells_.begin()),
-          static_cast<std::uint32_t>(end - cells_.begin())};
+Elements::Cell Elements::cell(std::uint32_t number) const noexcept {
+  const auto along = [&](int axis) {
+    return static_cast<std::int32_t>(coordinate(cells_[number], axis));
+  };
+  return {.x = along(0), .y = along(1), .z = along(2)};
 }
 
 double Elements::reach_of_part() const noexcept {
@@ -164,14 +152,14 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
 }
 
 void Elements::find_parts() {
-  const std::span<const Cell> cells = cells_;
+  const std::span<const Packed> cells = cells_;
   std::vector<std::uint8_t> is_level(cells.size());
   // Cells are in ascending order, so the cells of a column are consecutive.
   struct Column {
     std::size_t begin = 0, end = 0;
   };
   std::vector<Column> columns;
-  std::unordered_map<Cell, std::size_t> column_at;
+  std::unordered_map<Packed, std::size_t> column_at;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Shape& shape = elements_[i].shape;
     is_level[i] =
@@ -199,15 +187,15 @@ void Elements::find_parts() {
       for (int dy = -kAround; dy <= kAround; ++dy) {
         if (x + dx < 0 || y + dy < 0) continue;
         const auto found =
-            column_at.find(packed(0, static_cast<Cell>(x + dx), static_cast<Cell>(y + dy)));
+            column_at.find(packed(0, static_cast<Packed>(x + dx), static_cast<Packed>(y + dy)));
         if (found != column_at.end()) column(dx, dy) = columns[found->second];
       }
     }
     /// Whether a column has cells with from <= z <= to for which `has` holds.
     const auto any = [&](const Column& in, std::int64_t from, std::int64_t to, const auto& has) {
       const auto [first, last] = std::pair(cells.begin() + in.begin, cells.begin() + in.end);
-      const auto begin =
-          std::partition_point(first, last, [&](Cell cell) { return coordinate(cell, 2) < from; });
+      const auto begin = std::partition_point(
+          first, last, [&](Packed cell) { return coordinate(cell, 2) < from; });
       for (auto i = static_cast<std::size_t>(begin - cells.begin()); i < in.end; ++i) {
         if (z_of(i) > to) return false;
         if (has(i)) return true;

@@ -1,11 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "vantage/point_cloud.hpp"
@@ -67,25 +64,12 @@ class Elements {
   [[nodiscard]] std::span<const std::uint32_t> points(const Element& element) const noexcept {
     return std::span(indices_).subspan(element.begin, element.end - element.begin);
   }
-  /// Calls `see` with the numbers [begin, end) of elements, in ascending order: all elements that
-  /// can hold a point within a radius of a place in plan view, and some others. What it costs does
-  /// not depend on how far the map extends elsewhere.
-  template <class See>
-  void around(const Point& place, double radius, const See& see) const {
-    // One more cell on every side, because coordinates are rounded.
-    const auto columns = static_cast<std::int64_t>(first_.size()) - 1;
-    const std::int64_t begin_x = std::max<std::int64_t>(0, column_of(place.x() - radius, 0) - 1);
-    const std::int64_t end_x = std::min(columns, column_of(place.x() + radius, 0) + 2);
-    for (std::int64_t x = begin_x; x < end_x; ++x) {
-      // How far a cell of this column is at least from the place, along x.
-      const double from = origin_.x() + static_cast<double>(x - 1) * width_;
-      const double off = std::max({0.0, from - place.x(), place.x() - (from + 3.0 * width_)});
-      const double half = std::sqrt(std::max(0.0, radius * radius - off * off));
-      const auto [begin, end] =
-          row(x, column_of(place.y() - half, 1) - 1, column_of(place.y() + half, 1) + 1);
-      if (begin < end) see(begin, end);
-    }
-  }
+  /// Where the cell of an element lies among the cells of the grid.
+  struct Cell {
+    std::int32_t x, y, z;
+  };
+  [[nodiscard]] Cell cell(std::uint32_t number) const noexcept;
+  [[nodiscard]] const Point& origin() const noexcept { return origin_; }  ///< of the grid [m]
 
   /// The shape of the given points of one element. Precondition: at least one point.
   [[nodiscard]] Shape measure(PointsView map, std::span<const std::uint32_t> points) const;
@@ -94,13 +78,6 @@ class Elements {
   Elements(const Point& origin, double point_spacing)
       : origin_(origin), point_spacing_(point_spacing), width_(kSpacings * point_spacing) {}
   void find_parts();
-  /// The number of the cells along an axis at a coordinate; may lie outside the grid.
-  [[nodiscard]] std::int64_t column_of(double coordinate, Eigen::Index axis) const noexcept {
-    return static_cast<std::int64_t>(std::floor((coordinate - origin_[axis]) / width_));
-  }
-  /// The elements [first, second) of a column of cells along x whose y is in [low, high].
-  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> row(std::int64_t x, std::int64_t low,
-                                                            std::int64_t high) const noexcept;
 
   static constexpr double kSpacings = 2.5;  // width of a cell in point spacings
 
@@ -109,8 +86,6 @@ class Elements {
   std::vector<std::uint32_t> indices_;  // by element, then by place
   std::vector<Element> elements_;       // by cell
   std::vector<std::uint64_t> cells_;    // of each element, ascending: x, y and z from high to low
-  std::vector<std::uint32_t> first_;    // first element of each column of cells along x, and the
-                                        // end
 };
 
 }  // namespace vantage::surface

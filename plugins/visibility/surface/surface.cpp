@@ -1,17 +1,20 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
-#include <atomic>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <span>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "blocks.hpp"
 #include "elements.hpp"
 #include "sight.hpp"
 #include "vantage/kit/plugin_of.hpp"
@@ -22,18 +25,29 @@ namespace {
 
 constexpr double kRadian = std::numbers::pi / 180.0;
 
+/// Each index once, in ascending order. A radix sort: regions have millions of points.
+IndexList sorted(IndexList indices) {
+  constexpr std::uint32_t kBits = 11, kMask = (1U << kBits) - 1;
+  IndexList other(indices.size());
+  for (std::uint32_t shift = 0; shift < 32; shift += kBits) {
+    std::array<std::size_t, kMask + 2> begin{};
+    for (const std::uint32_t k : indices) ++begin[((k >> shift) & kMask) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    for (const std::uint32_t k : indices) other[begin[(k >> shift) & kMask]++] = k;
+    indices.swap(other);
+  }
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+  return indices;
+}
+
 class Scene final : public VisibilityScene {
  public:
   Scene(PointsView map, Elements elements, const Settings& settings)
       : VisibilityScene(map.size()),
-        map_(map),
         elements_(std::move(elements)),
-        optics_(elements_.all().size()),
-        sights_([this, settings] { return Sight(map_, elements_, optics_, settings); }) {
-    for (std::size_t k = 0; k < optics_.size(); ++k) {
-      optics_[k] = Optics::of(elements_.all()[k].shape, elements_.width(), settings.thickness);
-    }
-  }
+        blocks_(elements_, settings.thickness),
+        reach_(settings.reach() + elements_.width() * std::numbers::sqrt3),
+        sights_([this, map, settings] { return Sight(map, elements_, blocks_, settings); }) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return visible_from_any({&viewpoint, 1}, nullptr);
@@ -44,34 +58,29 @@ class Scene final : public VisibilityScene {
       const VisibilityProgress* progress) const noexcept override {
     return guarded([&]() -> Result<IndexList> {
       VANTAGE_CHECK(check_viewpoints(viewpoints));
-      std::vector<std::atomic<std::uint8_t>> seen(elements_.all().size());
+      if (viewpoints.empty()) return IndexList{};
+      Known known(blocks_, viewpoints, reach_);
       tbb::enumerable_thread_specific<std::vector<std::uint32_t>> points;
       tbb::parallel_for(std::size_t{0}, viewpoints.size(), [&](std::size_t i) {
-        const Sight::Seen here = sights_.local().look(viewpoints[i], [&](std::uint32_t element) {
-          return seen[element].load(std::memory_order_relaxed) != 0;
-        });
-        for (const std::uint32_t k : here.elements) seen[k].store(1, std::memory_order_relaxed);
-        points.local().insert(points.local().end(), here.points.begin(), here.points.end());
+        const auto here = sights_.local().look(viewpoints[i], known);
+        points.local().insert(points.local().end(), here.begin(), here.end());
         if (progress != nullptr) progress->advanced(1);
       });
       IndexList all;
       for (const auto& of_thread : points)
         all.insert(all.end(), of_thread.begin(), of_thread.end());
-      for (std::size_t k = 0; k < seen.size(); ++k) {
-        if (seen[k] == 0) continue;
-        const auto of_element = elements_.points(elements_.all()[k]);
+      for (const std::uint32_t k : known.elements()) {
+        const auto of_element = elements_.points(elements_.all()[blocks_.number(k)]);
         all.insert(all.end(), of_element.begin(), of_element.end());
       }
-      std::sort(all.begin(), all.end());
-      all.erase(std::unique(all.begin(), all.end()), all.end());
-      return all;
+      return sorted(std::move(all));
     });
   }
 
  private:
-  PointsView map_;
   Elements elements_;
-  std::vector<Optics> optics_;
+  Blocks blocks_;
+  double reach_;  // of a sight [m]
   mutable tbb::enumerable_thread_specific<Sight> sights_;
 };
 

@@ -139,6 +139,36 @@ TEST_CASE("surface: lower thresholds see more, and never less") {
   }
 }
 
+TEST_CASE("surface: sees nothing beyond where the largest surface is too faint") {
+  PointCloud map;
+  for (int i = 0; i < 300; ++i) {
+    for (int j = 0; j < 300; ++j) map.emplace_back(0.05 * i - 7.5, 0.05 * j - 7.5, -1.5);
+  }
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> place(-6.0, 6.0);
+  PointCloud viewpoints(40);
+  for (Point& p : viewpoints) p = {place(random), place(random), 0.0};
+  // At some of these, what can be seen ends within a block, before its elements.
+  const std::size_t all = viewpoints.size() * map.size();
+  std::size_t before = all;
+  for (double faintest = -12.0; faintest <= 12.0; faintest += 1.0) {
+    CAPTURE(faintest);
+    const auto surface =
+        plugin<VisibilityOperator>("surface", "faintest = " + std::to_string(faintest));
+    const auto scene = surface->prepare(map, {.map_bounds = bounds_of(map)});
+    REQUIRE(scene);
+    std::size_t now = 0;
+    for (const Point& viewpoint : viewpoints) {
+      const auto seen = (*scene)->visible(viewpoint);
+      REQUIRE(seen);
+      now += seen->size();
+    }
+    CHECK(now <= before);
+    before = now;
+  }
+  CHECK(before < all / 2);
+}
+
 TEST_CASE("surface: one thread or two see the same") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(-15.0, 15.0);
