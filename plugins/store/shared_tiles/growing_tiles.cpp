@@ -29,6 +29,28 @@ struct PutHeader {
   std::uint32_t put, shares;
 };
 
+/// Puts points in canonical order. @return  by place before, the place after
+std::vector<std::uint32_t> put_in_order(PointCloud& points) {
+  std::vector<CanonicalPlace> places;
+  places.reserve(points.size());
+  for (const Point& p : points) places.push_back(CanonicalPlace::of(p));
+  std::vector<std::uint32_t> sorted(points.size());
+  std::iota(sorted.begin(), sorted.end(), 0U);
+  std::ranges::stable_sort(sorted, [&](std::uint32_t a, std::uint32_t b) {
+    const auto order = places[a] <=> places[b];
+    return order != 0 ? order < 0 : canonically_before(points[a], points[b]);
+  });
+  PointCloud in_order;
+  in_order.reserve(points.size());
+  std::vector<std::uint32_t> place(points.size());
+  for (const std::uint32_t i : sorted) {
+    place[i] = static_cast<std::uint32_t>(in_order.size());
+    in_order.push_back(points[i]);
+  }
+  points = std::move(in_order);
+  return place;
+}
+
 std::int64_t whole_below(double x) noexcept {
   const auto cut = static_cast<std::int64_t>(x);
   return static_cast<double>(cut) > x ? cut - 1 : cut;
@@ -101,19 +123,8 @@ Result<std::string> GrowingTiles::put(bundle_folder::PartialFolder& folder, Poin
     VANTAGE_TRY(GrowingTile* const tile, growing(share.tile));
     auto picks = tile->pick(share.points, puts_);
     if (!picks) {
-      std::vector<std::uint32_t> sorted(share.points.size());
-      std::iota(sorted.begin(), sorted.end(), 0U);
-      std::ranges::stable_sort(sorted, [&](std::uint32_t a, std::uint32_t b) {
-        return canonically_before(share.points[a], share.points[b]);
-      });
-      PointCloud in_order;
-      in_order.reserve(sorted.size());
-      share.order.resize(sorted.size());
-      for (const std::uint32_t i : sorted) {
-        share.order[i] = static_cast<std::uint32_t>(in_order.size());
-        in_order.push_back(share.points[i]);
-      }
-      picks = tile->pick(in_order, puts_);
+      share.order = put_in_order(share.points);
+      picks = tile->pick(share.points, puts_);
     }
     growing_.resize(tile->memory());
     if (tile->points().size() >= 0xffff'ffffU) {

@@ -48,34 +48,48 @@ void Image::clear() {
   hides_all_ = std::numeric_limits<float>::infinity();
 }
 
-/// Calls visit(row, column, share of the pixel) for every pixel that a footprint covers.
+/// Calls visit(first pixel, its row and column, pixels, height, widths) for every row of pixels
+/// that a footprint covers: of each pixel, height times width is the share that it covers.
 template <class Visit>
-void Image::for_pixels(const Footprint& of, const Visit& visit) {
+void Image::for_rows(const Footprint& of, const Visit& visit) {
   const int first_row = std::max(0, floor_of(of.bottom));
   const int last_row = std::min(kRows - 1, floor_of(of.top));
-  const int first_column = floor_of(of.left), last_column = floor_of(of.right);
+  const int first = floor_of(of.left), last = floor_of(of.right);
+  std::array<float, kColumns + 1>
+      widths;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  for (int column = first; column <= last; ++column) {
+    const auto x = static_cast<float>(column);
+    widths[static_cast<std::size_t>(column - first)] =
+        std::min(x + 1.0F, of.right) - std::max(x, of.left);
+  }
   for (int row = first_row; row <= last_row; ++row) {
     const auto y = static_cast<float>(row);
     const float height = std::min(y + 1.0F, of.top) - std::max(y, of.bottom);
-    for (int column = first_column; column <= last_column; ++column) {
-      const auto x = static_cast<float>(column);
-      const float share = height * (std::min(x + 1.0F, of.right) - std::max(x, of.left));
-      const int around =
-          column < 0 ? column + kColumns : (column >= kColumns ? column - kColumns : column);
-      visit(static_cast<std::size_t>(row), static_cast<std::size_t>(around), share);
+    // In up to three pieces: before the first column, in the image, behind the last column.
+    for (int begin = first; begin <= last;) {
+      const int turn = begin < 0 ? kColumns : (begin >= kColumns ? -kColumns : 0);
+      const int end = std::min(last, begin < 0 ? -1 : (begin < kColumns ? kColumns - 1 : last)) + 1;
+      visit(static_cast<std::size_t>(row), static_cast<std::size_t>(begin + turn),
+            static_cast<std::size_t>(end - begin), height,
+            &widths[static_cast<std::size_t>(begin - first)]);
+      begin = end;
     }
   }
 }
 
 float Image::passed(const Footprint& of) const {
   float sum = 0.0F, covered = 0.0F;
-  for_pixels(of, [&](std::size_t row, std::size_t column, float share) {
-    covered += share;
-    const float depth = depths_[row * kColumns + column];
-    if (depth == 0.0F) {
-      sum += share;
-    } else if (depth < kOpaque) {
-      sum += share * std::exp(-depth);
+  for_rows(of, [&](std::size_t row, std::size_t column, std::size_t n, float height,
+                   const float* widths) {
+    const float* const depths = &depths_[row * kColumns + column];
+    for (std::size_t k = 0; k < n; ++k) {
+      const float share = height * widths[k], depth = depths[k];
+      covered += share;
+      if (depth == 0.0F) {
+        sum += share;
+      } else if (depth < kOpaque) {
+        sum += share * std::exp(-depth);
+      }
     }
   });
   // Around the viewpoint itself, in no direction.
@@ -85,10 +99,19 @@ float Image::passed(const Footprint& of) const {
 }
 
 void Image::cast(const Footprint& of, float depth) {
-  for_pixels(of, [&](std::size_t row, std::size_t column, float share) {
-    float& here = depths_[row * kColumns + column];
-    here += share * depth;
-    if (here >= hides_all_) hidden_[row * kWords + column / 64] |= std::uint64_t{1} << column % 64;
+  for_rows(of, [&](std::size_t row, std::size_t column, std::size_t n, float height,
+                   const float* widths) {
+    float* const depths = &depths_[row * kColumns + column];
+    bool hides_all = false;
+    for (std::size_t k = 0; k < n; ++k) {
+      depths[k] += height * widths[k] * depth;
+      hides_all |= depths[k] >= hides_all_;
+    }
+    if (!hides_all) return;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t at = column + k;
+      hidden_[row * kWords + at / 64] |= std::uint64_t{depths[k] >= hides_all_} << at % 64;
+    }
   });
 }
 
@@ -122,6 +145,15 @@ bool Image::hides(const Footprint& footprint) const {
   const int first_row = std::max(0, floor_of(footprint.bottom));
   const int last_row = std::min(kRows - 1, floor_of(footprint.top));
   const int first = floor_of(footprint.left), last = floor_of(footprint.right);
+  if (first >= 0 && last < kColumns && first / 64 == last / 64) {  // most are in one word
+    const std::uint64_t wanted = (~std::uint64_t{0} >> (63 - (last - first)))
+                                 << static_cast<unsigned>(first % 64);
+    const std::uint64_t* bits = &hidden_[static_cast<std::size_t>(first / 64)];
+    for (int k = first_row; k <= last_row; ++k) {
+      if (~bits[static_cast<std::size_t>(k) * kWords] & wanted) return false;
+    }
+    return true;
+  }
   for (int k = first_row; k <= last_row; ++k) {
     const auto row = static_cast<std::size_t>(k);
     if (first < 0 && !hides(row, first + kColumns, kColumns - 1)) return false;

@@ -37,7 +37,7 @@ class Image {
   static constexpr std::size_t kWords = (kColumns + 63) / 64;  // of a row of `hidden_`
 
   template <class Visit>
-  static void for_pixels(const Footprint& of, const Visit& visit);
+  static void for_rows(const Footprint& of, const Visit& visit);
   [[nodiscard]] bool hides(std::size_t row, int first, int last) const;
 
   std::vector<float> depths_;          ///< row by row
