@@ -3,6 +3,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <span>
@@ -26,6 +27,10 @@ class Run {
         take_(take) {}
 
   Result<void> all() {
+    if (std::ranges::any_of(regions_.which,
+                            [&](std::uint32_t r) { return !regions_.viewpoints[r].empty(); })) {
+      VANTAGE_CHECK(sight_.prepare());
+    }
     const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;
     tbb::parallel_pipeline(
         tokens, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,

@@ -115,6 +115,11 @@ tl::unexpected<Error> no_scene() {
 
 }  // namespace
 
+Result<void> Sight::prepare() const {
+  if (params_.scope != VisibilityScope::map) return {};
+  return map_scene().map([](const VisibilityScene*) {});
+}
+
 Result<IndexList> Sight::visible(const Point& viewpoint) const {
   VANTAGE_TRY(const auto* scene, map_scene());
   VANTAGE_TRY(IndexList seen, scene->visible(viewpoint));

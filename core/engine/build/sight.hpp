@@ -35,6 +35,10 @@ class Sight {
 
   [[nodiscard]] const VisibilityLimits& limits() const noexcept { return limits_; }
 
+  /// Prepares the scene of the map with all threads, if regions are going to ask for it. Otherwise
+  /// the first of them would, while the others wait.
+  [[nodiscard]] Result<void> prepare() const;
+
   /// B_q of Eq. 9, among all points of the map.
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const;
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -10,6 +12,7 @@ namespace {
 
 constexpr unsigned kBits = 10;  // of a place along an axis
 constexpr double kPlaces = 1U << kBits;
+constexpr double kMostLayers = 1U << 30U;  // which a key of 64 bits can tell from each other
 
 /// The bits of a number below 2^10, with two zeros between them.
 constexpr std::uint32_t spread_bits(std::uint32_t x) noexcept {
@@ -25,6 +28,12 @@ std::uint32_t place_in(double cell, double coordinate) noexcept {
   return static_cast<std::uint32_t>(std::clamp(place, 0.0, kPlaces - 1.0));
 }
 
+/// Where a point lies along the curve through its cube.
+std::uint32_t along_curve(double cell_x, double cell_y, double layer, const Point& p) noexcept {
+  return spread_bits(place_in(cell_x, p.x())) | spread_bits(place_in(cell_y, p.y())) << 1U |
+         spread_bits(place_in(layer, p.z())) << 2U;
+}
+
 auto coordinates(const Point& p) noexcept { return std::tuple(p.x(), p.y(), p.z()); }
 
 }  // namespace
@@ -36,9 +45,7 @@ double canonical_cell(double coordinate) noexcept {
 
 CanonicalPlace CanonicalPlace::of(const Point& p) noexcept {
   const Point cell(canonical_cell(p.x()), canonical_cell(p.y()), canonical_cell(p.z()));
-  return {cell, spread_bits(place_in(cell.x(), p.x())) |
-                    spread_bits(place_in(cell.y(), p.y())) << 1U |
-                    spread_bits(place_in(cell.z(), p.z())) << 2U};
+  return {cell, along_curve(cell.x(), cell.y(), cell.z(), p)};
 }
 
 std::weak_ordering CanonicalPlace::operator<=>(const CanonicalPlace& other) const noexcept {
@@ -56,24 +63,45 @@ bool canonically_before(const Point& a, const Point& b) noexcept {
 }
 
 void sort_cell(std::span<Point> points) {
+  if (points.empty()) return;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  for (const Point& p : points) {
+    lowest = std::min(lowest, p.z());
+    highest = std::max(highest, p.z());
+  }
+  const double x = canonical_cell(points.front().x()), y = canonical_cell(points.front().y());
+  const double first_layer = canonical_cell(lowest);
+  if (canonical_cell(highest) - first_layer >= kMostLayers) {
+    std::ranges::stable_sort(points, canonically_before);
+    return;
+  }
+  // The layer, and the place in its cube: one number, quick to compare.
   struct Keyed {
-    double layer;
-    std::uint32_t in_cube, index;
+    std::uint64_t key;
+    std::uint32_t index;
   };
   std::vector<Keyed> keyed;
   keyed.reserve(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const CanonicalPlace place = CanonicalPlace::of(points[i]);
-    keyed.push_back({place.cell.z(), place.in_cube, i});
+    const Point& p = points[i];
+    const double layer = canonical_cell(p.z());
+    keyed.push_back(
+        {static_cast<std::uint64_t>(layer - first_layer) << 3 * kBits | along_curve(x, y, layer, p),
+         i});
   }
   const auto before = [&](const Keyed& a, const Keyed& b) {
-    if (a.layer != b.layer) return a.layer < b.layer;
-    if (a.in_cube != b.in_cube) return a.in_cube < b.in_cube;
-    const auto x = coordinates(points[a.index]), y = coordinates(points[b.index]);
-    return x != y ? x < y : a.index < b.index;
+    if (a.key != b.key) return a.key < b.key;
+    const auto at_a = coordinates(points[a.index]), at_b = coordinates(points[b.index]);
+    return at_a != at_b ? at_a < at_b : a.index < b.index;
   };
   if (std::ranges::is_sorted(keyed, before)) return;
-  std::ranges::sort(keyed, before);
+  std::ranges::sort(keyed, {}, &Keyed::key);
+  for (auto begin = keyed.begin(); begin != keyed.end();) {
+    const auto end =
+        std::find_if(begin, keyed.end(), [&](const Keyed& k) { return k.key != begin->key; });
+    if (end - begin > 1) std::sort(begin, end, before);
+    begin = end;
+  }
   const PointCloud unsorted(points.begin(), points.end());
   for (std::size_t i = 0; i < keyed.size(); ++i) points[i] = unsorted[keyed[i].index];
 }

@@ -1,7 +1,7 @@
 #include "elements.hpp"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,9 +9,11 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <ranges>
 #include <string>
 #include <tuple>
-#include <unordered_map>
+#include <utility>
+#include <vector>
 
 namespace vantage::surface {
 namespace {
@@ -45,6 +47,40 @@ std::int64_t coordinate(Packed cell, int axis) {
   return static_cast<std::int64_t>((cell >> ((2 - axis) * kBits)) & ((Packed{1} << kBits) - 1));
 }
 
+/// A point of the map, and its cell.
+struct Placed {
+  Packed cell;
+  std::uint32_t index;
+};
+
+/// Sorts points by their cells, those of a cell by `before`.
+template <class Before>
+void sort_by_cell(std::vector<Placed>& points, const Before& before) {
+  // By x first, counted; then each x for itself.
+  const auto x_of = [](const Placed& p) { return static_cast<std::size_t>(p.cell >> (2 * kBits)); };
+  std::vector<std::size_t> ends;
+  for (const Placed& p : points) {
+    if (x_of(p) >= ends.size()) ends.resize(x_of(p) + 1);
+    ++ends[x_of(p)];
+  }
+  for (std::size_t x = 1; x < ends.size(); ++x) ends[x] += ends[x - 1];
+  const std::vector<std::size_t> all_ends = ends;
+  std::vector<Placed> sorted(points.size());
+  for (auto p = points.rbegin(); p != points.rend(); ++p) sorted[--ends[x_of(*p)]] = *p;
+  points = std::move(sorted);
+  tbb::parallel_for(std::size_t{0}, ends.size(), [&](std::size_t x) {
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(ends[x]);
+    const auto end = points.begin() + static_cast<std::ptrdiff_t>(all_ends[x]);
+    std::sort(begin, end, [](const Placed& a, const Placed& b) { return a.cell < b.cell; });
+    for (auto first = begin; first != end;) {
+      const auto last =
+          std::find_if(first, end, [&](const Placed& p) { return p.cell != first->cell; });
+      std::sort(first, last, before);
+      first = last;
+    }
+  });
+}
+
 }  // namespace
 
 Result<Elements> Elements::of(PointsView map, const Point& origin, double point_spacing) {
@@ -57,10 +93,6 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
                                               std::to_string(kMaxCells * result.width_) + " m");
   }
 
-  struct Placed {
-    Packed cell;
-    std::uint32_t index;
-  };
   std::vector<Placed> placed(map.size());
   tbb::parallel_for(std::size_t{0}, map.size(), [&](std::size_t i) {
     placed[i] = {cell_of(map[i], origin, result.width_), static_cast<std::uint32_t>(i)};
@@ -68,11 +100,9 @@ Result<Elements> Elements::of(PointsView map, const Point& origin, double point_
   // Sorted by place within a cell, so that sums do not depend on the order of the points.
   const auto key = [&](const Placed& p) {
     const Point& at = map[p.index];
-    return std::tuple(p.cell, at.x(), at.y(), at.z(), p.index);
+    return std::tuple(at.x(), at.y(), at.z(), p.index);
   };
-  tbb::parallel_sort(placed.begin(), placed.end(), [&](const Placed& a, const Placed& b) {
-    return a.cell != b.cell ? a.cell < b.cell : key(a) < key(b);
-  });
+  sort_by_cell(placed, [&](const Placed& a, const Placed& b) { return key(a) < key(b); });
 
   std::vector<Packed>& cells = result.cells_;
   result.indices_.reserve(placed.size());
@@ -153,62 +183,80 @@ Shape Elements::measure(PointsView map, std::span<const std::uint32_t> points) c
 
 void Elements::find_parts() {
   const std::span<const Packed> cells = cells_;
-  std::vector<std::uint8_t> is_level(cells.size());
-  // Cells are in ascending order, so the cells of a column are consecutive.
+  const auto z_of = [&](std::size_t i) { return coordinate(cells[i], 2); };
+  const auto is_level = [&](std::size_t i) {
+    const Shape& shape = elements_[i].shape;
+    return shape.is_flat && std::abs(shape.axes(2, 0)) > kFlat &&
+           shape.thickness < kGroundThickness;
+  };
+  // Cells are in ascending order, so the cells of a column are consecutive, and so are columns of
+  // one x.
   struct Column {
-    std::size_t begin = 0, end = 0;
+    Packed xy = 0;
+    std::size_t begin = 0, end = 0;             // of its cells
+    std::span<const std::int64_t> levels = {};  // the z of its level cells, ascending
   };
   std::vector<Column> columns;
-  std::unordered_map<Packed, std::size_t> column_at;
+  std::vector<std::int64_t> levels;  // of all columns, one after another
+  std::vector<std::size_t> first_level;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const Shape& shape = elements_[i].shape;
-    is_level[i] =
-        shape.is_flat && std::abs(shape.axes(2, 0)) > kFlat && shape.thickness < kGroundThickness;
     if (i == 0 || cells[i] >> kBits != cells[i - 1] >> kBits) {
-      column_at.emplace(cells[i] >> kBits, columns.size());
-      columns.push_back({i, i});
+      columns.push_back({.xy = cells[i] >> kBits, .begin = i, .end = i});
+      first_level.push_back(levels.size());
     }
+    if (is_level(i)) levels.push_back(z_of(i));
     columns.back().end = i + 1;
   }
+  first_level.push_back(levels.size());
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    columns[c].levels =
+        std::span(levels).subspan(first_level[c], first_level[c + 1] - first_level[c]);
+  }
 
-  const auto z_of = [&](std::size_t i) { return coordinate(cells[i], 2); };
   const auto low = static_cast<std::int64_t>(std::ceil(kLow / width_));
   const auto high = static_cast<std::int64_t>(std::ceil(kHigh / width_));
-  tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t c) {
-    const std::int64_t x = coordinate(cells[columns[c].begin], 0);
-    const std::int64_t y = coordinate(cells[columns[c].begin], 1);
-    // Missing columns count as empty.
-    constexpr int kSide = 2 * kAround + 1;
-    std::array<Column, kSide * kSide> around;
-    const auto column = [&](int dx, int dy) -> Column& {
-      return around[static_cast<std::size_t>((dx + kAround) * kSide + dy + kAround)];
-    };
+  /// Those of a few z, in ascending order, with from <= z <= to.
+  const auto within = [](std::span<const std::int64_t> all, std::int64_t from, std::int64_t to) {
+    while (!all.empty() && all.front() < from) all = all.subspan(1);
+    while (!all.empty() && all.back() > to) all = all.first(all.size() - 1);
+    return all;
+  };
+  /// Whether a column has any cell with from <= z <= to.
+  const auto has_any = [&](const Column& column, std::int64_t from, std::int64_t to) {
+    const std::span all = cells.subspan(column.begin, column.end - column.begin);
+    const auto first =
+        std::ranges::partition_point(all, [&](Packed cell) { return coordinate(cell, 2) < from; });
+    return first != all.end() && coordinate(*first, 2) <= to;
+  };
+  // For each dx, the first column that may be around: it moves on with the column looked at.
+  constexpr std::size_t kRows = 2 * kAround + 1;
+  using Firsts = std::array<std::size_t, kRows>;
+  const auto look_at = [&](std::size_t c, Firsts& firsts) {
+    const auto x = static_cast<std::int64_t>(columns[c].xy >> kBits);
+    const auto y = static_cast<std::int64_t>(columns[c].xy & ((Packed{1} << kBits) - 1));
+    // Missing columns count as empty ones.
+    std::array<std::array<Column, 3>, 3> next;  // to it, by x and y
+    std::array<std::span<const std::int64_t>, kRows * kRows> with_levels;
+    std::size_t around = 0;  // columns in with_levels
     for (int dx = -kAround; dx <= kAround; ++dx) {
-      for (int dy = -kAround; dy <= kAround; ++dy) {
-        if (x + dx < 0 || y + dy < 0) continue;
-        const auto found =
-            column_at.find(packed(0, static_cast<Packed>(x + dx), static_cast<Packed>(y + dy)));
-        if (found != column_at.end()) column(dx, dy) = columns[found->second];
+      if (x + dx < 0) continue;
+      const Packed row = static_cast<Packed>(x + dx) << kBits;
+      const auto first = row | static_cast<Packed>(std::max<std::int64_t>(y - kAround, 0));
+      std::size_t& from = firsts[static_cast<std::size_t>(dx + kAround)];
+      while (from < columns.size() && columns[from].xy < first) ++from;
+      for (auto found = columns.begin() + static_cast<std::ptrdiff_t>(from);
+           found != columns.end() && found->xy >> kBits == row >> kBits; ++found) {
+        const std::int64_t dy = static_cast<std::int64_t>(found->xy - row) - y;
+        if (dy > kAround) break;
+        if (!found->levels.empty()) with_levels[around++] = found->levels;
+        if (std::abs(dx) > 1 || std::abs(dy) > 1) continue;
+        next[static_cast<std::size_t>(dx + 1)][static_cast<std::size_t>(dy + 1)] = *found;
       }
     }
-    /// Whether a column has cells with from <= z <= to for which `has` holds.
-    const auto any = [&](const Column& in, std::int64_t from, std::int64_t to, const auto& has) {
-      const auto [first, last] = std::pair(cells.begin() + in.begin, cells.begin() + in.end);
-      const auto begin = std::partition_point(
-          first, last, [&](Packed cell) { return coordinate(cell, 2) < from; });
-      for (auto i = static_cast<std::size_t>(begin - cells.begin()); i < in.end; ++i) {
-        if (z_of(i) > to) return false;
-        if (has(i)) return true;
-      }
-      return false;
-    };
-    const auto level = [&](std::size_t i) { return is_level[i] != 0; };
     const auto goes_on = [&](std::int64_t z) {
-      int n = 0;
-      for (int dx = -1; dx <= 1; ++dx) {
-        for (int dy = -1; dy <= 1; ++dy) {
-          n += (dx != 0 || dy != 0) && any(column(dx, dy), z - 1, z + 1, level);
-        }
+      int n = -1;  // not itself
+      for (const auto& row : next) {
+        for (const Column& one : row) n += !within(one.levels, z - 1, z + 1).empty();
       }
       return n >= kGroundBeneath;
     };
@@ -216,33 +264,45 @@ void Elements::find_parts() {
     for (std::size_t i = columns[c].begin; i < columns[c].end; ++i) {
       const std::int64_t z = z_of(i);
       Part& part = elements_[i].part;
-      if (any(columns[c], z - low, z - 1,
-              [&](std::size_t k) { return level(k) && goes_on(z_of(k)); })) {
+      if (std::ranges::any_of(within(columns[c].levels, z - low, z - 1), goes_on)) {
         part = Part::low;
         continue;
       }
       int grounds = 0;
       std::int64_t ground = z;
-      for (const Column& in : around) {
-        grounds += any(in, z - low, z - 1, [&](std::size_t k) {
-          if (level(k)) ground = std::min(ground, z_of(k));
-          return level(k);
-        });
+      for (const auto& of_column : std::span(with_levels).first(around)) {
+        const auto below = within(of_column, z - low, z - 1);
+        if (below.empty()) continue;
+        ++grounds;
+        ground = std::min(ground, below.front());
       }
       if (grounds < kGroundAround) {
-        if (level(i)) part = Part::ground;
+        if (is_level(i)) part = Part::ground;
         continue;
       }
       bool is_part_of_higher = false;
-      for (int dx = -1; dx <= 1; ++dx) {
-        for (int dy = -1; dy <= 1; ++dy) {
-          is_part_of_higher |= any(column(dx, dy), ground + low + 1, ground + high,
-                                   [](std::size_t) { return true; });
+      for (const auto& row : next) {
+        for (const Column& one : row) {
+          is_part_of_higher |= has_any(one, ground + low + 1, ground + high);
         }
       }
       if (!is_part_of_higher) part = Part::low;
     }
-  });
+  };
+  constexpr std::size_t kGrain = 1024;  // columns
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, columns.size(), kGrain), [&](const auto& range) {
+        const auto here = static_cast<std::int64_t>(columns[range.begin()].xy);
+        Firsts firsts{};
+        for (int dx = -kAround; dx <= kAround; ++dx) {
+          const std::int64_t first = here + dx * (std::int64_t{1} << kBits) - kAround;
+          firsts[static_cast<std::size_t>(dx + kAround)] = static_cast<std::size_t>(
+              std::ranges::lower_bound(
+                  columns, static_cast<Packed>(std::max<std::int64_t>(first, 0)), {}, &Column::xy) -
+              columns.begin());
+        }
+        for (std::size_t c = range.begin(); c != range.end(); ++c) look_at(c, firsts);
+      });
 }
 
 }  // namespace vantage::surface

@@ -1,16 +1,20 @@
 #include "vantage/io/tiled_map.hpp"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <new>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -84,22 +88,29 @@ std::uint64_t stored_bits(const char* bytes) noexcept {
 }
 
 template <class Stored>
-std::uint64_t checksum_of_tile(const char* bytes, std::uint64_t points) noexcept {
-  std::uint64_t sum = 0;
-  for (std::uint64_t i = 0; i < points; ++i, bytes += 3 * sizeof(Stored)) {
-    sum += tiles::checksum_of_point(i, stored_bits<Stored>(bytes),
-                                    stored_bits<Stored>(bytes + sizeof(Stored)),
-                                    stored_bits<Stored>(bytes + 2 * sizeof(Stored)));
-  }
-  return sum;
+std::uint64_t checksum_of_tile(const char* bytes, std::uint64_t points) {
+  constexpr std::uint64_t kGrain = 1 << 14U;
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::uint64_t>(0, points, kGrain), std::uint64_t{0},
+      [&](const auto& range, std::uint64_t sum) {
+        for (std::uint64_t i = range.begin(); i != range.end(); ++i) {
+          const char* point = bytes + i * 3 * sizeof(Stored);
+          sum += tiles::checksum_of_point(i, stored_bits<Stored>(point),
+                                          stored_bits<Stored>(point + sizeof(Stored)),
+                                          stored_bits<Stored>(point + 2 * sizeof(Stored)));
+        }
+        return sum;
+      },
+      std::plus<>{});
 }
 
 template <class Stored>
-void unpack(const char* bytes, std::uint64_t points, Point* into) noexcept {
-  for (std::uint64_t i = 0; i < points; ++i, bytes += 3 * sizeof(Stored), ++into) {
-    std::array<Stored, 3> xyz;
+void unpack(const char* bytes, std::span<Point> into) noexcept {
+  std::array<Stored, 3> xyz;
+  for (Point& p : into) {
     std::memcpy(xyz.data(), bytes, sizeof(xyz));
-    *into = Point(xyz[0], xyz[1], xyz[2]);
+    bytes += sizeof(xyz);
+    p = Point(xyz[0], xyz[1], xyz[2]);
   }
 }
 
@@ -284,22 +295,22 @@ Result<PointCloud> TiledMap::read(const CellRectangle& cells) const {
   try {
     PointCloud cloud(points);
     TileBytes bytes(content_->folder, index);
-    const char* of_tile = nullptr;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      const WantedCell& cell = wanted[i];
-      if (i == 0 || wanted[i - 1].tile != cell.tile) {
-        VANTAGE_TRY(of_tile, bytes.read(index.tiles[cell.tile]));
-      }
-      const char* first = of_tile + cell.in_tile * index.point_size();
-      if (index.coordinate_size == sizeof(float)) {
-        unpack<float>(first, cell.points, cloud.data() + cell.target);
-      } else {
-        unpack<double>(first, cell.points, cloud.data() + cell.target);
-      }
+    for (std::size_t begin = 0, end = 0; begin < wanted.size(); begin = end) {
+      const StoredTile& tile = index.tiles[wanted[begin].tile];
+      while (end < wanted.size() && wanted[end].tile == wanted[begin].tile) ++end;
+      VANTAGE_TRY(const char* const of_tile, bytes.read(tile));
+      tbb::parallel_for(begin, end, [&](std::size_t i) {
+        const WantedCell& cell = wanted[i];
+        const char* first = of_tile + cell.in_tile * index.point_size();
+        const std::span points_of_cell(cloud.data() + cell.target, cell.points);
+        if (index.coordinate_size == sizeof(float)) {
+          unpack<float>(first, points_of_cell);
+        } else {
+          unpack<double>(first, points_of_cell);
+        }
+        sort_cell(points_of_cell);
+      });
     }
-    tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
-      sort_cell({cloud.data() + wanted[i].target, wanted[i].points});
-    });
     return cloud;
   } catch (const std::exception&) {  // bad_alloc, length_error
     return fail(ErrorCode::io_failure,
