@@ -46,7 +46,8 @@ Result<std::vector<NamedConfig>> load_configs(const Options& options,
     const auto checked = [&]() -> Result<void> {
       VANTAGE_TRY(const Bundle bundle,
                   Bundle::open(configs.back().config, options.common.loader(), "evaluating"));
-      return check_measurable(gates, configs.back().name, bundle.index());
+      VANTAGE_TRY(const auto index, bundle.index());
+      return check_measurable(gates, configs.back().name, *index);
     };
     if (auto there = checked(); !there) {
       return fail(std::move(there).error().during("evaluating " + file.string()));

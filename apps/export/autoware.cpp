@@ -138,7 +138,7 @@ Result<void> write_metadata(const fs::path& folder, const io::AutowareTiles& til
                         {"repeated_points", report.repeated},
                         {"largest_rounding", report.rounding},
                         {"regions_without_points", report.regions_without_points}},
-                       files, bundle.index());
+                       files, bundle.directory()->summary());
 }
 
 }  // namespace

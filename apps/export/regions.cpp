@@ -42,7 +42,8 @@ Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format, c
   std::vector<std::string> files;
   nlohmann::ordered_json regions = nlohmann::ordered_json::array();
   const auto take = [&](RegionId region, const RegionMap& map) -> Result<void> {
-    const std::string& label = bundle.index().partition[region].label;
+    VANTAGE_TRY(const DirectoryEntry entry, bundle.directory()->entry(region));
+    const std::string& label = entry.region.label;
     files.push_back(label + "." + name_of(format));
     VANTAGE_CHECK(write(folder.path() / files.back(), format, map));
     VANTAGE_TRY(const std::uint32_t max_views, max_views_of(map));
@@ -64,7 +65,7 @@ Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format, c
                                {"points", report.points},
                                {"regions_without_points", report.regions_without_points},
                                {"regions", std::move(regions)}},
-                              files, bundle.index()));
+                              files, bundle.directory()->summary()));
   VANTAGE_CHECK(folder.commit());
   return report;
 }

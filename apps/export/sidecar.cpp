@@ -41,9 +41,9 @@ Result<std::set<std::string>> files_of_export(const fs::path& folder) {
 }  // namespace
 
 Result<void> write_sidecar(const fs::path& folder, nlohmann::ordered_json content,
-                           const std::vector<std::string>& files, const MapIndex& index) {
-  content["map_points"] = index.map_points;
-  content["config"] = index.config;
+                           const std::vector<std::string>& files, const BundleSummary& bundle) {
+  content["map_points"] = bundle.map_points;
+  content["config"] = bundle.config;
   content["files"] = files;
   // A configuration may contain any bytes, and all of them become text.
   return io::write_text_atomically(

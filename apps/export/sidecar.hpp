@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "vantage/map_store.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage::exporting {
 
@@ -16,7 +16,7 @@ inline constexpr const char* kSidecar = "vantage_export.json";
 [[nodiscard]] Result<void> write_sidecar(const std::filesystem::path& folder,
                                          nlohmann::ordered_json content,
                                          const std::vector<std::string>& files,
-                                         const MapIndex& index);
+                                         const BundleSummary& bundle);
 
 /// Checks that a folder may be replaced: it does not exist, or it is an earlier export and holds
 /// nothing else. Errors: `already_exists`; `corrupt_data` for a damaged sidecar.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -19,40 +18,29 @@ constexpr const char* kFormat = "bundle of region maps";
 constexpr std::size_t kWorst = 5;
 constexpr double kAlertLimit = LocalizerParams{}.alert_limit;  // [m]
 
-Statistics points_of(const MapIndex& index) {
-  std::vector<double> points;
-  for (const RegionSummary& region : index.regions) {
-    points.push_back(static_cast<double>(region.points));
-  }
-  return statistics_of(points);
+Eigen::AlignedBox3d extent_of(const BundleSummary& bundle) {
+  const Bounds3& map = bundle.map_bounds;
+  return map.empty() ? Eigen::AlignedBox3d() : Eigen::AlignedBox3d(map.min, map.max);
 }
 
-std::uint64_t empty_regions(const MapIndex& index) {
-  return static_cast<std::uint64_t>(
-      std::count_if(index.regions.begin(), index.regions.end(),
-                    [](const RegionSummary& region) { return region.empty(); }));
-}
-
-Eigen::AlignedBox3d extent_of(const MapIndex& index) {
-  return index.map_bounds.empty() ? Eigen::AlignedBox3d()
-                                  : Eigen::AlignedBox3d(index.map_bounds.min, index.map_bounds.max);
+double mean_points(const BundleSummary& bundle) {
+  return static_cast<double>(bundle.sum.points) / static_cast<double>(bundle.regions);
 }
 
 Lines lines_of(const BundleInfo& info) {
-  const MapIndex& index = info.index;
-  const Statistics points = points_of(index);
-  const auto whole = [](double number) {
-    return cli::grouped(static_cast<std::uint64_t>(std::llround(number)));
-  };
+  const BundleSummary& all = info.summary;
   Lines lines{{"path", info.path.string()},
               {"format", kFormat},
               {"size [MB]", fmt::format("{:.2f}", static_cast<double>(info.bytes) / 1e6)},
-              {"regions", fmt::format("{}, {} of them empty", cli::grouped(index.regions.size()),
-                                      cli::grouped(empty_regions(index)))},
-              {"points of the map", cli::grouped(index.map_points)}};
-  lines.emplace_back("points a region", fmt::format("{} ({} to {})", whole(points.mean),
-                                                    whole(points.min), whole(points.max)));
-  lines.emplace_back("extent [m]", box_text(extent_of(index)));
+              {"regions", fmt::format("{}, {} of them empty", cli::grouped(all.regions),
+                                      cli::grouped(all.empty_regions))},
+              {"points of the map", cli::grouped(all.map_points)}};
+  lines.emplace_back(
+      "points a region",
+      fmt::format("{} ({} to {})",
+                  cli::grouped(static_cast<std::uint64_t>(std::llround(mean_points(all)))),
+                  cli::grouped(all.least_points), cli::grouped(all.most_points)));
+  lines.emplace_back("extent [m]", box_text(extent_of(all)));
   return lines;
 }
 
@@ -90,10 +78,9 @@ std::string worst_text(const BundleInfo& info, const cli::Style& style) {
                         "weak sigma [m]", "bearing [deg]", "basin [m]", "alike x [m]",
                         "alike y [m]", "likeness"});
   for (const Site* site : worst_sites(*info.atlas, kWorst)) {
-    std::vector<std::string> row{cli::one_line(info.index.partition[site->region].label),
-                                 fmt::format("{:.1f}", site->position.x()),
-                                 fmt::format("{:.1f}", site->position.y()),
-                                 fmt::format("{:.1f}", site->position.z())};
+    std::vector<std::string> row{
+        cli::one_line(info.label_of(*site)), fmt::format("{:.1f}", site->position.x()),
+        fmt::format("{:.1f}", site->position.y()), fmt::format("{:.1f}", site->position.z())};
     if (const auto& p = site->precision) {
       row.push_back(fmt::format("{:.3f}", p->expected_error));
       row.push_back(fmt::format("{:.3f}", p->sigma_weak));
@@ -118,8 +105,8 @@ std::string worst_text(const BundleInfo& info, const cli::Style& style) {
 
 nlohmann::ordered_json json_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-nlohmann::ordered_json json_of(const Site& site, const MapIndex& index) {
-  nlohmann::ordered_json json{{"region", index.partition[site.region].label},
+nlohmann::ordered_json json_of(const Site& site, const BundleInfo& info) {
+  nlohmann::ordered_json json{{"region", info.label_of(site)},
                               {"position", json_of(site.position)},
                               {"expected_error", nullptr}};
   if (const auto& p = site.precision) {
@@ -138,7 +125,7 @@ nlohmann::ordered_json json_of(const Site& site, const MapIndex& index) {
   return json;
 }
 
-nlohmann::ordered_json json_of(const Atlas& atlas, const MapIndex& index) {
+nlohmann::ordered_json json_of(const Atlas& atlas, const BundleInfo& info) {
   const Localizability all = localizability_of(atlas, kAlertLimit);
   nlohmann::ordered_json json{{"matcher",
                                {{"plugin", atlas.calibration.matcher.plugin},
@@ -160,7 +147,7 @@ nlohmann::ordered_json json_of(const Atlas& atlas, const MapIndex& index) {
   }
   json["worst_sites"] = nlohmann::ordered_json::array();
   for (const Site* site : worst_sites(atlas, kWorst)) {
-    json["worst_sites"].push_back(json_of(*site, index));
+    json["worst_sites"].push_back(json_of(*site, info));
   }
   return json;
 }
@@ -177,8 +164,17 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
     if (bundle.error().code == ErrorCode::not_found) return std::optional<BundleInfo>();
     return fail(bundle.error());
   }
-  BundleInfo info{.path = path, .bytes = size_of(path), .index = bundle->index(), .atlas = {}};
+  BundleInfo info{.path = path,
+                  .bytes = size_of(path),
+                  .summary = bundle->directory()->summary(),
+                  .atlas = {},
+                  .labels = {}};
   VANTAGE_TRY(info.atlas, Atlas::of_bundle(*bundle));
+  if (!info.atlas) return std::optional<BundleInfo>(std::move(info));
+  for (const Site* site : worst_sites(*info.atlas, kWorst)) {
+    VANTAGE_TRY(const DirectoryEntry entry, bundle->directory()->entry(site->region));
+    info.labels[site->region] = entry.region.label;
+  }
   return std::optional<BundleInfo>(std::move(info));
 }
 
@@ -194,23 +190,25 @@ std::string to_text(const BundleInfo& info, const cli::Style& style) {
 }
 
 nlohmann::ordered_json to_json(const BundleInfo& info) {
-  const Statistics points = points_of(info.index);
-  nlohmann::ordered_json json{
-      {"path", info.path.string()},
-      {"format", kFormat},
-      {"bytes", info.bytes},
-      {"regions", info.index.regions.size()},
-      {"empty_regions", empty_regions(info.index)},
-      {"map_points", info.index.map_points},
-      {"region_points", {{"mean", points.mean}, {"min", points.min}, {"max", points.max}}},
-      {"min", nullptr},
-      {"max", nullptr},
-      {"atlas", nullptr}};
-  if (const auto extent = extent_of(info.index); !extent.isEmpty()) {
+  const BundleSummary& all = info.summary;
+  nlohmann::ordered_json json{{"path", info.path.string()},
+                              {"format", kFormat},
+                              {"bytes", info.bytes},
+                              {"regions", all.regions},
+                              {"empty_regions", all.empty_regions},
+                              {"map_points", all.map_points},
+                              {"region_points",
+                               {{"mean", mean_points(all)},
+                                {"min", static_cast<double>(all.least_points)},
+                                {"max", static_cast<double>(all.most_points)}}},
+                              {"min", nullptr},
+                              {"max", nullptr},
+                              {"atlas", nullptr}};
+  if (const auto extent = extent_of(all); !extent.isEmpty()) {
     json["min"] = json_of(Eigen::Vector3d(extent.min()));
     json["max"] = json_of(Eigen::Vector3d(extent.max()));
   }
-  if (info.atlas) json["atlas"] = json_of(*info.atlas, info.index);
+  if (info.atlas) json["atlas"] = json_of(*info.atlas, info);
   return json;
 }
 

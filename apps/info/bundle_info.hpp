@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -19,8 +20,13 @@ namespace vantage {
 struct BundleInfo {
   std::filesystem::path path;
   std::uint64_t bytes = 0;
-  MapIndex index;
-  std::optional<Atlas> atlas;  ///< none if it was built without one
+  BundleSummary summary;
+  std::optional<Atlas> atlas;              ///< none if it was built without one
+  std::map<RegionId, std::string> labels;  ///< of the regions of the atlas's worst sites
+
+  [[nodiscard]] const std::string& label_of(const Site& site) const {
+    return labels.at(site.region);
+  }
 };
 
 /// The bundle in a folder; none if the path is something else.

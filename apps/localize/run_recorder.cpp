@@ -69,7 +69,7 @@ RunRecorder::RunRecorder(std::string name, io::ros::McapWriter writer, Bundle bu
     : name_(std::move(name)),
       writer_(std::move(writer)),
       bundle_(std::move(bundle)),
-      origin_(origin_of(bundle_.index().map_bounds)),
+      origin_(origin_of(bundle_.directory()->summary().map_bounds)),
       has_maps_(bundle_.has_points()) {}
 
 Result<RunRecorder> RunRecorder::create(const std::filesystem::path& path, Bundle bundle,
@@ -144,8 +144,8 @@ Result<void> RunRecorder::add_pose(const ScanReport& report) {
   VANTAGE_CHECK(writer_.write(channels_.tf, report.stamp, tf));
   VANTAGE_TRY(const auto stamped, io::ros::write_pose_stamped(header, pose));
   VANTAGE_CHECK(writer_.write(channels_.pose, report.stamp, stamped));
-  VANTAGE_TRY(const auto label,
-              io::ros::write_string(bundle_.index().partition[report.region].label));
+  VANTAGE_TRY(const DirectoryEntry entry, bundle_.directory()->entry(report.region));
+  VANTAGE_TRY(const auto label, io::ros::write_string(entry.region.label));
   return writer_.write(channels_.region, report.stamp, label);
 }
 

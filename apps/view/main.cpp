@@ -77,8 +77,7 @@ Result<view::Lines> read_lines(const Options& options, const Point& origin) {
 }
 
 std::string label_of(const view::Scene& scene, const view::Controls& controls) {
-  return controls.region ? scene.bundle()->index().partition[*controls.region].label
-                         : std::string();
+  return controls.region ? scene.index().partition[*controls.region].label : std::string();
 }
 
 std::string legend(const view::Drawing& drawing, const view::Controls& controls,
@@ -143,7 +142,7 @@ nlohmann::ordered_json to_json(const view::Scene& scene, const view::Drawing& dr
                               {"origin", {o.x(), o.y(), o.z()}},
                               {"color", view::to_string(controls.coloring)},
                               {"height", {scales.height.low + o.z(), scales.height.high + o.z()}}};
-  if (scene.bundle()) json["regions"] = scene.bundle()->index().partition.size();
+  if (scene.bundle()) json["regions"] = scene.index().partition.size();
   if (controls.region) {
     json["region"] = label_of(scene, controls);
     json["viewpoints"] = drawing.viewpoints.size();
@@ -209,7 +208,7 @@ Result<void> run(const Options& options) {
     return {};
   }
   if (!options.quiet) {
-    const auto regions = scene.bundle() ? scene.bundle()->index().partition.size() : 0;
+    const auto regions = scene.bundle() ? scene.index().partition.size() : 0;
     std::cerr << view::key_help({static_cast<std::uint32_t>(regions),
                                  !show.lines.trajectory.empty(), scene.atlas().has_value()});
   }

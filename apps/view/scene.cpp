@@ -46,9 +46,10 @@ Result<Scene> Scene::open_bundle(const std::filesystem::path& folder, const Plug
   Scene scene;
   scene.name_ = bundle.name();
   scene.max_points_ = max_points;
-  scene.total_ = bundle.index().map_points;
-  scene.origin_ = whole_metres(bundle.index().map_bounds);
-  scene.hues_ = region_hues(bundle.index().partition.regions());
+  VANTAGE_TRY(scene.index_, bundle.index());
+  scene.total_ = scene.index_->map_points;
+  scene.origin_ = whole_metres(scene.index_->map_bounds);
+  scene.hues_ = region_hues(scene.index_->partition.regions());
   scene.bundle_ = bundle;
   // A bundle whose atlas cannot be read still has points to show.
   auto atlas = Atlas::of_bundle(bundle);
@@ -90,7 +91,7 @@ Result<void> Scene::need_atlas() const {
 
 Result<void> Scene::read_all(const Bundle::Progress& progress) {
   if (table_) return {};
-  PointTable table(bundle_->index().map_bounds, max_points_);
+  PointTable table(index_->map_bounds, max_points_);
   VANTAGE_CHECK(bundle_->for_each_region(
       [&](RegionId, const RegionMap& map) -> Result<void> {
         table.add(map.points, map.views);
@@ -106,7 +107,7 @@ Drawing Scene::around_origin(PointsView points) const {
   drawing.points.reserve(points.size());
   for (const Point& p : points) drawing.points.push_back(p - origin_);
   if (!bundle_) return drawing;
-  const Partition& partition = bundle_->index().partition;
+  const Partition& partition = index_->partition;
   drawing.regions.reserve(points.size());
   for (const Point& p : points) {
     auto owner = partition.locate(p);
@@ -119,7 +120,7 @@ Drawing Scene::around_origin(PointsView points) const {
 
 Result<Drawing> Scene::draw_region(RegionId region, bool count_views,
                                    const Bundle::Progress& progress) {
-  const MapIndex& index = bundle_->index();
+  const MapIndex& index = *index_;
   if (index.regions[region.value].points == 0) {
     return fail(ErrorCode::unsupported,
                 "the map of region '" + index.partition[region].label + "' holds no points",

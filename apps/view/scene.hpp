@@ -46,6 +46,8 @@ class Scene {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   /// None for a cloud.
   [[nodiscard]] const std::optional<Bundle>& bundle() const noexcept { return bundle_; }
+  /// Of the bundle. Precondition: there is one.
+  [[nodiscard]] const MapIndex& index() const noexcept { return *index_; }
   /// Of the bundle; none if it was built without one, or if it cannot be read.
   [[nodiscard]] const std::optional<Atlas>& atlas() const noexcept { return atlas_; }
   /// Errors: those of Atlas::of_bundle; `not_found`, with what to do, if there is no site.
@@ -74,6 +76,7 @@ class Scene {
 
   std::string name_;
   std::optional<Bundle> bundle_;
+  std::shared_ptr<const MapIndex> index_;  // of the bundle
   std::optional<Atlas> atlas_;
   std::optional<Error> no_atlas_;    // why no localizability can be shown
   std::optional<PointTable> table_;  // of everything, after it was read

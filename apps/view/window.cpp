@@ -87,7 +87,7 @@ double line_radius(const Drawing& drawing) {
 }
 
 void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
-  const MapIndex& index = show.scene.bundle()->index();
+  const MapIndex& index = show.scene.index();
   const Point& origin = show.scene.origin();
   const Terrain terrain(drawing.points);
   const double radius = line_radius(drawing);
@@ -266,7 +266,7 @@ class Window {
  private:
   [[nodiscard]] Shown shown() const {
     const auto& bundle = show_.scene.bundle();
-    return {bundle ? static_cast<std::uint32_t>(bundle->index().partition.size()) : 0,
+    return {bundle ? static_cast<std::uint32_t>(show_.scene.index().partition.size()) : 0,
             !show_.lines.trajectory.empty(), show_.scene.atlas().has_value()};
   }
 

@@ -45,7 +45,9 @@ void switches(benchmark::State& state, const std::string& place) {
   const auto plugins = test::built_plugins();
   auto bundle = Bundle::open(place, plugins);
   if (!bundle) throw std::runtime_error(to_string(bundle.error()));
-  const std::vector<RegionId> drive = drive_through(bundle->index());
+  const auto index = bundle->index();
+  if (!index) throw std::runtime_error(to_string(index.error()));
+  const std::vector<RegionId> drive = drive_through(**index);
   std::size_t at = 0, points = 0;
   for (auto _ : state) {
     const auto map = bundle->get(drive[at++ % drive.size()]);

@@ -113,15 +113,3 @@ TEST_CASE("a plugin has nothing of the engine, of toml++ or of Boost, linked or 
                                                   << (foreign.empty() ? "" : foreign.front()));
   }
 }
-
-TEST_CASE("what a plugin must see of core stays small: at most 3,000 lines") {
-  std::ptrdiff_t lines = 0;
-  for (const auto& entry :
-       fs::recursive_directory_iterator(fs::path(VANTAGE_SOURCE_DIR) / "core/interfaces")) {
-    if (!entry.is_regular_file()) continue;
-    std::ifstream in(entry.path());
-    lines += std::count(std::istreambuf_iterator<char>(in), {}, '\n');
-  }
-  CHECK(lines > 1000);  // there is something to count
-  CHECK(lines <= 3000);
-}

@@ -16,10 +16,10 @@ void check_street(const fs::path& data, const std::string& name, double max_mean
                   double max_mean_error_deg, bool without_ground = false) {
   const Run run = Street(data, name, {.without_ground = without_ground}).localize();
   const RunSummary s = summarize(run);
-  MESSAGE(name << ": " << run.index.partition.size() << " regions, " << s.tracked << "/" << s.scans
-               << " tracked, " << s.count("switched") << " switches, mean "
-               << 100 * s["error_m"].mean << " cm, p95 " << 100 * s["error_m"].p95 << " cm, "
-               << s["error_deg"].mean << " deg, align " << s["align_ms"].mean << " ms");
+  MESSAGE(name << ": " << run.regions << " regions, " << s.tracked << "/" << s.scans << " tracked, "
+               << s.count("switched") << " switches, mean " << 100 * s["error_m"].mean
+               << " cm, p95 " << 100 * s["error_m"].p95 << " cm, " << s["error_deg"].mean
+               << " deg, align " << s["align_ms"].mean << " ms");
   CHECK(s.scans == 77);
   CHECK(s.tracked == 77);
   CHECK(s["error_m"].count == 77);
@@ -29,7 +29,7 @@ void check_street(const fs::path& data, const std::string& name, double max_mean
   CHECK(s.count("outside") == 0);
   if (name != "wide") {
     CHECK(s.count("switched") >= 2);
-    CHECK(s["map_points"].max < 0.9 * static_cast<double>(run.index.map_points));
+    CHECK(s["map_points"].max < 0.9 * static_cast<double>(run.map_points));
   }
 
   const RunSummary far = summarize(

@@ -51,8 +51,11 @@ RouteRun made_run(const MapIndex& index, const io::Trajectory& reference, double
                   unsigned seed) {
   std::mt19937 random(seed);
   const auto next = [&] { return static_cast<double>(random() >> 8U) / 16777216.0; };
-  Run run{
-      .config = "made.toml", .stamp_rule = "stamps from file names", .index = index, .scans = {}};
+  Run run{.config = "made.toml",
+          .stamp_rule = "stamps from file names",
+          .map_points = index.map_points,
+          .regions = index.regions.size(),
+          .scans = {}};
   RegionId last{};
   for (std::size_t i = 0; i < reference.size(); ++i) {
     const Pose& truth = reference[i].pose;
@@ -76,6 +79,7 @@ RouteRun made_run(const MapIndex& index, const io::Trajectory& reference, double
     r.switched = i == 0 || r.region != last;
     last = r.region;
     r.map_points = index.regions[r.region.value].points;
+    scan.region = index.partition[r.region].label;
     scan.map = index.regions[r.region.value];
     scan.wide_area_points = index.map_points;
     r.held_bytes = 40 * r.map_points;
@@ -101,7 +105,7 @@ RouteRun made_run(const MapIndex& index, const io::Trajectory& reference, double
 Specimen specimen_of(const PointCloud& map, const RouteRun& run) {
   Specimen specimen{run.run.scans[run.run.scans.size() / 2].report.region, {}, {}};
   const Point middle = run.run.scans[run.run.scans.size() / 2].report.T_map_scan.translation;
-  const double reach = run.run.index.regions.size() == 1 ? 1e9 : 35.0;
+  const double reach = run.run.regions == 1 ? 1e9 : 35.0;
   for (const Point& p : map) {
     if ((p - middle).norm() < reach) specimen.points.push_back(p);
   }

@@ -81,7 +81,7 @@ std::vector<std::string> region_dots(const Evaluation& e, const std::string& wha
       for (const RegionMean& mean : by_region(r.run->run, metric)) {
         row.sample.push_back(mean.mean);
         row.tips.push_back(fmt::format("{}: {:.4g}, {} scans",
-                                       r.run->run.index.partition[mean.region].label, mean.mean,
+                                       r.config->index.partition[mean.region].label, mean.mean,
                                        mean.scans));
         all.push_back(mean.mean);
       }

@@ -108,8 +108,7 @@ Result<std::string> specimen_svg(const EvaluatedConfig& config, std::size_t numb
 
 std::string tip_of(const Run& run, std::size_t i, double way) {
   const RunScan& scan = run.scans[i];
-  std::string text = fmt::format("scan {}, {:.0f} m, {}", i + 1, way,
-                                 run.index.partition[scan.report.region].label);
+  std::string text = fmt::format("scan {}, {:.0f} m, {}", i + 1, way, scan.region);
   if (scan.error) {
     text += fmt::format("\n{:.1f} cm, {:.2f}°", 100.0 * scan.error->metres, scan.error->degrees);
   }
@@ -133,7 +132,7 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
                    window);
   if (!e.map.empty())
     svg += fmt::format("<use class=\"ground\" href=\"#map-of-route{}\"/>\n", r.route);
-  svg += borders(run.index.partition, window);
+  svg += borders(r.config->index.partition, window);
   std::string reference;
   for (const auto& moment : e.routes[r.route].reference) {
     reference += polyline_point(moment.pose.translation.head<2>(), window);

@@ -152,7 +152,8 @@ Result<EvaluatedConfig> evaluate(const Config& config, const std::string& name,
   EvaluatedConfig evaluated;
   evaluated.name = name;
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, options.loader, "evaluating"));
-  evaluated.index = bundle.index();
+  VANTAGE_TRY(const auto index, bundle.index());
+  evaluated.index = *index;
   VANTAGE_TRY(evaluated.atlas, Atlas::of_bundle(bundle));
   std::vector<double> points;
   for (const RegionSummary& region : evaluated.index.regions) {

@@ -68,7 +68,7 @@ Json to_json(const Run& run, const RunSummary& s) {
   scans["skipped"] = {{"not_later", run.skipped.not_later}, {"incomplete", run.skipped.incomplete}};
   Json json{{"config", run.config},
             {"stamps", run.stamp_rule},
-            {"map", {{"points", run.index.map_points}, {"regions", run.index.partition.size()}}},
+            {"map", {{"points", run.map_points}, {"regions", run.regions}}},
             {"alert_limit", {{"m", run.alert_limit.metres}, {"deg", run.alert_limit.degrees}}},
             {"scans", std::move(scans)}};
   json.update(numbers);

@@ -162,8 +162,10 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
   if (done.reference && done.report.has_pose) {
     done.error = error_of(done.report.T_map_scan, *done.reference);
   }
-  done.map = localizer.index().regions[done.report.region.value];
-  done.wide_area_points = localizer.index().map_points;
+  VANTAGE_TRY(DirectoryEntry entry, localizer.regions().entry(done.report.region));
+  done.region = std::move(entry.region.label);
+  done.map = entry.summary;
+  done.wide_area_points = localizer.regions().summary().map_points;
   done.alert_limit = alert_limit_of(localizer);
   return done;
 }
@@ -203,7 +205,8 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
   VANTAGE_CHECK(start(localizer, inputs, scans));
   Run run{.config = config,
           .stamp_rule = scans.stamp_rule(),
-          .index = localizer.index(),
+          .map_points = localizer.regions().summary().map_points,
+          .regions = localizer.regions().summary().regions,
           .alert_limit = alert_limit_of(localizer),
           .scans = {},
           .speed = inputs.speed};

@@ -55,9 +55,7 @@ constexpr std::array kTextColumns{
                                      to_string(scan.report.tracking));
                 }},
     TextColumns{"switched", "region",
-                [](const Run& run, const RunScan& scan, double) {
-                  return run.index.partition[scan.report.region].label;
-                }},
+                [](const Run&, const RunScan& scan, double) { return scan.region; }},
     TextColumns{"fitness", "termination",
                 [](const Run&, const RunScan& scan, double) {
                   const auto& a = scan.report.alignment;

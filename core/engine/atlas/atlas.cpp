@@ -130,7 +130,8 @@ Result<std::optional<Atlas>> Atlas::of_bundle(const Bundle& bundle) {
     return fail(stored.error());
   }
   VANTAGE_TRY(Atlas atlas, decode(*stored));
-  if (!atlas.sites.empty() && atlas.sites.back().region.value >= bundle.index().partition.size()) {
+  if (!atlas.sites.empty() &&
+      atlas.sites.back().region.value >= bundle.directory()->summary().regions) {
     return no_atlas("has a site in a region that the bundle does not have");
   }
   return std::optional<Atlas>(std::move(atlas));

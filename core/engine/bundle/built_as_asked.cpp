@@ -111,14 +111,10 @@ std::vector<ParameterDoc> docs_with_params(std::vector<ParameterDoc> docs,
 }
 
 /// [store]: what is kept of each region is in the index.
-void compare_content(const StoreConfig& asked, const Written& written, const MapIndex& bundle,
+void compare_content(const StoreConfig& asked, const Written& written, const BundleSummary& bundle,
                      std::vector<Difference>& found) {
-  bool points = false, prepared = false, views = false;
-  for (const RegionSummary& region : bundle.regions) {
-    points = points || region.points > 0;
-    prepared = prepared || region.elements > 0;
-    views = views || region.max_views > 0;
-  }
+  const bool points = bundle.sum.points > 0, prepared = bundle.sum.elements > 0;
+  const bool views = bundle.sum.max_views > 0;
   if (!points && !prepared) return;
   Table built;
   const char* content = points && prepared ? "both" : points ? "points" : "prepared";
@@ -144,7 +140,7 @@ std::string message_of(const std::vector<Difference>& found) {
 
 }  // namespace
 
-Result<void> check_built_as_asked(const Config& asked, const MapIndex& bundle,
+Result<void> check_built_as_asked(const Config& asked, const BundleSummary& bundle,
                                   const PluginLoader& plugins) {
   const auto built = parse_toml(bundle.config, "");
   if (!built || built->find("schema") == nullptr) return {};

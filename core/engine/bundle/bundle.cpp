@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -21,9 +22,9 @@ std::optional<std::uint32_t> number_in(const std::string& text) {
   return number;
 }
 
-/// The configuration in an index. Its paths stay as they were written; they start at no folder.
-std::optional<Config> config_of(const MapIndex& index, const std::string& name) {
-  auto config = parse_toml(index.config, "").and_then(parse_config);
+/// The configuration of a bundle. Its paths stay as they were written; they start at no folder.
+std::optional<Config> config_of(const BundleSummary& bundle, const std::string& name) {
+  auto config = parse_toml(bundle.config, "").and_then(parse_config);
   if (!config) return std::nullopt;
   config->file = name;
   return *std::move(config);
@@ -34,34 +35,37 @@ std::optional<Config> config_of(const MapIndex& index, const std::string& name) 
 struct Bundle::State {
   std::string name;
   PluginPtr<MapStore> store;
-  MapIndex index;
+  std::shared_ptr<const RegionDirectory> directory;
   std::optional<Config> built_with;
+
+  mutable std::mutex mutex = {};
+  mutable std::shared_ptr<const MapIndex> index = {};  // once it was asked for
 };
 
 Bundle::Bundle(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-Result<Bundle> Bundle::from(PluginPtr<MapStore> store, MapIndex index, std::string name) {
-  if (index.partition.size() == 0) {
+Result<Bundle> Bundle::from(PluginPtr<MapStore> store,
+                            std::shared_ptr<const RegionDirectory> directory, std::string name) {
+  if (directory->summary().regions == 0) {
     return fail(ErrorCode::corrupt_data, "the bundle's index has no region", at(name));
   }
-  if (index.regions.size() != index.partition.size()) {
-    return fail(ErrorCode::corrupt_data,
-                "the bundle's index has " + std::to_string(index.regions.size()) +
-                    " summaries for " + std::to_string(index.partition.size()) + " regions");
-  }
-  auto config = config_of(index, name);
-  return Bundle(std::make_shared<const State>(
-      State{std::move(name), std::move(store), std::move(index), std::move(config)}));
+  auto config = config_of(directory->summary(), name);
+  auto state = std::make_shared<State>();
+  state->name = std::move(name);
+  state->store = std::move(store);
+  state->directory = std::move(directory);
+  state->built_with = std::move(config);
+  return Bundle(std::move(state));
 }
 
 Result<Bundle> Bundle::of(PluginPtr<MapStore> store, std::string name) {
-  VANTAGE_TRY(MapIndex index, index_of(*store));
-  return from(std::move(store), std::move(index), std::move(name));
+  VANTAGE_TRY(auto directory, directory_in(store));
+  return from(std::move(store), std::move(directory), std::move(name));
 }
 
 Result<Bundle> Bundle::open(const std::filesystem::path& place, const PluginLoader& plugins) {
   VANTAGE_TRY(FoundStore found, find_store(place, plugins));
-  return from(std::move(found.store), std::move(found.index), place.string());
+  return from(std::move(found.store), std::move(found.directory), place.string());
 }
 
 Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
@@ -69,7 +73,8 @@ Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
   VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", job));
   VANTAGE_TRY(auto opened, plugins.load<MapStore>(store.choice()));
   VANTAGE_TRY(Bundle bundle, of(std::move(opened), config.file));
-  if (auto checked = check_built_as_asked(config, bundle.index(), plugins); !checked) {
+  if (auto checked = check_built_as_asked(config, bundle.directory()->summary(), plugins);
+      !checked) {
     return fail(std::move(checked).error().during(
         config.file.empty() ? "opening the bundle" : "opening the bundle of " + config.file));
   }
@@ -77,70 +82,70 @@ Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
 }
 
 const std::string& Bundle::name() const noexcept { return state_->name; }
-const MapIndex& Bundle::index() const noexcept { return state_->index; }
+const std::shared_ptr<const RegionDirectory>& Bundle::directory() const noexcept {
+  return state_->directory;
+}
 const PluginPtr<MapStore>& Bundle::store() const noexcept { return state_->store; }
 const std::optional<Config>& Bundle::built_with() const noexcept { return state_->built_with; }
 
 Result<RegionMap> Bundle::get(RegionId region) const { return state_->store->get(region); }
 
+Result<std::shared_ptr<const MapIndex>> Bundle::index() const {
+  const std::scoped_lock lock(state_->mutex);
+  if (!state_->index) {
+    VANTAGE_TRY(MapIndex all, state_->store->index());
+    state_->index = std::make_shared<const MapIndex>(std::move(all));
+  }
+  return state_->index;
+}
+
 Result<RegionId> Bundle::find_region(const std::string& id) const {
-  const auto& regions = index().partition.regions();
+  const std::uint64_t count = directory()->summary().regions;
+  VANTAGE_TRY(const auto labelled, directory()->find(id));
+  if (labelled) return *labelled;
+  if (const auto number = number_in(id); number && *number < count) return RegionId{*number};
+  VANTAGE_TRY(const auto all, index());
   std::vector<std::string> labels;
-  for (std::uint32_t r = 0; r < regions.size(); ++r) {
-    if (regions[r].label == id) return RegionId{r};
-    labels.push_back(regions[r].label);
-  }
-  if (const auto number = number_in(id); number && *number < regions.size()) {
-    return RegionId{*number};
-  }
+  for (const Region& region : all->partition.regions()) labels.push_back(region.label);
   return fail(ErrorCode::not_found,
               "no region '" + id + "'" + did_you_mean(id, labels) + "; there are " +
-                  std::to_string(regions.size()) + " regions, 0 ('" + labels.front() + "') to " +
-                  std::to_string(regions.size() - 1) + " ('" + labels.back() + "')",
+                  std::to_string(count) + " regions, 0 ('" + labels.front() + "') to " +
+                  std::to_string(count - 1) + " ('" + labels.back() + "')",
               at(name()));
 }
 
 Result<void> Bundle::for_each_region(
     const std::function<Result<void>(RegionId, const RegionMap&)>& take,
     const Progress& progress) const {
-  const auto& regions = index().regions;
-  for (std::uint32_t r = 0; r < regions.size(); ++r) {
-    if (regions[r].points > 0) {
+  const std::uint64_t count = directory()->summary().regions;
+  for (std::uint32_t r = 0; r < count; ++r) {
+    VANTAGE_TRY(const DirectoryEntry entry, directory()->entry(RegionId{r}));
+    if (entry.summary.points > 0) {
       VANTAGE_TRY(const RegionMap map, get(RegionId{r}));
       VANTAGE_CHECK(take(RegionId{r}, map));
     }
-    if (progress) progress(r + 1, regions.size());
+    if (progress) progress(r + 1, count);
   }
   return {};
 }
 
 std::uint64_t Bundle::regions_without_points() const noexcept {
-  const auto& regions = index().regions;
-  return static_cast<std::uint64_t>(
-      std::count_if(regions.begin(), regions.end(),
-                    [](const RegionSummary& region) { return region.points == 0; }));
+  return directory()->summary().without_points;
 }
 
-bool Bundle::has_views() const noexcept {
-  const auto& regions = index().regions;
-  return std::any_of(regions.begin(), regions.end(),
-                     [](const RegionSummary& region) { return region.max_views > 0; });
-}
+bool Bundle::has_views() const noexcept { return directory()->summary().sum.max_views > 0; }
 
-bool Bundle::has_points() const noexcept {
-  return regions_without_points() < index().regions.size();
-}
+bool Bundle::has_points() const noexcept { return directory()->summary().sum.points > 0; }
 
 Result<void> Bundle::need_points(std::string_view purpose) const {
   if (has_points()) return {};
-  std::uint64_t elements = 0;
-  for (const RegionSummary& region : index().regions) elements += region.elements;
+  const std::uint64_t elements = directory()->summary().sum.elements;
   if (elements == 0) {
     return fail(ErrorCode::unsupported, "the maps of all regions are empty", at(name()));
   }
   return fail(ErrorCode::unsupported,
               "the bundle holds prepared maps only (" + std::to_string(elements) +
-                  " elements of a matcher for " + std::to_string(index().regions.size()) +
+                  " elements of a matcher for " + std::to_string(directory()->summary().regions) +
                   " regions) and no points to " + std::string(purpose) +
                   "; store.content = \"both\" keeps them",
               at(name()));

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "vantage/kit/directory_of.hpp"
+
 namespace vantage {
 namespace {
 
@@ -97,8 +99,8 @@ Result<PluginPtr<MapStore>> store_over(const fs::path& place, PluginChoice choic
 Result<FoundStore> open_with(const fs::path& place, const PluginChoice& choice,
                              const PluginLoader& plugins) {
   VANTAGE_TRY(auto store, store_over(place, choice, plugins));
-  VANTAGE_TRY(MapIndex index, index_of(*store));
-  return FoundStore{std::move(store), std::move(index)};
+  VANTAGE_TRY(auto directory, directory_in(store));
+  return FoundStore{std::move(store), std::move(directory)};
 }
 
 /// An installed store that was asked for a bundle, and the reason why it has none. Of stores that
@@ -129,10 +131,20 @@ tl::unexpected<Error> no_store_opens(const fs::path& place, std::vector<Refusal>
 
 }  // namespace
 
-Result<MapIndex> index_of(const MapStore& store) {
-  auto index = store.index();
-  if (index || index.error().code != ErrorCode::not_found) return index;
-  Error error = std::move(index).error();
+Result<std::shared_ptr<const RegionDirectory>> directory_in(const PluginPtr<MapStore>& store) {
+  auto directory = store->directory().map([&](std::unique_ptr<const RegionDirectory>&& own) {
+    return std::shared_ptr<const RegionDirectory>(in_library_of(store, std::move(own)));
+  });
+  if (!directory && directory.error().code == ErrorCode::unsupported) {
+    directory =
+        store->index().and_then([](MapIndex&& all) { return directory_of(std::move(all)); });
+  }
+  if (directory && *directory == nullptr) {
+    return fail(ErrorCode::internal,
+                "the store plugin broke its contract: directory gave nothing and no error");
+  }
+  if (directory || directory.error().code != ErrorCode::not_found) return directory;
+  Error error = std::move(directory).error();
   error.message += "; `vantage build` makes it";
   return fail(std::move(error));
 }
@@ -150,11 +162,11 @@ Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins
     const PluginChoice choice{.plugin = file.name, .library = file.path, .params = {}, .where = {}};
     auto store = store_over(place, choice, plugins);
     if (!store) continue;  // a plugin that cannot be asked does not hide the others
-    auto index = index_of(**store);
-    if (index) return FoundStore{*std::move(store), *std::move(index)};
-    const auto says_it = [&](const Refusal& refusal) { return refusal.says(index.error()); };
+    auto directory = directory_in(*store);
+    if (directory) return FoundStore{*std::move(store), *std::move(directory)};
+    const auto says_it = [&](const Refusal& refusal) { return refusal.says(directory.error()); };
     if (std::ranges::any_of(refusals, says_it)) continue;
-    refusals.push_back({file.name, std::move(index).error()});
+    refusals.push_back({file.name, std::move(directory).error()});
   }
   return no_store_opens(place, std::move(refusals));
 }

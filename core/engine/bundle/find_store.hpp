@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
+#include "vantage/region_directory.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -11,11 +13,13 @@ namespace vantage {
 /// A store with a bundle in it.
 struct FoundStore {
   PluginPtr<MapStore> store;
-  MapIndex index;
+  std::shared_ptr<const RegionDirectory> directory;
 };
 
-/// What MapStore::index returns; its error says what to do if there is no bundle.
-[[nodiscard]] Result<MapIndex> index_of(const MapStore& store);
+/// The store's directory, or one of its whole index. The error says what to do if there is no
+/// bundle.
+[[nodiscard]] Result<std::shared_ptr<const RegionDirectory>> directory_in(
+    const PluginPtr<MapStore>& store);
 
 /// The store that made the bundle at a path; see Bundle::open.
 [[nodiscard]] Result<FoundStore> find_store(const std::filesystem::path& place,

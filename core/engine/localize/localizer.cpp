@@ -51,7 +51,7 @@ struct Localizer::State {
       : bundle(std::move(the_bundle)),
         matcher(std::move(the_matcher)),
         params(the_params),
-        ahead(index),
+        ahead(directory),
         maps(bundle.store(), matcher,
              {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
               .background = params.prefetch}),
@@ -59,7 +59,7 @@ struct Localizer::State {
 
   Bundle bundle;
   PluginPtr<ScanMatcher> matcher;
-  const MapIndex& index = bundle.index();
+  std::shared_ptr<const RegionDirectory> directory = bundle.directory();
   LocalizerParams params;
   RegionsAhead ahead;
   RegionMaps maps;  // uses bundle and matcher
@@ -78,29 +78,29 @@ struct Localizer::State {
   bool compared = false;             // the hypotheses with all other places
   std::uint32_t doubtful_scans = 0;  // in a row
 
-  Searcher searcher{index, bundle.store(), matcher, ahead, maps, params};
+  Searcher searcher{*directory, bundle.store(), matcher, ahead, maps, params};
   bool startled = false;   // the sensor was carried away, maybe, since the search began
   bool surprised = false;  // by a scan, since a search began last
   SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
-
-  [[nodiscard]] bool has_map(RegionId id) const { return !index.regions[id.value].empty(); }
 
   struct Choice {
     RegionId region;
     bool outside;
   };
   /// Eq. 11 with hysteresis.
-  [[nodiscard]] Choice choose_region(const Point& position) const {
+  [[nodiscard]] Result<Choice> choose_region(const Point& position) const {
     const Eigen::Vector2d xy = position.head<2>();
-    const auto located = index.partition.locate(position);
-    if (!located || !has_map(*located)) {
-      return {map ? region : ahead.nearest(xy), true};
+    VANTAGE_TRY(const auto located, ahead.owner_of(position));
+    if (!located) {
+      if (map) return Choice{region, true};
+      VANTAGE_TRY(const RegionId nearest, ahead.nearest(xy));
+      return Choice{nearest, true};
     }
-    if (map && *located != region && params.switch_margin > 0.0 &&
-        distance(index.partition[region].footprint, xy) <= params.switch_margin) {
-      return {region, false};
+    if (map && *located != region && params.switch_margin > 0.0) {
+      VANTAGE_TRY(const double away, ahead.distance_to(region, xy));
+      if (away <= params.switch_margin) return Choice{region, false};
     }
-    return {*located, false};
+    return Choice{*located, false};
   }
 
   [[nodiscard]] Result<PreparedScan> prepare(const Scan& scan) const {
@@ -117,8 +117,7 @@ struct Localizer::State {
       const Stopwatch stopwatch;
       auto taken = maps.take(next);
       if (!taken) {
-        return fail(std::move(taken).error().during("switching to region '" +
-                                                    index.partition[next].label + "'"));
+        return fail(std::move(taken).error().during("switching to region " + ahead.name_of(next)));
       }
       map = std::move(taken->region);
       region = next;
@@ -132,11 +131,14 @@ struct Localizer::State {
     return {};
   }
 
-  void expect_what_is_ahead() {
-    if (!params.prefetch) return;
+  Result<void> expect_what_is_ahead() {
+    if (!params.prefetch) return {};
     const Motion& motion = hypotheses.front().motion;
-    maps.expect(ahead(motion.pose().translation.head<2>(), motion.velocity().head<2>(),
+    VANTAGE_TRY(auto regions,
+                ahead(motion.pose().translation.head<2>(), motion.velocity().head<2>(),
                       params.prefetch_time, params.prefetch_distance));
+    maps.expect(std::move(regions));
+    return {};
   }
 
   /// Predicts where each hypothesis is now, and matches the scan there.
@@ -147,7 +149,7 @@ struct Localizer::State {
       one.alignment.reset();
       one.evidence.reset();
       // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
-      const Choice choice = choose_region(one.last().translation);
+      VANTAGE_TRY(const Choice choice, choose_region(one.last().translation));
       std::shared_ptr<const ReadyRegion> ready;
       if (h == 0) {
         report.outside = choice.outside;
@@ -205,8 +207,8 @@ struct Localizer::State {
   void begin_search(const Scan& scan, const PreparedScan& prepared, bool weighed) {
     const auto predicted =
         hypotheses.empty() ? std::nullopt : std::optional(hypotheses.front().predicted);
-    const auto area =
-        search_area(scan.prior, predicted, index.map_bounds, doubtful_scans, surprised, params);
+    const auto area = search_area(scan.prior, predicted, directory->summary().map_bounds,
+                                  doubtful_scans, surprised, params);
     if (!area) return;
     startled = surprised = false;
     job.begin(scan.stamp, {prepared, weighed ? weighing.fresh_reference() : std::nullopt, *area});
@@ -316,9 +318,8 @@ Localizer::~Localizer() = default;
 
 Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                   const LocalizerParams& params, const ShareModel& model) {
-  const auto& regions = bundle.index().regions;
-  if (std::all_of(regions.begin(), regions.end(),
-                  [](const RegionSummary& region) { return region.empty(); })) {
+  const BundleSummary& all = bundle.directory()->summary();
+  if (all.empty_regions == all.regions) {
     return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
   }
   // A program may have set what a file could not.
@@ -326,7 +327,7 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
   return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), checked, model));
 }
 
-const MapIndex& Localizer::index() const noexcept { return state_->index; }
+const RegionDirectory& Localizer::regions() const noexcept { return *state_->directory; }
 const LocalizerParams& Localizer::params() const noexcept { return state_->params; }
 
 Result<void> Localizer::start(const Pose& T_map_scan) {
@@ -334,11 +335,11 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
   if (!is_valid(T_map_scan)) {
     return fail(ErrorCode::invalid_input, "the initial pose is no rigid transform");
   }
-  const RegionId region = s.choose_region(T_map_scan.translation).region;
-  auto taken = s.maps.take(region);  // so that the first scan finds the map ready
+  VANTAGE_TRY(const auto choice, s.choose_region(T_map_scan.translation));
+  auto taken = s.maps.take(choice.region);  // so that the first scan finds the map ready
   if (!taken) {
-    return fail(std::move(taken).error().during("making region '" +
-                                                s.index.partition[region].label + "' ready"));
+    return fail(std::move(taken).error().during("making region " + s.ahead.name_of(choice.region) +
+                                                " ready"));
   }
   s.forget_everything(false);
   s.hypotheses.push_back({.motion = {}, .initial = T_map_scan});
@@ -437,7 +438,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   best.proven = best.proven || tracked;
   report.held_bytes = s.maps.statistics().bytes;
   s.move_on(scan, report);
-  s.expect_what_is_ahead();
+  VANTAGE_CHECK(s.expect_what_is_ahead());
   return report;
 }
 

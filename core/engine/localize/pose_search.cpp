@@ -96,7 +96,8 @@ Result<std::vector<Start>> starts_at(const SearchedBundle& bundle, const std::ve
   for (const Place& place : places) {
     if (place.contrast < kWorthTrying * places.front().contrast) break;
     const Pose T_map_scan = place.T_map_scan * T_level_sensor;
-    by_region[bundle.regions.at(T_map_scan.translation)].push_back(T_map_scan);
+    VANTAGE_TRY(const RegionId region, bundle.regions.at(T_map_scan.translation));
+    by_region[region].push_back(T_map_scan);
   }
   std::vector<Start> starts;
   for (const auto& [region, poses] : by_region) {

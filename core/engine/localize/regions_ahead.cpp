@@ -1,8 +1,10 @@
 #include "localize/regions_ahead.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 namespace vantage {
 namespace {
@@ -12,54 +14,113 @@ namespace {
 constexpr int kMoments = 12;
 // m to the side for each metre of the way: a turn by 17 degrees. prefetch_distance allows for more.
 constexpr double kSwerve = 0.3;
+// What is read around the area that is asked about, so that the next question needs nothing [m].
+constexpr double kMore = 50.0;
 
-double distance_to_box(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
-                       const Eigen::Vector2d& xy) {
-  return (min - xy).cwiseMax(xy - max).cwiseMax(0.0).norm();
+double distance_to_box(const Bounds2& box, const Eigen::Vector2d& xy) {
+  return (box.min - xy).cwiseMax(xy - box.max).cwiseMax(0.0).norm();
+}
+
+Bounds2 square(const Eigen::Vector2d& xy, double half) {
+  const Eigen::Vector2d off = Eigen::Vector2d::Constant(half);
+  return {xy - off, xy + off};
 }
 
 }  // namespace
 
-RegionsAhead::RegionsAhead(const MapIndex& index) : index_(index) {
-  for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
-    if (index.regions[r].empty()) continue;
-    const Bounds2 bounds = bounds_of(index.partition[RegionId{r}].footprint);
-    places_.push_back({bounds.min, bounds.max, RegionId{r}});
+RegionsAhead::RegionsAhead(std::shared_ptr<const RegionDirectory> directory)
+    : directory_(std::move(directory)) {}
+
+Result<std::shared_ptr<const RegionsAhead::Around>> RegionsAhead::around(
+    const Bounds2& area) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (around_ && around_->area.contains(area.min) && around_->area.contains(area.max)) {
+      return around_;
+    }
   }
+  const Eigen::Vector2d more = Eigen::Vector2d::Constant(kMore);
+  VANTAGE_TRY(Around more_than_area, read({area.min - more, area.max + more}));
+  auto now = std::make_shared<const Around>(std::move(more_than_area));
+  const std::scoped_lock lock(mutex_);
+  around_ = now;
+  return now;
 }
 
-RegionId RegionsAhead::nearest(const Eigen::Vector2d& xy) const {
-  RegionId nearest;
-  double nearest_distance = std::numeric_limits<double>::infinity();
-  for (const Place& place : places_) {
-    if (distance_to_box(place.min, place.max, xy) >= nearest_distance) continue;
-    const double d = distance(footprint_of(place), xy);
-    if (d >= nearest_distance) continue;
-    nearest = place.region;
-    nearest_distance = d;
+Result<RegionsAhead::Around> RegionsAhead::read(const Bounds2& area) const {
+  Around around{.area = area, .places = {}};
+  VANTAGE_TRY(const std::vector<RegionId> regions, directory_->meeting(area));
+  for (const RegionId id : regions) {
+    VANTAGE_TRY(DirectoryEntry entry, directory_->entry(id));
+    const Bounds2 box = bounds_of(entry.region.footprint);
+    around.places.push_back({.region = id,
+                             .box = box,
+                             .footprint = std::move(entry.region.footprint),
+                             .height = entry.region.height,
+                             .has_map = !entry.summary.empty()});
+  }
+  return around;
+}
+
+RegionsAhead::Nearest RegionsAhead::nearest_of(const Around& around, const Eigen::Vector2d& xy) {
+  Nearest nearest;
+  for (const Place& place : around.places) {
+    if (!place.has_map || distance_to_box(place.box, xy) >= nearest.distance) continue;
+    const double d = distance(place.footprint, xy);
+    if (d < nearest.distance) nearest = {place.region, d};
   }
   return nearest;
 }
 
-RegionId RegionsAhead::at(const Point& place) const {
-  const auto owner = index_.partition.locate(place);
-  return owner && !index_.regions[owner->value].empty() ? *owner : nearest(place.head<2>());
+Result<RegionId> RegionsAhead::nearest(const Eigen::Vector2d& xy) const {
+  VANTAGE_TRY(const auto here, around(square(xy, 0.0)));
+  const Nearest nearby = nearest_of(*here, xy);
+  const double known =  // every region nearer than this is here
+      std::min((xy - here->area.min).minCoeff(), (here->area.max - xy).minCoeff());
+  if (nearby.distance <= known) return nearby.region;
+  // Squares around the place, until one is sure to hold the nearest region, or all of them.
+  const Bounds2& extent = directory_->summary().extent;
+  for (double half = std::max(kMore, 2.0 * distance_to_box(extent, xy));; half *= 2.0) {
+    VANTAGE_TRY(const Around there, read(square(xy, half)));
+    const Nearest nearest = nearest_of(there, xy);
+    const bool has_all = there.area.contains(extent.min) && there.area.contains(extent.max);
+    if (nearest.distance <= half || has_all || !std::isfinite(half)) return nearest.region;
+  }
 }
 
-std::vector<RegionId> RegionsAhead::operator()(const Eigen::Vector2d& xy,
-                                               const Eigen::Vector2d& velocity, double seconds,
-                                               double margin) const {
+Result<std::optional<RegionId>> RegionsAhead::owner_of(const Point& place) const {
+  if (!place.allFinite()) return std::nullopt;
+  const Eigen::Vector2d xy = place.head<2>();
+  VANTAGE_TRY(const auto here, around(square(xy, 0.0)));
+  for (const Place& one : here->places) {
+    if (!one.box.contains(xy) || !one.height.contains(place.z()) || !contains(one.footprint, xy)) {
+      continue;
+    }
+    return one.has_map ? std::optional(one.region) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+Result<RegionId> RegionsAhead::at(const Point& place) const {
+  VANTAGE_TRY(const auto owner, owner_of(place));
+  if (owner) return *owner;
+  return nearest(place.head<2>());
+}
+
+Result<std::vector<RegionId>> RegionsAhead::operator()(const Eigen::Vector2d& xy,
+                                                       const Eigen::Vector2d& velocity,
+                                                       double seconds, double margin) const {
   const double way = velocity.norm() * seconds;
   const double reach = margin + (1.0 + kSwerve) * way;
+  VANTAGE_TRY(const auto here, around(square(xy, reach)));
   std::vector<std::tuple<int, double, RegionId>> ahead;  // when, how far from here, which region
-  for (const Place& place : places_) {
-    const double from_here = distance_to_box(place.min, place.max, xy);
-    if (from_here > reach) continue;
-    const Footprint& footprint = footprint_of(place);
+  for (const Place& place : here->places) {
+    const double from_here = distance_to_box(place.box, xy);
+    if (!place.has_map || from_here > reach) continue;
     for (int moment = 0; moment <= kMoments; ++moment) {
       const double share = static_cast<double>(moment) / kMoments;
       const Eigen::Vector2d there = xy + share * seconds * velocity;
-      if (distance(footprint, there) > margin + kSwerve * share * way) continue;
+      if (distance(place.footprint, there) > margin + kSwerve * share * way) continue;
       ahead.emplace_back(moment, from_here, place.region);
       break;
     }
@@ -68,6 +129,20 @@ std::vector<RegionId> RegionsAhead::operator()(const Eigen::Vector2d& xy,
   std::vector<RegionId> regions;
   for (const auto& [moment, from_here, region] : ahead) regions.push_back(region);
   return regions;
+}
+
+Result<double> RegionsAhead::distance_to(RegionId region, const Eigen::Vector2d& xy) const {
+  VANTAGE_TRY(const auto here, around(square(xy, 0.0)));
+  for (const Place& place : here->places) {
+    if (place.region == region) return distance(place.footprint, xy);
+  }
+  VANTAGE_TRY(const DirectoryEntry entry, directory_->entry(region));
+  return distance(entry.region.footprint, xy);
+}
+
+std::string RegionsAhead::name_of(RegionId region) const {
+  const auto entry = directory_->entry(region);
+  return entry ? "'" + entry->region.label + "'" : std::to_string(region.value);
 }
 
 }  // namespace vantage

@@ -1,27 +1,38 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "vantage/map_store.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage {
 
-/// Finds the regions that a sensor is in or about to enter.
+/// Finds the regions that a sensor is in or about to enter. It holds the regions around the place
+/// that it was last asked about, and no others.
 /// Thread safety: const methods may run on one object from many threads at once.
 class RegionsAhead {
  public:
-  /// @param index  must outlive the object
-  explicit RegionsAhead(const MapIndex& index);
+  explicit RegionsAhead(std::shared_ptr<const RegionDirectory> directory);
 
   /// Number of regions with a map.
-  [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
+  [[nodiscard]] std::size_t size() const noexcept {
+    return directory_->summary().regions - directory_->summary().empty_regions;
+  }
 
   /// The region with a map that is nearest to a place; there always is one.
-  [[nodiscard]] RegionId nearest(const Eigen::Vector2d& xy) const;
+  /// Errors of this and of the other methods: those of the directory.
+  [[nodiscard]] Result<RegionId> nearest(const Eigen::Vector2d& xy) const;
+
+  /// The region that owns a place, if it has a map.
+  [[nodiscard]] Result<std::optional<RegionId>> owner_of(const Point& place) const;
 
   /// The region that owns a place if it has a map, otherwise the nearest with one.
-  [[nodiscard]] RegionId at(const Point& place) const;
+  [[nodiscard]] Result<RegionId> at(const Point& place) const;
 
   /// The regions with a map that are within `margin` of the way ahead, in the order in which the
   /// sensor reaches them. The way is a straight line, with an allowance for turns.
@@ -29,20 +40,42 @@ class RegionsAhead {
   /// @param velocity  [m/s]
   /// @param seconds   how far ahead to look
   /// @param margin    [m]
-  [[nodiscard]] std::vector<RegionId> operator()(const Eigen::Vector2d& xy,
-                                                 const Eigen::Vector2d& velocity, double seconds,
-                                                 double margin) const;
+  [[nodiscard]] Result<std::vector<RegionId>> operator()(const Eigen::Vector2d& xy,
+                                                         const Eigen::Vector2d& velocity,
+                                                         double seconds, double margin) const;
+
+  /// Plan-view distance to a region's footprint [m]; 0 inside.
+  [[nodiscard]] Result<double> distance_to(RegionId region, const Eigen::Vector2d& xy) const;
+
+  /// "'<label>'" for messages; the number of a region whose label cannot be read.
+  [[nodiscard]] std::string name_of(RegionId region) const;
 
  private:
   struct Place {
-    Eigen::Vector2d min, max;  // of the footprint's box
     RegionId region;
+    Bounds2 box;  // of the footprint
+    Footprint footprint;
+    HeightInterval height;
+    bool has_map;
   };
-  [[nodiscard]] const Footprint& footprint_of(const Place& place) const {
-    return index_.partition[place.region].footprint;
-  }
-  const MapIndex& index_;
-  std::vector<Place> places_;
+  /// The regions that meet an area, by id.
+  struct Around {
+    Bounds2 area;
+    std::vector<Place> places;
+  };
+  /// At least that area, as it was read last or reads it.
+  [[nodiscard]] Result<std::shared_ptr<const Around>> around(const Bounds2& area) const;
+  [[nodiscard]] Result<Around> read(const Bounds2& area) const;
+  struct Nearest {
+    RegionId region;
+    double distance = std::numeric_limits<double>::infinity();  // [m]
+  };
+  /// Of the regions with a map; of several equally near the one with the lowest id.
+  [[nodiscard]] static Nearest nearest_of(const Around& around, const Eigen::Vector2d& xy);
+
+  std::shared_ptr<const RegionDirectory> directory_;
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<const Around> around_;  // what was last read
 };
 
 }  // namespace vantage

@@ -41,7 +41,7 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
 
 Result<bool> Searcher::need_places() {
   if (places_) return true;
-  auto made = PlaceIndex::of_bundle(index_, *store_);
+  auto made = PlaceIndex::of_bundle(directory_, *store_);
   if (made) {
     places_ = *std::move(made);
   } else if (made.error().code != ErrorCode::unsupported) {

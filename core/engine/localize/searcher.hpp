@@ -37,10 +37,10 @@ struct SearchAnswer {
 class Searcher {
  public:
   /// All of them must outlive the object.
-  Searcher(const MapIndex& index, const PluginPtr<MapStore>& store,
+  Searcher(const RegionDirectory& directory, const PluginPtr<MapStore>& store,
            const PluginPtr<ScanMatcher>& matcher, const RegionsAhead& regions,
            const RegionMaps& maps, const LocalizerParams& params)
-      : index_(index),
+      : directory_(directory),
         store_(store),
         matcher_(matcher),
         regions_(regions),
@@ -58,7 +58,7 @@ class Searcher {
   /// only has none: its maps can be tracked in, but not searched.
   [[nodiscard]] Result<bool> need_places();
 
-  const MapIndex& index_;
+  const RegionDirectory& directory_;
   const PluginPtr<MapStore>& store_;
   const PluginPtr<ScanMatcher>& matcher_;
   const RegionsAhead& regions_;

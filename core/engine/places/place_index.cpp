@@ -112,13 +112,14 @@ Result<PlaceIndex> PlaceIndex::of(PointsView map) {
   return std::move(builder).finish();
 }
 
-Result<PlaceIndex> PlaceIndex::of_bundle(const MapIndex& index, const MapStore& store) {
+Result<PlaceIndex> PlaceIndex::of_bundle(const RegionDirectory& directory, const MapStore& store) {
   const auto stored = store.attachment(kAttachment);
   if (stored) return decode(*stored);
   if (stored.error().code != ErrorCode::not_found) return fail(stored.error());
   PointCloud points;
-  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
-    if (index.regions[r].points == 0) continue;
+  for (std::uint32_t r = 0; r < directory.summary().regions; ++r) {
+    VANTAGE_TRY(const DirectoryEntry entry, directory.entry(RegionId{r}));
+    if (entry.summary.points == 0) continue;
     VANTAGE_TRY(const RegionMap map, store.get(RegionId{r}));
     points.insert(points.end(), map.points.begin(), map.points.end());
   }

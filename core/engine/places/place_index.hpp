@@ -8,6 +8,7 @@
 
 #include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/region_directory.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -39,7 +40,8 @@ class PlaceIndex {
 
   /// The index that a bundle holds. If it holds none, the index is made from the bundle's points.
   /// Errors: `unsupported` for a bundle with neither; those of the store.
-  [[nodiscard]] static Result<PlaceIndex> of_bundle(const MapIndex& index, const MapStore& store);
+  [[nodiscard]] static Result<PlaceIndex> of_bundle(const RegionDirectory& directory,
+                                                    const MapStore& store);
 
   /// The lower corner of voxel (0, 0, 0), map frame [m].
   [[nodiscard]] Eigen::Vector3d origin() const { return kVoxel * first_.cast<double>(); }

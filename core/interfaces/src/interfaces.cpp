@@ -23,6 +23,7 @@
 #include "vantage/map_store.hpp"
 #include "vantage/map_survey.hpp"
 #include "vantage/partitioner.hpp"
+#include "vantage/region_directory.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/visibility.hpp"
 
@@ -38,6 +39,7 @@ VisibilityOperator::~VisibilityOperator() = default;
 VisibilityProgress::~VisibilityProgress() = default;
 VisibilityScene::~VisibilityScene() = default;
 MapStore::~MapStore() = default;
+RegionDirectory::~RegionDirectory() = default;
 ScanMatcher::~ScanMatcher() = default;
 MatchTarget::~MatchTarget() = default;
 
@@ -62,6 +64,10 @@ double VisibilityOperator::reach(const VisibilityLimits& /*limits*/) const noexc
 }
 
 double ScanMatcher::reach() const noexcept { return std::numeric_limits<double>::infinity(); }
+
+Result<std::unique_ptr<const RegionDirectory>> MapStore::directory() const noexcept {
+  return fail(ErrorCode::unsupported, "the store reads its whole index at once");
+}
 
 Result<void> MapStore::attach(std::string_view /*name*/,
                               std::span<const std::byte> /*bytes*/) noexcept {

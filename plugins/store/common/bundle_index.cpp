@@ -262,6 +262,8 @@ Result<BundleIndex> bundle_of(IndexContent content) {
   index.map.map_points = content.map_points;
   index.map.map_bounds = content.map_bounds;
   index.map.config = std::move(content.config);
+  index.packed = content.packed;
+  if (index.packed.count > 0) return index;
   std::vector<Region> regions;
   regions.reserve(content.regions.size());
   for (IndexedRegion& one : content.regions) {
@@ -279,8 +281,10 @@ Result<std::string> to_json(const BundleFormat& format, const BundleIndex& index
   IndexContent content{.map_points = map.map_points,
                        .map_bounds = map.map_bounds,
                        .config = map.config,
-                       .regions = {}};
-  for (std::size_t r = 0; r < map.partition.size(); ++r) {
+                       .regions = {},
+                       .packed = index.packed};
+  for (const RegionFile& file : index.files) content.with_views |= file.max_views > 0;
+  for (std::size_t r = 0; index.packed.count == 0 && r < map.partition.size(); ++r) {
     content.regions.push_back({map.partition.regions()[r], index.files.at(r)});
   }
   Json json = Json::object();

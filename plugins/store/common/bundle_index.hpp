@@ -11,10 +11,20 @@
 
 namespace vantage::bundle_folder {
 
+/// The file of a packed index, as `index.json` names it.
+struct PackedRegions {
+  std::uint64_t count = 0;  ///< of the regions; 0: they are in `index.json`
+  std::uint64_t bytes = 0;
+  std::uint64_t checksum = 0;  ///< of its last page
+
+  friend bool operator==(const PackedRegions&, const PackedRegions&) = default;
+};
+
 /// The content of `index.json`.
 struct BundleIndex {
-  MapIndex map;
-  std::vector<RegionFile> files;  ///< by RegionId
+  MapIndex map;                   ///< without regions if they are packed
+  std::vector<RegionFile> files;  ///< by RegionId; none if they are packed
+  PackedRegions packed = {};
 };
 
 /// The region's label and the extension.

@@ -4,12 +4,65 @@
 #include <utility>
 
 #include "common/attachment.hpp"
+#include "vantage/kit/directory_of.hpp"
 #include "vantage/kit/file_content.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage::bundle_folder {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// A text of so many regions takes 10 ms to read. Bundles with more of them have a packed index.
+constexpr std::size_t kMostInText = 4096;
+
+class PackedDirectory final : public RegionDirectory {
+ public:
+  /// @param index  with packed regions
+  explicit PackedDirectory(std::shared_ptr<const OpenIndex> index) : index_(std::move(index)) {
+    const RegionTotals& totals = index_->packed->totals();
+    summary_ = {.regions = totals.regions,
+                .empty_regions = totals.empty,
+                .without_points = totals.without_points,
+                .extent = totals.extent,
+                .map_bounds = index_->head.map.map_bounds,
+                .map_points = index_->head.map.map_points,
+                .least_points = totals.least_points,
+                .most_points = totals.most_points,
+                .sum = {.points = totals.points,
+                        .viewpoints = totals.viewpoints,
+                        .elements = totals.elements,
+                        .bytes = totals.bytes,
+                        .max_views = static_cast<std::uint32_t>(totals.max_views)},
+                .config = index_->head.map.config};
+  }
+
+  [[nodiscard]] const BundleSummary& summary() const noexcept override { return summary_; }
+  [[nodiscard]] Result<DirectoryEntry> entry(RegionId region) const noexcept override {
+    return guarded([&]() -> Result<DirectoryEntry> {
+      if (region.value >= summary_.regions) {
+        return fail(ErrorCode::not_found,
+                    "the bundle has no region " + std::to_string(region.value));
+      }
+      VANTAGE_TRY(IndexedRegion one, index_->packed->entry(region.value));
+      return DirectoryEntry{std::move(one.region), one.file.summary()};
+    });
+  }
+  [[nodiscard]] Result<std::vector<RegionId>> meeting(const Bounds2& area) const noexcept override {
+    return guarded([&] { return index_->packed->meeting(area); });
+  }
+  [[nodiscard]] Result<std::optional<RegionId>> find(
+      std::string_view label) const noexcept override {
+    return guarded([&] { return index_->packed->find(label); });
+  }
+
+ private:
+  std::shared_ptr<const OpenIndex> index_;
+  BundleSummary summary_;
+};
+
+}  // namespace
 
 fs::path FolderParams::folder() const {
   const fs::path normal = root.lexically_normal();
@@ -109,7 +162,16 @@ Result<void> FolderStore::commit() noexcept {
       names.push_back(region_file_name(format_, region));
     }
     VANTAGE_CHECK(finish(writing_->folder, writing_->index.files, names));
-    VANTAGE_TRY(const std::string json, to_json(format_, writing_->index));
+    BundleIndex& index = writing_->index;
+    if (index.files.size() > kMostInText) {
+      VANTAGE_CHECK(
+          writing_->folder.write_file(kRegionsFile, [&](const Sink& sink) -> Result<void> {
+            VANTAGE_TRY(index.packed,
+                        write_packed(index.map.partition.regions(), index.files, sink));
+            return {};
+          }));
+    }
+    VANTAGE_TRY(const std::string json, to_json(format_, index));
     VANTAGE_CHECK(writing_->folder.finish(json));
 
     const fs::path partial = writing_->folder.path();
@@ -132,7 +194,7 @@ Result<void> FolderStore::commit() noexcept {
 Result<MapIndex> FolderStore::index() const noexcept {
   return guarded([&]() -> Result<MapIndex> {
     VANTAGE_TRY(const auto current, current_index());
-    return current->map;
+    return whole_index(*current);
   });
 }
 
@@ -140,15 +202,15 @@ Result<RegionMap> FolderStore::get(RegionId region) const noexcept {
   return guarded([&]() -> Result<RegionMap> {
     VANTAGE_TRY(const auto current, current_index());
     const std::uint32_t r = region.value;
-    if (r >= current->files.size()) return unknown_region(r, current->files.size());
-    const fs::path file = root_ / region_file_name(format_, current->map.partition.regions()[r]);
+    VANTAGE_TRY(const IndexedRegion one, region_of(*current, r));
+    const fs::path file = root_ / region_file_name(format_, one.region);
     const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
     if (!content) {
       if (content.error().code != ErrorCode::not_found) return fail(content.error());
       return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
                   at(file));
     }
-    return read(content->view(), current->files[r], file);
+    return read(content->view(), one.file, file);
   });
 }
 
@@ -180,14 +242,30 @@ Result<void> FolderStore::may_write(const fs::path& root) const {
               "there is a bundle already; choose another root or set overwrite = true", at(root));
 }
 
-Result<std::shared_ptr<const BundleIndex>> FolderStore::current_index() const {
+Result<IndexedRegion> FolderStore::region_of(const OpenIndex& index, std::uint32_t r) const {
+  const std::uint64_t count =
+      index.packed ? index.packed->totals().regions : index.head.files.size();
+  if (r >= count) return unknown_region(r, count);
+  if (index.packed) return index.packed->entry(r);
+  return IndexedRegion{index.head.map.partition.regions()[r], index.head.files[r]};
+}
+
+Result<std::unique_ptr<const RegionDirectory>> FolderStore::directory() const noexcept {
+  return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
+    VANTAGE_TRY(auto current, current_index());
+    if (!current->packed) return directory_of(current->head.map);
+    return std::make_unique<const PackedDirectory>(std::move(current));
+  });
+}
+
+Result<std::shared_ptr<const OpenIndex>> FolderStore::current_index() const {
   struct stat file {};
   if (::stat((root_ / kIndex).c_str(), &file) == 0) {
     const std::scoped_lock lock(mutex_);
     if (cached_.is_of(file)) return cached_.index;
   }
-  VANTAGE_TRY(BundleIndex read, read_index(format_, root_));
-  auto index = std::make_shared<const BundleIndex>(std::move(read));
+  VANTAGE_TRY(OpenIndex opened, open_index(format_, root_));
+  auto index = std::make_shared<const OpenIndex>(std::move(opened));
   const std::scoped_lock lock(mutex_);
   cached_ = {file.st_dev, file.st_ino, file.st_size, file.st_ctim, file.st_mtim, index};
   return index;

@@ -12,9 +12,11 @@
 
 #include "common/bundle_format.hpp"
 #include "common/bundle_index.hpp"
+#include "common/index_format.hpp"
 #include "common/partial_folder.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/params.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage::bundle_folder {
 
@@ -50,6 +52,7 @@ class FolderStore : public MapStore {
                                     std::span<const std::byte> bytes) noexcept final;
   [[nodiscard]] Result<void> commit() noexcept final;
   [[nodiscard]] Result<MapIndex> index() const noexcept final;
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept final;
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept final;
   [[nodiscard]] Result<std::vector<std::byte>> attachment(
       std::string_view name) const noexcept final;
@@ -93,14 +96,15 @@ class FolderStore : public MapStore {
     ino_t inode{};
     off_t size{};
     timespec changed{}, modified{};
-    std::shared_ptr<const BundleIndex> index;
+    std::shared_ptr<const OpenIndex> index;
 
     [[nodiscard]] bool is_of(const struct stat& file) const noexcept;
   };
 
+  [[nodiscard]] Result<IndexedRegion> region_of(const OpenIndex& index, std::uint32_t r) const;
   [[nodiscard]] tl::unexpected<Error> unknown_region(std::uint32_t r, std::size_t regions) const;
   [[nodiscard]] Result<void> may_write(const std::filesystem::path& root) const;
-  [[nodiscard]] Result<std::shared_ptr<const BundleIndex>> current_index() const;
+  [[nodiscard]] Result<std::shared_ptr<const OpenIndex>> current_index() const;
 
   const BundleFormat& format_;
   std::filesystem::path root_;

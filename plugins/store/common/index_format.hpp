@@ -39,9 +39,12 @@ struct IndexContent {
   Bounds3 map_bounds;
   std::string config;
   std::vector<IndexedRegion> regions;
+  PackedRegions packed = {};  // instead of `regions`
+  bool with_views = false;    // of packed regions; others say it themselves
 };
 
 inline constexpr const char* kChecksum = "checksum";
+inline constexpr std::uint64_t kMostRegions = 0xffff'fffeU;
 inline constexpr auto kAnyCount = std::numeric_limits<std::uint64_t>::max();
 
 /// The bundle of what was read. Errors: those of Partition::from.
@@ -136,7 +139,7 @@ void describe(Archive& archive, const BundleFormat& format, IndexContent& conten
   std::string said = title;
   archive.member("format", [&] { archive.text(said); });
   archive.check(said == title, "format", [&] { return " must be '" + title + "'"; });
-  bool with_views = false;
+  bool with_views = content.with_views;
   for (const auto& [region, file] : content.regions) with_views |= file.max_views > 0;
   archive.member("version", [&] { archive.version(format, with_views); });
   archive.member("map", [&] {
@@ -151,6 +154,15 @@ void describe(Archive& archive, const BundleFormat& format, IndexContent& conten
     });
   });
   archive.member("config", [&] { archive.text(content.config); });
+  const bool packed = archive.member_if("packed_regions", content.packed.count > 0, [&] {
+    archive.object([&] {
+      archive.member("count", [&] { archive.count(content.packed.count, kMostRegions); });
+      archive.check(content.packed.count > 0, "count", [] { return " must be above 0"; });
+      archive.member("bytes", [&] { archive.count(content.packed.bytes, kAnyCount); });
+      archive.member(kChecksum, [&] { archive.checksum(content.packed.checksum); });
+    });
+  });
+  if (packed) return;
   archive.member("regions", [&] {
     archive.list(content.regions, [&](IndexedRegion& one) { describe(archive, format, one); });
   });

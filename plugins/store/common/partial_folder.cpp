@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/attachment.hpp"
+#include "common/index_format.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::bundle_folder {
@@ -97,8 +98,8 @@ Result<void> remove_stale(const BundleFormat& format, const fs::path& path) {
   if (holds(kMarker)) {
     VANTAGE_TRY(lock, locked(path / kMarker, 0));
     for (const std::string& name : names) {
-      if (name != kMarker && name != kIndex && name != kNewIndex && name != format.shared &&
-          name != format.scratch && !name.ends_with(format.extension) &&
+      if (name != kMarker && name != kIndex && name != kNewIndex && name != kRegionsFile &&
+          name != format.shared && name != format.scratch && !name.ends_with(format.extension) &&
           !name.ends_with(kAttachment)) {
         return keep("it holds '" + name + "'");
       }
@@ -117,7 +118,7 @@ bool there(const fs::path& path) {
   return fs::symlink_status(path, ignored).type() != fs::file_type::not_found;
 }
 
-Result<BundleIndex> read_index(const BundleFormat& format, const fs::path& root) {
+Result<OpenIndex> open_index(const BundleFormat& format, const fs::path& root) {
   const fs::path file = root / kIndex;
   const auto text = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
   if (!text) {
@@ -125,7 +126,28 @@ Result<BundleIndex> read_index(const BundleFormat& format, const fs::path& root)
     return fail(ErrorCode::not_found,
                 std::string("there is no bundle of region maps here: no ") + kIndex, at(root));
   }
-  return from_json(format, text->view(), file.string());
+  VANTAGE_TRY(BundleIndex head, from_json(format, text->view(), file.string()));
+  OpenIndex index{.head = std::move(head), .packed = {}};
+  if (index.head.packed.count == 0) return index;
+  auto packed = PackedIndex::open(root / kRegionsFile);
+  if (!packed && packed.error().code == ErrorCode::not_found) {
+    return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
+                at(root / kRegionsFile));
+  }
+  VANTAGE_TRY(index.packed, std::move(packed));
+  if (index.packed->reference() == index.head.packed) return index;
+  return fail(ErrorCode::corrupt_data, "these are not the regions that the index names",
+              at(root / kRegionsFile));
+}
+
+Result<MapIndex> whole_index(const OpenIndex& index) {
+  if (!index.packed) return index.head.map;
+  VANTAGE_TRY(auto regions, index.packed->all());
+  VANTAGE_TRY(BundleIndex all, bundle_of({.map_points = index.head.map.map_points,
+                                          .map_bounds = index.head.map.map_bounds,
+                                          .config = index.head.map.config,
+                                          .regions = std::move(regions)}));
+  return std::move(all.map);
 }
 
 Result<void> remove_files(const fs::path& folder, std::vector<std::string> names) {
@@ -149,10 +171,10 @@ Result<std::vector<std::string>> files_of_bundle(const BundleFormat& format,
                     "); it is left alone",
                 at(folder));
   };
-  const auto index = read_index(format, folder);
+  const auto index = open_index(format, folder).and_then(whole_index);
   if (!index) return keep(to_string(index.error()));
-  std::vector<std::string> known{kIndex};
-  for (const Region& region : index->map.partition.regions()) {
+  std::vector<std::string> known{kIndex, kRegionsFile};
+  for (const Region& region : index->partition.regions()) {
     known.push_back(region_file_name(format, region));
   }
   if (!format.shared.empty()) known.emplace_back(format.shared);

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/bundle_format.hpp"
 #include "common/bundle_index.hpp"
+#include "common/packed_index.hpp"
 #include "vantage/kit/file_system.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/result.hpp"
@@ -23,9 +25,19 @@ inline constexpr const char* kIndex = "index.json";
 /// Whether there is anything of that name.
 [[nodiscard]] bool there(const std::filesystem::path& path);
 
-/// Errors: `not_found` if the folder holds no bundle; those of read_file and from_json.
-[[nodiscard]] Result<BundleIndex> read_index(const BundleFormat& format,
-                                             const std::filesystem::path& root);
+/// An index that is open for reading.
+struct OpenIndex {
+  BundleIndex head;                   ///< with the regions, unless they are packed
+  std::optional<PackedIndex> packed;  ///< the regions, if they are
+};
+
+/// Errors: `not_found` if the folder holds no bundle; those of read_file, from_json and
+/// PackedIndex::open; `corrupt_data` for packed regions that are not those of the index.
+[[nodiscard]] Result<OpenIndex> open_index(const BundleFormat& format,
+                                           const std::filesystem::path& root);
+
+/// All regions. Errors: those of PackedIndex::all and Partition::from.
+[[nodiscard]] Result<MapIndex> whole_index(const OpenIndex& index);
 
 /// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is anything
 /// but a whole bundle, or holds a file that is not the bundle's.

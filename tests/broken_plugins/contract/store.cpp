@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "breaks.hpp"
+#include "vantage/kit/directory_of.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage::broken {
 namespace {
@@ -81,6 +83,14 @@ class Broken final : public MapStore {
       // A buffer that all calls share.
       if (breaks("S5") && Crowded(inside_) && map) std::swap(map->points[0], map->points[1]);
       return map;
+    });
+  }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
+      if (!breaks("S25")) return sound_->directory();
+      VANTAGE_TRY(MapIndex all, index());
+      ++all.regions.back().points;
+      return directory_of(std::move(all));
     });
   }
   [[nodiscard]] Result<std::vector<std::byte>> attachment(

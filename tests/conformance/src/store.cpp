@@ -413,6 +413,8 @@ constexpr std::array kClauses{
            &attachments_commit},
     Clause{"S24", "with a damaged file an attachment is corrupt_data or right, never wrong",
            &damaged_attachments},
+    Clause{"S25", "a directory says what the index says, and finds the regions that meet an area",
+           &directory_agrees},
 };
 
 }  // namespace

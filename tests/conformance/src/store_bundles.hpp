@@ -70,6 +70,9 @@ struct Damaged {
 };
 [[nodiscard]] std::vector<Damaged> damages(Random& random, const std::string& good);
 
+/// S25, about MapStore::directory.
+void directory_agrees(const Subject& subject);
+
 /// S17 to S24, about MapStore::attach and attachment. For a store that keeps no attachments, they
 /// check that it says so.
 void attached_bytes(const Subject& subject);

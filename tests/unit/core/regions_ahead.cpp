@@ -2,6 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <random>
+
+#include "vantage/kit/directory_of.hpp"
+
 using namespace vantage;
 
 namespace {
@@ -24,17 +28,16 @@ MapIndex cells() {
   return index;
 }
 
-std::vector<std::uint32_t> values(const std::vector<RegionId>& regions) {
+std::vector<std::uint32_t> values(const Result<std::vector<RegionId>>& regions) {
   std::vector<std::uint32_t> result;
-  for (const RegionId r : regions) result.push_back(r.value);
+  for (const RegionId r : regions.value()) result.push_back(r.value);
   return result;
 }
 
 }  // namespace
 
 TEST_CASE("regions are expected in the order in which they are reached") {
-  const MapIndex index = cells();
-  const RegionsAhead ahead(index);
+  const RegionsAhead ahead(directory_of(cells()).value());
   const auto east = values(ahead({15, 15}, {5, 0}, 5.0, 1.0));
   REQUIRE(east.size() >= 3);
   CHECK(std::vector(east.begin(), east.begin() + 3) == std::vector<std::uint32_t>{7, 8, 9});
@@ -45,8 +48,7 @@ TEST_CASE("regions are expected in the order in which they are reached") {
 }
 
 TEST_CASE("who stands expects what is near, with a map") {
-  const MapIndex index = cells();
-  const RegionsAhead ahead(index);
+  const RegionsAhead ahead(directory_of(cells()).value());
   CHECK(values(ahead({15, 15}, {0, 0}, 5.0, 4.9)) == std::vector<std::uint32_t>{7});
   CHECK(values(ahead({11, 15}, {0, 0}, 5.0, 2.0)) == std::vector<std::uint32_t>{7, 6});
   CHECK(values(ahead({11, 11}, {0, 0}, 5.0, 2.0)) == std::vector<std::uint32_t>{7, 1, 6});
@@ -54,12 +56,38 @@ TEST_CASE("who stands expects what is near, with a map") {
 }
 
 TEST_CASE("the nearest region with a map") {
-  const MapIndex index = cells();
-  const RegionsAhead ahead(index);
+  const RegionsAhead ahead(directory_of(cells()).value());
   CHECK(ahead.nearest({15, 15}) == RegionId{7});
   CHECK(ahead.nearest({2, 8}) == RegionId{6});
   CHECK(ahead.nearest({100, 100}) == RegionId{17});
   CHECK(ahead.at({15, 15, 3}) == RegionId{7});
   CHECK(ahead.at({2, 8, 3}) == RegionId{6});  // its owner has no map
   CHECK(ahead.at({100, 100, 3}) == RegionId{17});
+}
+
+TEST_CASE("the nearest region with a map, far from all of them and among few") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> anywhere(-4000.0, 4000.0);
+  std::vector<Region> regions;
+  for (int r = 0; r < 60; ++r) {
+    const Eigen::Vector2d min(anywhere(random), anywhere(random));
+    regions.push_back(
+        {std::to_string(r), HalfOpenBox{min, min + Eigen::Vector2d::Constant(10.0 * (r + 1))}, {}});
+  }
+  MapIndex index;
+  index.partition = Partition::from(regions).value();
+  index.regions.assign(60, {.points = 0, .viewpoints = 1, .elements = 0, .bytes = 60});
+  for (std::size_t r = 0; r < 60; r += 7) index.regions[r].points = 5;
+  const RegionsAhead ahead(directory_of(index).value());
+  for (int k = 0; k < 500; ++k) {
+    const Eigen::Vector2d xy =
+        (k % 10 == 0 ? 1000.0 : 1.0) * Eigen::Vector2d(anywhere(random), anywhere(random));
+    CAPTURE(xy.transpose());
+    std::uint32_t nearest = 0;
+    for (std::uint32_t r = 0; r < 60; r += 7) {
+      if (distance(regions[r].footprint, xy) < distance(regions[nearest].footprint, xy))
+        nearest = r;
+    }
+    CHECK(ahead.nearest(xy) == RegionId{nearest});
+  }
 }

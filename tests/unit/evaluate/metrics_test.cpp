@@ -69,8 +69,6 @@ RunScan aligned(double seconds, double fitness) {
 
 TEST_CASE("scans that were never aligned are left out of means, and are dashes alone") {
   Run run;
-  const auto partition = Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});
-  run.index.partition = *partition;
   run.scans = {RunScan{}, aligned(0.002, 1.5), RunScan{}, aligned(0.004, 2.5)};
   const RunSummary s = summarize(run);
   CHECK(s["align_ms"].count == 2);
@@ -101,7 +99,6 @@ RunScan located(Tracking tracking, double metres, double risk) {
 
 TEST_CASE("a scan is tracked, uncertain or lost; what is not tracked is not called lost") {
   Run run;
-  run.index.partition = *Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});
   run.scans = {located(Tracking::tracked, 0.1, 1e-6), located(Tracking::uncertain, 0.2, 0.02),
                located(Tracking::uncertain, 9.0, 0.5), located(Tracking::lost, 8.0, 0.9)};
   const RunSummary s = summarize(run);
@@ -157,7 +154,6 @@ TEST_CASE("misleading follows the alert limit of the run, and wrong does not") {
 
 TEST_CASE("the risk of every scan with a pose counts, with its significant digits") {
   Run run;
-  run.index.partition = *Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});
   run.scans = {located(Tracking::tracked, 0.1, 1e-6), located(Tracking::uncertain, 0.1, 0.2),
                located(Tracking::lost, 0.1, 0.7), located(Tracking::lost, 0.1, 1.0)};
   run.scans.back().report.has_pose = false;

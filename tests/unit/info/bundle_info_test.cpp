@@ -14,6 +14,7 @@
 #include "support/real_data.hpp"
 #include "support/text.hpp"
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/directory_of.hpp"
 
 namespace vantage {
 namespace {
@@ -48,7 +49,16 @@ void write_strips(const std::filesystem::path& folder, std::span<const std::byte
 }
 
 BundleInfo info_with(std::optional<Atlas> atlas) {
-  return {.path = "maps/strips", .bytes = 2'500'000, .index = strips(), .atlas = std::move(atlas)};
+  const MapIndex index = strips();
+  BundleInfo info{.path = "maps/strips",
+                  .bytes = 2'500'000,
+                  .summary = directory_of(index).value()->summary(),
+                  .atlas = std::move(atlas),
+                  .labels = {}};
+  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
+    info.labels[RegionId{r}] = index.partition[RegionId{r}].label;
+  }
+  return info;
 }
 
 TEST_CASE("an atlas in a few numbers") {
@@ -149,7 +159,7 @@ TEST_CASE("info: a folder is a bundle if a store opens it; scans are no bundle")
   REQUIRE((*with)->atlas);
   CHECK((*with)->atlas->sites.size() == 4);
   CHECK((*with)->bytes > 100);
-  CHECK((*with)->index.map_points == 5);
+  CHECK((*with)->summary.map_points == 5);
   const auto without = inspect_bundle(folder.path() / "without", test::built_plugins());
   REQUIRE(without);
   REQUIRE(*without);

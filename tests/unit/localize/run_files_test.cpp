@@ -19,10 +19,10 @@ namespace {
 
 Run run_of(std::size_t scans) {
   Run run;
-  run.index.partition = *Partition::from({Region{"all", HalfOpenBox{{-1, -1}, {1, 1}}, {}}});
   for (std::size_t i = 0; i < scans; ++i) {
     RunScan scan;
     scan.report.stamp = static_cast<double>(i);
+    scan.region = "all";
     scan.report.tracking = Tracking::tracked;
     run.scans.push_back(scan);
   }

@@ -19,9 +19,6 @@ namespace {
 template <class F>
 Run drive(std::size_t scans, const F& estimate) {
   Run run;
-  const auto partition = Partition::from({Region{"all", HalfOpenBox{{-10, -10}, {1000, 10}}, {}}});
-  REQUIRE(partition);
-  run.index.partition = *partition;
   for (std::size_t i = 0; i < scans; ++i) {
     RunScan scan;
     Pose truth;

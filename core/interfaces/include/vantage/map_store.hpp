@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +28,8 @@ struct RegionMap {
 /// The largest of a map's view counts; 0 if it has none.
 /// Errors: `invalid_input` if there is not one count per point, or if a count is 0.
 [[nodiscard]] VANTAGE_API Result<std::uint32_t> max_views_of(const RegionMap& map);
+
+class RegionDirectory;
 
 /// What the index of a bundle says about one region.
 struct RegionSummary {
@@ -76,6 +79,10 @@ class VANTAGE_API MapStore {
 
   /// Errors: `not_found` if there is no bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
+  /// The regions, each read when it is asked for. It stays usable without the store. The default
+  /// is `unsupported`: whoever asks reads the whole index.
+  /// Errors: those of `index`; `unsupported`.
+  [[nodiscard]] virtual Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept;
   /// The map of one region. Points and viewpoints come back in the order of `put`, in the precision
   /// that the store declares. View counts and prepared bytes come back unchanged.
   /// Errors: `not_found` for an unknown region or without a bundle, `corrupt_data` for a damaged

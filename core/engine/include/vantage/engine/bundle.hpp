@@ -13,13 +13,14 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
+#include "vantage/region_directory.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
 
-/// A bundle of region maps, open for reading: its store, its index and the configuration that built
-/// it. Copies share the store.
-/// Thread safety: all methods may run on one object from many threads at once.
+/// A bundle of region maps, open for reading: its store, its regions and the configuration that
+/// built it. Copies share the store. Thread safety: all methods may run on one object from many
+/// threads at once.
 class VANTAGE_API Bundle {
  public:
   /// Opens the bundle at a path with the store that made it. A folder names its store if it holds
@@ -39,12 +40,16 @@ class VANTAGE_API Bundle {
                                            std::string_view job);
   /// Uses a store that was opened elsewhere.
   /// @param name  the bundle's name in errors
-  /// Errors: those of MapStore::index; `corrupt_data` for an index that contradicts itself.
+  /// Errors: those of MapStore::directory.
   [[nodiscard]] static Result<Bundle> of(PluginPtr<MapStore> store, std::string name);
 
   /// The path or configuration file from which the bundle was opened, or the name given to `of`.
   [[nodiscard]] const std::string& name() const noexcept;
-  [[nodiscard]] const MapIndex& index() const noexcept;
+  /// The regions, each read when it is asked for.
+  [[nodiscard]] const std::shared_ptr<const RegionDirectory>& directory() const noexcept;
+  /// All regions at once, read when they are first asked for. Of a large bundle, that takes time
+  /// and memory. Errors: those of MapStore::index.
+  [[nodiscard]] Result<std::shared_ptr<const MapIndex>> index() const;
   [[nodiscard]] const PluginPtr<MapStore>& store() const noexcept;
   /// The configuration that built the bundle, without the settings that may differ at run time.
   /// None if the bundle holds no configuration that this version can read.
@@ -76,7 +81,8 @@ class VANTAGE_API Bundle {
  private:
   struct State;
   explicit Bundle(std::shared_ptr<const State> state);
-  [[nodiscard]] static Result<Bundle> from(PluginPtr<MapStore> store, MapIndex index,
+  [[nodiscard]] static Result<Bundle> from(PluginPtr<MapStore> store,
+                                           std::shared_ptr<const RegionDirectory> directory,
                                            std::string name);
   std::shared_ptr<const State> state_;
 };

@@ -86,7 +86,7 @@ class VANTAGE_API Localizer {
   Localizer& operator=(Localizer&&) noexcept;
   ~Localizer();
 
-  [[nodiscard]] const MapIndex& index() const noexcept;
+  [[nodiscard]] const RegionDirectory& regions() const noexcept;
   /// As in use.
   [[nodiscard]] const LocalizerParams& params() const noexcept;
 

@@ -65,7 +65,8 @@ struct RunScan {
   std::uint64_t dropped_by_reader = 0;  ///< non-finite points in the file
   std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
-  RegionSummary map = {};               ///< the region in use, from the bundle's index
+  std::string region = {};              ///< label of the region in use
+  RegionSummary map = {};               ///< of that region, from the bundle's index
   std::uint64_t wide_area_points = 0;   ///< points of the map from which the bundle was built
   AlertLimit alert_limit = {};          ///< of the run
 };
@@ -86,7 +87,8 @@ struct Run {
   std::string config;             ///< the path of the configuration file
   std::string stamp_rule;         ///< where the stamps come from
   io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
-  MapIndex index;
+  std::uint64_t map_points = 0;   ///< of the map from which the bundle was built
+  std::uint64_t regions = 0;      ///< of the bundle
   AlertLimit alert_limit = {};
   std::vector<RunScan> scans;
   std::optional<PriorUse> prior = {};  ///< empty without priors

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "vantage/kit/checksum.hpp"
+
+/// The pages of a packed index, as its writer and its reader see them. Numbers are little endian.
+namespace vantage::bundle_folder::packed {
+
+static_assert(std::endian::native == std::endian::little, "the files are little endian");
+
+inline constexpr std::size_t kPage = 4096;                              // [bytes]
+inline constexpr std::size_t kContent = kPage - sizeof(std::uint64_t);  // before its checksum
+inline constexpr std::array<char, 16> kTitle{'v', 'a', 'n', 't', 'a', 'g', 'e', ' ',
+                                             'r', 'e', 'g', 'i', 'o', 'n', 's', '\n'};
+
+/// The last page.
+struct Summary {
+  std::array<char, 16> title;
+  std::uint64_t version, regions, entries_bytes;
+  std::uint64_t first_offsets, root, first_labels, pages;  // numbers of pages; of all before this
+  std::uint64_t empty, without_points, least_points, most_points, points, viewpoints, elements,
+      bytes, max_views;
+  std::array<double, 4> extent;  // least x, y, largest x, y
+};
+
+/// A page of the tree begins with this.
+struct Node {
+  std::uint32_t children, level;  // level 0: the children are regions
+};
+struct Child {
+  std::array<double, 4> box;  // least x, y, largest x, y
+  std::uint32_t number;       // of a region, or of a page of the tree, from the first page of it on
+  std::uint32_t unused;
+};
+inline constexpr std::size_t kChildren = (kContent - sizeof(Node)) / sizeof(Child);
+
+/// A label's hash and its region.
+struct Label {
+  std::uint64_t hash;
+  std::uint32_t region, unused;
+};
+inline constexpr std::size_t kLabels = kContent / sizeof(Label);
+inline constexpr std::size_t kOffsets = kContent / sizeof(std::uint64_t);
+
+[[nodiscard]] constexpr std::uint64_t pages_for(std::uint64_t count, std::uint64_t in_page) {
+  return (count + in_page - 1) / in_page;
+}
+
+/// Of the words of a page, and of its number: a page that lies in the place of another is damage.
+[[nodiscard]] inline std::uint64_t sum_of_page(const char* content, std::uint64_t number) noexcept {
+  Fnv1a sum;
+  sum.add(number);
+  for (std::size_t at = 0; at < kContent; at += sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, content + at, sizeof word);
+    sum.add(word);
+  }
+  return sum.value();
+}
+
+[[nodiscard]] inline std::uint64_t hash_of_label(std::string_view label) noexcept {
+  Fnv1a sum;
+  sum.add(label);
+  return sum.value();
+}
+
+template <class T>
+void put(std::string& to, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  to.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class T>
+[[nodiscard]] T get(const char* from) noexcept {
+  static_assert(std::is_trivially_copyable_v<T>);
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+}  // namespace vantage::bundle_folder::packed
