@@ -37,6 +37,7 @@ Drive::Drive(const World& world, const WorldParams& params, Route route, Events 
       speed_(params.drive.speed),
       start_time_(params.drive.start_time),
       seconds_per_scan_(seconds_per_scan(params)),
+      seconds_per_sweep_(1.0 / params.lidar.rate),
       height_(params.lidar.height),
       scans_(number_of_scans(params, route_.length())) {}
 
@@ -46,11 +47,20 @@ double Drive::stamp(std::size_t i) const noexcept {
 
 double Drive::distance(double stamp) const noexcept { return speed_ * (stamp - start_time_); }
 
-Pose Drive::pose(double stamp) const noexcept {
+double Drive::ahead(double stamp) const noexcept {
   const auto after = std::find_if(events_.kidnaps.begin(), events_.kidnaps.end(),
                                   [&](const Kidnap& k) { return this->stamp(k.scan) > stamp; });
-  const double ahead = after == events_.kidnaps.begin() ? 0.0 : std::prev(after)->ahead;
-  return pose_on_route(distance(stamp) + ahead);
+  return after == events_.kidnaps.begin() ? 0.0 : std::prev(after)->ahead;
+}
+
+Pose Drive::pose(double stamp) const noexcept {
+  return pose_on_route(distance(stamp) + ahead(stamp));
+}
+
+double Drive::end() const noexcept { return stamp(scans_ - 1) + seconds_per_sweep_; }
+
+Pose Drive::pose_near(double seconds, double moment) const noexcept {
+  return pose_on_route(speed_ * seconds + ahead(start_time_ + moment));
 }
 
 bool Drive::is_kidnapped(std::size_t i) const noexcept {

@@ -35,10 +35,18 @@ class Drive {
   /// T_campus_sensor at a moment [s].
   [[nodiscard]] Pose pose(double stamp) const noexcept;
 
+  /// When the last scan's sweep ends [s].
+  [[nodiscard]] double end() const noexcept;
+  /// T_campus_sensor as if no kidnap lay between then and another moment. Moments are counted from
+  /// the first scan's stamp, so that differences of poses are exact for large stamps, too [s].
+  [[nodiscard]] Pose pose_near(double seconds, double moment) const noexcept;
+
   /// Whether scan i is the first one after a kidnap, which happens at its stamp.
   [[nodiscard]] bool is_kidnapped(std::size_t i) const noexcept;
   /// T_campus_sensor at scan i's stamp, as if no kidnap had happened at that moment.
   [[nodiscard]] Pose pose_driven_on(std::size_t i) const noexcept;
+  /// In driving order.
+  [[nodiscard]] std::span<const Kidnap> kidnaps() const noexcept { return events_.kidnaps; }
   /// The places where the map has no points.
   [[nodiscard]] std::span<const Hole> holes() const noexcept { return events_.holes; }
   /// Whether the sensor is above a hole at scan i's stamp.
@@ -46,12 +54,14 @@ class Drive {
 
  private:
   Drive(const World& world, const WorldParams& params, Route route, Events events);
+  /// How far ahead of the driven distance the sensor is [m].
+  [[nodiscard]] double ahead(double stamp) const noexcept;
   [[nodiscard]] Pose pose_on_route(double distance) const noexcept;
 
   const World* world_;
   Route route_;
   Events events_;
-  double speed_, start_time_, seconds_per_scan_, height_;
+  double speed_, start_time_, seconds_per_scan_, seconds_per_sweep_, height_;
   std::size_t scans_;
 };
 

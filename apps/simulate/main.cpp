@@ -38,6 +38,12 @@ void print(const simulation::Summary& summary, const std::filesystem::path& out)
   std::cout << fmt::format("scans      {}, {} points each\n", cli::grouped(summary.scans),
                            cli::grouped(summary.scan_points / summary.scans))
             << fmt::format("drive      {:.1f} m in {:.1f} s\n", summary.distance, summary.seconds);
+  if (summary.odometry_poses != summary.scans) {
+    std::cout << fmt::format("odometry   {} poses\n", cli::grouped(summary.odometry_poses));
+  }
+  if (summary.imu_samples > 0) {
+    std::cout << fmt::format("imu        {} samples\n", cli::grouped(summary.imu_samples));
+  }
   if (summary.kidnaps + summary.holes > 0) {
     std::cout << fmt::format("events     {} kidnaps, {} holes in the map\n", summary.kidnaps,
                              summary.holes);
@@ -53,6 +59,8 @@ nlohmann::ordered_json to_json(const simulation::Summary& summary) {
            {{"min", list(summary.map_bounds.min)}, {"max", list(summary.map_bounds.max)}}},
           {"scans", summary.scans},
           {"scan_points", summary.scan_points},
+          {"odometry_poses", summary.odometry_poses},
+          {"imu_samples", summary.imu_samples},
           {"distance", summary.distance},
           {"seconds", summary.seconds},
           {"kidnaps", summary.kidnaps},

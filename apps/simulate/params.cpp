@@ -42,6 +42,16 @@ int LidarParams::firings() const noexcept {
   return static_cast<int>(std::lround(360.0 / azimuth_step));
 }
 
+Result<void> ImuParams::validate() const {
+  const auto check = [](const char* key, const std::vector<double>& bias) -> Result<void> {
+    if (bias.size() == 1 || bias.size() == 3) return {};
+    return fail_at({key}, std::string(key) + " must have three numbers, or one that is its norm; " +
+                              std::to_string(bias.size()) + " are given");
+  };
+  VANTAGE_CHECK(check("gyro_bias", gyro_bias));
+  return check("accel_bias", accel_bias);
+}
+
 Result<void> WorldParams::validate() const {
   const StreetGrid streets(campus, seed);
   const double spacing = std::min(streets.spacing().x(), streets.spacing().y());
@@ -93,6 +103,16 @@ Result<void> WorldParams::validate() const {
   if (drive.length.value_or(length) / scan_distance > 999'999.0) {
     return fail_at({"drive.scan_every", "drive.length", "drive.speed", "lidar.rate"},
                    "the drive would make more than a million scans: raise drive.scan_every");
+  }
+  const double seconds = drive.length.value_or(length) / drive.speed;
+  constexpr double kMostSamples = 1e7;
+  if (imu.rate && seconds * *imu.rate > kMostSamples) {
+    return fail_at({"imu.rate", "drive.length", "drive.speed"},
+                   "imu.rate would make more than 10 million samples: lower it");
+  }
+  if (odometry.rate && seconds * *odometry.rate > kMostSamples) {
+    return fail_at({"odometry.rate", "drive.length", "drive.speed"},
+                   "odometry.rate would make more than 10 million poses: lower it");
   }
   if (drive.kidnaps > 0 || map.holes > 0) {
     const Route path(route, drive.lateral_offset, drive.turn_radius);

@@ -247,20 +247,85 @@ struct DriveParams {
   }
 };
 
-/// [odometry]: how the noisy odometry drifts.
+/// [odometry]: how often the noisy odometry reports, and how it drifts.
 struct OdometryParams {
+  std::optional<double> rate;
   double translation_noise = 0.01;
   double rotation_noise = 0.1;
+  double slip = 0.0, slip_factor = 1.3;
 
   static constexpr auto schema() {
     using P = OdometryParams;
     return std::tuple{
+        optional("rate", &P::rate, "Hz",
+                 "a pose at every 1/rate s from the stamp of the first scan to the end of the last "
+                 "sweep; if left out, a pose at the stamp of each scan",
+                 between(0.1, 1000)),
         optional("translation_noise", &P::translation_noise, "m/sqrt(m)",
                  "random walk of each coordinate over the distance driven", between(0, 1)),
         optional("rotation_noise", &P::rotation_noise, "deg/sqrt(m)",
                  "random walk of each angle over the distance driven", between(0, 10)),
+        optional("slip", &P::slip, "",
+                 "share of the way on which the wheels slip: one piece of every 10 m, at a random "
+                 "place in them",
+                 between(0, 1)),
+        optional("slip_factor", &P::slip_factor, "",
+                 "odometry's way over the true way while the wheels slip: above 1 they spin, below "
+                 "1 they slide",
+                 between(0, 5)),
     };
   }
+};
+
+/// The unit in which a driver reports accelerations.
+enum class AccelerationUnit : std::uint8_t { metres_per_second_squared, g };
+constexpr auto enum_names(AccelerationUnit) {
+  return std::array{
+      std::pair{std::string_view("m/s2"), AccelerationUnit::metres_per_second_squared},
+      std::pair{std::string_view("g"), AccelerationUnit::g}};
+}
+
+/// [imu]: the inertial measurement unit; its noise is that of a Livox MID-360 by default.
+struct ImuParams {
+  std::optional<double> rate;
+  double gyro_noise = 7.9e-5, accel_noise = 9.8e-4;
+  std::vector<double> gyro_bias{0.0, 0.0, 0.0}, accel_bias{0.0, 0.0, 0.0};
+  AccelerationUnit unit = AccelerationUnit::metres_per_second_squared;
+  double x = 0.0, y = 0.0, z = 0.0;
+  double roll = 0.0, pitch = 0.0, yaw = 0.0;
+  double clock_offset = 0.0;
+
+  static constexpr auto schema() {
+    using P = ImuParams;
+    return std::tuple{
+        optional("rate", &P::rate, "Hz", "samples a second; no imu.csv if left out",
+                 between(1, 2000)),
+        optional("gyro_noise", &P::gyro_noise, "rad/s/sqrt(Hz)",
+                 "density of the white noise of each rate", between(0, 0.1)),
+        optional("accel_noise", &P::accel_noise, "m/s2/sqrt(Hz)",
+                 "density of the white noise of each acceleration", between(0, 1)),
+        optional("gyro_bias", &P::gyro_bias, "deg/s",
+                 "constant error of the rates, x, y and z; or one number: its norm, with a "
+                 "direction that is drawn from the seed",
+                 between(-100, 100)),
+        optional("accel_bias", &P::accel_bias, "m/s2",
+                 "constant error of the accelerations, x, y and z; or one number: its norm, with a "
+                 "direction that is drawn from the seed",
+                 between(-10, 10)),
+        optional("unit", &P::unit, "", "of the accelerations in imu.csv"),
+        optional("x", &P::x, "m", "position of the IMU in the sensor's frame", between(-10, 10)),
+        optional("y", &P::y, "m", "see x", between(-10, 10)),
+        optional("z", &P::z, "m", "see x", between(-10, 10)),
+        optional("roll", &P::roll, "deg",
+                 "orientation of the IMU in the sensor's frame: Rz(yaw) Ry(pitch) Rx(roll)",
+                 between(-180, 180)),
+        optional("pitch", &P::pitch, "deg", "see roll", between(-180, 180)),
+        optional("yaw", &P::yaw, "deg", "see roll", between(-180, 180)),
+        optional("clock_offset", &P::clock_offset, "s", "added to the stamps in imu.csv",
+                 between(-10, 10)),
+    };
+  }
+  [[nodiscard]] Result<void> validate() const;
 };
 
 /// A world file.
@@ -273,6 +338,7 @@ struct WorldParams {
   LidarParams lidar;
   DriveParams drive;
   OdometryParams odometry;
+  ImuParams imu;
 
   static constexpr auto schema() {
     using P = WorldParams;
@@ -286,10 +352,12 @@ struct WorldParams {
         optional("lidar", &P::lidar, "", "the sensor"),
         optional("drive", &P::drive, "", "where the sensor goes"),
         optional("odometry", &P::odometry, "", "how the odometry drifts"),
+        optional("imu", &P::imu, "", "the inertial measurement unit"),
     };
   }
   /// Checks that involve several tables: the streets fit the campus, the route fits the streets,
-  /// kidnaps and holes fit the drive, and the numbers of points and scans are not too large.
+  /// kidnaps and holes fit the drive, and the numbers of points, scans and samples are not too
+  /// large.
   [[nodiscard]] Result<void> validate() const;
 };
 

@@ -19,6 +19,9 @@ enum class Purpose : std::uint64_t {
   kidnap,
   clutter,
   change,
+  slip,
+  imu,
+  imu_bias,
 };
 
 /// SplitMix64 with the distributions that the simulation needs. Unlike the distributions of

@@ -94,7 +94,8 @@ Route::Route(std::span<const Eigen::Vector2d> crossings, double lateral_offset,
 }
 
 Route::Place Route::locate(double distance) const noexcept {
-  const double wrapped = std::fmod(distance, length());
+  double wrapped = std::fmod(distance, length());
+  if (wrapped < 0.0) wrapped += length();
   const auto after = std::upper_bound(distances_.begin() + 1, distances_.end() - 1, wrapped);
   const auto k = static_cast<std::size_t>(after - distances_.begin()) - 1;
   const double fraction = (wrapped - distances_[k]) / (distances_[k + 1] - distances_[k]);

@@ -22,7 +22,8 @@ class Route {
 
   /// The length of one lap [m].
   [[nodiscard]] double length() const noexcept { return distances_.back(); }
-  /// The position at a distance from the start; after a lap, the path starts again.
+  /// The position at a distance from the start; after a lap, the path starts again. A negative
+  /// distance is before the start.
   [[nodiscard]] Eigen::Vector2d position(double distance) const noexcept;
   /// Unit vector.
   [[nodiscard]] Eigen::Vector2d direction(double distance) const noexcept;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "simulate/drive.hpp"
+#include "simulate/imu.hpp"
 #include "simulate/lidar.hpp"
 #include "simulate/map_sampler.hpp"
 #include "simulate/odometry.hpp"
@@ -277,9 +278,16 @@ Result<void> write_drive(const World& world, const Drive& drive, const WorldPara
   const io::Trajectory reference = reference_of(world, drive);
   VANTAGE_CHECK(io::write_text_atomically(scans / "times.txt", times));
   VANTAGE_CHECK(io::write_tum(folder / "reference.tum", reference));
-  const io::Trajectory felt = without_kidnaps(world, drive, reference);
+  const io::Trajectory felt = without_kidnaps(
+      world, drive, truth_at(world, drive, stamps_of_odometry(drive, params.odometry)));
   VANTAGE_CHECK(io::write_tum(folder / "odometry.tum",
                               simulate_odometry(felt, params.odometry, params.seed)));
+  summary.odometry_poses = felt.size();
+  if (params.imu.rate) {
+    const auto samples = simulate_imu(drive, params.imu, params.seed);
+    VANTAGE_CHECK(io::write_text_atomically(folder / "imu.csv", to_csv(samples, params.imu.unit)));
+    summary.imu_samples = samples.size();
+  }
   VANTAGE_CHECK(io::write_text_atomically(folder / "events.csv", events));
   summary.seconds = reference.back().stamp - reference.front().stamp;
   summary.distance = drive.distance(reference.back().stamp);

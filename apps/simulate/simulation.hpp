@@ -15,6 +15,7 @@ namespace vantage::simulation {
 /// What was written.
 struct Summary {
   std::uint64_t map_points = 0, scans = 0, scan_points = 0;
+  std::uint64_t odometry_poses = 0, imu_samples = 0;
   Bounds3 map_bounds;                                ///< map frame [m]
   io::Precision precision = io::Precision::float32;  ///< of map.pcd
   double distance = 0.0;                             ///< driven [m]
@@ -42,8 +43,10 @@ enum class Extent : std::uint8_t {
 ///   frame of its own moment, which is in the field t: float32 [s] after the stamp
 /// - `scans/times.txt`: one stamp [s] per line, that of the scan's first firing
 /// - `reference.tum`: T_map_sensor at the stamps of the scans
-/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps; at a kidnap, the motion of a
-///   sensor that drove on
+/// - `odometry.tum`: T_odometry_sensor, drifting, at the same stamps or at those of
+///   `odometry.rate`; at a kidnap, the motion of a sensor that drove on
+/// - `imu.csv`, if `imu.rate` is given: `t,wx,wy,wz,ax,ay,az`: stamp on the IMU's clock [s], rates
+///   [rad/s], and accelerations less gravity [m/s^2, or g] in the IMU's frame
 /// - `events.csv`: one line per scan with its stamp, 1 for the first scan after a kidnap, and 1 for
 ///   a sensor above a hole of the map
 /// - `world.toml`: all values that made it
