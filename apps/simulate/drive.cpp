@@ -8,44 +8,31 @@
 
 namespace vantage::simulation {
 
-namespace {
-
-double seconds_per_scan(const WorldParams& params) {
-  return params.drive.scan_every / params.lidar.rate;
-}
-
-}  // namespace
-
-std::size_t number_of_scans(const WorldParams& params, double lap) noexcept {
-  const double length = params.drive.length.value_or(lap);
-  return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(
-                                      length / (params.drive.speed * seconds_per_scan(params)))));
-}
-
 Result<Drive> Drive::create(const World& world, const WorldParams& params) {
   VANTAGE_TRY(const auto crossings, world.streets().route(params.drive.route));
   Route route(crossings, params.drive.lateral_offset, params.drive.turn_radius);
-  VANTAGE_TRY(Events events, plan_events(route, params, number_of_scans(params, route.length()),
-                                         params.drive.speed * seconds_per_scan(params)));
-  return Drive(world, params, std::move(route), std::move(events));
+  Pace pace(params.drive, params.drive.length.value_or(route.length()));
+  VANTAGE_TRY(Events events, plan_events(route, params, pace));
+  return Drive(world, params, std::move(route), std::move(pace), std::move(events));
 }
 
-Drive::Drive(const World& world, const WorldParams& params, Route route, Events events)
+Drive::Drive(const World& world, const WorldParams& params, Route route, Pace pace, Events events)
     : world_(&world),
       route_(std::move(route)),
+      pace_(std::move(pace)),
+      roughness_(params.drive, params.seed),
       events_(std::move(events)),
-      speed_(params.drive.speed),
       start_time_(params.drive.start_time),
       seconds_per_scan_(seconds_per_scan(params)),
       seconds_per_sweep_(1.0 / params.lidar.rate),
       height_(params.lidar.height),
-      scans_(number_of_scans(params, route_.length())) {}
+      scans_(number_of_scans(params, pace_)) {}
 
 double Drive::stamp(std::size_t i) const noexcept {
   return start_time_ + static_cast<double>(i) * seconds_per_scan_;
 }
 
-double Drive::distance(double stamp) const noexcept { return speed_ * (stamp - start_time_); }
+double Drive::distance(double stamp) const noexcept { return pace_.distance(stamp - start_time_); }
 
 double Drive::ahead(double stamp) const noexcept {
   const auto after = std::find_if(events_.kidnaps.begin(), events_.kidnaps.end(),
@@ -54,13 +41,13 @@ double Drive::ahead(double stamp) const noexcept {
 }
 
 Pose Drive::pose(double stamp) const noexcept {
-  return pose_on_route(distance(stamp) + ahead(stamp));
+  return pose_on_route(stamp - start_time_, ahead(stamp));
 }
 
 double Drive::end() const noexcept { return stamp(scans_ - 1) + seconds_per_sweep_; }
 
 Pose Drive::pose_near(double seconds, double moment) const noexcept {
-  return pose_on_route(speed_ * seconds + ahead(start_time_ + moment));
+  return pose_on_route(seconds, ahead(start_time_ + moment));
 }
 
 bool Drive::is_kidnapped(std::size_t i) const noexcept {
@@ -73,7 +60,7 @@ Pose Drive::pose_driven_on(std::size_t i) const noexcept {
   for (const Kidnap& kidnap : events_.kidnaps) {
     if (kidnap.scan < i) ahead = kidnap.ahead;
   }
-  return pose_on_route(distance(stamp(i)) + ahead);
+  return pose_on_route(stamp(i) - start_time_, ahead);
 }
 
 bool Drive::is_in_hole(std::size_t i) const noexcept {
@@ -82,7 +69,8 @@ bool Drive::is_in_hole(std::size_t i) const noexcept {
                      [&](const Hole& hole) { return hole.contains(position.head<2>()); });
 }
 
-Pose Drive::pose_on_route(double distance) const noexcept {
+Pose Drive::pose_on_route(double seconds, double ahead_of_it) const noexcept {
+  const double distance = pace_.distance(seconds) + ahead_of_it;
   const Eigen::Vector2d position = route_.position(distance);
   const Eigen::Vector2d direction = route_.direction(distance);
   const Eigen::Vector3d up = world_->terrain().normal(position);
@@ -94,6 +82,16 @@ Pose Drive::pose_on_route(double distance) const noexcept {
   Pose pose;
   pose.rotation = Eigen::Quaterniond(axes).normalized();
   pose.translation = {position.x(), position.y(), world_->terrain().height(position) + height_};
+  if (!roughness_.is_none()) {
+    const Pose stand = roughness_.stand(distance);
+    const Eigen::Vector3d height(0.0, 0.0, height_);
+    pose.translation += pose.rotation * Eigen::Vector3d(stand * height - height);
+    pose.rotation = (pose.rotation * stand.rotation).normalized();
+  }
+  if (const double turned = pace_.turned(seconds); turned != 0.0) {
+    pose.rotation =
+        (pose.rotation * rotation_from_vector(turned * Eigen::Vector3d::UnitZ())).normalized();
+  }
   return pose;
 }
 

@@ -4,7 +4,9 @@
 #include <span>
 
 #include "simulate/events.hpp"
+#include "simulate/pace.hpp"
 #include "simulate/params.hpp"
+#include "simulate/roughness.hpp"
 #include "simulate/route.hpp"
 #include "simulate/world.hpp"
 #include "vantage/pose.hpp"
@@ -12,13 +14,9 @@
 
 namespace vantage::simulation {
 
-/// The number of scans of a drive; at least 1.
-/// @param lap  length of the route [m]
-[[nodiscard]] std::size_t number_of_scans(const WorldParams& params, double lap) noexcept;
-
-/// The sensor's motion through the world: along a route at constant speed, upright on the slope of
-/// the ground, x forward, y left. A kidnap moves it from one place on the route to another. Borrows
-/// the world.
+/// The sensor's motion through the world: along a route, upright on the slope of the ground, x
+/// forward, y left, unless the ground is rough or the sensor turns on the spot. A kidnap moves it
+/// from one place on the route to another. Borrows the world.
 /// Thread safety: const methods may run on one object from many threads at once.
 class Drive {
  public:
@@ -26,6 +24,7 @@ class Drive {
   [[nodiscard]] static Result<Drive> create(const World& world, const WorldParams& params);
 
   [[nodiscard]] const Route& route() const noexcept { return route_; }
+  [[nodiscard]] const Pace& pace() const noexcept { return pace_; }
   /// The number of recorded scans; at least 1.
   [[nodiscard]] std::size_t scans() const noexcept { return scans_; }
   /// When scan i (its first firing) is taken [s].
@@ -53,15 +52,18 @@ class Drive {
   [[nodiscard]] bool is_in_hole(std::size_t i) const noexcept;
 
  private:
-  Drive(const World& world, const WorldParams& params, Route route, Events events);
+  Drive(const World& world, const WorldParams& params, Route route, Pace pace, Events events);
   /// How far ahead of the driven distance the sensor is [m].
   [[nodiscard]] double ahead(double stamp) const noexcept;
-  [[nodiscard]] Pose pose_on_route(double distance) const noexcept;
+  /// T_campus_sensor a time after the first scan's stamp [s].
+  [[nodiscard]] Pose pose_on_route(double seconds, double ahead) const noexcept;
 
   const World* world_;
   Route route_;
+  Pace pace_;
+  Roughness roughness_;
   Events events_;
-  double speed_, start_time_, seconds_per_scan_, seconds_per_sweep_, height_;
+  double start_time_, seconds_per_scan_, seconds_per_sweep_, height_;
   std::size_t scans_;
 };
 

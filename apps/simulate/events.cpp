@@ -21,8 +21,8 @@ constexpr int kAttempts = 200;
 
 class Planner {
  public:
-  Planner(const Route& route, const WorldParams& params, std::size_t scans, double metres_per_scan)
-      : route_(route), params_(params), scans_(scans), metres_per_scan_(metres_per_scan) {}
+  Planner(const Route& route, const WorldParams& params, const Pace& pace)
+      : route_(route), params_(params), pace_(pace), scans_(number_of_scans(params, pace)) {}
 
   [[nodiscard]] std::optional<Events> plan(std::uint64_t attempt, bool leave_holes) {
     Events events;
@@ -40,7 +40,7 @@ class Planner {
 
  private:
   [[nodiscard]] double driven(std::size_t scan) const {
-    return metres_per_scan_ * static_cast<double>(scan);
+    return pace_.distance(static_cast<double>(scan) * seconds_per_scan(params_));
   }
 
   [[nodiscard]] std::optional<std::vector<Kidnap>> draw_kidnaps(Random random) const {
@@ -117,24 +117,35 @@ class Planner {
 
   const Route& route_;
   const WorldParams& params_;
+  const Pace& pace_;
   std::size_t scans_;
-  double metres_per_scan_;
   std::vector<Vector2d> positions_;  // of the scans
   std::vector<std::size_t> starts_;  // scans that begin somewhere new
 };
 
 }  // namespace
 
-Result<Events> plan_events(const Route& route, const WorldParams& params, std::size_t scans,
-                           double metres_per_scan) {
+double seconds_per_scan(const WorldParams& params) noexcept {
+  return params.drive.scan_every / params.lidar.rate;
+}
+
+std::size_t number_of_scans(const WorldParams& params, const Pace& pace) noexcept {
+  const double interval = seconds_per_scan(params);
+  constexpr double kRounding = 1e-9;  // a drive of exactly 50 intervals has 50 scans
+  return std::max(std::size_t{1},
+                  static_cast<std::size_t>(std::ceil(pace.seconds() / interval - kRounding)));
+}
+
+Result<Events> plan_events(const Route& route, const WorldParams& params, const Pace& pace) {
   const auto kidnaps = static_cast<std::size_t>(params.drive.kidnaps);
   if (kidnaps == 0 && params.map.holes == 0) return Events{};
+  const std::size_t scans = number_of_scans(params, pace);
   if (kidnaps > 0 && scans / (kidnaps + 1) < 2) {
     return fail_at({"drive.kidnaps", "drive.length", "drive.scan_every"},
                    "drive.kidnaps = " + std::to_string(kidnaps) + " leaves less than two scans " +
                        "between kidnaps: the drive has " + std::to_string(scans));
   }
-  Planner planner(route, params, scans, metres_per_scan);
+  Planner planner(route, params, pace);
   const int attempts = kidnaps == 0 ? 1 : kAttempts;  // without kidnaps, nothing is random
   for (const bool leave_holes : {true, false}) {
     for (int k = 0; k < attempts; ++k) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "simulate/pace.hpp"
 #include "simulate/params.hpp"
 #include "simulate/route.hpp"
 #include "vantage/result.hpp"
@@ -27,6 +28,11 @@ struct Hole {
   }
 };
 
+/// From one scan to the next [s].
+[[nodiscard]] double seconds_per_scan(const WorldParams& params) noexcept;
+/// The number of scans of a drive; at least 1.
+[[nodiscard]] std::size_t number_of_scans(const WorldParams& params, const Pace& pace) noexcept;
+
 /// The events that make localization hard on a drive.
 struct Events {
   std::vector<Kidnap> kidnaps;  ///< `scan` ascending
@@ -41,11 +47,10 @@ struct Events {
 /// that part. The start and the places where kidnaps end are more than 20 m outside every hole, and
 /// holes do not overlap. If the drive is long enough, the sensor leaves each hole before the next
 /// kidnap.
-/// @param scans            of the drive
-/// @param metres_per_scan  driven from one scan to the next
-/// @return                 the same for the same parameters
+/// @param pace  of the drive
+/// @return      the same for the same parameters
 /// Errors: `invalid_config` if there are more events than fit.
 [[nodiscard]] Result<Events> plan_events(const Route& route, const WorldParams& params,
-                                         std::size_t scans, double metres_per_scan);
+                                         const Pace& pace);
 
 }  // namespace vantage::simulation

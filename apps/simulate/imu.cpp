@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kRadians = std::numbers::pi / 180.0;  // of a degree
 constexpr double kReach = 0.02;                        // of the mean of an acceleration [s]
+constexpr double kLead = 1.0;                          // of a drive that starts still [s]
 
 Vector3d normal_vector(Random& random) {
   const double x = random.normal(), y = random.normal(), z = random.normal();
@@ -55,7 +56,8 @@ std::vector<ImuSample> simulate_imu(const Drive& drive, const ImuParams& params,
   std::vector<ImuSample> samples;
   constexpr double kRounding = 1e-3;  // of a sample
   const double last = std::floor((drive.end() - drive.stamp(0)) * rate + kRounding) + 1.0;
-  for (double k = 0.0; k <= last; ++k) {
+  const double first = drive.pace().starts_still() ? -std::floor(kLead * rate) : 0.0;
+  for (double k = first; k <= last; ++k) {
     const double now = k / rate;
     const auto at = [&](double moment) { return drive.pose_near(moment, now) * T_sensor_imu; };
     const Pose pose = at(now);

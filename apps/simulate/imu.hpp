@@ -13,8 +13,9 @@ namespace vantage::simulation {
 
 inline constexpr double kGravity = 9.80665;  ///< [m/s^2], along -z of the map
 
-/// What an IMU on the sensor measures on a drive, from the first scan to after the last sweep. It
-/// feels no kidnap.
+/// What an IMU on the sensor measures on a drive, from the first scan to after the last sweep. A
+/// drive that starts still is measured from one second before the first scan on. The IMU feels no
+/// kidnap.
 ///
 /// A rate is the mean over one sampling interval around its stamp. An acceleration is the second
 /// difference of positions, which is a mean with the weights of a triangle: it reaches 20 ms, or

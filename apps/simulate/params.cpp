@@ -6,6 +6,7 @@
 #include "simulate/drive.hpp"
 #include "simulate/events.hpp"
 #include "simulate/layouts.hpp"
+#include "simulate/pace.hpp"
 #include "simulate/route.hpp"
 #include "simulate/street_grid.hpp"
 #include "vantage/engine/config.hpp"
@@ -95,16 +96,25 @@ Result<void> WorldParams::validate() const {
   }
   VANTAGE_TRY(const auto route, streets.route(drive.route));
 
-  const double scan_distance = drive.speed / lidar.rate * drive.scan_every;
   double length = 0.0;
   for (std::size_t i = 0; i < route.size(); ++i) {
     length += (route[(i + 1) % route.size()] - route[i]).norm();
   }
-  if (drive.length.value_or(length) / scan_distance > 999'999.0) {
+  length = drive.length.value_or(length);
+  const double stopping = Pace::stopping_distance(drive);
+  const double first_halt = Pace::first_halt(drive, length);
+  if (drive.still_start == 0.0 && first_halt < stopping) {
+    const auto metres = [](double x) { return number(std::round(x * 10.0) / 10.0) + " m"; };
+    return fail_at({"drive.acceleration", "drive.stops", "drive.turns_in_place", "drive.speed"},
+                   "the drive begins at full speed and needs " + metres(stopping) +
+                       " to stop, but its first halt is " + metres(first_halt) +
+                       " ahead: raise drive.acceleration or set drive.still_start");
+  }
+  const double seconds = Pace(drive, length).seconds();
+  if (seconds * lidar.rate / drive.scan_every > 999'999.0) {
     return fail_at({"drive.scan_every", "drive.length", "drive.speed", "lidar.rate"},
                    "the drive would make more than a million scans: raise drive.scan_every");
   }
-  const double seconds = drive.length.value_or(length) / drive.speed;
   constexpr double kMostSamples = 1e7;
   if (imu.rate && seconds * *imu.rate > kMostSamples) {
     return fail_at({"imu.rate", "drive.length", "drive.speed"},
@@ -116,7 +126,7 @@ Result<void> WorldParams::validate() const {
   }
   if (drive.kidnaps > 0 || map.holes > 0) {
     const Route path(route, drive.lateral_offset, drive.turn_radius);
-    VANTAGE_CHECK(plan_events(path, *this, number_of_scans(*this, path.length()), scan_distance));
+    VANTAGE_CHECK(plan_events(path, *this, Pace(drive, drive.length.value_or(path.length()))));
   }
   // There is about half as much surface again as ground; indices of map points have 32 bits.
   const double points =

@@ -222,6 +222,13 @@ struct DriveParams {
   double turn_radius = 4.0;
   double start_time = 0.0;
   int kidnaps = 0;
+  double acceleration = 1.0;
+  double still_start = 0.0;
+  int stops = 0;
+  double stop_time = 3.0;
+  int turns_in_place = 0;
+  double turn_rate = 90.0;
+  double roughness = 0.0, roughness_length = 2.0;
 
   static constexpr auto schema() {
     using P = DriveParams;
@@ -230,7 +237,8 @@ struct DriveParams {
                  "0: loop around the inner blocks; 1: up and down the streets; 2: figure of "
                  "eight (at least 3 streets each way)",
                  between(0, 2)),
-        optional("speed", &P::speed, "m/s", "constant", between(0.1, 30)),
+        optional("speed", &P::speed, "m/s", "constant but for starts, stops and turns on the spot",
+                 between(0.1, 30)),
         optional("length", &P::length, "m", "length of the drive; one lap if left out",
                  between(1, 1e6)),
         optional("scan_every", &P::scan_every, "", "keep every n-th revolution", between(1, 10000)),
@@ -243,6 +251,29 @@ struct DriveParams {
                  "how often the sensor is carried to another place far away on the route, with "
                  "another heading and unnoticed by odometry; evenly spread over the drive",
                  between(0, 1000)),
+        optional("acceleration", &P::acceleration, "m/s2", "of starts and stops",
+                 between(0.05, 20)),
+        optional("still_start", &P::still_start, "s",
+                 "the sensor stands still for so long from the first scan on; 0: it drives at full "
+                 "speed from the first scan on",
+                 between(0, 600)),
+        optional("stops", &P::stops, "", "how often the sensor stops, evenly spread over the drive",
+                 between(0, 1000)),
+        optional("stop_time", &P::stop_time, "s", "it stands still at each stop", between(0, 600)),
+        optional("turns_in_place", &P::turns_in_place, "",
+                 "how often the sensor halts, turns on the spot by 90 degrees and back, to the "
+                 "left and to the right by turns; evenly spread over the drive",
+                 between(0, 1000)),
+        optional("turn_rate", &P::turn_rate, "deg/s",
+                 "of turns on the spot, which take 0.25 s to reach it", between(5, 360)),
+        optional("roughness", &P::roughness, "m",
+                 "largest height of a wheel above or below the smooth ground; the sensor heaves, "
+                 "pitches and rolls",
+                 between(0, 0.2)),
+        optional("roughness_length", &P::roughness_length, "m",
+                 "shorter wave length of the rough ground along the way; the longer one is 1.618 "
+                 "times that",
+                 between(1, 50)),
     };
   }
 };

@@ -22,6 +22,7 @@ enum class Purpose : std::uint64_t {
   slip,
   imu,
   imu_bias,
+  roughness,
 };
 
 /// SplitMix64 with the distributions that the simulation needs. Unlike the distributions of

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using vantage::test::read_text;
 
-constexpr double kRadians = std::numbers::pi / 180.0;
+using test::kRadians;
 
 ImuParams exact_imu(double rate = 200.0) {
   ImuParams params;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "simulate/drive.hpp"
@@ -12,6 +13,8 @@
 #include "vantage/engine/config.hpp"
 
 namespace vantage::simulation::test {
+
+inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< of a degree
 
 /// The smallest campus, quick to make.
 inline WorldParams small_world(std::uint64_t seed = 3) {
