@@ -4,9 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 namespace vantage::simulation {
+
+namespace {
+
+std::optional<Pose> mount_of(const LidarParams& lidar) {
+  const Eigen::Vector3d angles(lidar.roll, lidar.pitch, lidar.yaw);
+  if (angles.isZero(0.0)) return std::nullopt;
+  return pose_from_xyz_rpy(Eigen::Vector3d::Zero(), std::numbers::pi / 180.0 * angles);
+}
+
+}  // namespace
 
 Result<Drive> Drive::create(const World& world, const WorldParams& params) {
   VANTAGE_TRY(const auto crossings, world.streets().route(params.drive.route));
@@ -26,7 +37,9 @@ Drive::Drive(const World& world, const WorldParams& params, Route route, Pace pa
       seconds_per_scan_(seconds_per_scan(params)),
       seconds_per_sweep_(1.0 / params.lidar.rate),
       height_(params.lidar.height),
-      scans_(number_of_scans(params, pace_)) {}
+      T_body_sensor_(mount_of(params.lidar)),
+      scans_(number_of_scans(params, pace_)),
+      scan_every_(static_cast<std::size_t>(params.drive.scan_every)) {}
 
 double Drive::stamp(std::size_t i) const noexcept {
   return start_time_ + static_cast<double>(i) * seconds_per_scan_;
@@ -92,7 +105,7 @@ Pose Drive::pose_on_route(double seconds, double ahead_of_it) const noexcept {
     pose.rotation =
         (pose.rotation * rotation_from_vector(turned * Eigen::Vector3d::UnitZ())).normalized();
   }
-  return pose;
+  return T_body_sensor_ ? pose * *T_body_sensor_ : pose;
 }
 
 }  // namespace vantage::simulation

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "simulate/events.hpp"
@@ -16,7 +17,8 @@ namespace vantage::simulation {
 
 /// The sensor's motion through the world: along a route, upright on the slope of the ground, x
 /// forward, y left, unless the ground is rough or the sensor turns on the spot. A kidnap moves it
-/// from one place on the route to another. Borrows the world.
+/// from one place on the route to another. The sensor may be mounted in another orientation than
+/// that of the body, which moves like this. Borrows the world.
 /// Thread safety: const methods may run on one object from many threads at once.
 class Drive {
  public:
@@ -29,6 +31,8 @@ class Drive {
   [[nodiscard]] std::size_t scans() const noexcept { return scans_; }
   /// When scan i (its first firing) is taken [s].
   [[nodiscard]] double stamp(std::size_t i) const noexcept;
+  /// The number of scan i among all sweeps of the sensor, also those that are not kept.
+  [[nodiscard]] std::size_t sweep_number(std::size_t i) const noexcept { return scan_every_ * i; }
   /// The distance driven until a moment, in plan view [m].
   [[nodiscard]] double distance(double stamp) const noexcept;
   /// T_campus_sensor at a moment [s].
@@ -64,7 +68,8 @@ class Drive {
   Roughness roughness_;
   Events events_;
   double start_time_, seconds_per_scan_, seconds_per_sweep_, height_;
-  std::size_t scans_;
+  std::optional<Pose> T_body_sensor_;  // none: the frames are the same
+  std::size_t scans_, scan_every_;
 };
 
 }  // namespace vantage::simulation

@@ -1,4 +1,4 @@
-// vantage-simulate: makes, from a world file, a campus as a map and as a VLP-16 sees it on a drive.
+// vantage-simulate: makes, from a world file, a campus as a map and as a LiDAR sees it on a drive.
 #include <fmt/format.h>
 
 #include <array>
@@ -96,7 +96,7 @@ Result<void> run(const Options& options) {
 }  // namespace vantage
 
 int main(int argc, char** argv) {
-  CLI::App app("Makes a campus and drives a VLP-16 through it: map, scans, reference, odometry.",
+  CLI::App app("Makes a campus and drives a LiDAR through it: map, scans, reference, odometry.",
                "vantage simulate");
   vantage::Options options;
   app.add_option("WORLD", options.world, "world file (TOML)")->required();

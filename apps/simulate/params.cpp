@@ -24,7 +24,25 @@ Result<void> LidarParams::validate() const {
                                                    " m) must be below max_range (" +
                                                    number(max_range) + " m)");
   }
-  if (rings > 1 ? !(lowest_ring < highest_ring) : lowest_ring != highest_ring) {
+  if (upper_rings >= rings) {
+    return fail_at({"upper_rings", "rings"}, "upper_rings must be below rings");
+  }
+  if (upper_rings > 0 &&
+      !(upper_spacing > 0.0 && highest_ring - upper_rings * upper_spacing > lowest_ring)) {
+    return fail_at({"upper_spacing", "upper_rings"},
+                   "upper_spacing must be above 0 deg and leave room for the other rings above "
+                   "lowest_ring");
+  }
+  if (sweeps > 0.0) {
+    if (upper_rings > 0) {
+      return fail_at({"upper_rings", "sweeps"}, "upper_rings and sweeps exclude each other");
+    }
+    if (!((rings - 1) * ring_spacing < highest_ring - lowest_ring)) {
+      return fail_at({"ring_spacing", "rings", "lowest_ring", "highest_ring"},
+                     "rings that go up and down need more room than they span: (rings - 1) "
+                     "ring_spacing must be below highest_ring - lowest_ring");
+    }
+  } else if (rings > 1 ? !(lowest_ring < highest_ring) : lowest_ring != highest_ring) {
     return fail_at({"lowest_ring", "highest_ring", "rings"},
                    rings > 1 ? "lowest_ring must be below highest_ring"
                              : "with one ring, lowest_ring and highest_ring must be equal");
@@ -40,7 +58,39 @@ Result<void> LidarParams::validate() const {
 }
 
 int LidarParams::firings() const noexcept {
-  return static_cast<int>(std::lround(360.0 / azimuth_step));
+  return static_cast<int>(std::lround(360.0 * turns / azimuth_step));
+}
+
+LidarParams lidar_of(SensorModel model) {
+  LidarParams lidar;
+  lidar.model = model;
+  if (model == SensorModel::hdl64) {
+    lidar.rings = 64;
+    lidar.lowest_ring = -24.8;
+    lidar.highest_ring = 2.0;
+    lidar.upper_rings = 32;  // two blocks of lasers: 1/3 deg apart above, 1/2 deg below
+    lidar.upper_spacing = 1.0 / 3.0;
+    lidar.azimuth_step = 0.1728;
+    lidar.min_range = 0.9;
+    lidar.max_range = 120.0;
+    lidar.range_noise = 0.02;
+  } else if (model == SensorModel::mid360) {
+    constexpr double kFirings = 5000.0;  // a sweep: 200,000 points a second, 4 at once
+    lidar.rings = 4;
+    lidar.lowest_ring = -7.2;
+    lidar.highest_ring = 52.2;
+    // About 180 turns and 10 ups and downs a second; the irrational parts make it never repeat.
+    lidar.turns = 17.0 + std::numbers::phi - 0.5;
+    lidar.sweeps = std::numbers::sqrt2 - 0.4;
+    lidar.ring_spacing = 2.7;
+    lidar.azimuth_step = 360.0 * lidar.turns / kFirings;
+    lidar.min_range = 0.1;
+    lidar.max_range = 70.0;
+    lidar.sure_range = 40.0;
+    lidar.range_noise = 0.02;
+    lidar.angle_noise = 0.15;
+  }
+  return lidar;
 }
 
 Result<void> ImuParams::validate() const {
@@ -139,10 +189,28 @@ Result<void> WorldParams::validate() const {
   return {};
 }
 
+Result<WorldParams> parse_world(const Table& table) {
+  Table world = table;
+  for (Entry& entry : world.entries) {
+    auto* lidar = std::get_if<Table>(&entry.value.data);
+    if (entry.key != "lidar" || lidar == nullptr) continue;
+    const Value* name = lidar->find("model");
+    const auto* text = name == nullptr ? nullptr : std::get_if<std::string>(&name->data);
+    if (text == nullptr) continue;
+    for (const auto& [known, model] : enum_names(SensorModel{})) {
+      if (known != *text) continue;
+      for (const Entry& value : to_table(lidar_of(model)).entries) {
+        if (lidar->find(value.key) == nullptr) lidar->entries.push_back(value);
+      }
+    }
+  }
+  return parse<WorldParams>(world);
+}
+
 Result<WorldParams> load_world(const std::filesystem::path& file,
                                const std::vector<std::string>& overrides) {
   VANTAGE_TRY(const Table table, load_toml(file, overrides));
-  return parse<WorldParams>(table);
+  return parse_world(table);
 }
 
 std::string to_world_file(const WorldParams& params) { return to_toml(to_table(params)); }

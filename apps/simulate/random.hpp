@@ -23,6 +23,7 @@ enum class Purpose : std::uint64_t {
   imu,
   imu_bias,
   roughness,
+  ray_angle,
 };
 
 /// SplitMix64 with the distributions that the simulation needs. Unlike the distributions of

@@ -111,7 +111,7 @@ Result<void> load_as_config(const std::string& text, const std::string& name) {
 /// As `vantage simulate` checks it.
 Result<void> load_as_world(const std::string& text, const std::string& name) {
   VANTAGE_TRY(const Table table, parse_toml(text, name));
-  VANTAGE_CHECK(parse<simulation::WorldParams>(table));
+  VANTAGE_CHECK(simulation::parse_world(table));
   return {};
 }
 

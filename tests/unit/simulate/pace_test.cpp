@@ -297,8 +297,9 @@ TEST_CASE(
 }
 
 TEST_CASE("a pace that is impossible is refused with the place of the error") {
-  test::check_refused("schema = 1\n[drive]\nspeed = 20\nstops = 3\n",
-                      "w.toml:4:9: error: the drive begins at full speed and needs 200.0 m to stop");
+  test::check_refused(
+      "schema = 1\n[drive]\nspeed = 20\nstops = 3\n",
+      "w.toml:4:9: error: the drive begins at full speed and needs 200.0 m to stop");
   test::check_refused("schema = 1\n[drive]\nstops = -1\n", "w.toml:3:9: error: ");
   test::check_refused("schema = 1\n[drive]\nturn_rate = 0\n", "w.toml:3:13: error: ");
   test::check_refused("schema = 1\n[drive]\nroughness = 1\n", "w.toml:3:13: error: ");

@@ -68,7 +68,7 @@ inline double distance_to_surface(const World& world, const Point& p, double rea
 inline void check_refused(const std::string& text, const std::string& part) {
   CAPTURE(text);
   const auto table = parse_toml(text, "w.toml");
-  const auto world = table ? parse<WorldParams>(*table) : fail(table.error());
+  const auto world = table ? parse_world(*table) : fail(table.error());
   REQUIRE_FALSE(world);
   CHECK(world.error().code == ErrorCode::invalid_config);
   const std::string message = to_string(world.error());
