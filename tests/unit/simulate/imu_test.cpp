@@ -1,5 +1,7 @@
 #include "simulate/imu.hpp"
 
+#include <tbb/global_control.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -299,6 +301,39 @@ TEST_CASE("imu.csv") {
     REQUIRE(simulate(*reread, scratch.path() / "b"));
     CHECK(read_text(scratch.path() / "a/imu.csv") == read_text(scratch.path() / "b/imu.csv"));
   }
+}
+
+TEST_CASE("a drive with everything is the same with one thread, from its own world.toml") {
+  const vantage::test::TemporaryFolder scratch;
+  WorldParams params = test::small_world();
+  params.map.point_spacing = 1.0;
+  params.lidar = lidar_of(SensorModel::mid360);
+  params.lidar.motion_distortion = true;
+  params.lidar.azimuth_step *= 10.0;
+  params.lidar.roll = 180.0;
+  params.drive.length = 10.0;
+  params.drive.still_start = 0.5;
+  params.drive.stops = 1;
+  params.drive.turns_in_place = 1;
+  params.drive.roughness = 0.01;
+  params.odometry.rate = 50.0;
+  params.odometry.slip = 0.2;
+  params.imu.rate = 200.0;
+  params.imu.gyro_bias = {3.0};
+  REQUIRE(simulate(params, scratch.path() / "a"));
+  const auto reread = load_world(scratch.path() / "a/world.toml");
+  REQUIRE_MESSAGE(reread, to_string(reread.error()));
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  REQUIRE(simulate(*reread, scratch.path() / "b"));
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(scratch.path() / "a")) {
+    if (!entry.is_regular_file()) continue;
+    ++files;
+    const auto name = std::filesystem::relative(entry.path(), scratch.path() / "a");
+    CHECK_MESSAGE((read_text(entry.path()) == read_text(scratch.path() / "b" / name)),
+                  name.string());
+  }
+  CHECK(files > 100);
 }
 
 TEST_CASE("a wrong IMU is refused with the place of the error") {
