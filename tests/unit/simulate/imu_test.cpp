@@ -309,7 +309,7 @@ TEST_CASE("a drive with everything is the same with one thread, from its own wor
   params.map.point_spacing = 1.0;
   params.lidar = lidar_of(SensorModel::mid360);
   params.lidar.motion_distortion = true;
-  params.lidar.azimuth_step *= 10.0;
+  params.lidar.azimuth_step *= 5.0;
   params.lidar.roll = 180.0;
   params.drive.length = 10.0;
   params.drive.still_start = 0.5;
