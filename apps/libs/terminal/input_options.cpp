@@ -127,16 +127,16 @@ void ScanChoice::add_to(CLI::App& app) {
                       CLI::ignore_case)
                       .description(""))
       ->type_name("first|middle|last");
-  app.add_option("--livox-tags", tags,
-                 "points of a Livox to use: all, or only normal ones, which its tags do not call "
-                 "noise")
+  app.add_option(
+         "--livox-tags", tags,
+         "points of a Livox to use: all if left out, or those whose tags call them normal and "
+         "not noise")
       ->transform(
           CLI::CheckedTransformer(
               std::map<std::string, io::Tags>{{"all", io::Tags::all}, {"normal", io::Tags::normal}},
               CLI::ignore_case)
               .description(""))
-      ->type_name("all|normal")
-      ->default_str("all");
+      ->type_name("all|normal");
 }
 
 void InputOptions::add_to(CLI::App& app, bool reference_required) {
