@@ -24,15 +24,16 @@ namespace {
 namespace fs = std::filesystem;
 using Samples = std::span<const ImuSample>;
 
-// What decides about units and rest. Chosen on data sheets (a MID-360 has biases of up to 0.075
-// rad/s when hot, and noise of 0.001 rad/s and 0.01 m/s^2) and on two recorded robots; see
-// tests/unit/io/imu_test.cpp and tests/real_data/imu.cpp for what they were tested on.
+// What decides about units and rest. Chosen on data sheets: a MID-360 has biases of up to 0.075
+// rad/s when hot, and noise of 0.001 rad/s and 0.01 m/s^2. Tested on a Phidgets IMU that lies
+// still, on a Husky that drives, and on KITTI's car (imu_test.cpp).
 constexpr double kStandardGravity = 9.80665;  // [m/s^2]
 constexpr double kWindow = 1.0;               // in which a sensor is still or not [s]
 constexpr std::size_t kFewest = 5;            // samples in a window that tells something
 constexpr double kStillRate = 0.02;           // rms about the mean [rad/s]
 constexpr double kStillForce = 0.05;          // rms about the mean, as a share of its length
 constexpr double kLargestBias = 0.15;         // [rad/s]
+constexpr double kShortestRest = 0.8;         // of a second at 10 Hz, 0.9 s are seen [s]
 constexpr double kLongestRest = 10.0;         // [s]
 constexpr double kPause = 2.0;                // median intervals
 struct UnitRange {
@@ -116,7 +117,7 @@ std::optional<ImuRest> rest_at_start(Samples samples) {
   });
   const Samples still = samples.first(count);
   // A recording of less than a second says little about a bias.
-  if (count < kFewest || still.back().stamp - still.front().stamp < 0.5 * kWindow) return {};
+  if (count < kFewest || still.back().stamp - still.front().stamp < kShortestRest) return {};
   const Window all = window_of(still);
   return ImuRest{.seconds = still.back().stamp - still.front().stamp,
                  .gyro_bias = all.rate,
