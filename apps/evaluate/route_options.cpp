@@ -6,7 +6,6 @@
 #include <set>
 
 #include "terminal/command_line.hpp"
-#include "terminal/input_options.hpp"
 #include "vantage/io/formats.hpp"
 
 namespace vantage {
@@ -85,6 +84,13 @@ void RouteOptions::add_to(CLI::App& app) {
   app.add_option("--prior-sigma", prior_sigma, kPriorSigmaHelp)->type_name("SIGMAS");
   app.add_option("--map-projector", map_projector, kMapProjectorHelp)->type_name("FILE");
   app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
+  app.add_option("--imu", imus,
+                 fmt::format("inertial samples ({}, or a topic of --scans) of each --scans",
+                             io::format_names(io::FormatUse::imu)))
+      ->allow_extra_args(false);
+  app.add_option("--imu-topic", imu_topics, kImuTopicHelp)->allow_extra_args(false);
+  app.add_flag("--imu-by-frame", imu_by_frame, kImuByFrameHelp);
+  choice.add_to(app);
   app.add_option("--topic", topics, "topic of each --scans, if a bag has several")
       ->allow_extra_args(false);
   app.add_option("--route", names, "name of each --scans; the name of its folder if left out")
@@ -102,6 +108,8 @@ Result<std::vector<NamedInputs>> RouteOptions::open(std::span<const fs::path> ma
   VANTAGE_CHECK(check_count("--odometry-topic", odometry_topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--prior", priors.size(), scans.size()));
   VANTAGE_CHECK(check_count("--prior-topic", prior_topics.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--imu", imus.size(), scans.size()));
+  VANTAGE_CHECK(check_count("--imu-topic", imu_topics.size(), scans.size()));
   VANTAGE_CHECK(check_count("--route", names.size(), scans.size()));
   std::vector<std::string> called = names;
   if (called.empty()) {
@@ -124,6 +132,10 @@ Result<std::vector<NamedInputs>> RouteOptions::open(std::span<const fs::path> ma
                                .prior_sigma = prior_sigma,
                                .map_projector = map_projector,
                                .mount = mount,
+                               .imu = at(imus, i),
+                               .imu_topic = at(imu_topics, i),
+                               .imu_by_frame = imu_by_frame,
+                               .choice = choice,
                                .window = {},
                                .rate_hz = rate_hz};
     VANTAGE_TRY(auto inputs, options.open(map_files));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "terminal/input_options.hpp"
 #include "vantage/evaluation/evaluation.hpp"
 #include "vantage/result.hpp"
 
@@ -19,6 +20,9 @@ struct RouteOptions {
   std::string prior_sigma;
   std::filesystem::path map_projector;
   std::string mount;
+  std::vector<std::string> imus, imu_topics;
+  bool imu_by_frame = false;
+  ScanChoice choice;
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app);

@@ -103,11 +103,9 @@ std::string worst_text(const BundleInfo& info, const cli::Style& style) {
          "the nearest alike place.\n";
 }
 
-nlohmann::ordered_json json_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-
 nlohmann::ordered_json json_of(const Site& site, const BundleInfo& info) {
   nlohmann::ordered_json json{{"region", info.label_of(site)},
-                              {"position", json_of(site.position)},
+                              {"position", vector_json(site.position)},
                               {"expected_error", nullptr}};
   if (const auto& p = site.precision) {
     json["expected_error"] = p->expected_error;
@@ -118,7 +116,7 @@ nlohmann::ordered_json json_of(const Site& site, const BundleInfo& info) {
   }
   json["nearest_alike"] = nullptr;
   if (const AlikePlace* alike = nearest_alike(site)) {
-    json["nearest_alike"] = {{"position", json_of(alike->T_map_scan.translation)},
+    json["nearest_alike"] = {{"position", vector_json(alike->T_map_scan.translation)},
                              {"distance", distance(site, *alike)},
                              {"likeness", alike->likeness}};
   }
@@ -205,8 +203,8 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
                               {"max", nullptr},
                               {"atlas", nullptr}};
   if (const auto extent = extent_of(all); !extent.isEmpty()) {
-    json["min"] = json_of(Eigen::Vector3d(extent.min()));
-    json["max"] = json_of(Eigen::Vector3d(extent.max()));
+    json["min"] = vector_json(extent.min());
+    json["max"] = vector_json(extent.max());
   }
   if (info.atlas) json["atlas"] = json_of(*info.atlas, info);
   return json;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "terminal/table.hpp"
@@ -29,6 +30,8 @@ std::string box_text(const Eigen::AlignedBox3d& extent) {
   };
   return fmt::format("{}, {}, {}", axis("x", 0), axis("y", 1), axis("z", 2));
 }
+
+nlohmann::ordered_json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 std::uint64_t size_of(const fs::path& path) {
   std::error_code error;

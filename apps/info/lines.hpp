@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,9 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 
 /// "x 0.00 to 9.00, y ...", or "none".
 [[nodiscard]] std::string box_text(const Eigen::AlignedBox3d& extent);
+
+/// [x, y, z].
+[[nodiscard]] nlohmann::ordered_json vector_json(const Eigen::Vector3d& v);
 
 /// The bytes of a file, or of all files in a folder; what cannot be read counts 0.
 [[nodiscard]] std::uint64_t size_of(const std::filesystem::path& path);

@@ -72,11 +72,14 @@ Result<void> run(const Options& options) {
 int main(int argc, char** argv) {
   CLI::App app(
       "Prints what a recording, a map or a bundle contains: format, topics, scans, points, fields, "
-      "extent, rate, gaps; regions, and how well a sensor can be localized in them.",
+      "extent, rate, gaps; the IMU's rate, unit, gravity and bias; regions, and how well a sensor "
+      "can "
+      "be localized in them.",
       "vantage info");
   vantage::Options options;
   app.add_option("PATH", options.scans.path,
-                 fmt::format("folder of scans, map tiles, a tiled map or a bundle, {}, {}",
+                 fmt::format("folder of scans, map tiles, a tiled map or a bundle, {}, {}; IMU CSV "
+                             "or KITTI oxts",
                              vantage::io::format_names(vantage::io::FormatUse::recording, ", "),
                              vantage::io::format_names(vantage::io::FormatUse::cloud)))
       ->required();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "io/autoware_tiles.hpp"
 #include "io/formats.hpp"
 #include "io/ros/bag_scans.hpp"
+#include "io/ros/messages.hpp"
 #include "terminal/table.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -44,6 +46,7 @@ Result<ScansInfo> read_scans(io::ScanSource& source,
     info.fewest = stamps.empty() ? points : std::min(info.fewest, points);
     info.most = std::max(info.most, points);
     info.points.add(scan->points, scan->dropped);
+    info.no_returns += scan->no_returns;
     if (!scan->seconds.empty()) {
       const auto [first, last] = std::minmax_element(scan->seconds.begin(), scan->seconds.end());
       info.sweep = std::max(info.sweep, static_cast<double>(*last) - static_cast<double>(*first));
@@ -62,6 +65,34 @@ Result<ScansInfo> read_scans(io::ScanSource& source,
     const double seconds = stamps[i] - stamps[i - 1];
     if (seconds > kGap * info.interval) info.gaps.push_back({stamps[i - 1], seconds});
   }
+  return info;
+}
+
+/// Each topic of inertial samples. What is wrong with one does not hide the rest of a bag.
+std::vector<ImuInfo> imus_of(const fs::path& path, const std::vector<io::ros::Topic>& topics) {
+  std::vector<ImuInfo> imus;
+  for (const io::ros::Topic& topic : topics) {
+    const auto is_known = [&](const ImuInfo& imu) { return imu.topic == topic.name; };
+    if (topic.type != io::ros::kImu || !topic.encoding ||
+        std::any_of(imus.begin(), imus.end(), is_known)) {
+      continue;
+    }
+    ImuInfo imu{.topic = topic.name, .recording = {}, .problem = {}};
+    if (auto recording = io::read_imu({.path = path, .topic = topic.name})) {
+      imu.recording = *std::move(recording);
+    } else {
+      imu.problem = recording.error().message;
+    }
+    imus.push_back(std::move(imu));
+  }
+  return imus;
+}
+
+Result<RecordingInfo> inspect_imu(RecordingInfo info) {
+  std::error_code error;
+  info.format = fs::is_directory(info.path, error) ? "KITTI oxts" : "IMU CSV";
+  VANTAGE_TRY(auto recording, io::read_imu({.path = info.path}));
+  info.imus.push_back({.topic = {}, .recording = std::move(recording), .problem = {}});
   return info;
 }
 
@@ -104,6 +135,73 @@ void add_points(Lines& lines, const PointsInfo& points) {
   lines.emplace_back("extent [m]", box_text(points.extent));
 }
 
+std::string vector_text(const Eigen::Vector3d& v, int digits) {
+  return fmt::format("{:.{}f}, {:.{}f}, {:.{}f}", v.x(), digits, v.y(), digits, v.z(), digits);
+}
+
+/// When samples were measured, seen from the scans.
+struct TimeOffset {
+  double begins_before = 0.0, ends_after = 0.0;  // [s]
+  bool overlaps = false;
+};
+
+TimeOffset offset_of(const io::ImuRecording& imu, const ScansInfo& scans) {
+  const double first = imu.samples.front().stamp, last = imu.samples.back().stamp;
+  return {.begins_before = scans.first - first,
+          .ends_after = last - scans.last,
+          .overlaps = first <= scans.last && last >= scans.first};
+}
+
+std::string offset_text(const io::ImuRecording& imu, const std::optional<ScansInfo>& scans) {
+  if (!scans || scans->count == 0) return "";
+  const TimeOffset offset = offset_of(imu, *scans);
+  if (!offset.overlaps) {
+    return fmt::format("; not at the time of the scans, {:.6f} to {:.6f}", scans->first,
+                       scans->last);
+  }
+  const auto side = [](double seconds, std::string_view before, std::string_view after) {
+    return fmt::format("{:.3f} s {}", std::abs(seconds), seconds >= 0.0 ? before : after);
+  };
+  return fmt::format("; begins {} the scans, ends {} them",
+                     side(offset.begins_before, "before", "after"),
+                     side(offset.ends_after, "after", "before"));
+}
+
+Lines lines_of(const ImuInfo& info, const std::optional<ScansInfo>& scans) {
+  Lines lines;
+  if (!info.topic.empty()) lines.emplace_back("IMU", info.topic);
+  if (!info.recording) {
+    lines.emplace_back("IMU samples", info.problem);
+    return lines;
+  }
+  const io::ImuRecording& imu = *info.recording;
+  if (!imu.frame.empty()) lines.emplace_back("IMU frame", imu.frame);
+  lines.emplace_back("IMU samples", cli::grouped(imu.samples.size()));
+  if (imu.not_finite + imu.duplicates + imu.out_of_order > 0) {
+    lines.emplace_back("IMU irregular",
+                       fmt::format("{} left out without a number or a stamp, {} with the stamp of "
+                                   "another one, {} sorted in that came late",
+                                   imu.not_finite, imu.duplicates, imu.out_of_order));
+  }
+  lines.emplace_back("IMU rate [Hz]", fmt::format("{:.3f}", imu.rate_hz));
+  lines.emplace_back("IMU stamps", imu.stamp_rule);
+  lines.emplace_back("IMU first, last [s]",
+                     fmt::format("{:.6f}, {:.6f}{}", imu.samples.front().stamp,
+                                 imu.samples.back().stamp, offset_text(imu, scans)));
+  lines.emplace_back("IMU acceleration", fmt::format("in {}: {:.3f} while it moves least",
+                                                     to_string(imu.unit), imu.still_force));
+  if (!imu.rest) {
+    lines.emplace_back("IMU at rest", "not at the beginning");
+    return lines;
+  }
+  lines.emplace_back("IMU at rest", fmt::format("for the first {:.1f} s", imu.rest->seconds));
+  lines.emplace_back(
+      "IMU gravity",
+      fmt::format("along {}, {:.3f} m/s^2", vector_text(imu.rest->gravity, 3), imu.rest->force));
+  lines.emplace_back("IMU gyro bias [rad/s]", vector_text(imu.rest->gyro_bias, 5));
+  return lines;
+}
+
 Lines lines_of(const ScansInfo& scans) {
   Lines lines;
   const io::ScanDescription& d = scans.description;
@@ -139,6 +237,10 @@ Lines lines_of(const ScansInfo& scans) {
                          ? "none"
                          : fmt::format("in {} scans, over {:.4f} s at most",
                                        cli::grouped(scans.with_times), scans.sweep));
+  if (scans.no_returns > 0) {
+    lines.emplace_back("no returns", fmt::format("{} points at 0, 0, 0, left out",
+                                                 cli::grouped(scans.no_returns)));
+  }
   add_points(lines, scans.points);
   return lines;
 }
@@ -150,11 +252,42 @@ nlohmann::ordered_json json_of(const PointsInfo& points) {
                               {"min", nullptr},
                               {"max", nullptr}};
   if (!points.extent.isEmpty()) {
-    const auto corner = [](const Eigen::Vector3d& p) {
-      return nlohmann::ordered_json{p.x(), p.y(), p.z()};
-    };
-    json["min"] = corner(points.extent.min());
-    json["max"] = corner(points.extent.max());
+    json["min"] = vector_json(points.extent.min());
+    json["max"] = vector_json(points.extent.max());
+  }
+  return json;
+}
+
+nlohmann::ordered_json json_of(const ImuInfo& info, const std::optional<ScansInfo>& scans) {
+  nlohmann::ordered_json json{{"topic", info.topic}};
+  if (!info.recording) {
+    json["problem"] = info.problem;
+    return json;
+  }
+  const io::ImuRecording& imu = *info.recording;
+  json.update({{"frame", imu.frame},
+               {"count", imu.samples.size()},
+               {"not_finite", imu.not_finite},
+               {"duplicates", imu.duplicates},
+               {"out_of_order", imu.out_of_order},
+               {"rate", imu.rate_hz},
+               {"stamps", imu.stamp_rule},
+               {"first_stamp", imu.samples.front().stamp},
+               {"last_stamp", imu.samples.back().stamp},
+               {"unit", to_string(imu.unit)},
+               {"still_norm", imu.still_force},
+               {"rest", nullptr}});
+  if (imu.rest) {
+    json["rest"] = {{"seconds", imu.rest->seconds},
+                    {"gravity_direction", vector_json(imu.rest->gravity)},
+                    {"gravity", imu.rest->force},
+                    {"gyro_bias", vector_json(imu.rest->gyro_bias)}};
+  }
+  if (scans && scans->count > 0) {
+    const TimeOffset offset = offset_of(imu, *scans);
+    json["begins_before_scans"] = offset.begins_before;
+    json["ends_after_scans"] = offset.ends_after;
+    json["overlaps_scans"] = offset.overlaps;
   }
   return json;
 }
@@ -177,6 +310,7 @@ nlohmann::ordered_json json_of(const ScansInfo& scans) {
           {"interval", scans.interval},
           {"gaps", std::move(gaps)},
           {"with_point_times", scans.with_times},
+          {"no_returns", scans.no_returns},
           {"sweep", scans.sweep},
           {"fewest_points", scans.fewest},
           {"most_points", scans.most},
@@ -207,6 +341,9 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
     VANTAGE_TRY(bag, io::ros::open_bag(options.path));
     info.format = bag->format();
     info.topics = bag->topics();
+    info.imus = imus_of(options.path, info.topics);
+  } else if (io::is_imu(options.path)) {
+    return inspect_imu(std::move(info));
   }
   VANTAGE_TRY(auto map, files_of_map(options.path));
   if (!map.files.empty()) {
@@ -219,8 +356,7 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
     return inspect_map(std::move(info));
   }
   // What opens without an index is read as a whole to open it: once is enough.
-  auto source =
-      is_bag ? io::ros::bag_scans(std::move(bag), options.topic) : io::open_scans(options);
+  auto source = is_bag ? io::ros::bag_scans(std::move(bag), options) : io::open_scans(options);
   if (!source && is_bag && options.topic.empty() &&
       source.error().code == ErrorCode::invalid_input) {
     info.no_scans = source.error().message;
@@ -258,6 +394,9 @@ std::string to_text(const RecordingInfo& info, const cli::Style& style) {
     add_points(lines, *info.map);
   }
   if (!info.no_scans.empty()) lines.emplace_back("scans", info.no_scans);
+  for (const ImuInfo& imu : info.imus) {
+    for (auto& line : lines_of(imu, info.scans)) lines.push_back(std::move(line));
+  }
   std::string text = to_text(lines, style);
   if (info.topics.empty()) return text;
   cli::TextTable table({"topic", "type", "messages"}, 2);
@@ -287,6 +426,10 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
     json["map"]["fields"] = info.map_fields;
   }
   if (!info.no_scans.empty()) json["no_scans"] = info.no_scans;
+  if (!info.imus.empty()) {
+    json["imu"] = nlohmann::ordered_json::array();
+    for (const ImuInfo& imu : info.imus) json["imu"].push_back(json_of(imu, info.scans));
+  }
   return json;
 }
 

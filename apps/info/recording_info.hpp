@@ -11,6 +11,7 @@
 
 #include "io/ros/message_reader.hpp"
 #include "terminal/style.hpp"
+#include "vantage/io/imu_io.hpp"
 #include "vantage/io/scan_source.hpp"
 #include "vantage/result.hpp"
 
@@ -41,8 +42,16 @@ struct ScansInfo {
   double first = 0.0, last = 0.0;  ///< stamps [s]
   double interval = 0.0;           ///< median time between scans [s]; 0 for a single one
   std::vector<Gap> gaps;
+  std::uint64_t no_returns = 0;        ///< points at the sensor, see io::StampedScan
   std::uint64_t fewest = 0, most = 0;  ///< finite points a scan
   PointsInfo points;                   ///< extent in the sensor's frame
+};
+
+/// An inertial measurement unit.
+struct ImuInfo {
+  std::string topic;  ///< empty if there are no topics
+  std::optional<io::ImuRecording> recording;
+  std::string problem;  ///< why there is no `recording`; else empty
 };
 
 /// What a file or folder contains.
@@ -56,10 +65,12 @@ struct RecordingInfo {
   std::vector<std::filesystem::path> map_files;
   std::vector<std::string> map_fields;  ///< of the first file's points
   std::string no_scans;                 ///< why a bag has no readable scans; else empty
+  std::vector<ImuInfo> imus;            ///< one a topic of a bag; one of a file of samples
 };
 
 /// Reads the whole recording. A bag without scans, or with several topics of scans and none chosen,
-/// is described, too. Errors: those of open_scans and ScanSource::next.
+/// is described, too. Errors: those of open_scans, ScanSource::next and, for a file or folder of
+/// inertial samples, io::read_imu.
 /// @param progress  called with the number of scans done and the number of all; the latter is 0 if
 ///                  the recording does not say
 [[nodiscard]] Result<RecordingInfo> inspect(

@@ -10,6 +10,8 @@
 #include "io/ros/message_writers.hpp"
 #include "places/place_index.hpp"
 #include "support/bags/bags.hpp"
+#include "support/bags/imu_messages.hpp"
+#include "support/bags/livox_messages.hpp"
 #include "support/bags/nav_sat_fix.hpp"
 #include "support/captures/velodyne_captures.hpp"
 #include "support/real_data.hpp"
@@ -75,6 +77,18 @@ std::string fix_message(bool ros1, std::uint32_t stamp) {
   return test::nav_sat_fix({.seconds = stamp}, ros1 ? Layout::ros1 : Layout::cdr_little);
 }
 
+std::string imu_message(bool ros1, std::uint32_t stamp) {
+  using Layout = MessageWriter::Layout;
+  return test::imu_message({.seconds = stamp}, ros1 ? Layout::ros1 : Layout::cdr_little);
+}
+
+std::string livox_message(bool ros1, std::uint32_t stamp) {
+  using Layout = MessageWriter::Layout;
+  const std::vector<LivoxPoint> points{{}, {.offset = 50'000'000, .x = 2.0F, .tag = 2}, {}};
+  return test::livox_message({.seconds = stamp, .points = points},
+                             ros1 ? Layout::ros1 : Layout::cdr_little);
+}
+
 std::vector<TestMessage> messages(bool ros1) {
   std::vector<TestMessage> all;
   for (std::uint32_t i = 0; i < 5; ++i) {
@@ -82,6 +96,11 @@ std::vector<TestMessage> messages(bool ros1) {
                    kSecond * (i + 1), ros1 ? ros1_cloud(i + 1) : cdr_cloud(i + 1.0)});
     all.push_back({"/fix", ros1 ? "sensor_msgs/NavSatFix" : "sensor_msgs/msg/NavSatFix",
                    kSecond * (i + 1), fix_message(ros1, i + 1)});
+    all.push_back({"/imu", ros1 ? "sensor_msgs/Imu" : "sensor_msgs/msg/Imu", kSecond * (i + 1),
+                   imu_message(ros1, i + 1)});
+    all.push_back({"/livox",
+                   ros1 ? "livox_ros_driver2/CustomMsg" : "livox_ros_driver2/msg/CustomMsg",
+                   kSecond * (i + 1), livox_message(ros1, i + 1)});
     if (ros1) continue;
     all.push_back({"/pose", "geometry_msgs/msg/PoseStamped", kSecond * (i + 1),
                    io::ros::write_pose_stamped(header(i + 1.0), pose()).value()});
@@ -191,6 +210,23 @@ std::vector<std::string> poses() {
 std::vector<std::string> nav_sat_fix() {
   return {std::string(1, '\0') + fix_message(true, 1),
           std::string(1, '\1') + fix_message(false, 1)};
+}
+
+std::vector<std::string> livox() {
+  return {std::string(1, '\0') + livox_message(true, 1),
+          std::string(1, '\1') + livox_message(false, 1)};
+}
+
+std::vector<std::string> imu() {
+  return {std::string(1, '\0') + imu_message(true, 1),
+          std::string(1, '\1') + imu_message(false, 1)};
+}
+
+std::vector<std::string> imu_csv() {
+  return {"t,wx,wy,wz,ax,ay,az\n1.5,0.1,0.2,0.3,0,0,9.8\n1.51,0,nan,0,0,0,9.8\n",
+          "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+          "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
+          "1403636579758555392,-0.099,0.147,0.0279,8.1476,-0.375,-2.404\n"};
 }
 
 std::vector<std::string> velodyne() {

@@ -18,6 +18,9 @@ namespace vantage::test::seeds {
 [[nodiscard]] std::vector<std::string> poses();
 /// Messages after one byte: 0 for ROS 1, 1 for CDR.
 [[nodiscard]] std::vector<std::string> nav_sat_fix();
+[[nodiscard]] std::vector<std::string> livox();
+[[nodiscard]] std::vector<std::string> imu();
+[[nodiscard]] std::vector<std::string> imu_csv();
 [[nodiscard]] std::vector<std::string> velodyne();
 [[nodiscard]] std::vector<std::string> trajectory();
 [[nodiscard]] std::vector<std::string> tiles();

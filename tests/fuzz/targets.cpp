@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "io/autoware_tiles.hpp"
+#include "io/imu_text.hpp"
 #include "io/map_projection.hpp"
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
@@ -39,8 +40,14 @@ Outcome read_cloud(std::string_view input) {
 
 Outcome parse_message(const io::ros::Topic& topic, std::string_view bytes) {
   if (!topic.encoding) return std::nullopt;
-  if (topic.type == "sensor_msgs/PointCloud2") {
+  if (topic.type == io::ros::kPointCloud2) {
     return outcome_of(io::ros::parse_point_cloud2(bytes, *topic.encoding, kWhere));
+  }
+  if (topic.type == io::ros::kLivoxMessages.back()) {
+    return outcome_of(io::ros::parse_livox(bytes, *topic.encoding, kWhere));
+  }
+  if (topic.type == io::ros::kImu) {
+    return outcome_of(io::ros::parse_imu(bytes, *topic.encoding, kWhere));
   }
   if (topic.type == "velodyne_msgs/VelodyneScan") {
     return outcome_of(io::ros::parse_velodyne_scan(bytes, *topic.encoding, kWhere));
@@ -105,6 +112,20 @@ Outcome read_nav_sat_fix(std::string_view input) {
       io::ros::parse_nav_sat_fix(input.substr(1), encoding_of(input.front()), kWhere));
 }
 
+Outcome read_livox(std::string_view input) {
+  if (input.empty()) return too_short();
+  return outcome_of(io::ros::parse_livox(input.substr(1), encoding_of(input.front()), kWhere));
+}
+
+Outcome read_imu(std::string_view input) {
+  if (input.empty()) return too_short();
+  return outcome_of(io::ros::parse_imu(input.substr(1), encoding_of(input.front()), kWhere));
+}
+
+Outcome read_imu_csv(std::string_view input) {
+  return outcome_of(io::parse_imu_csv(input, kFuzzedFile));
+}
+
 Outcome read_velodyne(std::string_view input) {
   auto opened = io::open_velodyne_capture(file_of(input), "");
   if (!opened) return opened.error();
@@ -150,6 +171,9 @@ constexpr std::array kTargets{
     FuzzTarget{"point_cloud2", read_point_cloud2, seeds::point_cloud2},
     FuzzTarget{"poses", read_poses, seeds::poses},
     FuzzTarget{"nav_sat_fix", read_nav_sat_fix, seeds::nav_sat_fix},
+    FuzzTarget{"livox", read_livox, seeds::livox},
+    FuzzTarget{"imu", read_imu, seeds::imu},
+    FuzzTarget{"imu_csv", read_imu_csv, seeds::imu_csv},
     FuzzTarget{"velodyne", read_velodyne, seeds::velodyne},
     FuzzTarget{"trajectory", read_trajectory, seeds::trajectory},
     FuzzTarget{"tiles", read_tiles, seeds::tiles},

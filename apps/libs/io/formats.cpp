@@ -30,6 +30,10 @@ constexpr std::array kFormats{
            nullptr, kTrajectory},
     Format{"KITTI", {}, "text, a pose a line: 3x4 matrix, also after a frame number",
            nullptr, kTrajectory},
+    Format{"IMU CSV", {".csv"}, "t,wx,wy,wz,ax,ay,az, or EuRoC's columns",
+           nullptr, kInertial},
+    Format{"KITTI oxts", {}, "the folder with data/ and timestamps.txt",
+           nullptr, kInertial},
     Format{"rosbag1", {".bag"}, "2.0: none, bz2, lz4; with an index or without",
            ros::looks_like_rosbag1, kNothing, {}, ros::read_rosbag1, nullptr, "ROS bag"},
     Format{"rosbag2", {".db3"}, "SQLite, messages also in zstd; or its folder",
@@ -49,6 +53,7 @@ bool has_use(const Format& format, FormatUse use) noexcept {
     case FormatUse::map: return format.is(kMap);
     case FormatUse::recording: return format.open_bag != nullptr || format.open_capture != nullptr;
     case FormatUse::trajectory: return format.open_bag != nullptr || format.is(kTrajectory);
+    case FormatUse::imu: return format.open_bag != nullptr || format.is(kInertial);
   }
   return false;
 }
@@ -87,6 +92,7 @@ std::string_view to_string(FormatUse use) noexcept {
     case FormatUse::map: return "map";
     case FormatUse::recording: return "recording";
     case FormatUse::trajectory: return "trajectory";
+    case FormatUse::imu: return "IMU";
   }
   return "?";
 }
@@ -99,7 +105,7 @@ std::vector<FormatDescription> formats() {
       if (!extension.empty()) row.extensions.push_back(extension);
     }
     for (const FormatUse use : {FormatUse::cloud, FormatUse::scan, FormatUse::map,
-                                FormatUse::recording, FormatUse::trajectory}) {
+                                FormatUse::recording, FormatUse::trajectory, FormatUse::imu}) {
       if (has_use(format, use)) row.uses.push_back(use);
     }
     described.push_back(std::move(row));

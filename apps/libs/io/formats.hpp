@@ -51,7 +51,8 @@ enum FormatTrait : unsigned {
   kTrajectory = 8,  ///< a text file, see read_trajectory
   kByName = 16,  ///< the name decides if no probe knows the content: this reader explains best what
                  ///< is wrong, or the format has no probe
-  kRefused = 32,  ///< with a converter
+  kRefused = 32,   ///< with a converter
+  kInertial = 64,  ///< files with inertial samples, see read_imu
 };
 
 /// How a cloud can be read without all of it in memory.

@@ -47,36 +47,43 @@ struct CoordinateColumn {
 struct PointColumns {
   std::array<CoordinateColumn, 3> axes;  // x, y, z
   std::optional<CoordinateColumn> time;
+  std::optional<CoordinateColumn> tag;  // uint8
 };
 
-template <bool has_time>
-void add_points(LoadedCloud& cloud, const std::array<CoordinateColumn, 3>& axes,
-                const CoordinateColumn& time, std::size_t count) {
+template <bool has_time, bool has_tag>
+void add_points(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
   std::size_t kept = cloud.points.size();
   cloud.points.resize(kept + count);
   if constexpr (has_time) cloud.times.values.resize(kept + count);
+  if constexpr (has_tag) cloud.tags.resize(kept + count);
+  const auto at = [](const CoordinateColumn& column, std::size_t i) {
+    return column.read(column.first + i * column.stride);
+  };
   for (std::size_t i = 0; i < count; ++i) {
     Point& point = cloud.points[kept];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const CoordinateColumn& column = axes[axis];
-      point[static_cast<Eigen::Index>(axis)] =
-          column.read(column.first + i * column.stride) * column.scale + column.shift;
+      const CoordinateColumn& column = columns.axes[axis];
+      point[static_cast<Eigen::Index>(axis)] = at(column, i) * column.scale + column.shift;
     }
-    if constexpr (has_time) cloud.times.values[kept] = time.read(time.first + i * time.stride);
+    if constexpr (has_time) cloud.times.values[kept] = at(*columns.time, i);
+    if constexpr (has_tag) cloud.tags[kept] = static_cast<std::uint8_t>(at(*columns.tag, i));
     const bool finite = point.allFinite();
     kept += finite ? 1 : 0;
     cloud.dropped += finite ? 0 : 1;
   }
   cloud.points.resize(kept);
   if constexpr (has_time) cloud.times.values.resize(kept);
+  if constexpr (has_tag) cloud.tags.resize(kept);
 }
 
 /// Adds the finite points among `count` points. Precondition: the columns hold `count` points.
 inline void add_columns(LoadedCloud& cloud, const PointColumns& columns, std::size_t count) {
-  if (columns.time) {
-    add_points<true>(cloud, columns.axes, *columns.time, count);
+  if (columns.tag) {
+    columns.time ? add_points<true, true>(cloud, columns, count)
+                 : add_points<false, true>(cloud, columns, count);
   } else {
-    add_points<false>(cloud, columns.axes, {}, count);
+    columns.time ? add_points<true, false>(cloud, columns, count)
+                 : add_points<false, false>(cloud, columns, count);
   }
 }
 

@@ -15,6 +15,7 @@ namespace {
 constexpr double kLongestSweep = 10.0;      // [s]
 constexpr double kMostPointsASecond = 2e7;  // several times as many as the fastest sensors measure
 constexpr double kOneMoment = 1e-6;         // rounding leaves at most this much of equal times [s]
+constexpr double kFinestStep = 2e-7;        // of times in float64 since the epoch: 256 ns [s]
 
 /// Times that count from the stamp come first, because they need no second clock.
 constexpr std::array<std::string_view, 8> kNames{"offset_time", "time_offset", "relative_time",
@@ -36,21 +37,66 @@ double default_unit(bool is_floating_point, std::size_t size) {
   return size >= 4 ? 1e9 : 1e6;
 }
 
-double per_second(const TimeFormat& format, double largest) {
-  constexpr double kNoSeconds = 1e14;
-  const bool are_nanoseconds =
-      format.is_floating_point && !format.has_named_unit && largest >= kNoSeconds;
-  return are_nanoseconds ? 1e9 : format.per_second;
+struct Range {
+  double least = 0.0, most = 0.0;
+
+  [[nodiscard]] double size() const noexcept { return most - least; }
+  /// The distance of the number that is farthest from `zero`.
+  [[nodiscard]] double reach(double zero) const noexcept {
+    return std::max(std::abs(least - zero), std::abs(most - zero));
+  }
+  [[nodiscard]] Range in(double units) const noexcept { return {least / units, most / units}; }
+};
+
+Range range_of(const std::vector<double>& values) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return {*least, *most};
+}
+
+/// The only unit in which all times are near the stamp. A stamp of a few seconds tells none.
+std::optional<double> unit_by_stamp(const Range& times, double stamp) {
+  std::optional<double> found;
+  for (const auto& [name, units] : kUnits) {
+    if (times.in(units).reach(stamp) > kLongestSweep) continue;
+    if (found) return std::nullopt;
+    found = units;
+  }
+  return found;
+}
+
+double per_second(const TimeFormat& format, const Range& times, double stamp) {
+  if (format.has_named_unit || !format.is_wide) return format.per_second;
+  if (const auto units = unit_by_stamp(times, stamp)) return *units;
+  constexpr double kNanoseconds = 1e9;
+  const double as_nanoseconds = times.in(kNanoseconds).size();
+  const bool only_nanoseconds = format.is_floating_point && times.size() > kLongestSweep &&
+                                as_nanoseconds >= kFinestStep && as_nanoseconds <= kLongestSweep;
+  return only_nanoseconds ? kNanoseconds : format.per_second;
+}
+
+/// Times of a clock that did not start again within the scan.
+std::vector<double> unwrapped(const PointTimes& times) {
+  constexpr double kHalf = 2147483648.0;
+  std::vector<double> values = times.values;
+  if (!times.format.wraps || range_of(values).size() <= kHalf) return values;
+  for (double& value : values) value -= value >= kHalf ? 2.0 * kHalf : 0.0;
+  return values;
 }
 
 /// The moment from which the times count, in their own clock [s].
-double origin(double first, double last, double stamp, bool may_be_absolute) {
-  const auto farthest_from = [&](double zero) {
-    return std::max(std::abs(first - zero), std::abs(last - zero));
-  };
-  const double relative = farthest_from(0.0), absolute = farthest_from(stamp);
+double origin(const Range& times, double stamp, bool may_be_absolute) {
+  const double relative = times.reach(0.0), absolute = times.reach(stamp);
   if (may_be_absolute && absolute <= kLongestSweep && absolute < relative) return stamp;
-  return relative <= kLongestSweep ? 0.0 : first;
+  return relative <= kLongestSweep ? 0.0 : times.least;
+}
+
+double time_of(StampedPoint point, const Range& times) {
+  switch (point) {
+    case StampedPoint::first: return times.least;
+    case StampedPoint::middle: return 0.5 * (times.least + times.most);
+    case StampedPoint::last: return times.most;
+  }
+  return times.least;
 }
 
 }  // namespace
@@ -65,6 +111,7 @@ std::optional<TimeFormat> time_format(std::string_view name, bool is_floating_po
                     .has_named_unit = false,
                     .is_floating_point = is_floating_point,
                     .is_wide = size == 8,
+                    .wraps = size == 4 && !is_floating_point,
                     .preference = 0};
   for (const auto& [suffix, units] : kUnits) {
     if (!base.ends_with(suffix)) continue;
@@ -80,7 +127,8 @@ std::optional<TimeFormat> time_format(std::string_view name, bool is_floating_po
 }
 
 Result<std::vector<float>> seconds_after(double stamp, const PointTimes& times,
-                                         const std::filesystem::path& file) {
+                                         const std::filesystem::path& file,
+                                         std::optional<StampedPoint> stamped) {
   if (times.values.empty()) return std::vector<float>{};
   const auto error = [&](const std::string& found) {
     return fail(ErrorCode::corrupt_data,
@@ -92,29 +140,29 @@ Result<std::vector<float>> seconds_after(double stamp, const PointTimes& times,
       return error(fmt::format("holds the time {}, expected finite numbers", value));
     }
   }
-  const auto [least, most] = std::minmax_element(times.values.begin(), times.values.end());
-  const double units = per_second(times.format, std::max(std::abs(*least), std::abs(*most)));
-  const double first = *least / units, last = *most / units, sweep = last - first;
+  const std::vector<double> values = unwrapped(times);
+  const Range range = range_of(values);
+  const double units = per_second(times.format, range, stamp);
+  const Range sweep = range.in(units);
   const std::string as = fmt::format(
       "read in units of 1/{:.0f} s; a name that ends in _ns, _us, _ms or _s says another one",
       units);
-  if (sweep > kLongestSweep) {
-    return error(
-        fmt::format("spans {} s, expected a sweep of at most {} s ({})", sweep, kLongestSweep, as));
+  if (sweep.size() > kLongestSweep) {
+    return error(fmt::format("spans {} s, expected a sweep of at most {} s ({})", sweep.size(),
+                             kLongestSweep, as));
   }
   constexpr std::size_t kEnoughToTell = 1000;
-  const auto points = static_cast<double>(times.values.size());
-  if (times.values.size() >= kEnoughToTell && sweep > kOneMoment &&
-      points > kMostPointsASecond * sweep) {
-    return error(fmt::format("has {} points in {} s, more than any sensor ({})",
-                             times.values.size(), sweep, as));
+  const auto points = static_cast<double>(values.size());
+  if (values.size() >= kEnoughToTell && sweep.size() > kOneMoment &&
+      points > kMostPointsASecond * sweep.size()) {
+    return error(fmt::format("has {} points in {} s, more than any sensor ({})", values.size(),
+                             sweep.size(), as));
   }
-  const double zero = origin(first, last, stamp, times.format.is_wide);
+  const double zero =
+      stamped ? time_of(*stamped, sweep) : origin(sweep, stamp, times.format.is_wide);
   std::vector<float> seconds;
-  seconds.reserve(times.values.size());
-  for (const double value : times.values) {
-    seconds.push_back(static_cast<float>(value / units - zero));
-  }
+  seconds.reserve(values.size());
+  for (const double value : values) seconds.push_back(static_cast<float>(value / units - zero));
   return seconds;
 }
 

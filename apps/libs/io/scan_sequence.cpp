@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "io/formats.hpp"
+#include "io/made_scan.hpp"
 #include "io/text.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/kit/file_content.hpp"
@@ -187,7 +188,8 @@ bool less_by_natural_order(std::string_view a, std::string_view b) noexcept {
   return a.size() != b.size() ? a.size() < b.size() : a < b;
 }
 
-Result<ScanSequence> ScanSequence::open(const fs::path& path, double rate_hz) {
+Result<ScanSequence> ScanSequence::open(const fs::path& path, double rate_hz,
+                                        std::optional<StampedPoint> stamped) {
   const SourceLocation where{path.string(), 0, 0};
   if (!(rate_hz > 0.0) || !std::isfinite(rate_hz)) {
     return fail(ErrorCode::invalid_input,
@@ -204,6 +206,7 @@ Result<ScanSequence> ScanSequence::open(const fs::path& path, double rate_hz) {
   }
 
   ScanSequence sequence;
+  sequence.stamped_ = stamped;
   std::optional<fs::path> times;
   if (fs::is_directory(status)) {
     VANTAGE_TRY(sequence.files_, scans_in(path));
@@ -224,13 +227,8 @@ Result<StampedScan> ScanSequence::read(std::size_t i) const {
                 fmt::format("scan {} of a sequence of {} scans", i, size()));
   }
   VANTAGE_TRY(auto cloud, read_point_cloud(files_[i], ReadTimes::yes));
-  StampedScan scan;
-  VANTAGE_TRY(scan.seconds, seconds_after(stamps_[i], cloud.times, files_[i]));
-  scan.stamp = stamps_[i];
-  scan.points = std::move(cloud.points);
-  scan.dropped = cloud.dropped;
-  scan.name = files_[i].string();
-  return scan;
+  return made_scan(std::move(cloud), stamps_[i], {.path = {}, .topic = {}, .stamped = stamped_},
+                   files_[i].string());
 }
 
 }  // namespace vantage::io

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,7 @@ class ScanSequence {
   /// @param path     a directory, whose .pcd, .ply and .bin files are taken in natural name order
   ///                 (`less_by_natural_order`) and whose other files are ignored; or one such file
   /// @param rate_hz  scans per second, for the rules that need it; > 0
+  /// @param stamped  see ScanOptions
   ///
   /// Stamps come from the first rule that applies:
   /// 1. `times.txt` in the directory, else in its parent: one stamp [s] per line, one line per scan
@@ -28,7 +30,8 @@ class ScanSequence {
   /// Errors: `invalid_input` for a bad rate; `not_found` for a missing path or a directory without
   /// scans; `corrupt_data` for stamps that are malformed, too few, too many or not strictly
   /// increasing; `io_failure`.
-  [[nodiscard]] static Result<ScanSequence> open(const std::filesystem::path& path, double rate_hz);
+  [[nodiscard]] static Result<ScanSequence> open(const std::filesystem::path& path, double rate_hz,
+                                                 std::optional<StampedPoint> stamped = {});
 
   [[nodiscard]] std::size_t size() const noexcept { return files_.size(); }
   /// A sentence that says where the stamps come from.
@@ -48,6 +51,7 @@ class ScanSequence {
   std::vector<std::filesystem::path> files_;
   std::vector<double> stamps_;
   std::string stamp_rule_;
+  std::optional<StampedPoint> stamped_;
 };
 
 /// A strict total order in which runs of digits compare by value: "a2" < "a10", "1" < "01".

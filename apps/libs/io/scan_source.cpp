@@ -9,6 +9,7 @@
 #include "io/formats.hpp"
 #include "io/ros/bag_scans.hpp"
 #include "io/ros/message_reader.hpp"
+#include "io/velodyne/packet_scans.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::io {
@@ -40,19 +41,25 @@ Result<std::unique_ptr<ScanSource>> open_scans(const ScanOptions& options) {
   const Format* const capture = find_format(
       [&](const Format& format) { return format.open_capture != nullptr && format.probe(head); });
   if (capture != nullptr) {
+    VANTAGE_CHECK(velodyne::check_packet_options(options));
     VANTAGE_TRY(auto file, InputFile::open(options.path, "a capture"));
     return capture->open_capture(std::move(file), options.topic);
   }
   VANTAGE_TRY(const bool bag, ros::is_bag(options.path));
   if (bag) {
     VANTAGE_TRY(auto reader, ros::open_bag(options.path));
-    return ros::bag_scans(std::move(reader), options.topic);
+    return ros::bag_scans(std::move(reader), options);
   }
   if (!options.topic.empty()) {
     return fail(ErrorCode::invalid_input,
                 "files of single scans have no topics, so none can be chosen", where);
   }
-  VANTAGE_TRY(auto sequence, ScanSequence::open(options.path, options.rate_hz));
+  if (options.tags != Tags::all) {
+    return fail(ErrorCode::invalid_input,
+                "tags are read of messages only, so no points of files can be left out by them",
+                where);
+  }
+  VANTAGE_TRY(auto sequence, ScanSequence::open(options.path, options.rate_hz, options.stamped));
   return folder_scans(std::move(sequence));
 }
 

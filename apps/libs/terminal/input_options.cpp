@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <initializer_list>
+#include <map>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -40,36 +43,101 @@ Result<io::PriorSigmas> parse_sigmas(const std::string& text) {
       .horizontal = numbers[0], .vertical = numbers[1], .heading = numbers[2] * M_PI / 180.0};
 }
 
-/// What --prior names: a path, or a topic of the scans' bag.
-Result<io::PriorSource> prior_source(const InputOptions& options) {
-  io::PriorSource source{.path = options.prior,
-                         .topic = options.prior_topic,
-                         .rate_hz = options.rate_hz,
-                         .map_projector = options.map_projector};
+/// A file, or a topic of a bag.
+struct Place {
+  std::filesystem::path path;
+  std::string topic;
+};
+
+/// What an option names: a path, or a topic of the scans' bag.
+/// @param option  "--prior", which has an option "--prior-topic" beside it
+Result<Place> named_place(const std::string& option, const std::string& named,
+                          const std::string& topic, const std::filesystem::path& scans) {
   std::error_code ignored;
-  if (!options.prior.starts_with('/') || std::filesystem::exists(source.path, ignored)) {
-    return source;
+  if (!named.starts_with('/') || std::filesystem::exists(named, ignored)) {
+    return Place{named, topic};
   }
-  VANTAGE_TRY(const bool bag, io::ros::is_bag(options.scans));
+  VANTAGE_TRY(const bool bag, io::ros::is_bag(scans));
   if (!bag) {
-    return fail(ErrorCode::not_found,
-                fmt::format("--prior names neither a file nor a topic of the scans, because {} is "
-                            "no bag",
-                            options.scans.string()),
-                SourceLocation{options.prior, 0, 0});
+    return fail(
+        ErrorCode::not_found,
+        fmt::format("{} names neither a file nor a topic of the scans, because {} is no bag",
+                    option, scans.string()),
+        SourceLocation{named, 0, 0});
   }
-  if (!options.prior_topic.empty()) {
+  if (!topic.empty()) {
     return cli::usage_error(
-        fmt::format("--prior {} is no file but a topic of the scans, so --prior-topic cannot name "
-                    "another one",
-                    options.prior));
+        fmt::format("{0} {1} is no file but a topic of the scans, so {0}-topic cannot name another "
+                    "one",
+                    option, named));
   }
-  source.path = options.scans;
-  source.topic = options.prior;
-  return source;
+  return Place{scans, named};
+}
+
+/// Adds to the error of what was read that a path was taken for a topic.
+template <class Read>
+Result<Read> of_place(Result<Read> read, const Place& place, const std::string& named) {
+  if (read || place.path == named) return read;
+  return fail(std::move(read).error().during(
+      fmt::format("looking for {}, which is no file, among the topics of the scans", named)));
+}
+
+/// Checks that options are not given without the one that they belong to.
+Result<void> check_unused(std::string_view owner,
+                          std::initializer_list<std::pair<std::string_view, bool>> options) {
+  for (const auto& [option, given] : options) {
+    if (given) return cli::usage_error(fmt::format("{} is given without {}", option, owner));
+  }
+  return {};
+}
+
+Result<io::PosePriors> read_priors(const InputOptions& options, const io::SensorFrame& sensor,
+                                   std::span<const std::filesystem::path> map_files) {
+  VANTAGE_TRY(const auto place,
+              named_place("--prior", options.prior, options.prior_topic, options.scans));
+  io::PriorSource source{.path = place.path,
+                         .topic = place.topic,
+                         .rate_hz = options.rate_hz,
+                         .map_projector = options.map_projector,
+                         .map_files = {map_files.begin(), map_files.end()}};
+  if (!options.prior_sigma.empty()) {
+    VANTAGE_TRY(source.sigmas, parse_sigmas(options.prior_sigma));
+  }
+  return of_place(io::read_priors(source, sensor), place, options.prior);
+}
+
+Result<io::ImuRecording> read_imu(const InputOptions& options) {
+  VANTAGE_TRY(const auto place,
+              named_place("--imu", options.imu, options.imu_topic, options.scans));
+  io::ImuSource source{.path = place.path, .topic = place.topic};
+  if (options.imu_by_frame) source.frame_rate_hz = options.rate_hz;
+  return of_place(io::read_imu(source), place, options.imu);
 }
 
 }  // namespace
+
+void ScanChoice::add_to(CLI::App& app) {
+  app.add_option("--stamp", stamped,
+                 "which of its points a scan is stamped for: first, middle or last; if left out, "
+                 "as the times of the points say")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, io::StampedPoint>{{"first", io::StampedPoint::first},
+                                                              {"middle", io::StampedPoint::middle},
+                                                              {"last", io::StampedPoint::last}},
+                      CLI::ignore_case)
+                      .description(""))
+      ->type_name("first|middle|last");
+  app.add_option(
+         "--livox-tags", tags,
+         "points of a Livox to use: all if left out, or those whose tags call them normal and "
+         "not noise")
+      ->transform(
+          CLI::CheckedTransformer(
+              std::map<std::string, io::Tags>{{"all", io::Tags::all}, {"normal", io::Tags::normal}},
+              CLI::ignore_case)
+              .description(""))
+      ->type_name("all|normal");
+}
 
 void InputOptions::add_to(CLI::App& app, bool reference_required) {
   app.add_option("--scans", scans,
@@ -99,13 +167,24 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
   app.add_option("--prior-sigma", prior_sigma, kPriorSigmaHelp)->type_name("SIGMAS");
   app.add_option("--map-projector", map_projector, kMapProjectorHelp)->type_name("FILE");
   app.add_option("--mount", mount, kMountHelp)->type_name("POSE");
+  app.add_option("--imu", imu,
+                 fmt::format("inertial samples ({}, or a topic of --scans)",
+                             io::format_names(io::FormatUse::imu)));
+  app.add_option("--imu-topic", imu_topic, kImuTopicHelp);
+  app.add_flag("--imu-by-frame", imu_by_frame, kImuByFrameHelp);
+  choice.add_to(app);
   app.add_option("--rate", rate_hz, "scans per second, if files contain no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 }
 
 Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_files) const {
-  RunInputs inputs{.scans = {.path = scans, .topic = topic, .rate_hz = rate_hz}, .window = window};
+  RunInputs inputs{.scans = {.path = scans,
+                             .topic = topic,
+                             .rate_hz = rate_hz,
+                             .stamped = choice.stamped,
+                             .tags = choice.tags},
+                   .window = window};
   // What is wrong is said before any work is done.
   VANTAGE_TRY(inputs.opened, io::OpenedScans::open(inputs.scans));
   io::SensorFrame sensor{
@@ -122,23 +201,17 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
                 io::read_sensor_trajectory({odometry, odometry_topic, rate_hz}, sensor));
   }
   if (prior.empty()) {
-    for (const auto& [option, given] : {std::pair{"--prior-topic", !prior_topic.empty()},
-                                        std::pair{"--prior-sigma", !prior_sigma.empty()},
-                                        std::pair{"--map-projector", !map_projector.empty()}}) {
-      if (given) return cli::usage_error(fmt::format("{} is given without --prior", option));
-    }
+    VANTAGE_CHECK(check_unused("--prior", {{"--prior-topic", !prior_topic.empty()},
+                                           {"--prior-sigma", !prior_sigma.empty()},
+                                           {"--map-projector", !map_projector.empty()}}));
   } else {
-    VANTAGE_TRY(auto source, prior_source(*this));
-    if (!prior_sigma.empty()) {
-      VANTAGE_TRY(source.sigmas, parse_sigmas(prior_sigma));
-    }
-    source.map_files.assign(map_files.begin(), map_files.end());
-    auto priors = io::read_priors(source, sensor);
-    if (!priors && source.path != prior) {
-      return fail(std::move(priors).error().during(
-          fmt::format("looking for {}, which is no file, among the topics of the scans", prior)));
-    }
-    VANTAGE_TRY(inputs.priors, std::move(priors));
+    VANTAGE_TRY(inputs.priors, read_priors(*this, sensor, map_files));
+  }
+  if (imu.empty()) {
+    VANTAGE_CHECK(check_unused(
+        "--imu", {{"--imu-topic", !imu_topic.empty()}, {"--imu-by-frame", imu_by_frame}}));
+  } else {
+    VANTAGE_TRY(inputs.imu, read_imu(*this));
   }
   return inputs;
 }

@@ -2,10 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "vantage/evaluation/run.hpp"
+#include "vantage/io/scan_source.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -23,6 +25,19 @@ inline constexpr const char* kMapProjectorHelp =
     "Autoware's map_projector_info.yaml, for priors of NavSatFix; if left out, the one beside the "
     "map's files";
 
+inline constexpr const char* kImuTopicHelp = "its topic, if a bag has several of sensor_msgs/Imu";
+inline constexpr const char* kImuByFrameHelp =
+    "frame k of KITTI's oxts has the stamp k / --rate, like scans without stamps; otherwise, "
+    "timestamps.txt has the stamps";
+
+/// The options of scans that say what their stamps and tags mean.
+struct ScanChoice {
+  std::optional<io::StampedPoint> stamped = {};
+  io::Tags tags = io::Tags::all;
+
+  void add_to(CLI::App& app);
+};
+
 /// The options that select the inputs of a run.
 struct InputOptions {
   std::filesystem::path scans = {}, reference = {}, odometry = {};  ///< an empty path means none
@@ -33,6 +48,10 @@ struct InputOptions {
   std::string prior_sigma = {};  ///< horizontal,vertical,heading [m, m, deg], or empty
   std::filesystem::path map_projector = {};
   std::string mount = {};  ///< --mount: x,y,z,roll,pitch,yaw, or empty
+  std::string imu = {};    ///< a path, or a topic of the scans' bag; empty for none
+  std::string imu_topic = {};
+  bool imu_by_frame = false;  ///< see io::ImuSource::frame_rate_hz
+  ScanChoice choice = {};
   TimeWindow window = {};
   double rate_hz = 10.0;
 

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -7,6 +8,7 @@
 #include "info/recording_info.hpp"
 #include "io/ros/message_writers.hpp"
 #include "support/bags/bags.hpp"
+#include "support/bags/imu_messages.hpp"
 #include "support/real_data.hpp"
 #include "vantage/io/formats.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -122,6 +124,83 @@ TEST_CASE("info: the table of formats has every name and extension") {
       CHECK(text.find(' ' + std::string(extension) + ' ') != std::string::npos);
     }
   }
+}
+
+/// A sample of an IMU that is at rest upside down, in g.
+TestMessage imu(const std::string& topic, std::int64_t hundredths, double force = -1.0) {
+  const auto nanoseconds = static_cast<std::uint32_t>(hundredths % 100 * (kTenth / 10));
+  return {topic, "sensor_msgs/msg/Imu", kTenth / 10 * hundredths,
+          test::imu_message({.seconds = static_cast<std::uint32_t>(hundredths / 100),
+                             .nanoseconds = nanoseconds,
+                             .rate = {0.01, 0.0, -0.02},
+                             .force = {0.0, 0.0, force}},
+                            test::MessageWriter::Layout::cdr_little)};
+}
+
+TEST_CASE("info: the IMU of a bag, beside its scans") {
+  const TemporaryFolder folder;
+  std::vector<TestMessage> messages;
+  for (std::int64_t i = 50; i < 250; ++i) messages.push_back(imu("/imu", i));
+  messages.push_back(imu("/imu", 249));
+  messages.push_back(imu("/broken", 100, 5.0));
+  messages.push_back(imu("/early", 10));
+  for (const std::int64_t tenths : {10, 11, 12}) messages.push_back(cloud("/points", tenths));
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const auto& a, const auto& b) { return a.log_time < b.log_time; });
+  const RecordingInfo info =
+      inspected({.path = put(folder.path() / "run.mcap", test::mcap(messages)), .topic = {}});
+  REQUIRE(info.imus.size() == 3);
+  const std::string text = to_text(info, {});
+  CAPTURE(text);
+  for (const char* line :
+       {"IMU                    /imu\n", "IMU frame              imu\n",
+        "IMU samples            200\n",
+        "0 left out without a number or a stamp, 1 with the stamp of another one, 0 sorted in",
+        "IMU rate [Hz]          100.000\n",
+        "0.500000, 2.490000; begins 0.500 s before the scans, ends 1.290 s after them\n",
+        "in g: 1.000 while it moves least\n", "for the first 2.0 s\n",
+        "along -0.000, -0.000, 1.000, 9.807 m/s^2\n", "0.01000, 0.00000, -0.02000\n",
+        "a mean norm of 5 in the second", "not at the time of the scans, 1.000000 to 1.200000"}) {
+    CAPTURE(line);
+    CHECK(text.find(line) != std::string::npos);
+  }
+  const auto json = to_json(info);
+  REQUIRE(json["imu"].size() == 3);
+  const auto imu_of = [&](const std::string& topic) -> nlohmann::ordered_json {
+    for (const auto& entry : json["imu"]) {
+      if (entry["topic"] == topic) return entry;
+    }
+    return {};
+  };
+  CHECK(imu_of("/imu")["unit"] == "g");
+  CHECK(imu_of("/imu")["overlaps_scans"] == true);
+  CHECK(imu_of("/imu")["rest"]["gravity_direction"][2] == 1.0);
+  CHECK(imu_of("/imu")["duplicates"] == 1);
+  CHECK(imu_of("/broken")["problem"].get<std::string>().find("norm of 5") != std::string::npos);
+  CHECK(imu_of("/early")["overlaps_scans"] == false);
+  CHECK(imu_of("/early")["rest"].is_null());
+}
+
+TEST_CASE("info: files of inertial samples, and a bag with nothing else") {
+  const TemporaryFolder folder;
+  const auto csv = put(folder.path() / "imu.csv", "t,wx,wy,wz,ax,ay,az\n1,0,0,0,0,0,9.8\n");
+  const RecordingInfo file = inspected({.path = csv, .topic = {}});
+  CHECK(file.format == "IMU CSV");
+  const std::string text = to_text(file, {});
+  CAPTURE(text);
+  CHECK(text.find("IMU samples          1\n") != std::string::npos);
+  CHECK(text.find("IMU at rest          not at the beginning\n") != std::string::npos);
+  CHECK(to_json(file)["imu"][0]["count"] == 1);
+  const auto bag = put(folder.path() / "a.mcap", test::mcap({imu("/imu", 1), imu("/imu", 2)}));
+  const RecordingInfo only = inspected({.path = bag, .topic = {}});
+  CHECK_FALSE(only.scans.has_value());
+  CHECK(only.no_scans.find("no topic has scans") != std::string::npos);
+  REQUIRE(only.imus.size() == 1);
+  CHECK(only.imus[0].recording->samples.size() == 2);
+  const auto damaged = put(folder.path() / "b.csv", "t,wx,wy,wz,ax,ay,az\n1,0,0\n");
+  const auto refused = inspect({.path = damaged, .topic = {}}, {});
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where.value().line == 2);
 }
 
 }  // namespace

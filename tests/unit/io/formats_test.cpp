@@ -42,7 +42,8 @@ TEST_CASE("formats: every row has a name and extensions of its own, and a use or
       CHECK((format.cloud.layout != nullptr));
     }
     const bool is_read = format.cloud.read != nullptr || format.open_bag != nullptr ||
-                         format.open_capture != nullptr || format.is(io::kTrajectory);
+                         format.open_capture != nullptr || format.is(io::kTrajectory) ||
+                         format.is(io::kInertial);
     CHECK((is_read || format.is(io::kRefused)));
   }
 }
@@ -71,6 +72,7 @@ TEST_CASE("formats: what lists say") {
   CHECK(format_names(FormatUse::recording) == "ROS bag, MCAP or Velodyne capture");
   CHECK(format_names(FormatUse::recording, ", ") == "ROS bag, MCAP, Velodyne capture");
   CHECK(format_names(FormatUse::trajectory) == "TUM, KITTI, ROS bag or MCAP");
+  CHECK(format_names(FormatUse::imu) == "IMU CSV, KITTI oxts, ROS bag or MCAP");
   // Another extension of a format changes its row, and nothing here.
   for (const auto& [trait, first] :
        {std::pair(io::kScan, ".pcd"), {io::kMap, ".pcd"}, {io::kBagPart, ".db3"}}) {

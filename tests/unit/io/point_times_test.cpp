@@ -6,11 +6,13 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "files.hpp"
 #include "io/scan_sequence.hpp"
+#include "vantage/io/scan_source.hpp"
 
 namespace vantage::io {
 namespace {
@@ -129,11 +131,71 @@ TEST_CASE("absolute point times become times after the stamp") {
     check_near(seconds_of<double>("timestamp", {0.0, 0.1}, "0.1"), {0.0F, 0.1F});
     check_near(seconds_of<float>("timestamp", {5.0F, 5.5F}, "5.0"), {5.0F, 5.5F});
   }
+  SUBCASE("in the unit in which they are near the stamp, if the name has none") {
+    check_near(seconds_of<std::uint64_t>("timestamp", {7'200'250'000, 7'200'350'000}, "7200.25"),
+               {0.0F, 0.1F});
+    check_near(seconds_of<double>("timestamp", {7200250.0, 7200350.0}, "7200.25"), {0.0F, 0.1F});
+    check_near(seconds_of<double>("timestamp", {7.20025e12, 7.20035e12}, "7200.25"), {0.0F, 0.1F});
+    // Not so if all times are near zero in every unit.
+    check_near(seconds_of<std::uint64_t>("t", {0, 100'000'000}, "95.0"), {0.0F, 0.1F});
+    check_near(seconds_of<double>("t", {0.0, 0.1}, "3.0"), {0.0F, 0.1F});
+  }
+  SUBCASE("of a clock of nanoseconds that nothing synchronizes") {
+    for (const double uptime : {0.0, 3.6e12, 9.9e13, 1.1e14}) {
+      check_near(seconds_of<double>("timestamp", {uptime + 1e8, uptime}, "33.0"), {0.1F, 0.0F});
+    }
+  }
+  SUBCASE("of a clock of 32 bits that starts again within the scan") {
+    check_near(seconds_of<std::uint32_t>("t", {4'294'967'295U, 0, 99'999'999}, "33.0"),
+               {-1e-9F, 0.0F, 0.099999999F}, 1e-10F);
+    check_near(seconds_of<std::uint32_t>("timestamp_us", {4'294'967'295U, 0, 99'999}, "33.0"),
+               {-1e-6F, 0.0F, 0.099999F}, 1e-8F);
+    check_near(seconds_of<std::int32_t>("t", {-1'000'000'000, 0, 1'100'000'000}, "33.0"),
+               {-1.0F, 0.0F, 1.1F});
+  }
   SUBCASE("of another clock count from the earliest point") {
     check_near(seconds_of<double>("timestamp", {1700000000.3, 1700000000.2}, "33.0"), {0.1F, 0.0F});
     check_near(seconds_of<std::uint32_t>("timestamp_us", {3'000'000'000, 3'000'100'000}, "33.0"),
                {0.0F, 0.1F});
   }
+}
+
+TEST_CASE("the user can say which point has the stamp, whatever the times count from") {
+  const auto seconds = [](const std::vector<double>& values, std::optional<StampedPoint> point) {
+    const PointTimes times{values, *time_format("timestamp", true, 8), "timestamp"};
+    return seconds_after(1700000000.0, times, "scan.pcd", point).value();
+  };
+  for (const double zero : {0.0, -0.1, 5000.0, 1700000000.0, 1699999999.9}) {
+    CAPTURE(zero);
+    const std::vector<double> values{zero + 0.025, zero, zero + 0.1};
+    check_near(seconds(values, StampedPoint::first), {0.025F, 0.0F, 0.1F});
+    check_near(seconds(values, StampedPoint::middle), {-0.025F, -0.05F, 0.05F});
+    check_near(seconds(values, StampedPoint::last), {-0.075F, -0.1F, 0.0F});
+    const auto first = static_cast<float>(zero > 1e6 ? zero - 1700000000.0 : zero > 0 ? 0.0 : zero);
+    check_near(seconds(values, std::nullopt), {first + 0.025F, first, first + 0.1F});
+  }
+  const TemporaryFolder folder;
+  put(folder.path() / "7.pcd", pcd<float>("t", {0.0F, 0.1F}));
+  const auto scans =
+      open_scans({.path = folder.path(), .topic = {}, .stamped = StampedPoint::last});
+  REQUIRE(scans);
+  check_near((*scans)->next().value()->seconds, {-0.1F, 0.0F});
+  const auto refused = open_scans({.path = folder.path(), .topic = {}, .tags = Tags::normal});
+  REQUIRE_FALSE(refused);
+  check_clear(refused.error(), ErrorCode::invalid_input, folder.path(), "of messages only");
+}
+
+TEST_CASE("a scan in a file has no point where the sensor is") {
+  std::string content = pcd_header("t", 4, 'F', 3, "binary");
+  for (const float x : {1.0F, 0.0F, 2.0F}) {
+    content += raw(x) + raw(0.0F) + raw(0.0F) + raw(x > 0.0F ? 0.1F * x : 1e9F);
+  }
+  const auto scan = read_scan(".pcd", content);
+  REQUIRE_MESSAGE(scan, to_string(scan.error()));
+  CHECK(scan->points == PointCloud{{1, 0, 0}, {2, 0, 0}});
+  CHECK(scan->no_returns == 1);
+  CHECK(scan->dropped == 0);
+  check_near(scan->seconds, {0.1F, 0.2F});
 }
 
 TEST_CASE("every format has point times") {
@@ -219,7 +281,9 @@ TEST_CASE("point times that make no sense are refused") {
   refused(".pcd", pcd<float>("time", {0.0F, -std::numeric_limits<float>::infinity()}),
           "field 'time' holds the time -inf");
   refused(".pcd", pcd<float>("time", {0.0F, 10.5F}), "spans 10.5 s");
-  refused(".pcd", pcd<double>("time", {0.0, 1e8}), "expected a sweep of at most 10 s");
+  refused(".pcd", pcd<float>("time", {0.0F, 1e8F}), "expected a sweep of at most 10 s");
+  refused(".pcd", pcd<double>("time", {0.0, 1e11}), "expected a sweep of at most 10 s");
+  refused(".pcd", pcd<double>("time", {0.0, 100.0}), "spans 100 s");
   refused(".pcd", pcd<double>("time", {-1e300, 1e300}), "expected a sweep of at most 10 s");
   std::vector<std::uint32_t> microseconds;  // a tenth of a second of a small sensor
   for (std::uint32_t i = 0; i < 10'000; ++i) microseconds.push_back(10 * i);

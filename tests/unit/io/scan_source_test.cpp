@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 std::filesystem::path five_scans(const TemporaryFolder& folder) {
   std::string points;
   for (int i = 0; i < 5; ++i) {
-    for (const float value : {static_cast<float>(i), 0.0F, 0.0F, 0.5F}) points += test::raw(value);
+    for (const float value : {static_cast<float>(i), 0.0F, 1.0F, 0.5F}) points += test::raw(value);
     test::put(folder.path() / (std::to_string(i) + ".bin"), points);
   }
   return folder.path();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/bags/cloud_bags.hpp"
+#include "support/bags/imu_messages.hpp"
 #include "support/bags/nav_sat_fix.hpp"
 #include "support/real_data.hpp"
 #include "terminal/input_options.hpp"
@@ -238,4 +239,89 @@ TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map
   const auto nowhere = InputOptions{.scans = scans, .prior = "/fix"}.open();
   REQUIRE_FALSE(nowhere);
   CHECK(nowhere.error().message.find("name one with --map-projector") != std::string::npos);
+}
+
+TEST_CASE("inertial samples from a file, or from the bag of the scans") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "run.mcap", csv = folder.path() / "imu.csv";
+  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
+  std::vector<test::TestMessage> messages;
+  for (const test::FloatScan& scan : three_scans()) {
+    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
+                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
+    const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
+    for (const char* topic : {"/imu", "/other"}) {
+      messages.push_back({topic, "sensor_msgs/msg/Imu", scan.stamp,
+                          test::imu_message({.seconds = second, .frame = topic}, kLayout)});
+    }
+  }
+  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
+  std::ofstream(csv) << "t,wx,wy,wz,ax,ay,az\n1,0,0,0,0,0,1\n";
+  const auto opened = [&](const InputOptions& options) {
+    auto inputs = options.open();
+    REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+    return inputs->imu;
+  };
+  CHECK_FALSE(opened({.scans = scans}).has_value());
+  CHECK(opened({.scans = scans, .imu = csv.string()}).value().samples.size() == 1);
+  CHECK(opened({.scans = scans, .imu = "/imu"}).value().source == scans.string() + " /imu");
+  CHECK(opened({.scans = scans, .imu = scans.string(), .imu_topic = "/other"}).value().frame ==
+        "other");
+  const auto oxts = folder.path() / "oxts";
+  std::filesystem::create_directories(oxts / "data");
+  std::ofstream(oxts / "dataformat.txt") << "lat: latitude\n";
+  std::ofstream(oxts / "data" / "0000000008.txt")
+      << "0 0 0 0 0 0 0 0 0 0 0 0 0 9.8 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n";
+  const auto by_frame =
+      opened({.scans = scans, .imu = oxts.string(), .imu_by_frame = true, .rate_hz = 20.0});
+  CHECK(by_frame.value().samples.front().stamp == 0.4);
+
+  const auto message_of = [](const InputOptions& options) {
+    const auto inputs = options.open();
+    REQUIRE_FALSE(inputs);
+    return to_string(inputs.error());
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    CAPTURE(text);
+    CHECK(text.find(part) != std::string::npos);
+  };
+  has(message_of({.scans = scans, .imu = scans.string()}), "choose one with --imu-topic: /imu");
+  has(message_of({.scans = scans, .imu = "/none"}),
+      "looking for /none, which is no file, among the topics of the scans");
+  has(message_of({.scans = scans, .imu = "/imu", .imu_topic = "/other"}),
+      "--imu /imu is no file but a topic of the scans, so --imu-topic cannot name another one");
+  has(message_of({.scans = scans, .imu_topic = "/imu"}), "--imu-topic is given without --imu");
+  has(message_of({.scans = scans, .imu_by_frame = true}), "--imu-by-frame is given without --imu");
+  has(message_of({.scans = scans, .imu = csv.string(), .imu_by_frame = true}),
+      "has stamps of its own");
+}
+
+TEST_CASE("which point has the stamp, and which points of a Livox are used, are options") {
+  const auto parsed = [](std::vector<std::string> words) {
+    InputOptions options;
+    CLI::App app;
+    options.add_to(app, false);
+    words.insert(words.end(), {"a.mcap", "--scans"});  // CLI11 takes them from the end
+    app.parse(words);
+    return options.choice;
+  };
+  CHECK_FALSE(parsed({}).stamped.has_value());
+  CHECK(parsed({}).tags == io::Tags::all);
+  CHECK(parsed({"first", "--stamp"}).stamped == io::StampedPoint::first);
+  CHECK(parsed({"middle", "--stamp"}).stamped == io::StampedPoint::middle);
+  CHECK(parsed({"last", "--stamp"}).stamped == io::StampedPoint::last);
+  CHECK(parsed({"normal", "--livox-tags"}).tags == io::Tags::normal);
+  CHECK_THROWS_AS(parsed({"end", "--stamp"}), CLI::ValidationError);
+
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "scans";
+  std::ofstream(scans, std::ios::binary)
+      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
+  const auto inputs =
+      InputOptions{.scans = scans, .choice = {.stamped = io::StampedPoint::last}}.open();
+  REQUIRE(inputs);
+  CHECK(inputs->scans.stamped == io::StampedPoint::last);
+  const auto refused = InputOptions{.scans = scans, .choice = {.tags = io::Tags::normal}}.open();
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message.find("have no field tag of uint8") != std::string::npos);
 }

@@ -9,21 +9,28 @@
 #include <utility>
 #include <vector>
 
+#include "io/made_scan.hpp"
 #include "io/ros/bag_packets.hpp"
 #include "io/ros/messages.hpp"
 #include "io/ros/topic_choice.hpp"
-#include "vantage/io/point_times.hpp"
+#include "io/velodyne/packet_scans.hpp"
 
 namespace vantage::io::ros {
 namespace {
 
-constexpr std::string_view kPointCloud2 = "sensor_msgs/PointCloud2";
 constexpr std::string_view kVelodyneScan = "velodyne_msgs/VelodyneScan";
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
 Result<CloudMessage> parse_cloud(const BagMessage& message, const Topic& topic,
                                  const SourceLocation& where) {
-  return parse_point_cloud2(message.bytes, *topic.encoding, where);
+  const auto parse = topic.type == kPointCloud2 ? parse_point_cloud2 : parse_livox;
+  return parse(message.bytes, *topic.encoding, where);
+}
+
+TopicNeed scans_needed() {
+  return {.what = "scans",
+          .choices = {{kPointCloud2, kLivoxMessages[0], kLivoxMessages[1]}, {kVelodyneScan}},
+          .by_name = {}};
 }
 
 /// How many messages the topics have, if all of them say so.
@@ -41,8 +48,9 @@ std::optional<std::uint64_t> messages_of(const std::vector<Topic>& topics,
 class BagScans final : public ScanSource {
  public:
   static Result<std::unique_ptr<ScanSource>> open(std::unique_ptr<MessageReader> reader,
-                                                  const std::vector<std::size_t>& topics) {
-    auto scans = std::unique_ptr<BagScans>(new BagScans(std::move(reader)));
+                                                  const std::vector<std::size_t>& topics,
+                                                  const ScanOptions& options) {
+    auto scans = std::unique_ptr<BagScans>(new BagScans(std::move(reader), options));
     VANTAGE_CHECK(scans->reader_->select(topics));
     VANTAGE_CHECK(scans->read_description(topics));
     return scans;
@@ -67,7 +75,8 @@ class BagScans final : public ScanSource {
   [[nodiscard]] SkippedScans skipped() const override { return skipped_; }
 
  private:
-  explicit BagScans(std::unique_ptr<MessageReader> reader) : reader_(std::move(reader)) {}
+  BagScans(std::unique_ptr<MessageReader> reader, ScanOptions options)
+      : reader_(std::move(reader)), options_(std::move(options)) {}
 
   /// Taken from the first message, which stays the next one.
   [[nodiscard]] Result<void> read_description(const std::vector<std::size_t>& topics) {
@@ -78,6 +87,14 @@ class BagScans final : public ScanSource {
     VANTAGE_TRY(waiting_, reader_->next());
     if (!waiting_) return {};
     VANTAGE_TRY(auto cloud, parse(*waiting_));
+    if (options_.tags != Tags::all && !cloud.cloud.points.empty() && cloud.cloud.tags.empty()) {
+      return fail(
+          ErrorCode::invalid_input,
+          fmt::format("the points of {} have no field tag of uint8, so none can be left out "
+                      "by it; they have {}",
+                      description_.topic, short_list(cloud.fields)),
+          where());
+    }
     has_log_times_ = cloud.header.stamp == 0.0;
     if (has_log_times_) description_.stamp_rule = kLogTimes;
     first_stamp_ = stamp_of(cloud.header, *waiting_);
@@ -131,15 +148,10 @@ class BagScans final : public ScanSource {
 
   [[nodiscard]] Result<std::optional<StampedScan>> scan_of(LoadedCloud cloud, double stamp,
                                                            const BagMessage& message) const {
-    StampedScan scan;
-    auto seconds = seconds_after(stamp, cloud.times, reader_->file());
-    if (!seconds) return in_message(std::move(seconds).error(), *reader_, message);
-    scan.seconds = *std::move(seconds);
-    scan.stamp = stamp;
-    scan.points = std::move(cloud.points);
-    scan.dropped = cloud.dropped;
-    scan.name = fmt::format("{}, {}", reader_->file(), place_of(*reader_, message));
-    return scan;
+    auto scan = made_scan(std::move(cloud), stamp, options_, reader_->file());
+    if (!scan) return in_message(std::move(scan).error(), *reader_, message);
+    scan->name = fmt::format("{}, {}", reader_->file(), place_of(*reader_, message));
+    return *std::move(scan);
   }
 
   /// Makes the first message stamped at or after `stamp` the waiting one.
@@ -170,6 +182,7 @@ class BagScans final : public ScanSource {
   }
 
   std::unique_ptr<MessageReader> reader_;
+  ScanOptions options_;
   ScanDescription description_;
   bool has_log_times_ = false;
   double first_stamp_ = 0.0;           // [s]
@@ -183,15 +196,13 @@ class BagScans final : public ScanSource {
 }  // namespace
 
 Result<std::unique_ptr<ScanSource>> bag_scans(std::unique_ptr<MessageReader> reader,
-                                              const std::string& topic) {
-  VANTAGE_TRY(
-      const auto topics,
-      choose_topic(*reader, topic,
-                   {.what = "scans", .choices = {{kPointCloud2}, {kVelodyneScan}}, .by_name = {}}));
+                                              const ScanOptions& options) {
+  VANTAGE_TRY(const auto topics, choose_topic(*reader, options.topic, scans_needed()));
   if (reader->topics()[topics.front()].type == kVelodyneScan) {
+    VANTAGE_CHECK(velodyne::check_packet_options(options));
     return packet_scans(std::move(reader), topics);
   }
-  return BagScans::open(std::move(reader), topics);
+  return BagScans::open(std::move(reader), topics, options);
 }
 
 }  // namespace vantage::io::ros

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -21,13 +22,20 @@ struct Header {
   std::string frame;
 };
 
-/// sensor_msgs/PointCloud2: its finite points in the order of its rows.
+/// sensor_msgs/PointCloud2 or livox_ros_driver(2)/CustomMsg: its finite points in their order, row
+/// by row.
 struct CloudMessage {
   Header header;
-  LoadedCloud cloud;                ///< with the times of PointTimes, if a field holds them
+  LoadedCloud cloud;                ///< with the times of PointTimes, if a field holds them, and
+                                    ///< with tags, if a field `tag` of uint8 does
   std::vector<std::string> fields;  ///< "x float32"
   std::uint32_t width = 0, height = 0;
 };
+
+inline constexpr std::string_view kPointCloud2 = "sensor_msgs/PointCloud2";
+/// Both drivers send the same message.
+inline constexpr std::array<std::string_view, 2> kLivoxMessages{"livox_ros_driver/CustomMsg",
+                                                                "livox_ros_driver2/CustomMsg"};
 
 struct VelodynePacket {
   double stamp = 0.0;     ///< [s]
@@ -68,6 +76,16 @@ struct FixMessage {
   std::optional<std::array<double, 3>> variances;  ///< east, north, up [m^2], unless unknown
 };
 
+inline constexpr std::string_view kImu = "sensor_msgs/Imu";
+
+/// sensor_msgs/Imu, without its orientation.
+struct ImuMessage {
+  Header header;
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();     ///< may be NaN
+  Eigen::Vector3d linear_acceleration = Eigen::Vector3d::Zero();  ///< may be NaN
+  bool is_measured = true;  ///< false if a covariance says that one of both is not
+};
+
 /// A time of ROS [ns since the epoch] as seconds, rounded like the stamps of headers.
 [[nodiscard]] double seconds_from(std::int64_t nanoseconds) noexcept;
 
@@ -78,6 +96,10 @@ struct FixMessage {
 /// allocated only after the counted bytes are known to exist.
 [[nodiscard]] Result<CloudMessage> parse_point_cloud2(std::string_view bytes, Encoding encoding,
                                                       const SourceLocation& where);
+/// `offset_time` of a point counts from `timebase`, which the drivers also send as the header's
+/// stamp. It is negative if packets come in the wrong order, see PointTimes.
+[[nodiscard]] Result<CloudMessage> parse_livox(std::string_view bytes, Encoding encoding,
+                                               const SourceLocation& where);
 /// The packets are views into `bytes`.
 [[nodiscard]] Result<VelodyneScanMessage> parse_velodyne_scan(std::string_view bytes,
                                                               Encoding encoding,
@@ -93,6 +115,8 @@ struct FixMessage {
                                                            const SourceLocation& where);
 [[nodiscard]] Result<FixMessage> parse_nav_sat_fix(std::string_view bytes, Encoding encoding,
                                                    const SourceLocation& where);
+[[nodiscard]] Result<ImuMessage> parse_imu(std::string_view bytes, Encoding encoding,
+                                           const SourceLocation& where);
 /// Whether parse_poses knows the type.
 [[nodiscard]] bool has_poses(std::string_view type) noexcept;
 

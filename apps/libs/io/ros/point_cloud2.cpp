@@ -36,7 +36,7 @@ constexpr std::array<Datatype, 9> kDatatypes{
     datatype<float>("float32"),
     datatype<double>("float64"),
 };
-constexpr std::uint8_t kFirstFloatingPoint = 7;
+constexpr std::uint8_t kUint8 = 2, kFirstFloatingPoint = 7;
 
 struct Field {
   std::string_view name;
@@ -134,11 +134,12 @@ Result<Field> find_axis(const WireReader& reader, const Raw& raw, std::size_t ax
                   kAxisNames[axis], kUpperAxisNames[axis], raw.fields.size()));
 }
 
-/// The fields that hold the coordinates and the times of the points.
+/// The fields that hold the coordinates, the times and the tags of the points.
 struct Layout {
   std::array<Field, 3> axes;
   std::optional<Field> time;
   TimeFormat time_format;
+  std::optional<Field> tag;
 };
 
 Result<Layout> find_layout(const WireReader& reader, const Raw& raw) {
@@ -147,6 +148,7 @@ Result<Layout> find_layout(const WireReader& reader, const Raw& raw) {
     VANTAGE_TRY(layout.axes[axis], find_axis(reader, raw, axis));
   }
   for (const Field& field : raw.fields) {
+    if (field.name == "tag" && field.datatype == kUint8 && field.count <= 1) layout.tag = field;
     if (field.type().size == 0) continue;
     const auto format =
         time_format(field.name, field.datatype >= kFirstFloatingPoint, field.type().size);
@@ -154,7 +156,9 @@ Result<Layout> find_layout(const WireReader& reader, const Raw& raw) {
     layout.time = field;
     layout.time_format = *format;
   }
-  if (layout.time) VANTAGE_CHECK(check_number(reader, raw, *layout.time));
+  for (const auto& field : {layout.time, layout.tag}) {
+    if (field) VANTAGE_CHECK(check_number(reader, raw, *field));
+  }
   return layout;
 }
 
@@ -168,6 +172,7 @@ PointColumns columns_of(const Layout& layout, const Raw& raw, const char* first)
   PointColumns columns;
   std::transform(layout.axes.begin(), layout.axes.end(), columns.axes.begin(), column);
   if (layout.time) columns.time = column(*layout.time);
+  if (layout.tag) columns.tag = column(*layout.tag);
   return columns;
 }
 

@@ -83,8 +83,8 @@ Result<std::vector<std::size_t>> choose_topic(const MessageReader& reader, std::
     const auto candidates = names_of(topics, types);
     if (candidates.empty()) continue;
     if (candidates.size() > 1) {
-      return error(fmt::format("{} topics have {}, choose one with --topic: {}", candidates.size(),
-                               need.what, short_list(candidates)));
+      return error(fmt::format("{} topics have {}, choose one with {}: {}", candidates.size(),
+                               need.what, need.option, short_list(candidates)));
     }
     const auto only = std::find_if(topics.begin(), topics.end(),
                                    [&](const Topic& topic) { return serves(topic, types); });

@@ -19,6 +19,7 @@ struct TopicNeed {
   /// decides.
   std::vector<std::vector<std::string_view>> choices;
   std::vector<std::string_view> by_name;  ///< types of topics that are used only if they are named
+  std::string_view option = "--topic";    ///< the option that names one
 };
 
 /// The topic of that name or, without a name, the only topic of a suitable type.

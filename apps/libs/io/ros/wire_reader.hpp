@@ -44,6 +44,7 @@ class WireReader {
   [[nodiscard]] Result<double> time(std::string_view what);
   [[nodiscard]] Result<Header> header();
 
+  [[nodiscard]] ByteOrder order() const noexcept { return order_; }
   /// The place of the next member, before alignment.
   [[nodiscard]] std::size_t offset() const noexcept { return offset_; }
   [[nodiscard]] tl::unexpected<Error> error(std::string message) const;

@@ -114,6 +114,21 @@ class PacketScans final : public ScanSource {
 
 }  // namespace
 
+Result<void> check_packet_options(const ScanOptions& options) {
+  const auto error = [&](std::string message) {
+    return fail(ErrorCode::invalid_input, std::move(message),
+                SourceLocation{options.path.string(), 0, 0});
+  };
+  if (options.stamped) {
+    return error(
+        "packets say when each point was measured, so the point of the stamp cannot be chosen");
+  }
+  if (options.tags != Tags::all) {
+    return error("points of packets have no tags, so none can be left out by them");
+  }
+  return {};
+}
+
 Result<ScanDescription> describe_packets(const Packet& first, const std::string& container,
                                          const std::string& file) {
   VANTAGE_TRY(const DataPacket parsed, parse_packet(first, file));

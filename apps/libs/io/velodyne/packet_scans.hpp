@@ -33,6 +33,10 @@ class PacketSource {
                                                        const std::string& container,
                                                        const std::string& file);
 
+/// Packets say when each point was measured, and have no tags.
+/// Errors (`where` is the path): `invalid_input` for options that choose either.
+[[nodiscard]] Result<void> check_packet_options(const ScanOptions& options);
+
 /// The revolutions of a sensor (see SpinAssembler) as scans, whatever the source of the packets.
 /// Incomplete revolutions are left out and counted. If there is no complete one at all, next() ends
 /// with `corrupt_data`, as it does for packets that parse_packet refuses.

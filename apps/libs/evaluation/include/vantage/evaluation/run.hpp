@@ -10,6 +10,7 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/io/imu_io.hpp"
 #include "vantage/io/opened_scans.hpp"
 #include "vantage/io/pose_priors.hpp"
 #include "vantage/io/scan_source.hpp"
@@ -42,6 +43,8 @@ struct RunInputs {
   /// Scan::prior of the scans. Without an initial pose, the run starts with a search, which uses
   /// them; the reference then only measures errors.
   std::optional<io::PosePriors> priors = {};
+  /// What the sensor's inertial measurement unit says.
+  std::optional<io::ImuRecording> imu = {};
   /// If set, called with every scan after it was localized. An error that it returns ends the run.
   std::function<Result<void>(const io::StampedScan&, const RunScan&)> observe = {};
 };

@@ -14,6 +14,7 @@ enum class FormatUse : std::uint8_t {
   map,         ///< one file of a map folder, by map_files
   recording,   ///< by open_scans
   trajectory,  ///< by read_sensor_trajectory
+  imu,         ///< by read_imu
 };
 [[nodiscard]] std::string_view to_string(FormatUse use) noexcept;
 

@@ -18,6 +18,7 @@ struct LoadedCloud {
   PointCloud points;
   PointTimes times;           ///< of `points`; empty unless the caller asked for times
   std::uint64_t dropped = 0;  ///< points with a NaN or infinite coordinate, left out of `points`
+  std::vector<std::uint8_t> tags = {};  ///< of `points`, see Tags; empty unless a message has them
 };
 
 enum class ReadTimes : bool { no, yes };
@@ -28,7 +29,8 @@ enum class ReadTimes : bool { no, yes };
 ///   Z; bytes after the last binary point are padding; VIEWPOINT is not applied to the points
 /// - PLY 1.0 (ascii, binary in either byte order): element `vertex`, properties x y z
 /// - LAS 1.0 to 1.4, point formats 0 to 10: scale and offset are applied; read in blocks
-/// - a tiled map, which is a folder: its points in canonical order, without those that were left out
+/// - a tiled map, which is a folder: its points in canonical order, without those that were left
+/// out
 ///   when it was made; see TiledMap
 /// - KITTI: suffix `.bin`, float32 x y z intensity, little endian
 /// PCD and PLY may hold the time of each point's measurement; PointTimes lists the fields.
