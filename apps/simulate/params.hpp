@@ -148,7 +148,7 @@ struct LidarParams {
   double grazing_angle = 3.0;
   double height = 1.0;
   double roll = 0.0, pitch = 0.0, yaw = 0.0;
-  bool motion_distortion = false;
+  bool motion_distortion = true;
   std::optional<double> covered_from, covered_to;
   double clutter = 0.0;
   double disturbed_from = 0.0, disturbed_to = 1.0;
