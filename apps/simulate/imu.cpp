@@ -46,7 +46,7 @@ std::vector<ImuSample> simulate_imu(const Drive& drive, const ImuParams& params,
   const double interval = 1.0 / rate;
   const double reach = std::max(1.0, std::round(kReach * rate)) / rate;
   const Pose T_sensor_imu = pose_from_xyz_rpy(
-      {params.x, params.y, params.z}, kRadians * Vector3d(params.roll, params.pitch, params.yaw));
+      params.position, kRadians * Vector3d(params.roll, params.pitch, params.yaw));
   const Vector3d gyro_bias = kRadians * bias_of(params.gyro_bias, seed, 0);
   const Vector3d accel_bias = bias_of(params.accel_bias, seed, 1);
   // White noise of this density, averaged over a sampling interval.

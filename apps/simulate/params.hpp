@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -147,7 +148,7 @@ struct LidarParams {
   double grazing_angle = 3.0;
   double height = 1.0;
   double roll = 0.0, pitch = 0.0, yaw = 0.0;
-  bool motion_distortion = false;
+  bool motion_distortion = true;
   std::optional<double> covered_from, covered_to;
   double clutter = 0.0;
   double disturbed_from = 0.0, disturbed_to = 1.0;
@@ -373,7 +374,7 @@ struct ImuParams {
   double gyro_noise = 7.9e-5, accel_noise = 9.8e-4;
   std::vector<double> gyro_bias{0.0, 0.0, 0.0}, accel_bias{0.0, 0.0, 0.0};
   AccelerationUnit unit = AccelerationUnit::metres_per_second_squared;
-  double x = 0.0, y = 0.0, z = 0.0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
   double roll = 0.0, pitch = 0.0, yaw = 0.0;
   double clock_offset = 0.0;
 
@@ -395,9 +396,8 @@ struct ImuParams {
                  "direction that is drawn from the seed",
                  between(-10, 10)),
         optional("unit", &P::unit, "", "of the accelerations in imu.csv"),
-        optional("x", &P::x, "m", "position of the IMU in the sensor's frame", between(-10, 10)),
-        optional("y", &P::y, "m", "see x", between(-10, 10)),
-        optional("z", &P::z, "m", "see x", between(-10, 10)),
+        optional("position", &P::position, "m", "[x, y, z] of the IMU in the sensor's frame",
+                 between(-10, 10)),
         optional("roll", &P::roll, "deg",
                  "orientation of the IMU in the sensor's frame: Rz(yaw) Ry(pitch) Rx(roll)",
                  between(-180, 180)),

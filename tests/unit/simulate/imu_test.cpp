@@ -32,7 +32,7 @@ ImuParams exact_imu(double rate = 200.0) {
 }
 
 Pose mount_of(const ImuParams& params) {
-  return pose_from_xyz_rpy({params.x, params.y, params.z},
+  return pose_from_xyz_rpy(params.position,
                            kRadians * Vector3d(params.roll, params.pitch, params.yaw));
 }
 
@@ -66,7 +66,7 @@ TEST_CASE("integrating the samples without noise gives the poses again, to a mil
       const World world = test::make_world(params);
       const Drive drive = test::make_drive(world, params);
       params.imu = exact_imu(rate);
-      params.imu.x = 0.3, params.imu.y = -0.2, params.imu.z = -0.4;
+      params.imu.position = {0.3, -0.2, -0.4};
       params.imu.roll = 180.0, params.imu.pitch = 10.0, params.imu.yaw = -70.0;
       const auto samples = simulate_imu(drive, params.imu, 1);
       const Pose T_sensor_imu = mount_of(params.imu);
@@ -118,7 +118,7 @@ TEST_CASE("on a level straight, an IMU measures gravity along the axis that poin
   for (const Case& c : cases) {
     ImuParams imu = exact_imu();
     imu.roll = c.roll, imu.pitch = c.pitch, imu.yaw = c.yaw;
-    imu.x = 0.5;
+    imu.position.x() = 0.5;
     for (const ImuSample& sample : simulate_imu(drive, imu, 1)) {
       if (sample.stamp > 3.0) break;
       CHECK(sample.angular_velocity.norm() < 1e-6);
@@ -134,7 +134,7 @@ TEST_CASE("around a level loop, rates add up to a turn and accelerations point t
   const Drive drive = test::make_drive(world, params);
   const auto middle = simulate_imu(drive, exact_imu(), 1);
   ImuParams ahead_of_it = exact_imu();
-  ahead_of_it.x = 0.8;
+  ahead_of_it.position.x() = 0.8;
   const auto ahead = simulate_imu(drive, ahead_of_it, 1);
   double turned = 0.0, to_the_left = 0.0, centripetal = 0.0, expected = 0.0;
   const auto lap =
@@ -341,6 +341,7 @@ TEST_CASE("a wrong IMU is refused with the place of the error") {
                       "w.toml:3:13: error: gyro_bias must have three numbers");
   test::check_refused("schema = 1\n[imu]\naccel_bias = []\n",
                       "w.toml:3:14: error: accel_bias must have three numbers");
+  test::check_refused("schema = 1\n[imu]\nposition = [0.1, 0.2]\n", "w.toml:3:12: error: ");
   test::check_refused("schema = 1\n[imu]\nunit = \"mg\"\n", "w.toml:3:8: error: ");
   test::check_refused("schema = 1\n[imu]\nrate = 0\n", "w.toml:3:8: error: ");
   test::check_refused("schema = 1\n[imu]\nrate = 2000\n[drive]\nlength = 5e4\n",

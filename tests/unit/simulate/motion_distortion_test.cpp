@@ -111,6 +111,14 @@ TEST_CASE("each point has the moment of its firing") {
   }
 }
 
+TEST_CASE("scans have motion distortion unless a world says otherwise, whatever the model") {
+  for (const char* text : {"schema = 1\n", "schema = 1\n[lidar]\nmodel = \"mid360\"\n"}) {
+    const auto table = parse_toml(text, "w.toml");
+    REQUIRE(table);
+    CHECK(parse_world(*table)->lidar.motion_distortion);
+  }
+}
+
 TEST_CASE("without motion distortion scans have no times, and their files no field for them") {
   const TemporaryFolder scratch;
   WorldParams params = fast_drive();

@@ -218,7 +218,7 @@ ImuParams exact_imu_at(double rate, double x) {
   ImuParams params;
   params.rate = rate;
   params.gyro_noise = params.accel_noise = 0.0;
-  params.x = x;
+  params.position.x() = x;
   return params;
 }
 

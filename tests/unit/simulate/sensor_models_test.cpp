@@ -40,6 +40,7 @@ WorldParams without_noise(SensorModel model) {
   WorldParams params = test::small_world();
   params.campus.leaf_area_density = 0.0;  // distance_to_surface knows no leaves
   params.lidar = lidar_of(model);
+  params.lidar.motion_distortion = false;
   params.lidar.range_noise = params.lidar.angle_noise = params.lidar.dropout = 0.0;
   params.lidar.grazing_angle = 0.0;
   return params;

@@ -24,6 +24,7 @@ inline WorldParams small_world(std::uint64_t seed = 3) {
   params.campus.size_y = 70.0;
   params.campus.ground_relief = 2.0;
   params.map.point_spacing = 0.25;
+  params.lidar.motion_distortion = false;
   return params;
 }
 
