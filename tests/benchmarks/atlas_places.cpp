@@ -49,9 +49,9 @@ Result<std::vector<Localized>> localized(const Atlas& atlas, Localizer localizer
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const Pose& truth = drive.reference[i].pose;
     if (is_lost) VANTAGE_CHECK(localizer.start(truth));
-    VANTAGE_TRY(const ScanReport report, localizer.localize({.stamp = drive.reference[i].stamp,
-                                                             .points = drive.scans[i],
-                                                             .odometry = drive.odometry[i].pose}));
+    const double stamp = drive.reference[i].stamp;
+    VANTAGE_CHECK(localizer.add(OdometrySample{stamp, drive.odometry[i].pose}));
+    VANTAGE_TRY(const ScanReport report, localizer.localize(drive.scan(i)));
     const double error = (report.T_map_scan.translation - truth.translation).head<2>().norm();
     is_lost = !report.has_pose || error > kLost;
     if (!report.has_pose) continue;

@@ -186,11 +186,11 @@ Result<std::vector<JudgedScan>> localize(Localizer localizer, const Task& task,
   VANTAGE_CHECK(localizer.start(task.start));
   std::vector<JudgedScan> scans;
   for (std::size_t i = task.begin; i < task.end; ++i) {
-    std::optional<Pose> odometry;
-    if (task.scenario != Scenario::constant_velocity) odometry = drive.odometry[i].pose;
-    VANTAGE_TRY(const ScanReport report, localizer.localize({.stamp = drive.reference[i].stamp,
-                                                             .points = drive.scans[i],
-                                                             .odometry = odometry}));
+    if (task.scenario != Scenario::constant_velocity) {
+      const double stamp = drive.reference[i].stamp;
+      VANTAGE_CHECK(localizer.add(OdometrySample{stamp, drive.odometry[i].pose}));
+    }
+    VANTAGE_TRY(const ScanReport report, localizer.localize(drive.scan(i)));
     scans.push_back(judge(report, drive.reference[i].pose));
     scans.back().misled =
         drive.kidnapped[i] || (task.scenario == Scenario::wrong_start && i == task.begin);

@@ -94,9 +94,12 @@ Result<SimulatedDrive> simulated_drive(const simulation::WorldParams& params,
   result.reference.resize(scans);
   result.odometry.resize(scans);
   result.scans.resize(scans);
+  result.seconds.resize(scans);
   const simulation::Lidar lidar(params.lidar, noise_seed);
   tbb::parallel_for(std::size_t{0}, scans, [&](std::size_t i) {
-    result.scans[i] = lidar.scan(world, drive, i);
+    simulation::Sweep sweep = lidar.sweep(world, drive, i);
+    result.scans[i] = std::move(sweep.points);
+    result.seconds[i] = std::move(sweep.seconds);
     for (Point& p : result.scans[i]) p = p.cast<float>().cast<double>();
   });
   for (std::size_t i = 0; i < scans; ++i) result.kidnapped.push_back(drive.is_kidnapped(i));

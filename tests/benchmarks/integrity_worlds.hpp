@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "simulate/params.hpp"
+#include "vantage/engine/prepared_scan.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -43,9 +44,14 @@ struct NamedWorld {
 
 /// A drive with its scans, in memory.
 struct SimulatedDrive {
-  std::vector<PointCloud> scans;  ///< sensor frame [m]
+  std::vector<PointCloud> scans;            ///< sensor frame [m]
+  std::vector<std::vector<float>> seconds;  ///< of the points after the stamp; empty if all at once
   std::vector<bool> kidnapped;    ///< whether each scan is the first after a kidnap
   io::Trajectory reference, odometry;
+
+  [[nodiscard]] Scan scan(std::size_t i) const {
+    return {.stamp = reference[i].stamp, .points = scans[i], .seconds = seconds[i]};
+  }
 };
 /// @param most_scans  fewer if the drive is shorter; 0: all
 /// @param noise_seed  of scans and odometry; the world and its route do not depend on it

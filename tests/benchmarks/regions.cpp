@@ -185,10 +185,9 @@ Result<void> drive(Bundle bundle, const Options& options, double before) {
   double farthest = 0.0;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const PointCloud points = scan_at(poses[k], side);
-    VANTAGE_TRY(
-        const ScanReport report,
-        localizer.localize(
-            {.stamp = kPeriod * static_cast<double>(k), .points = points, .odometry = poses[k]}));
+    const double stamp = kPeriod * static_cast<double>(k);
+    VANTAGE_CHECK(localizer.add(OdometrySample{stamp, poses[k]}));
+    VANTAGE_TRY(const ScanReport report, localizer.localize({.stamp = stamp, .points = points}));
     stalls.push_back(1e3 * report.seconds_stall);
     if (report.switched) loads.push_back(1e3 * report.seconds_load);
     blocked += report.blocked ? 1U : 0U;

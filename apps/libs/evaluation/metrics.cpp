@@ -173,13 +173,25 @@ constexpr std::array kMetrics{
              return c ? count(c->degenerate) : Value();
            },
            kTrackedOnly},
+    Metric{"prediction_m", "error of the prediction", &kLength, 2, kLess, G::match, "mean p95", "",
+           "distance of the predicted position from the reference, before matching",
+           [](const RunScan& s) {
+             return s.prediction_error ? Value(s.prediction_error->metres) : Value();
+           }},
+    Metric{"prediction_deg", "error of the prediction", &kAngle, 3, kLess, G::match, "mean", "",
+           "angle between the predicted rotation and that of the reference, before matching",
+           [](const RunScan& s) {
+             return s.prediction_error ? Value(s.prediction_error->degrees) : Value();
+           }},
+    Metric{"passes", "passes", &kNumber, 2, kLess, G::match, "mean max", "",
+           "number of times that the scan was aligned, again after its sweep was undistorted anew",
+           [](const RunScan& s) { return if_positive(count(s.report.passes)); }},
     Metric{"correction_m", "correction", &kLength, 2, kNeither, G::match, "mean p95", "",
            "how far matching moved the predicted position",
            [](const RunScan& s) {
              const ScanReport& r = s.report;
              if (!r.alignment || !r.has_pose) return Value();
-             return Value(
-                 (r.alignment->T_map_scan.translation - r.T_map_scan_predicted.translation).norm());
+             return Value((r.T_map_scan.translation - r.T_map_scan_predicted.translation).norm());
            },
            kTrackedOnly},
     Metric{"risk", "integrity risk", &kNumber, 2, kLess, G::match, "mean median max", "",

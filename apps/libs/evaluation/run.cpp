@@ -144,23 +144,62 @@ AlertLimit alert_limit_of(const Localizer& localizer) {
   return {.metres = params.alert_limit, .degrees = params.alert_limit_deg};
 }
 
-Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs,
+/// Gives the localizer the samples of motion in time for each scan, as a robot would.
+class MotionFeed {
+ public:
+  explicit MotionFeed(const RunInputs& inputs) : inputs_(inputs) {}
+
+  /// Adds what was measured until the end of a sweep, and the next sample of each, because motion
+  /// is interpolated; a robot has it a moment later.
+  Result<void> until(double end, Localizer& localizer) {
+    if (inputs_.odometry) {
+      VANTAGE_CHECK(add(*inputs_.odometry, next_pose_, end, [&](const io::StampedPose& one) {
+        return localizer.add(OdometrySample{one.stamp, one.pose});
+      }));
+    }
+    if (!inputs_.imu) return {};
+    return add(inputs_.imu->samples, next_imu_, end,
+               [&](const ImuSample& one) { return localizer.add(one); });
+  }
+
+ private:
+  template <class Sample, class Add>
+  static Result<void> add(const std::vector<Sample>& samples, std::size_t& next, double end,
+                          const Add& give) {
+    constexpr double kSoon = 0.1;  // [s]
+    for (bool beyond = false; next < samples.size() && !beyond; ++next) {
+      if (samples[next].stamp > end + kSoon) break;
+      beyond = samples[next].stamp >= end;
+      VANTAGE_CHECK(give(samples[next]));
+    }
+    return {};
+  }
+
+  const RunInputs& inputs_;
+  std::size_t next_pose_ = 0, next_imu_ = 0;
+};
+
+Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, MotionFeed& motion,
                               const io::StampedScan& scan, const std::optional<PosePrior>& prior) {
-  std::optional<Pose> odometry;
-  if (inputs.odometry) odometry = io::pose_at(*inputs.odometry, scan.stamp);
+  const double sweep =
+      scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
+  VANTAGE_CHECK(motion.until(scan.stamp + sweep, localizer));
   auto report = localizer.localize({.stamp = scan.stamp,
                                     .points = scan.points,
-                                    .odometry = odometry,
                                     .seconds = scan.seconds,
                                     .prior = prior});
   if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
   RunScan done{.report = *std::move(report),
                .dropped_by_reader = scan.dropped,
                .reference = {},
-               .error = {}};
+               .error = {},
+               .prediction_error = {}};
   if (inputs.reference) done.reference = io::pose_at(*inputs.reference, scan.stamp);
   if (done.reference && done.report.has_pose) {
     done.error = error_of(done.report.T_map_scan, *done.reference);
+    if (done.report.passes > 0) {
+      done.prediction_error = error_of(done.report.T_map_scan_predicted, *done.reference);
+    }
   }
   VANTAGE_TRY(DirectoryEntry entry, localizer.regions().entry(done.report.region));
   done.region = std::move(entry.region.label);
@@ -212,6 +251,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
           .speed = inputs.speed};
   if (inputs.priors) run.prior = {.source = inputs.priors->source, .notes = inputs.priors->notes};
   if (progress) progress(0, scans.expected());
+  MotionFeed motion(inputs);
   const Replay replay(inputs.speed, scans.first_stamp());
   while (true) {
     VANTAGE_TRY(const auto scan, scans.next());
@@ -219,7 +259,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
     run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
     const auto prior = inputs.priors ? io::prior_at(*inputs.priors, scan->stamp) : std::nullopt;
     if (prior) ++run.prior->scans;
-    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, *scan, prior));
+    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, motion, *scan, prior));
     if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
     run.scans.push_back(std::move(done));
     if (progress) progress(run.scans.size(), scans.expected());

@@ -145,7 +145,8 @@ Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t 
       hash(variant, micrometres(at.x()), micrometres(at.y()), micrometres(at.z()));
   Scan scan;
   VANTAGE_TRY(PreparedScan prepared,
-              prepare_scan(virtual_scan(site.hits, site.truth, seed), LocalizerParams{}));
+              prepare_scan({.points = virtual_scan(site.hits, site.truth, seed)}, nullptr,
+                           LocalizerParams{}));
   scan.many = evenly_picked(prepared.points, kManyPoints);
   scan.few = evenly_picked(prepared.points, kFewPoints);
   scan.scored = evenly_picked(prepared.points, kScoredPoints);
@@ -280,7 +281,7 @@ std::optional<SitePrecision> SiteTrials::precision_of(const SiteState& site) {
   if (matched == 0) return {};
   mean.hessian /= weights;
   const Eigen::Matrix2d covariance =
-      confidence_of(mean, LocalizerParams{}.covariance_scale).covariance.topLeftCorner<2, 2>();
+      covariance_of(mean, kManyPoints, LocalizerParams{}.covariance_scale).topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
   const Eigen::Vector2d sigma = axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const Eigen::Vector2d weak = axes.eigenvectors().col(1);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <unordered_map>
 #include <variant>
 
@@ -32,11 +33,13 @@ struct Voxel {
   VoxelKey key;
   Point first;
   Point sum_of_offsets = Point::Zero();
+  double sum_of_times = 0.0;
   std::uint64_t count = 0;
 
   [[nodiscard]] Point centroid() const {
     return first + sum_of_offsets / static_cast<double>(count);
   }
+  [[nodiscard]] double time() const { return sum_of_times / static_cast<double>(count); }
 };
 
 Result<VoxelKey> voxel_of(PointsView points, std::size_t k, double voxel_size) {
@@ -58,10 +61,13 @@ Result<void> check_voxel_size(double voxel_size) {
               "voxel size must be positive, not " + std::to_string(voxel_size));
 }
 
+/// The voxels that hold points, in the order of their keys.
 /// @param number_of  returns the index of the i-th point in `points`, ascending
+/// @param times      of the points; may be empty
 template <class NumberOf>
-Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberOf& number_of,
-                             double voxel_size) {
+Result<std::vector<Voxel>> voxels_of(PointsView points, std::size_t count,
+                                     const NumberOf& number_of, double voxel_size,
+                                     std::span<const double> times = {}) {
   VANTAGE_CHECK(check_voxel_size(voxel_size));
   std::vector<Voxel> voxels;
   std::unordered_map<VoxelKey, std::size_t, VoxelHash> place_of;  // index in `voxels`
@@ -72,10 +78,18 @@ Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberO
     if (is_new) voxels.push_back({.key = key, .first = points[k]});
     Voxel& one = voxels[place->second];
     one.sum_of_offsets += points[k] - one.first;
+    if (!times.empty()) one.sum_of_times += times[k];
     ++one.count;
   }
   std::sort(voxels.begin(), voxels.end(),
             [](const Voxel& a, const Voxel& b) { return a.key < b.key; });
+  return voxels;
+}
+
+template <class NumberOf>
+Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberOf& number_of,
+                             double voxel_size) {
+  VANTAGE_TRY(const std::vector<Voxel> voxels, voxels_of(points, count, number_of, voxel_size));
   PointCloud result;
   result.reserve(voxels.size());
   for (const Voxel& voxel : voxels) result.push_back(voxel.centroid());
@@ -174,6 +188,19 @@ std::vector<Eigen::Vector2d> directions_of(PointsView trajectory, double spacing
 Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
   return centroids(
       points, points.size(), [](std::size_t i) { return i; }, voxel_size);
+}
+
+Result<TimedPoints> voxel_centroids(PointsView points, std::span<const double> times,
+                                    double voxel_size) {
+  VANTAGE_TRY(const std::vector<Voxel> voxels,
+              voxels_of(points, points.size(), [](std::size_t i) { return i; }, voxel_size, times));
+  TimedPoints result;
+  result.points.reserve(voxels.size());
+  for (const Voxel& voxel : voxels) result.points.push_back(voxel.centroid());
+  if (times.empty()) return result;
+  result.times.reserve(voxels.size());
+  for (const Voxel& voxel : voxels) result.times.push_back(voxel.time());
+  return result;
 }
 
 Result<PointCloud> places_along(PointsView trajectory, const ViewpointParams& params) {

@@ -14,25 +14,35 @@ constexpr double kVagueRadians = 5.0 * std::numbers::pi / 180.0;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-}  // namespace
-
-PoseConfidence confidence_of(const Alignment& alignment, double scale) {
-  // In units of the limits, metres and radians can be compared: an eigenvalue below 1 belongs to a
-  // direction that is known less well than its limit. A direction about which nothing is known gets
-  // a large variance, not an infinite one.
+Eigen::Matrix<double, 6, 1> limits() {
   Eigen::Matrix<double, 6, 1> limits;
   limits << Eigen::Vector3d::Constant(kVagueMetres), Eigen::Vector3d::Constant(kVagueRadians);
+  return limits;
+}
+
+}  // namespace
+
+Alignment::Hessian covariance_of(const Alignment& alignment, std::size_t points, double scale) {
+  // In units of the limits, metres and radians can be compared.
+  const double one = scale * static_cast<double>(points);
   const Matrix6 information =
-      limits.asDiagonal() * Matrix6(alignment.hessian / scale) * limits.asDiagonal();
+      limits().asDiagonal() * Matrix6(alignment.hessian / one) * limits().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6> known(information);
-  constexpr double kUnknown = 1e-4;  // variance of 10^4 limits squared: 50 m, 500 degrees
+  constexpr double kUnknown = 1e-4;  // variance of 10^4 limits squared
   const Matrix6 covariance = known.eigenvectors() *
                              known.eigenvalues().cwiseMax(kUnknown).cwiseInverse().asDiagonal() *
                              known.eigenvectors().transpose();
+  return limits().asDiagonal() * covariance * limits().asDiagonal();
+}
 
+PoseConfidence confidence_of(const Alignment::Hessian& covariance) {
   PoseConfidence confidence;
-  confidence.covariance = limits.asDiagonal() * covariance * limits.asDiagonal();
-  confidence.degenerate = static_cast<std::uint32_t>((known.eigenvalues().array() < 1.0).count());
+  confidence.covariance = covariance;
+  const Matrix6 vague = limits().cwiseInverse().asDiagonal() * Matrix6(covariance) *
+                        limits().cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> directions(vague, Eigen::EigenvaluesOnly);
+  confidence.degenerate =
+      static_cast<std::uint32_t>((directions.eigenvalues().array() > 1.0).count());
   const auto axes = [&](Eigen::Index first) {
     const Eigen::Matrix3d block = confidence.covariance.block<3, 3>(first, first);
     return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(block);

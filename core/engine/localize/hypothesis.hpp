@@ -5,42 +5,54 @@
 #include <string>
 
 #include "localize/evidence.hpp"
-#include "localize/motion.hpp"
 #include "vantage/engine/region_maps.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/track/motion_filter.hpp"
 
 namespace vantage {
 
-/// A pose that a sensor may have.
+/// A pose that a sensor may have. All poses are those at the middle of a sweep.
 struct Hypothesis {
-  Motion motion;
-  std::optional<Pose> initial = {};  ///< a pose that was given or found, and is not yet in `motion`
-  Pose predicted = {};               ///< the prediction for this scan
-  RegionId region = {};              ///< the region whose map this scan is matched to
+  std::optional<Pose> initial = {};  ///< a pose that was given or found, before its first scan
+  Pose last = {};                    ///< the pose at the scan before; `initial` if there is none
+  std::optional<MotionFilter> motion = {};  ///< up to this scan, without it
+  std::optional<MotionFilter> before = {};  ///< with the scan before, if there was one
+  bool has_odometry = false;                ///< which measured the motion since the scan before
+  RegionId region = {};                     ///< the region whose map this scan is matched to
   std::shared_ptr<const ReadyRegion> map = {};  ///< of the region; held so that it stays ready
   std::optional<Alignment> alignment = {};
-  std::string failure = {};  ///< why there is no alignment
+  PoseMatrix R = PoseMatrix::Zero();  ///< covariance of the alignment's pose, from scan to scan
+  std::string failure = {};           ///< why there is no alignment
   std::optional<Evidence> evidence = {};
   bool proven = false;  ///< was tracked, and has been followed since
 
+  /// The prediction for this scan.
+  [[nodiscard]] Pose predicted() const { return motion ? motion->pose() : last; }
   /// The pose at this scan: aligned if possible, otherwise predicted.
-  [[nodiscard]] const Pose& pose() const { return alignment ? alignment->T_map_scan : predicted; }
-  /// The pose at the scan before.
-  [[nodiscard]] const Pose& last() const { return initial ? *initial : motion.pose(); }
-  /// How the sensor moved since the scan before; not at all if it was elsewhere then.
-  [[nodiscard]] Pose step() const {
-    if (initial) return {};
-    return motion.pose().inverse() * (fits() ? pose() : predicted);
-  }
+  [[nodiscard]] Pose pose() const { return alignment ? alignment->T_map_scan : predicted(); }
   /// Whether the scan fits the map at this pose. Without evidence, an alignment is enough.
   [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
+  /// The motion with this scan. A scan that does not fit says nothing.
+  [[nodiscard]] MotionFilter moved() const;
+  /// Standard deviation of the predicted position in plan view, along its weakest axis [m].
+  [[nodiscard]] double sigma() const;
   /// How far matching moved the predicted position [m]. Precondition: aligned.
   [[nodiscard]] double correction() const {
-    return (alignment->T_map_scan.translation - predicted.translation).norm();
+    return (alignment->T_map_scan.translation - predicted().translation).norm();
   }
+  /// How much farther matching moved the predicted pose than its errors explain: the square of that
+  /// distance in standard deviations. 6 is usual; 0 without an alignment or a prediction.
+  [[nodiscard]] double innovation() const;
+  /// Whether that is so much that the motion must have been another one.
+  [[nodiscard]] bool is_surprised() const;
 };
+
+/// How far around a predicted position a scan is matched, too, because the sensor may be there: in
+/// whole metres, 0 where the prediction is sure.
+/// @param sigma  of the position along an axis [m]
+[[nodiscard]] double reach_of(double sigma);
 
 /// How well a scan fits where it was aligned.
 [[nodiscard]] inline double level_of(const Alignment& alignment) noexcept {

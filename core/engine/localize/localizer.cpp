@@ -9,17 +9,16 @@
 #include <utility>
 #include <vector>
 
-#include "localize/alignment.hpp"
 #include "localize/belief.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/regions_ahead.hpp"
 #include "localize/search_area.hpp"
 #include "localize/search_job.hpp"
 #include "localize/searcher.hpp"
+#include "localize/sweep_matching.hpp"
 #include "localize/verdict.hpp"
 #include "localize/weighing.hpp"
 #include "stopwatch.hpp"
-#include "vantage/engine/deskew.hpp"
 #include "vantage/engine/region_maps.hpp"
 
 namespace vantage {
@@ -43,6 +42,41 @@ constexpr double kCarriedAway = 0.05;
 constexpr double kSure = 0.8;
 // Hypotheses with less belief are dropped.
 constexpr double kLeastBelief = 1e-4;
+// Of a pose that a user gives, or a search finds: standard deviations [m], [rad].
+constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
+
+PoseMatrix uncertainty_of_start() {
+  PoseVector variance;
+  variance << Eigen::Vector3d::Constant(kStartMetres * kStartMetres),
+      Eigen::Vector3d::Constant(kStartRadians * kStartRadians);
+  return variance.asDiagonal();
+}
+
+/// A pose of a file: x, y, z, roll, pitch, yaw.
+Pose pose_of(const std::vector<double>& x) {
+  return pose_from_xyz_rpy({x[0], x[1], x[2]}, {x[3], x[4], x[5]});
+}
+
+MotionNoise noise_of(MotionModel model) {
+  MotionNoise noise;
+  if (model == MotionModel::planar) noise.upright = 0.1;
+  return noise;
+}
+/// Errors: `invalid_input` for a pose that is not rigid, or a deviation that is not positive.
+Result<void> check_prior(const PosePrior& prior) {
+  if (!is_valid(prior.T_map_sensor)) {
+    return fail(ErrorCode::invalid_input, "the prior of the scan is no rigid transform");
+  }
+  for (const double sigma : {prior.sigma_translation.x(), prior.sigma_translation.y(),
+                             prior.sigma_translation.z(), prior.sigma_heading}) {
+    if (sigma > 0.0) continue;  // infinite: nothing is known
+    return fail(ErrorCode::invalid_input,
+                "a standard deviation of the scan's prior is " + std::to_string(sigma) +
+                    ", expected a positive number");
+  }
+  return {};
+}
+
 }  // namespace
 
 struct Localizer::State {
@@ -55,6 +89,9 @@ struct Localizer::State {
         maps(bundle.store(), matcher,
              {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
               .background = params.prefetch}),
+        inputs({.T_sensor_imu = pose_of(params.T_sensor_imu),
+                .T_sensor_body = pose_of(params.T_sensor_body)}),
+        noise(noise_of(params.motion)),
         weighing(*matcher, maps, model) {}
 
   Bundle bundle;
@@ -64,9 +101,12 @@ struct Localizer::State {
   RegionsAhead ahead;
   RegionMaps maps;  // uses bundle and matcher
 
+  MotionInputs inputs;
+  MotionNoise noise;
+
   bool started = false;
   std::optional<double> stamp;         // of the last scan
-  std::optional<Pose> odometry;        // of the last scan
+  std::optional<double> middle;        // of its sweep [s]
   std::vector<Hypothesis> hypotheses;  // the first is the one that is reported
   Belief belief;                       // in them
 
@@ -103,12 +143,45 @@ struct Localizer::State {
     return Choice{*located, false};
   }
 
-  [[nodiscard]] Result<PreparedScan> prepare(const Scan& scan) const {
-    const auto step = hypotheses.empty() ? std::nullopt : hypotheses[0].motion.step_to(scan);
-    if (!params.deskew || scan.seconds.empty() || !step) return prepare_scan(scan.points, params);
-    VANTAGE_TRY(const PointCloud points,
-                deskew(scan.points, scan.seconds, step->T_now_later, step->seconds));
-    return prepare_scan(points, params);
+  /// The motion until the middle of a sweep, of a sensor that may be anywhere. Nothing is known of
+  /// its speed, so it begins at rest, unless odometry says more.
+  [[nodiscard]] MotionFilter unplaced(double now) const {
+    const double before = middle.value_or(now);
+    Pose upright;
+    if (const auto up = inputs.up(before)) {
+      upright.rotation = Eigen::Quaterniond::FromTwoVectors(*up, Eigen::Vector3d::UnitZ());
+    }
+    MotionFilter motion(before, upright, uncertainty_of_start(), inputs);
+    motion.predict(now, inputs, noise);
+    return motion;
+  }
+
+  /// Predicts every hypothesis at the middle of a sweep.
+  /// @param stamp_of_scan  where a sensor begins that was started [s]
+  void predict(double stamp_of_scan, double now) {
+    for (Hypothesis& one : hypotheses) {
+      one.before = one.motion;
+      if (!one.motion) {
+        one.motion.emplace(stamp_of_scan, *one.initial, uncertainty_of_start(), inputs);
+      }
+      one.motion->predict(now, inputs, noise);
+      one.has_odometry = inputs.has_odometry(now);
+      one.alignment.reset();
+      one.evidence.reset();
+      one.failure.clear();
+    }
+  }
+
+  /// The motion that a scan is undistorted by before it is matched.
+  [[nodiscard]] Result<Sweep> sweep_of(const Scan& scan, const SweepTime& time,
+                                       const MotionFilter& motion) const {
+    Sweep sweep{.time = time, .prepared = {}, .motion = {}};
+    if (params.undistort && !scan.seconds.empty()) {
+      sweep.motion.emplace(motion.state(), inputs, time, motion.measured());
+    }
+    VANTAGE_TRY(sweep.prepared,
+                prepare_scan(scan, sweep.motion ? &*sweep.motion : nullptr, params));
+    return sweep;
   }
 
   /// Makes a region's map the one that scans are matched against.
@@ -133,7 +206,7 @@ struct Localizer::State {
 
   Result<void> expect_what_is_ahead() {
     if (!params.prefetch) return {};
-    const Motion& motion = hypotheses.front().motion;
+    const MotionFilter& motion = *hypotheses.front().motion;
     VANTAGE_TRY(auto regions,
                 ahead(motion.pose().translation.head<2>(), motion.velocity().head<2>(),
                       params.prefetch_time, params.prefetch_distance));
@@ -141,15 +214,13 @@ struct Localizer::State {
     return {};
   }
 
-  /// Predicts where each hypothesis is now, and matches the scan there.
-  Result<void> match(const Scan& scan, PointsView points, ScanReport& report) {
+  /// Matches a sweep at each hypothesis's prediction. The points become those of the first.
+  Result<void> match(Sweep& sweep, ScanReport& report) {
+    const Sweep predicted = hypotheses.size() > 1 ? sweep : Sweep();
     for (std::size_t h = 0; h < hypotheses.size(); ++h) {
       Hypothesis& one = hypotheses[h];
-      one.predicted = one.initial ? *one.initial : one.motion.predict(scan);
-      one.alignment.reset();
-      one.evidence.reset();
       // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
-      VANTAGE_TRY(const Choice choice, choose_region(one.last().translation));
+      VANTAGE_TRY(const Choice choice, choose_region(one.last.translation));
       std::shared_ptr<const ReadyRegion> ready;
       if (h == 0) {
         report.outside = choice.outside;
@@ -160,20 +231,17 @@ struct Localizer::State {
       }
       one.map = ready;
       one.region = choice.region;
+      Sweep own = h == 0 ? std::move(sweep) : predicted;
       const Stopwatch stopwatch;
-      auto alignment = align_at_prediction(one, scan, points);
-      if (h == 0) report.seconds_align = stopwatch.seconds();
-      one.failure.clear();
-      if (!alignment && alignment.error().code != ErrorCode::too_few_matches) {
-        return fail(std::move(alignment).error());
-      }
-      if (!alignment) {
-        one.failure = alignment.error().message;
-      } else if (!is_valid(alignment->T_map_scan)) {
-        one.failure = "the matcher returned no valid pose";
-      } else {
-        one.alignment = *std::move(alignment);
-      }
+      VANTAGE_TRY(SweepMatch match,
+                  match_sweep(*one.map->target, *one.motion, inputs, params, own));
+      one.alignment = std::move(match.alignment);
+      one.R = match.R;
+      one.failure = std::move(match.failure);
+      if (h > 0) continue;
+      report.seconds_align = stopwatch.seconds();
+      report.passes = match.passes;
+      sweep = std::move(own);
     }
     return {};
   }
@@ -197,25 +265,32 @@ struct Localizer::State {
            agreement(hypotheses.front().pose(), prior) > kDisagreement;
   }
 
-  /// How the sensor moved since the scan before: by odometry, otherwise as the best hypothesis did.
-  [[nodiscard]] Pose step_to(const Scan& scan) const {
-    if (odometry && scan.odometry) return odometry->inverse() * *scan.odometry;
-    return hypotheses.empty() ? Pose{} : hypotheses.front().step();
+  /// How the sensor moved since the scan before.
+  [[nodiscard]] Pose step(const MotionFilter& unplaced_motion) const {
+    if (hypotheses.empty()) {
+      return unplaced(*middle).pose().inverse() * unplaced_motion.pose();
+    }
+    const Hypothesis& first = hypotheses.front();
+    if (first.initial) return {};
+    return first.last.inverse() * (first.fits() ? first.pose() : first.predicted());
   }
 
   /// @param weighed  whether the scan was
   void begin_search(const Scan& scan, const PreparedScan& prepared, bool weighed) {
     const auto predicted =
-        hypotheses.empty() ? std::nullopt : std::optional(hypotheses.front().predicted);
+        hypotheses.empty() ? std::nullopt : std::optional(hypotheses.front().predicted());
     const auto area = search_area(scan.prior, predicted, directory->summary().map_bounds,
                                   doubtful_scans, surprised, params);
     if (!area) return;
     startled = surprised = false;
-    job.begin(scan.stamp, {prepared, weighed ? weighing.fresh_reference() : std::nullopt, *area});
+    job.begin(scan.stamp, {prepared, weighed ? weighing.fresh_reference() : std::nullopt, *area,
+                           inputs.up(*middle)});
   }
 
   /// Adds what the search under way found to the hypotheses, once it is known.
-  Result<void> take_finds(const Scan& scan, const PreparedScan& prepared) {
+  /// @param unplaced_motion  the sensor's motion, if no hypothesis has one
+  Result<void> take_finds(const Scan& scan, const PreparedScan& prepared,
+                          const MotionFilter& unplaced_motion) {
     auto known = job.answer(scan.stamp);
     if (!known) return {};
     VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
@@ -226,31 +301,37 @@ struct Localizer::State {
                               Weighing::scored(prepared), answer.to_itself));
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
-    for (const Find& f : answer.found.finds) add(f, answer.recall, answer.found.aligned, scan);
+    const MotionFilter motion = hypotheses.empty() ? unplaced_motion : *hypotheses.front().motion;
+    for (const Find& f : answer.found.finds) {
+      if (!add(f, motion, prepared.points.size())) continue;
+      // The best of many wrong poses fits better than one of them.
+      belief.add(std::log(answer.recall / (1.0 - answer.recall) /
+                          static_cast<double>(answer.found.aligned)) +
+                 weighing.of(f.evidence, f.alignment.T_map_scan, scan.prior));
+    }
     return {};
   }
 
-  void add(const Find& find, double recall, std::size_t aligned, const Scan& scan) {
+  /// Whether it is a new one.
+  bool add(const Find& find, const MotionFilter& motion, std::size_t points) {
     constexpr double kSameMetres = 1.0, kSameRadians = 5.0 * std::numbers::pi / 180.0;
     const Pose& pose = find.alignment.T_map_scan;
     if (std::ranges::any_of(hypotheses, [&](const Hypothesis& known) {
           return is_near(known.pose(), pose, kSameMetres, kSameRadians);
         })) {
-      return;
+      return false;
     }
-    Hypothesis one{.motion = {},
-                   .initial = pose,
-                   .predicted = pose,
-                   .region = find.region,
-                   .map = find.map,
-                   .alignment = find.alignment,
-                   .failure = {},
-                   .evidence = find.evidence};
-    if (!hypotheses.empty()) one.motion = hypotheses.front().motion;
-    hypotheses.push_back(std::move(one));
-    // The best of many wrong poses fits better than one of them.
-    belief.add(std::log(recall / (1.0 - recall) / static_cast<double>(aligned)) +
-               weighing.of(find.evidence, pose, scan.prior));
+    // The sensor was elsewhere all the time: its motion continues from there.
+    hypotheses.push_back({.initial = pose,
+                          .last = pose,
+                          .motion = motion,
+                          .region = find.region,
+                          .map = find.map,
+                          .alignment = find.alignment,
+                          .R = noise_of(find.alignment, points, params),
+                          .evidence = find.evidence});
+    hypotheses.back().motion->place(pose, uncertainty_of_start());
+    return true;
   }
 
   /// Orders the hypotheses by belief, and drops those that are refuted. Those that became the same
@@ -280,20 +361,15 @@ struct Localizer::State {
     hypotheses = std::move(sorted);
   }
 
-  /// Every hypothesis moves on.
-  void move_on(const Scan& scan, const ScanReport& report) {
+  /// Every hypothesis takes the scan in. @param best  the motion of the one that is reported
+  void move_on(const MotionFilter& best) {
     for (std::size_t h = 0; h < hypotheses.size(); ++h) {
       Hypothesis& one = hypotheses[h];
-      const Pose& pose = h == 0 ? report.T_map_scan : one.pose();
-      if (one.initial && one.motion.started()) {
-        // The sensor was elsewhere all the time: its motion continues from there.
-        one.motion.add(scan, one.motion.predict(scan));
-        one.motion.correct(pose);
-      } else {
-        one.motion.add(scan, pose);
-      }
+      one.motion = h == 0 ? best : one.moved();
+      one.last = one.motion->pose();
       one.initial.reset();
     }
+    inputs.forget_before(*middle);
   }
 
   void forget_everything(bool lost) {
@@ -301,7 +377,7 @@ struct Localizer::State {
     belief = Belief();
     job.drop();
     stamp.reset();
-    odometry.reset();
+    middle.reset();
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
     doubtful_scans = 0;
@@ -342,7 +418,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
                                                 " ready"));
   }
   s.forget_everything(false);
-  s.hypotheses.push_back({.motion = {}, .initial = T_map_scan});
+  s.hypotheses.push_back({.initial = T_map_scan, .last = T_map_scan});
   s.belief = Belief::in_one(kTrustInStart);
   return {};
 }
@@ -357,35 +433,50 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   if (!s.started) {
     return fail(ErrorCode::invalid_input, "localization has no first pose: call start");
   }
+  if (scan.prior) VANTAGE_CHECK(check_prior(*scan.prior));
   if (!std::isfinite(scan.stamp) || (s.stamp && scan.stamp <= *s.stamp)) {
     return fail(ErrorCode::invalid_input,
                 "scan stamps must increase: " + std::to_string(scan.stamp) + " s" +
                     (s.stamp ? " follows " + std::to_string(*s.stamp) + " s" : ""));
   }
+  VANTAGE_TRY(const SweepTime time, time_of(scan));
   ScanReport report;
   report.stamp = scan.stamp;
-  VANTAGE_TRY(const PreparedScan prepared, s.prepare(scan));
-  report.scan_points = prepared.points.size();
-  report.dropped_points = prepared.dropped;
   const auto during = [&](Error error) {
     return fail(
         std::move(error).during("matching the scan at " + std::to_string(scan.stamp) + " s"));
   };
+  // All poses are those at the middle of the sweep, until the end.
+  s.predict(scan.stamp, time.middle());
+  const MotionFilter unplaced = s.unplaced(time.middle());
+  const MotionFilter& expected = s.hypotheses.empty() ? unplaced : *s.hypotheses.front().motion;
+  VANTAGE_TRY(Sweep sweep, s.sweep_of(scan, time, expected));
+  const PreparedScan& prepared = sweep.prepared;
+  report.scan_points = prepared.points.size();
+  report.dropped_points = prepared.dropped;
+  Scan centred = scan;  // what is known at the stamp, at the middle of the sweep
+  if (scan.prior) {
+    const Pose at_stamp = expected.at(scan.stamp, s.inputs).pose();
+    Pose& prior = centred.prior->T_map_sensor;
+    prior = prior * (at_stamp.inverse() * expected.pose());
+  }
 
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
   std::vector<double> comparison;
   bool surprise = false;
   if (!s.hypotheses.empty()) {
-    VANTAGE_CHECK(s.match(scan, prepared.points, report));
+    VANTAGE_CHECK(s.match(sweep, report));
     const Hypothesis& first = s.hypotheses.front();
     surprise = s.weighing.is_surprising(first);
-    const double doubt = doubt_of_prediction(first, scan, s.stamp);
-    if (!s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
+    const double doubt = doubt_of_prediction(first);
+    // A find is compared with what is followed: both have to be weighed with the same scan.
+    const bool searching = s.job.under_way() || !s.is_sure(centred.prior);
+    if (!searching && !s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
       s.belief.forget(doubt);
     } else {
       const ScopeTimer timer(report.seconds_verdict);
-      auto news = s.weighing(prepared, scan.prior, s.hypotheses);
+      auto news = s.weighing(prepared, centred.prior, s.hypotheses);
       if (!news) return during(std::move(news).error());
       // A scan that does not fit speaks for itself. One that still fits may be from a place alike.
       s.belief.forget(surprise && first.fits() ? kCarriedAway : doubt);
@@ -400,15 +491,18 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.surprised = s.surprised || surprise;
     s.compared = s.params.recovery_radius == 0.0;
   }
-  const bool sure = s.is_sure(scan.prior);
+  const bool sure = s.is_sure(centred.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
-  s.job.move(s.step_to(scan));
+  if (s.middle) s.job.move(s.step(unplaced));
+  s.middle = time.middle();
   const Stopwatch search;
   if (!sure && !prepared.points.empty() && !s.job.under_way()) {
-    s.begin_search(scan, prepared, !comparison.empty());
+    s.begin_search(centred, prepared, !comparison.empty());
   }
   if (s.job.under_way() && !prepared.points.empty()) {
-    if (auto taken = s.take_finds(scan, prepared); !taken) return during(std::move(taken).error());
+    if (auto taken = s.take_finds(centred, prepared, unplaced); !taken) {
+      return during(std::move(taken).error());
+    }
     report.seconds_search = search.seconds();
     // The finds take part in the comparison.
     const ScopeTimer timer(report.seconds_verdict);
@@ -417,8 +511,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.belief.weigh(anew);
   }
   s.stamp = scan.stamp;
-  s.odometry = scan.odometry;
   if (s.hypotheses.empty()) {
+    s.inputs.forget_before(*s.middle);
     report.reason = "the sensor has not been found yet";
     report.has_pose = false;
     return report;
@@ -427,19 +521,30 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
-  s.verdict.conclude(best,
-                     {.belief = s.belief.of(0),
-                      .elsewhere = s.belief.elsewhere(),
-                      .compared = s.compared,
-                      .scores_as_usual = s.weighing.scores_as_usual(best)},
-                     report);
+  const MotionFilter motion = s.verdict.conclude(
+      best,
+      {.belief = s.belief.of(0),
+       .elsewhere = s.belief.elsewhere(),
+       .compared = s.compared,
+       .scores_as_usual = s.weighing.scores_as_usual(best)},
+      report);
+  const auto at_stamp = [&](const MotionFilter& at_middle) {
+    return best.before ? pose_between(*best.before, at_middle, scan.stamp, s.inputs, s.noise)
+                       : at_middle.at(scan.stamp, s.inputs).pose();
+  };
+  report.T_map_scan = at_stamp(motion);
+  report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
   best.proven = best.proven || tracked;
   report.held_bytes = s.maps.statistics().bytes;
-  s.move_on(scan, report);
+  report.dropped_samples = s.inputs.dropped();
+  s.move_on(motion);
   VANTAGE_CHECK(s.expect_what_is_ahead());
   return report;
 }
+
+Result<void> Localizer::add(const ImuSample& sample) { return state_->inputs.add(sample); }
+Result<void> Localizer::add(const OdometrySample& sample) { return state_->inputs.add(sample); }
 
 }  // namespace vantage

@@ -1,27 +1,68 @@
 #include "vantage/engine/prepared_scan.hpp"
 
-#include <limits>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
 
 #include "vantage/engine/viewpoints.hpp"
 
 namespace vantage {
 
-Result<PreparedScan> prepare_scan(PointsView points, const LocalizerParams& params) {
+Result<SweepTime> time_of(const Scan& scan) {
+  constexpr double kLongest = 10.0;  // [s]
+  if (scan.seconds.empty()) return SweepTime{scan.stamp, scan.stamp};
+  if (scan.seconds.size() != scan.points.size()) {
+    return fail(ErrorCode::invalid_input,
+                "the scan has " + std::to_string(scan.points.size()) + " points and " +
+                    std::to_string(scan.seconds.size()) + " times, expected one for each");
+  }
+  std::optional<SweepTime> time;
+  for (const float seconds : scan.seconds) {
+    if (!std::isfinite(seconds)) continue;
+    const double stamp = scan.stamp + static_cast<double>(seconds);
+    if (!time) time = SweepTime{stamp, stamp};
+    time->first = std::min(time->first, stamp);
+    time->last = std::max(time->last, stamp);
+  }
+  if (!time) return SweepTime{scan.stamp, scan.stamp};
+  if (time->last - time->first > kLongest) {
+    return fail(ErrorCode::invalid_input,
+                "the points of the scan were measured during " +
+                    std::to_string(time->last - time->first) + " s, expected the time of a sweep");
+  }
+  return *time;
+}
+
+Result<PreparedScan> prepare_scan(const Scan& scan, const SweepMotion* motion,
+                                  const LocalizerParams& params) {
+  constexpr double kFarthest = 10e3;  // [m]; no LiDAR sees so far
+  const bool timed = !scan.seconds.empty();
+  const double max_range = params.scan_max_range.value_or(kFarthest);
   PreparedScan prepared;
-  const double max_range = params.scan_max_range.value_or(std::numeric_limits<double>::infinity());
-  prepared.finite.reserve(points.size());
-  for (const Point& p : points) {
-    if (!p.allFinite()) {
+  std::vector<double> times;
+  prepared.finite.reserve(scan.points.size());
+  if (timed) times.reserve(scan.points.size());
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const Point& p = scan.points[i];
+    const double range = p.norm();
+    const double stamp = timed ? scan.stamp + static_cast<double>(scan.seconds[i]) : scan.stamp;
+    if (!(range <= kFarthest) || !std::isfinite(stamp)) {  // nor is it a number, maybe
       ++prepared.dropped;
       continue;
     }
-    const double range = p.norm();
-    if (range >= params.scan_min_range && range <= max_range) prepared.finite.push_back(p);
+    if (range < params.scan_min_range || range > max_range) continue;
+    prepared.finite.push_back(motion ? motion->seen_from_middle(p, stamp) : p);
+    if (timed) times.push_back(stamp);
   }
   if (params.scan_voxel_size > 0.0) {
-    VANTAGE_TRY(prepared.points, voxel_centroids(prepared.finite, params.scan_voxel_size));
+    VANTAGE_TRY(TimedPoints thinned,
+                voxel_centroids(prepared.finite, times, params.scan_voxel_size));
+    prepared.points = std::move(thinned.points);
+    prepared.times = std::move(thinned.times);
   } else {
     prepared.points = prepared.finite;
+    prepared.times = std::move(times);
   }
   return prepared;
 }

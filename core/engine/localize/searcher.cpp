@@ -29,8 +29,13 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   if (!to_itself) return SearchAnswer{};  // too sparse for anything
   VANTAGE_TRY(const bool searchable, need_places());
   if (!searchable) return SearchAnswer{.searchable = false};
-  const Pose T_level_sensor =
-      params_.gravity == Gravity::unknown ? level_by_ground(task.scan.points) : Pose{};
+  Pose T_level_sensor;
+  if (task.up) {
+    T_level_sensor.rotation =
+        Eigen::Quaterniond::FromTwoVectors(*task.up, Eigen::Vector3d::UnitZ());
+  } else if (params_.gravity == Gravity::unknown) {
+    T_level_sensor = level_by_ground(task.scan.points);
+  }
   VANTAGE_TRY(Finds found, search_pose({regions_, maps_, *places_}, task.scan.points, some,
                                        *to_itself, task.area, T_level_sensor, stop));
   return SearchAnswer{.compared = task.area.complete,

@@ -22,6 +22,7 @@ struct SearchTask {
   PreparedScan scan;
   std::optional<Fit> to_itself;  ///< the scan's fit to itself, if it is known already
   PlaceArea area;
+  std::optional<Eigen::Vector3d> up = {};  ///< in the sensor frame, if an accelerometer tells
 };
 
 struct SearchAnswer {

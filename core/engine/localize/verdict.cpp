@@ -25,30 +25,44 @@ double beyond(double limit, double sigma) {
   return sigma > 0.0 ? std::erfc(limit / (sigma * std::numbers::sqrt2)) : 0.0;
 }
 
+/// The covariance of a pose: what the filter believes, and errors that repeat from scan to scan,
+/// which the filter would average. They are those of the map and of the place.
+PoseMatrix published(const MotionFilter& motion, const Hypothesis& best) {
+  constexpr double kRepeatedMetres = 0.012, kRepeatedRadians = 0.0008;
+  PoseMatrix covariance = motion.pose_covariance();
+  if (best.fits()) covariance += best.R;
+  covariance.diagonal().head<3>().array() += kRepeatedMetres * kRepeatedMetres;
+  covariance.diagonal().tail<3>().array() += kRepeatedRadians * kRepeatedRadians;
+  return covariance;
+}
+
 }  // namespace
 
-void Verdict::conclude(const Hypothesis& best, const Known& known, ScanReport& report) {
-  report.T_map_scan_predicted = best.predicted;
-  report.T_map_scan = best.pose();
+MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known, ScanReport& report) {
+  constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
   report.alignment = best.alignment;
   if (best.alignment) {
     const double fitness = best.alignment->score.fitness;
     report.lcp = localization_contribution_per_point(fitness, report.map_points);
-    report.confidence = confidence_of(*best.alignment, params_.covariance_scale);
   }
   // The pose of a scan that does not fit is where the motion led, not where matching pulled it.
   const bool fits = best.fits();
-  if (!fits) report.T_map_scan = best.predicted;
-  report.risk = std::min(1.0, 1.0 - known.belief + imprecision(best, fits, report));
+  if (best.initial) adrift_ = false;  // the sensor was found anew
+  if (!fits) adrift_ = true;
+  if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
+  MotionFilter motion = best.moved();
+  report.confidence = confidence_of(published(motion, best));
+  report.risk = std::min(1.0, 1.0 - known.belief + imprecision(*report.confidence));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
   if (adrift_) report.risk = std::max(report.risk, kAdrift);
   judge(best, fits, known, report);
-  limit(best, report);
+  if (!limit(best, report)) motion = *best.motion;
   if (report.tracking == Tracking::tracked) {
     report.recovered = std::exchange(was_lost_, false);
   } else {
     was_lost_ = was_lost_ || report.tracking == Tracking::lost;
   }
+  return motion;
 }
 
 void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
@@ -58,6 +72,7 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
     report.tracking = tracking;
     report.reason = reason;
   };
+  if (report.scan_points == 0) return conclude(Tracking::uncertain, "the scan has no points");
   if (!best.alignment) return conclude(Tracking::lost, best.failure);
   if (known.elsewhere > kLost) {
     // On an open square, a scan fits as well a few metres beside its pose.
@@ -66,82 +81,40 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
                : conclude(Tracking::lost, kDoesNotFit);
   }
   if (!fits) return conclude(Tracking::uncertain, kDoesNotFit);
-  if (report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
+  const bool settled = known.compared && !adrift_;
+  if (settled && report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
   conclude(Tracking::uncertain,
            1.0 - known.belief > params_.max_risk || !known.compared
                ? "other poses are not excluded yet"
                : "the scan leaves open where along one direction the sensor is");
 }
 
-void Verdict::Drift::coasts(double seconds, double acceleration) noexcept {
-  of_speed = std::hypot(of_speed, acceleration * seconds);
-  sigma += of_speed * seconds;  // the error of a speed keeps its sign
-}
-
-void Verdict::Drift::measured(double by_scan, double before, double seconds) noexcept {
-  if (by_scan >= sigma) return;
-  sigma = by_scan;
-  of_speed = std::min(of_speed, (before + by_scan) / seconds);
-}
-
-double Verdict::imprecision(const Hypothesis& best, bool fits, const ScanReport& report) {
-  // The error of the last pose grows with the way or, without odometry, with time; where the scan
-  // says more, its own error counts.
-  constexpr double kDriftMetres = 0.02, kDriftRadians = 0.002;  // per metre, with odometry
-  // Of a sensor whose speed is not known yet [m/s, rad/s], and without odometry [m/s^2, rad/s^2].
-  constexpr double kSpeed = 3.0, kTurn = 0.5, kAcceleration = 1.0, kTurnAcceleration = 0.2;
-  constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
-  if (!fits) adrift_ = true;
-  if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
-  const double seconds = report.stamp - std::exchange(stamp_, report.stamp);
-  if (best.initial) {  // the sensor was found anew
-    metres_ = radians_ = {};
-    adrift_ = !fits;
-  }
-  if (metres_.sigma > 0.0) {
-    const Drift metres = metres_, radians = radians_;
-    if (best.motion.has_odometry()) {
-      const auto step = best.motion.step();
-      const double way = step ? step->T_now_later.translation.norm() : 0.0;
-      metres_.sigma = std::hypot(metres_.sigma, kDriftMetres * way);
-      radians_.sigma = std::hypot(radians_.sigma, kDriftRadians * way);
-    } else {
-      metres_.coasts(seconds, kAcceleration);
-      radians_.coasts(seconds, kTurnAcceleration);
-    }
-    if (!adrift_) {
-      metres_.measured(report.confidence->sigma_translation[0], metres.sigma, seconds);
-      radians_.measured(report.confidence->sigma_rotation[0], radians.sigma, seconds);
-    }
-  } else if (fits) {
-    metres_ = {report.confidence->sigma_translation[0], kSpeed};
-    radians_ = {report.confidence->sigma_rotation[0], kTurn};
-  }
+double Verdict::imprecision(const PoseConfidence& confidence) const {
   const double limit_rad = params_.alert_limit_deg * std::numbers::pi / 180.0;
-  return beyond(params_.alert_limit, metres_.sigma) + beyond(limit_rad, radians_.sigma);
+  return beyond(params_.alert_limit, confidence.sigma_translation[0]) +
+         beyond(limit_rad, confidence.sigma_rotation[0]);
 }
 
-void Verdict::limit(const Hypothesis& best, ScanReport& report) const {
-  if (report.tracking == Tracking::lost) return;
+bool Verdict::limit(const Hypothesis& best, ScanReport& report) const {
+  if (report.tracking == Tracking::lost || !best.alignment) return true;
   const ScanScore& score = best.alignment->score;
   if (params_.min_coverage && score.coverage < *params_.min_coverage) {
     report.reason = "coverage " + std::to_string(score.coverage) + " below min_coverage";
   } else if (params_.min_nvtl && score.nvtl < *params_.min_nvtl) {
     report.reason = "NVTL " + std::to_string(score.nvtl) + " below min_nvtl";
-  } else if (params_.max_correction && best.motion.step() &&
+  } else if (params_.max_correction && best.sigma() < *params_.max_correction &&
              !(best.correction() <= *params_.max_correction)) {
     report.reason = "matching moved the scan by " + std::to_string(best.correction()) +
                     " m, more than max_correction";
   } else {
-    return;
+    return true;
   }
   report.tracking = Tracking::lost;
-  report.T_map_scan = best.predicted;
+  return false;
 }
 
 void Verdict::forget(bool lost) {
   was_lost_ = lost;
-  metres_ = radians_ = {};
   adrift_ = false;
 }
 

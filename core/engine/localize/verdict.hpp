@@ -19,36 +19,24 @@ class Verdict {
  public:
   explicit Verdict(const LocalizerParams& params) : params_(params) {}
 
-  /// Fills in the poses, the alignment, the risk, the state and its reason.
+  /// Fills in the alignment, the confidence, the risk, the state and its reason.
   /// @param report  already has the region and the number of its points
-  void conclude(const Hypothesis& best, const Known& known, ScanReport& report);
+  /// @return        the motion that the report stands for: with the scan, or without it
+  [[nodiscard]] MotionFilter conclude(const Hypothesis& best, const Known& known, ScanReport& report);
 
   void forget(bool lost);
 
  private:
   /// The probability that the pose is off by more than the alert limit although the place is right.
-  /// @param fits  whether the scan fits the map at the pose
-  [[nodiscard]] double imprecision(const Hypothesis& best, bool fits, const ScanReport& report);
+  [[nodiscard]] double imprecision(const PoseConfidence& confidence) const;
   /// Sets the state and its reason. @param fits  whether the scan fits the map at the pose
   void judge(const Hypothesis& best, bool fits, const Known& known, ScanReport& report) const;
-  /// Applies the limits that a user may set.
-  void limit(const Hypothesis& best, ScanReport& report) const;
+  /// Applies the limits that a user may set. @return whether the scan is within them
+  [[nodiscard]] bool limit(const Hypothesis& best, ScanReport& report) const;
 
   LocalizerParams params_;
-  /// Standard deviations of a coordinate of the reported pose and of its speed; 0 before the first.
-  struct Drift {
-    double sigma = 0.0, of_speed = 0.0;
-
-    /// What is left of it when a scan says where the sensor is, `seconds` after the last one.
-    void measured(double by_scan, double before, double seconds) noexcept;
-    /// How it grows without odometry. @param acceleration  its standard deviation
-    void coasts(double seconds, double acceleration) noexcept;
-  };
-
   bool was_lost_ = false;  // since the last tracked scan
-  Drift metres_, radians_;
-  bool adrift_ = false;  // the last scans that did not fit have not been made good by a firm one
-  double stamp_ = 0.0;   // of the last scan [s]
+  bool adrift_ = false;    // the last scans that did not fit have not been made good by a firm one
 };
 
 }  // namespace vantage

@@ -29,29 +29,13 @@ constexpr std::size_t kScored = 512;
 // A scan that matches nothing may come from a place off the map, or from a covered sensor.
 constexpr double kNothingFits = -3.0;
 
-/// How far matching pulls a right pose from its prediction, in units of what is expected; nothing
-/// before there is a prediction.
-std::optional<double> pull(const Hypothesis& one) {
-  constexpr double kWithOdometry = 0.3, kWithoutOdometry = 1.0;  // [m]
-  if (!one.alignment || one.initial) return {};
-  if (one.motion.has_odometry()) return one.correction() / kWithOdometry;
-  if (!one.motion.step()) return {};
-  return one.correction() / kWithoutOdometry;
-}
-
 /// A wrong pose does not move as the sensor does: matching pulls it about.
 double surprise(const Hypothesis& one) {
-  constexpr double kMost = 6.0;
-  const double pulled = pull(one).value_or(0.0);
-  return -std::min(kMost, pulled * pulled);
+  constexpr double kMost = 6.0, kUsual = 6.0;
+  return -std::min(kMost, 0.5 * std::max(0.0, one.innovation() - kUsual));
 }
 
 }  // namespace
-
-double heading_of(const Pose& pose) {
-  const Eigen::Matrix3d R = pose.rotation.toRotationMatrix();
-  return std::atan2(R(1, 0), R(0, 0));
-}
 
 double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
   constexpr double kMost = 10.0, kElsewhere = 3.0;
@@ -67,17 +51,13 @@ double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
   return std::max(-kMost, std::min(0.0, kElsewhere - 0.5 * squared));
 }
 
-double doubt_of_prediction(const Hypothesis& best, const Scan& scan,
-                           const std::optional<double>& last_stamp) {
+double doubt_of_prediction(const Hypothesis& best) {
   constexpr double kCarriedAway = 2e-5;  // between two scans, unnoticed
-  constexpr double kAcceleration = 1.0;  // [m/s^2]; standard deviation
   constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
   constexpr double kMost = 0.9;
-  const bool driven = scan.odometry && best.motion.has_odometry();
-  if (best.initial || driven || !last_stamp) return kCarriedAway;
-  const double seconds = scan.stamp - *last_stamp;
-  const double sigma = 0.5 * kAcceleration * seconds * seconds;
-  return std::min(kMost, kCarriedAway + std::erfc(kBasin / (sigma * std::numbers::sqrt2)));
+  if (best.initial) return kCarriedAway;
+  const double corrected = kBasin + reach_of(best.sigma());
+  return std::min(kMost, kCarriedAway + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
 }
 
 PointCloud Weighing::scored(const PreparedScan& scan) {
@@ -85,9 +65,8 @@ PointCloud Weighing::scored(const PreparedScan& scan) {
 }
 
 bool Weighing::is_surprising(const Hypothesis& one) const {
-  constexpr double kPulled = 2.0;
-  if (pull(one).value_or(0.0) > kPulled) return true;
-  return rise(one) < -unusual_change();
+  return (!one.initial && one.is_surprised()) ||
+         rise(one) < -unusual_change();
 }
 
 double Weighing::rise(const Hypothesis& one) const {
@@ -113,7 +92,7 @@ bool Weighing::is_usual(double share) const {
 }
 
 double Weighing::stamp_of(const Hypothesis& one) {
-  return one.motion.started() ? one.motion.stamp() : 0.0;
+  return one.motion ? one.motion->stamp() : 0.0;
 }
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
@@ -125,7 +104,7 @@ bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) 
   if (rise(first) > unusual_change()) return true;
   double way = (first.pose().translation - *weighed_at_).norm();
   // Where matching is stuck, the poses stand still while the sensor moves.
-  if (!first.motion.has_odometry()) way = std::max(way, kPace * (stamp_of(first) - weighed_stamp_));
+  if (!first.has_odometry) way = std::max(way, kPace * (stamp_of(first) - weighed_stamp_));
   return way >= (is_usual(share_) ? kUsualWay : kSettledWay);
 }
 

@@ -14,9 +14,7 @@ namespace vantage {
 [[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
 
 /// The probability that the sensor is not where the best hypothesis predicts it.
-/// @param last_stamp  of the scan before, if there was one [s]
-[[nodiscard]] double doubt_of_prediction(const Hypothesis& best, const Scan& scan,
-                                         const std::optional<double>& last_stamp);
+[[nodiscard]] double doubt_of_prediction(const Hypothesis& best);
 
 /// Measures how strongly a scan supports each hypothesis.
 class Weighing {
@@ -75,7 +73,7 @@ class Weighing {
   /// Whether a scan that does not fit says nothing: a proven pose scores as before, so its
   /// surroundings have become featureless.
   [[nodiscard]] bool is_silent(const Hypothesis& one) const;
-  /// The stamp of the last scan that the hypothesis explains [s].
+  /// The time of the scan [s].
   [[nodiscard]] static double stamp_of(const Hypothesis& one);
   /// Whether a share is about that of recent tracked scans.
   [[nodiscard]] bool is_usual(double share) const;

@@ -62,8 +62,8 @@ TEST_CASE("constant velocity predicts straight drives, turns and uneven stamps")
   REQUIRE(localizer.start(at_x(1)));
   CHECK(world.at(localizer, 0.0, 1.0).T_map_scan_predicted.translation.x() == 1.0);
   CHECK(world.at(localizer, 0.1, 1.5).T_map_scan_predicted.translation.x() == 1.0);
-  CHECK(world.at(localizer, 0.2, 2.0).T_map_scan_predicted.translation.x() == doctest::Approx(2.0));
-  CHECK(world.at(localizer, 0.4, 3.0).T_map_scan_predicted.translation.x() == doctest::Approx(3.0));
+  CHECK(std::abs(world.at(localizer, 0.2, 2.0).T_map_scan_predicted.translation.x() - 2.0) < 1e-3);
+  CHECK(std::abs(world.at(localizer, 0.4, 3.0).T_map_scan_predicted.translation.x() - 3.0) < 1e-3);
 
   // A quarter turn a second at one metre a second: the step repeats in the sensor's frame.
   const Pose step = pose_from_xyz_rpy({1, 0, 0}, {0, 0, M_PI / 2});
@@ -72,11 +72,11 @@ TEST_CASE("constant velocity predicts straight drives, turns and uneven stamps")
   REQUIRE(turning.start(pose));
   for (int i = 0; i < 6; ++i) {
     world.truth->T_map_scan = pose;
-    const auto report = turning.localize({1.0 * i, world.scan, {}});
+    const auto report = turning.localize({1.0 * i, world.scan});
     REQUIRE(report);
-    if (i >= 2) {
-      CHECK((report->T_map_scan_predicted.translation - pose.translation).norm() < 1e-9);
-      CHECK(rotation_between(report->T_map_scan_predicted, pose) < 1e-9);
+    if (i == 5) {  // the sensor was taken to stand at first
+      CHECK((report->T_map_scan_predicted.translation - pose.translation).norm() < 0.05);
+      CHECK(rotation_between(report->T_map_scan_predicted, pose) < 0.01);
     }
     pose = pose * step;
   }
@@ -106,20 +106,20 @@ TEST_CASE("a scan without overlap or coverage is lost, keeps its prediction, and
   CHECK(blind.tracking == Tracking::lost);
   CHECK(blind.reason == "nothing overlaps");
   CHECK_FALSE(blind.alignment.has_value());
-  CHECK(blind.T_map_scan.translation.x() == doctest::Approx(2.0));
+  CHECK(blind.T_map_scan.translation.x() == doctest::Approx(2.0).epsilon(0.001));
 
   world.truth->overlap = true;
   world.truth->coverage = 0.01;
   const ScanReport thin = world.at(localizer, 0.3, 3.0);
   CHECK(thin.tracking == Tracking::uncertain);
   CHECK(thin.reason == "the scan does not fit the map here");
-  CHECK(thin.T_map_scan.translation.x() == doctest::Approx(2.5));
+  CHECK(thin.T_map_scan.translation.x() == doctest::Approx(2.5).epsilon(0.001));
   CHECK(thin.risk > 0.01);
 
   world.truth->coverage = 1.0;
   const ScanReport found = world.at(localizer, 0.4, 3.0);
-  CHECK(found.T_map_scan_predicted.translation.x() == doctest::Approx(3.0));
-  CHECK(found.T_map_scan.translation.x() == 3.0);
+  CHECK(found.T_map_scan_predicted.translation.x() == doctest::Approx(3.0).epsilon(0.001));
+  CHECK(found.T_map_scan.translation.x() == doctest::Approx(3.0).epsilon(1e-4));
   CHECK(found.tracking == Tracking::tracked);
   CHECK(found.recovered);
   CHECK(found.risk < 0.01);
@@ -171,7 +171,7 @@ TEST_CASE("a scan that matching moves too far from its prediction is lost") {
   const ScanReport jump = world.at(localizer, 0.2, 3.6);
   CHECK(jump.tracking == Tracking::lost);
   CHECK(jump.reason.ends_with("more than max_correction"));
-  CHECK(jump.T_map_scan.translation.x() == doctest::Approx(3.0));
+  CHECK(jump.T_map_scan.translation.x() == doctest::Approx(3.0).epsilon(0.001));
 }
 
 TEST_CASE("a sensor that was carried away is found again") {
@@ -333,18 +333,51 @@ TEST_CASE("the next region is ready before the border, and the same poses come o
   CHECK(blocked == 2);
 }
 
-TEST_CASE("an empty scan and one of NaNs are lost, and the NaNs are counted") {
+TEST_CASE("an empty scan and one of NaNs are uncertain, and the NaNs are counted") {
   World world;
   Localizer localizer = world.localizer();
   REQUIRE(localizer.start(at_x(1)));
   world.scan.clear();
-  CHECK(world.at(localizer, 0.0, 1.0).tracking == Tracking::lost);
+  CHECK(world.at(localizer, 0.0, 1.0).tracking == Tracking::uncertain);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   world.scan.assign(5, Point(nan, 0, 0));
   const ScanReport report = world.at(localizer, 0.1, 1.0);
-  CHECK(report.tracking == Tracking::lost);
+  CHECK(report.tracking == Tracking::uncertain);
   CHECK(report.dropped_points == 5);
   CHECK(report.scan_points == 0);
+}
+
+TEST_CASE("points that no LiDAR measures are dropped and counted, and the scan is matched") {
+  World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  const PointCloud sound = world.scan;
+  for (const double far : {4e6, double{std::numeric_limits<float>::max()}, 1e300}) {
+    world.scan = sound;
+    world.scan.emplace_back(far, -far, 1.0);
+    const ScanReport report = world.at(localizer, far, 1.0);
+    CHECK(report.dropped_points == 1);
+    CHECK(report.scan_points == sound.size());
+    CHECK(report.alignment.has_value());
+  }
+}
+
+TEST_CASE("a prior that is no measurement is an error that says so, and changes nothing") {
+  const World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [&](const PosePrior& prior, const std::string& why) {
+    const auto report = localizer.localize({.stamp = 1.0, .points = world.scan, .prior = prior});
+    REQUIRE_FALSE(report);
+    CHECK(report.error().code == ErrorCode::invalid_input);
+    CHECK(report.error().message.find(why) != std::string::npos);
+  };
+  refused({.T_map_sensor = pose_from_xyz_rpy({nan, 0, 0}, {0, 0, 0})}, "no rigid transform");
+  refused({.T_map_sensor = {}, .sigma_translation = {1.0, -1.0, 1.0}}, "-1.000000");
+  refused({.T_map_sensor = {}, .sigma_translation = {1.0, nan, 1.0}}, "positive");
+  refused({.T_map_sensor = {}, .sigma_heading = 0.0}, "positive");
+  CHECK(world.at(localizer, 1.0, 1.0).tracking == Tracking::tracked);
 }
 
 TEST_CASE("outside every region, or in one without a map, the last map is kept and that is said") {
@@ -372,15 +405,15 @@ TEST_CASE("outside every region, or in one without a map, the last map is kept a
 TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose that is none") {
   const World world;
   Localizer localizer = world.localizer();
-  CHECK(localizer.localize({0.0, world.scan, {}}).error().message ==
+  CHECK(localizer.localize({0.0, world.scan}).error().message ==
         "localization has no first pose: call start");
   Pose bad;
   bad.translation.x() = std::numeric_limits<double>::infinity();
   CHECK(localizer.start(bad).error().code == ErrorCode::invalid_input);
   REQUIRE(localizer.start(at_x(1)));
   world.at(localizer, 1.0, 1.0);
-  CHECK(localizer.localize({1.0, world.scan, {}}).error().code == ErrorCode::invalid_input);
-  CHECK(localizer.localize({std::nan(""), world.scan, {}}).error().code ==
+  CHECK(localizer.localize({1.0, world.scan}).error().code == ErrorCode::invalid_input);
+  CHECK(localizer.localize({std::nan(""), world.scan}).error().code ==
         ErrorCode::invalid_input);
 }
 
@@ -403,13 +436,13 @@ TEST_CASE("scan preparation: range limits, thinning, NaN counted") {
   params.scan_max_range = 10.0;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const PointCloud raw{{0.1, 0, 0}, {5.2, 0.2, 0}, {5.4, 0.4, 0}, {20, 0, 0}, {nan, 1, 1}};
-  const auto prepared = prepare_scan(raw, params);
+  const auto prepared = prepare_scan({.points = raw}, nullptr, params);
   REQUIRE(prepared);
   CHECK(prepared->dropped == 1);
   REQUIRE(prepared->points.size() == 1);
   CHECK((prepared->points[0] - Point(5.3, 0.3, 0)).norm() < 1e-12);
   params.scan_voxel_size = 0.0;
-  CHECK(prepare_scan(raw, params)->points.size() == 2);
+  CHECK(prepare_scan({.points = raw}, nullptr, params)->points.size() == 2);
 }
 
 TEST_CASE("a bundle of prepared maps without an index of places is tracked in, not searched") {

@@ -167,7 +167,7 @@ TEST_CASE("live, scans go on while a search hangs, and then the sensor is found"
   first.start_anywhere();
   double stamp = 0.0;
   const auto look = [&](Localizer& localizer) {
-    return localizer.localize({stamp += 0.1, world.scan, {}}).value();
+    return localizer.localize({stamp += 0.1, world.scan}).value();
   };
   CHECK_FALSE(look(first).has_pose);
   gate.waiting.wait(0);  // the search needs the regions' points
@@ -189,7 +189,7 @@ TEST_CASE("live, a localizer may be destroyed while it searches") {
   world.stand_at(kHere);
   auto localizer = std::make_unique<Localizer>(gated(world, gate));
   localizer->start_anywhere();
-  CHECK_FALSE(localizer->localize({0.0, world.scan, {}})->has_pose);
+  CHECK_FALSE(localizer->localize({0.0, world.scan})->has_pose);
   gate.waiting.wait(0);
   auto destroyed = std::async(std::launch::async, [&] { localizer.reset(); });
   gate.unlock();
@@ -204,13 +204,13 @@ TEST_CASE("live, a start ends the search that is under way: its finds are not de
   world.stand_at(kHere);
   Localizer localizer = gated(world, gate);
   localizer.start_anywhere();
-  CHECK_FALSE(localizer.localize({0.0, world.scan, {}})->has_pose);
+  CHECK_FALSE(localizer.localize({0.0, world.scan})->has_pose);
   gate.waiting.wait(0);
   REQUIRE(localizer.start(kHere));
-  CHECK(localizer.localize({0.1, world.scan, {}})->has_pose);
+  CHECK(localizer.localize({0.1, world.scan})->has_pose);
   gate.unlock();
   for (int i = 2; i < 50; ++i) {
-    const auto report = localizer.localize({0.1 * i, world.scan, {}});
+    const auto report = localizer.localize({0.1 * i, world.scan});
     REQUIRE(report);
     CHECK((report->T_map_scan.translation - kHere.translation).norm() < 1e-9);
   }
@@ -236,5 +236,29 @@ TEST_CASE("a sensor that is held at a tilt is found if gravity is unknown") {
     };
     CHECK(found(Gravity::unknown));
     if (std::hypot(roll, pitch) > 20.0) CHECK_FALSE(found(Gravity::sensor_z));
+  }
+}
+
+TEST_CASE("on a large site, a search that answers late does not unsettle a pose that is right") {
+  for (const std::optional<double> budget : {std::optional<double>(), std::optional(0.0)}) {
+    Posts world;
+    world.memory->index.map_bounds = {{-400, -400, 0}, {400, 400, 5}};  // the circle grows to it
+    world.truth->reach = 3.0;
+    LocalizerParams params;
+    params.prefetch = false;
+    params.search_budget = budget;
+    Localizer localizer = world.localizer(params);
+    const auto at = [](int i) { return pose_from_xyz_rpy({2.0 + 0.1 * i, 0.2, 1.1}, {0, 0, 0}); };
+    REQUIRE(localizer.start(at(0)));
+    int searches = 0, tracked = 0;
+    for (int i = 0; i < 60; ++i) {
+      const ScanReport report = world.look(localizer, 0.1 * i, at(i), test::at_x(0.1 * i));
+      CHECK(report.tracking != Tracking::lost);
+      CHECK((report.T_map_scan.translation - at(i).translation).norm() < 0.01);
+      searches += report.seconds_search > 0.0 ? 1 : 0;
+      if (i >= 10) tracked += report.tracking == Tracking::tracked ? 1 : 0;
+    }
+    CHECK(searches > 2);
+    CHECK(tracked == 50);
   }
 }

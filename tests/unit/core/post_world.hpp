@@ -63,7 +63,8 @@ struct PostWorld {
   ScanReport look(Localizer& localizer, double stamp, const Pose& T_map_scan,
                   const std::optional<Pose>& odometry = {}) {
     stand_at(T_map_scan);
-    auto report = localizer.localize({stamp, scan, odometry});
+    if (odometry) REQUIRE(localizer.add(OdometrySample{stamp, *odometry}));
+    auto report = localizer.localize({.stamp = stamp, .points = scan});
     REQUIRE_MESSAGE(report, to_string(report.error()));
     return *std::move(report);
   }
@@ -72,7 +73,8 @@ struct PostWorld {
   ScanReport at(Localizer& localizer, double stamp, double x,
                 std::optional<Pose> odometry = {}) const {
     truth->T_map_scan.translation = {x, 0, 0};
-    auto report = localizer.localize({stamp, scan, odometry});
+    if (odometry) REQUIRE(localizer.add(OdometrySample{stamp, *odometry}));
+    auto report = localizer.localize({.stamp = stamp, .points = scan});
     REQUIRE_MESSAGE(report, to_string(report.error()));
     return *std::move(report);
   }

@@ -6,18 +6,29 @@ using namespace vantage;
 
 namespace {
 
-/// A pose to which a scan was aligned, to a centimetre.
-Hypothesis aligned() {
+const MotionInputs kNoInputs({});
+
+/// A pose that was predicted to a centimetre.
+Hypothesis predicted() {
   Hypothesis one;
-  one.alignment = Alignment{};
-  one.alignment->hessian = 1e6 * Eigen::Matrix<double, 6, 6>::Identity();
+  one.motion.emplace(0.0, Pose{}, 1e-4 * PoseMatrix::Identity(), kNoInputs);
   return one;
 }
 
-ScanReport judged(const Hypothesis& best, const Known& known) {
+/// A pose to which a scan was aligned, to a centimetre.
+Hypothesis aligned() {
+  Hypothesis one = predicted();
+  one.alignment = Alignment{};
+  one.R = 1e-4 * PoseMatrix::Identity();
+  return one;
+}
+
+ScanReport judged(const Hypothesis& best, const Known& known, const LocalizerParams& params = {},
+                  std::size_t scan_points = 100) {
   ScanReport report;
   report.map_points = 1000;
-  Verdict(LocalizerParams{}).conclude(best, known, report);
+  report.scan_points = scan_points;
+  static_cast<void>(Verdict(params).conclude(best, known, report));
   return report;
 }
 
@@ -45,10 +56,45 @@ TEST_CASE("who is probably elsewhere is lost, unless the scan scores as usual") 
 }
 
 TEST_CASE("a scan that matched nothing is lost, whatever is believed") {
-  Hypothesis nothing;
+  Hypothesis nothing = predicted();
   nothing.failure = "too few matches";
   const ScanReport report = judged(
       nothing, {.belief = 0.9999, .elsewhere = 1e-4, .compared = true, .scores_as_usual = true});
   CHECK(report.tracking == Tracking::lost);
   CHECK(report.reason == "too few matches");
+}
+
+TEST_CASE("a pose that was not compared with the map is not tracked, whatever risk is accepted") {
+  LocalizerParams params;
+  params.max_risk = 0.3;
+  const ScanReport alone = judged(aligned(), {.belief = 0.9999, .elsewhere = 1e-4}, params);
+  CHECK(alone.tracking == Tracking::uncertain);
+  CHECK(alone.reason == "other poses are not excluded yet");
+}
+
+TEST_CASE("a scan without points says nothing: it is uncertain where the motion led") {
+  Hypothesis nothing = predicted();
+  nothing.failure = "too few matches";
+  const ScanReport report =
+      judged(nothing, {.belief = 0.9999, .elsewhere = 1e-4, .compared = true}, {}, 0);
+  CHECK(report.tracking == Tracking::uncertain);
+  CHECK(report.reason == "the scan has no points");
+}
+
+TEST_CASE("the published covariance is that of the published pose") {
+  ScanReport report;
+  report.scan_points = 100;
+  const Known known{.belief = 0.9999, .elsewhere = 1e-4, .compared = true};
+  Hypothesis one = aligned();
+  one.alignment->T_map_scan.translation.x() = 0.02;
+  const MotionFilter fitting = Verdict(LocalizerParams{}).conclude(one, known, report);
+  CHECK(fitting.pose().translation.x() == doctest::Approx(0.01));  // both are equally sure
+  const double sure = report.confidence->sigma_translation[0];
+  one.motion.emplace(0.0, Pose{}, PoseMatrix::Identity(), kNoInputs);  // a vague prediction
+  one.evidence = Evidence{.share = 0.0, .noise = 0.01};                // and a scan that does not fit
+  const MotionFilter predicted = Verdict(LocalizerParams{}).conclude(one, known, report);
+  CHECK(predicted.pose().translation.x() == 0.0);
+  CHECK(report.confidence->sigma_translation[0] == doctest::Approx(1.0).epsilon(0.01));
+  CHECK(sure < 0.03);
+  CHECK(report.tracking == Tracking::uncertain);
 }

@@ -11,8 +11,8 @@
 #include "small_world.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
-#include "vantage/engine/deskew.hpp"
 #include "vantage/io/trajectory_io.hpp"
+#include "vantage/track/sweep_motion.hpp"
 
 namespace vantage::simulation {
 namespace {
@@ -59,7 +59,7 @@ TEST_CASE("point times and the true motion undo motion distortion, all the way t
   const Drive drive = test::make_drive(world, params);
   REQUIRE(scans->size() == drive.scans());
 
-  Errors worst_raw{}, worst_deskewed{};
+  Errors worst_raw{}, worst_undistorted{};
   double fastest_turn = 0.0;
   for (std::size_t k = 0; k < scans->size(); ++k) {
     const auto scan = scans->read(k);
@@ -71,26 +71,35 @@ TEST_CASE("point times and the true motion undo motion distortion, all the way t
     CHECK(*last - *first > 0.09F);
     CHECK(std::is_sorted(scan->seconds.begin(), scan->seconds.end()));
 
-    const Pose now = drive.pose(scan->stamp);
-    const Pose step = now.inverse() * drive.pose(scan->stamp + 0.1);
+    MotionInputs odometry({});
+    for (double t = scan->stamp; t < scan->stamp + 0.105; t += 0.01) {
+      REQUIRE(odometry.add(OdometrySample{t, drive.pose(t)}));
+    }
+    const SweepTime time{scan->stamp, scan->stamp + 0.1};
+    const Pose now = drive.pose(time.middle());
+    const Pose step = drive.pose(time.first).inverse() * drive.pose(time.last);
     fastest_turn = std::max(fastest_turn, rotation_between(Pose{}, step) / 0.1);
-    const auto deskewed = deskew(scan->points, scan->seconds, step, 0.1);
-    REQUIRE_MESSAGE(deskewed, to_string(deskewed.error()));
+    const SweepMotion motion({.T_map_body = now}, odometry, time, time.first);
+    PointCloud undistorted;
+    for (std::size_t i = 0; i < scan->points.size(); ++i) {
+      const double stamp = scan->stamp + static_cast<double>(scan->seconds[i]);
+      undistorted.push_back(motion.seen_from_middle(scan->points[i], stamp));
+    }
     const Errors raw = errors_of(world, now, scan->points);
-    const Errors without = errors_of(world, now, *deskewed);
+    const Errors without = errors_of(world, now, undistorted);
     worst_raw.rms = std::max(worst_raw.rms, raw.rms);
     worst_raw.percentile_99 = std::max(worst_raw.percentile_99, raw.percentile_99);
-    worst_deskewed.rms = std::max(worst_deskewed.rms, without.rms);
-    worst_deskewed.percentile_99 = std::max(worst_deskewed.percentile_99, without.percentile_99);
+    worst_undistorted.rms = std::max(worst_undistorted.rms, without.rms);
+    worst_undistorted.percentile_99 = std::max(worst_undistorted.percentile_99, without.percentile_99);
   }
   MESSAGE("worst scan, rms and 99 %: " << worst_raw.rms << ", " << worst_raw.percentile_99
-                                       << " m as measured, " << worst_deskewed.rms << ", "
-                                       << worst_deskewed.percentile_99 << " m deskewed");
+                                       << " m as measured, " << worst_undistorted.rms << ", "
+                                       << worst_undistorted.percentile_99 << " m undistorted");
   CHECK(fastest_turn > 60.0 * std::numbers::pi / 180.0);
   CHECK(worst_raw.rms > 0.15);
   CHECK(worst_raw.percentile_99 > 0.5);
-  CHECK(worst_deskewed.rms < 1.5 * params.lidar.range_noise);
-  CHECK(worst_deskewed.percentile_99 < 0.08);
+  CHECK(worst_undistorted.rms < 1.5 * params.lidar.range_noise);
+  CHECK(worst_undistorted.percentile_99 < 0.08);
 }
 
 TEST_CASE("each point has the moment of its firing") {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 
 #include "vantage/api.hpp"
@@ -8,7 +9,7 @@
 
 namespace vantage {
 
-/// How sure an alignment is of its pose.
+/// How sure a pose is.
 struct PoseConfidence {
   /// Covariance of [translation; rotation vector], map axes, rotation about the sensor [m^2, m rad,
   /// rad^2].
@@ -18,15 +19,18 @@ struct PoseConfidence {
   Eigen::Vector3d sigma_rotation = Eigen::Vector3d::Zero();     ///< [rad]
   /// The axis of the largest standard deviation of the translation, map frame; of unit length.
   Eigen::Vector3d weakest_direction = Eigen::Vector3d::UnitX();
-  /// The number of directions, of six, about which the scan says nothing: sliding along a wall, or
-  /// turning in a round hall. Their standard deviation is at the limit or above.
+  /// The number of directions, of six, that are hardly known: sliding along a wall, or turning in a
+  /// round hall. Their standard deviation exceeds 0.5 m or 5 degrees.
   std::uint32_t degenerate = 0;
 };
+[[nodiscard]] VANTAGE_API PoseConfidence confidence_of(const Alignment::Hessian& covariance);
 
-/// Computes the confidence from an alignment's Hessian.
-/// @param scale  > 0; multiplies the inverse Hessian, which takes the errors of points as
-///               independent. Errors that points share make the true covariance larger
-/// A direction is degenerate if its standard deviation exceeds 0.5 m or 5 degrees.
-[[nodiscard]] VANTAGE_API PoseConfidence confidence_of(const Alignment& alignment, double scale);
+/// The covariance of an alignment's pose. More points in the same places do not make a pose surer:
+/// their errors are those of the map and of the place. So the information counts per point.
+/// @param points  number of points that were aligned
+/// @param scale   > 0; multiplies the covariance of a single point (LocalizerParams)
+/// A direction about which the scan says nothing has a variance of 50 m, 500 degrees squared.
+[[nodiscard]] VANTAGE_API Alignment::Hessian covariance_of(const Alignment& alignment,
+                                                           std::size_t points, double scale);
 
 }  // namespace vantage

@@ -17,6 +17,7 @@
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/track/samples.hpp"
 
 namespace vantage {
 
@@ -51,14 +52,18 @@ struct ScanReport {
   std::size_t held_bytes = 0;  ///< memory of all maps that are ready now, including those ahead
 
   std::size_t scan_points = 0;     ///< N of Eq. 12, after thinning
-  std::size_t dropped_points = 0;  ///< points that are not finite
-  double seconds_align = 0.0;      ///< T_align: MatchTarget::align at the prediction
+  std::size_t dropped_points = 0;  ///< points that are not finite or farther than 10 km
+  double seconds_align = 0.0;  ///< T_align: all alignments at the prediction, and undistortion between
+  /// How often the scan was aligned: again after a sweep was undistorted by the motion that the
+  /// alignment before had shown. 0 if there was no prediction.
+  std::uint32_t passes = 0;
+  std::uint64_t dropped_samples = 0;  ///< of IMU and odometry, too late or twice, since the opening
   /// Time that the scan spent on the search for a lost sensor, or waited for one that runs in the
   /// background (LocalizerParams::live); 0 for a scan that needed none.
   double seconds_search = 0.0;
   double seconds_verdict = 0.0;              ///< weighing and comparing the poses that are followed
   std::optional<Alignment> alignment;        ///< none if nothing matched
-  std::optional<PoseConfidence> confidence;  ///< of `alignment`
+  std::optional<PoseConfidence> confidence;  ///< of `T_map_scan`; none without a pose
   double lcp = 0.0;                          ///< Eq. 13
 };
 
@@ -99,14 +104,24 @@ class VANTAGE_API Localizer {
   /// all motion.
   void start_anywhere();
 
-  /// Predicts the pose (from odometry, otherwise with constant velocity), chooses the region of the
+  /// Takes in what the robot's own sensors of motion measured, in any order between two scans. Give
+  /// a scan after the samples that were taken during its sweep; samples of before the middle of the
+  /// last sweep are dropped and counted.
+  /// Errors: `invalid_input` for a sample with a number that is not finite, or a pose that is no
+  /// rigid transform.
+  [[nodiscard]] Result<void> add(const ImuSample& sample);
+  [[nodiscard]] Result<void> add(const OdometrySample& sample);
+
+  /// Predicts the pose at the middle of the sweep (see MotionFilter), removes the sensor's own
+  /// motion from the points, chooses the region of the
   /// last estimate (Eq. 11), switches maps if the region changed, and matches the scan. A scan that
   /// cannot be matched keeps the prediction as its pose. While there is doubt, the scans search for
   /// other poses in a growing circle. What a search finds later than within
   /// LocalizerParams::search_budget is moved by the motion since, and aligned again with the scan
   /// of that moment. Localization continues in every case.
-  /// Errors: `invalid_input` before a start, for a stamp that does not increase, or for times that
-  /// do not belong to the points; a region map that cannot be loaded or prepared.
+  /// Errors: `invalid_input` before a start, for a stamp that does not increase, for a prior that
+  /// is no rigid transform or has a deviation that is not positive, or for times that do not belong
+  /// to the points; a region map that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);
 
  private:

@@ -7,8 +7,11 @@
 #include <string_view>
 #include <tuple>
 #include <utility>
+#include <vector>
 
+#include "vantage/api.hpp"
 #include "vantage/params.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage {
 
@@ -20,6 +23,16 @@ enum class Gravity : std::uint8_t {
 constexpr auto enum_names(Gravity) {
   return std::array{std::pair{std::string_view("sensor_z"), Gravity::sensor_z},
                     std::pair{std::string_view("unknown"), Gravity::unknown}};
+}
+
+/// How a sensor moves.
+enum class MotionModel : std::uint8_t {
+  free,    ///< in any direction
+  planar,  ///< on wheels: its height and tilt change slowly
+};
+constexpr auto enum_names(MotionModel) {
+  return std::array{std::pair{std::string_view("free"), MotionModel::free},
+                    std::pair{std::string_view("planar"), MotionModel::planar}};
 }
 
 /// [localizer]: how scans are prepared, when regions are switched, and how a lost scan is
@@ -44,8 +57,11 @@ struct LocalizerParams {
   double prefetch_time = 3.0;
   double prefetch_distance = 5.0;
   double map_memory = 40.0;
-  double covariance_scale = 30.0;
-  bool deskew = false;
+  double covariance_scale = 0.003;
+  bool undistort = true;
+  MotionModel motion = MotionModel::free;
+  std::vector<double> T_sensor_imu{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  std::vector<double> T_sensor_body{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
 
   static constexpr auto schema() {
     return std::tuple{
@@ -116,14 +132,23 @@ struct LocalizerParams {
                  "limit on the memory of loaded region maps; the map in use is always kept",
                  positive),
         optional("covariance_scale", &LocalizerParams::covariance_scale, "",
-                 "the pose's covariance is this factor times the inverse Hessian, which treats the "
-                 "errors of points as independent",
+                 "the pose's covariance is this factor times the covariance that one point of the "
+                 "scan would leave, plus what the motion since and errors that repeat add",
                  positive),
-        optional("deskew", &LocalizerParams::deskew, "",
-                 "points that have times are moved to their position at the scan's stamp, by the "
-                 "known motion"),
+        optional("undistort", &LocalizerParams::undistort, "",
+                 "points that have times are moved to where the sensor would have seen them at the "
+                 "middle of the sweep"),
+        optional("motion", &LocalizerParams::motion, "",
+                 "planar: on wheels, so that height and tilt change slowly"),
+        optional("T_sensor_imu", &LocalizerParams::T_sensor_imu, "m, rad",
+                 "pose of the IMU in the LiDAR's frame: x, y, z, roll, pitch, yaw"),
+        optional("T_sensor_body", &LocalizerParams::T_sensor_body, "m, rad",
+                 "pose of the frame whose motion the odometry measures in the LiDAR's frame: x, y, "
+                 "z, roll, pitch, yaw"),
     };
   }
+  /// Mounts have six numbers.
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
 };
 
 }  // namespace vantage

@@ -83,6 +83,16 @@ struct ViewpointParams {
 /// Errors: `invalid_input` for a non-finite point or a point beyond 2^50 voxels from the origin.
 [[nodiscard]] VANTAGE_API Result<PointCloud> voxel_centroids(PointsView points, double voxel_size);
 
+struct TimedPoints {
+  PointCloud points;
+  std::vector<double> times;  ///< of each point [s]; empty if unknown
+};
+/// The same of points that have times: a centroid has the mean of its points' times.
+/// @param times  N times [s], or none
+[[nodiscard]] VANTAGE_API Result<TimedPoints> voxel_centroids(PointsView points,
+                                                              std::span<const double> times,
+                                                              double voxel_size);
+
 /// Places along a trajectory: its positions, moved sideways by each lateral offset. All positions
 /// for the first offset come before those for the second. The direction of travel is measured in
 /// plan view between positions at least half a voxel apart, so that the noise of a standing sensor

@@ -68,6 +68,7 @@ struct RunScan {
   std::uint64_t dropped_by_reader = 0;  ///< non-finite points in the file
   std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
+  std::optional<PoseError> prediction_error = {};  ///< of the pose before matching
   std::string region = {};              ///< label of the region in use
   RegionSummary map = {};               ///< of that region, from the bundle's index
   std::uint64_t wide_area_points = 0;   ///< points of the map from which the bundle was built

@@ -1,0 +1,102 @@
+#include "localize/sweep_matching.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "vantage/engine/confidence.hpp"
+
+namespace vantage {
+namespace {
+
+// Errors of an alignment that are new at every scan, whatever its Hessian says [m, rad].
+constexpr double kLeastMetres = 0.003, kLeastRadians = 0.0005;
+constexpr std::uint32_t kMostPasses = 4;
+// Another pass is worth its time if it moves a point at this range [m] by more than this [m].
+constexpr double kRange = 20.0, kPointNoise = 0.02;
+
+/// Poses all around the prediction that the sensor may have reached.
+std::vector<Pose> reached_by(const MotionFilter& predicted) {
+  constexpr double kApart = 1.0;     // [m]; from less than that, a matcher arrives by itself
+  std::vector<Pose> poses{predicted.pose()};
+  const Eigen::Matrix2d plan = predicted.pose_covariance().topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(plan);
+  for (const Eigen::Index axis : {1, 0}) {
+    const double sigma = std::sqrt(std::max(0.0, axes.eigenvalues()[axis]));
+    const double reach = reach_of(sigma);
+    for (double metres = kApart; metres <= reach; metres += kApart) {
+      for (const double side : {1.0, -1.0}) {
+        Pose moved = poses.front();
+        moved.translation.head<2>() += side * metres * axes.eigenvectors().col(axis);
+        poses.push_back(moved);
+      }
+    }
+  }
+  return poses;
+}
+
+Result<Alignment> align_best(const MatchTarget& target, PointsView points,
+                             const std::vector<Pose>& starts) {
+  if (starts.size() == 1) return target.align(points, starts.front());
+  std::vector<Result<Alignment>> found(starts.size());
+  tbb::parallel_for(std::size_t{0}, starts.size(),
+                    [&](std::size_t k) { found[k] = target.align(points, starts[k]); });
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < found.size(); ++k) {
+    if (!found[k] || !is_valid(found[k]->T_map_scan)) continue;
+    if (!found[best] || level_of(*found[k]) > level_of(*found[best])) best = k;
+  }
+  return std::move(found[best]);
+}
+
+}  // namespace
+
+PoseMatrix noise_of(const Alignment& alignment, std::size_t points, const LocalizerParams& params) {
+  PoseMatrix R = covariance_of(alignment, points, params.covariance_scale);
+  R.diagonal().head<3>().array() += kLeastMetres * kLeastMetres;
+  R.diagonal().tail<3>().array() += kLeastRadians * kLeastRadians;
+  return R;
+}
+
+Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& predicted,
+                               const MotionInputs& inputs, const LocalizerParams& params,
+                               Sweep& sweep) {
+  SweepMatch match;
+  PreparedScan& scan = sweep.prepared;
+  std::vector<Pose> starts = reached_by(predicted);
+  while (match.passes < kMostPasses) {
+    auto alignment = align_best(target, scan.points, starts);
+    ++match.passes;
+    if (!alignment && alignment.error().code != ErrorCode::too_few_matches) {
+      return fail(std::move(alignment).error());
+    }
+    match.alignment.reset();
+    if (!alignment) {
+      match.failure = alignment.error().message;
+      return match;
+    }
+    if (!is_valid(alignment->T_map_scan)) {
+      match.failure = "the matcher returned no valid pose";
+      return match;
+    }
+    match.alignment = *std::move(alignment);
+    match.R = noise_of(*match.alignment, scan.points.size(), params);
+    if (!sweep.motion) return match;
+    MotionFilter now = predicted;
+    now.update(match.alignment->T_map_scan, match.R);
+    SweepMotion shown(now.state(), inputs, sweep.time, now.measured());
+    if (shown.apart(*sweep.motion, kRange) <= kPointNoise) return match;
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      scan.points[i] = sweep.motion->corrected(scan.points[i], scan.times[i], shown);
+    }
+    sweep.motion = std::move(shown);
+    starts.assign(1, match.alignment->T_map_scan);
+  }
+  return match;
+}
+
+}  // namespace vantage

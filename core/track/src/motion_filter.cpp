@@ -1,0 +1,294 @@
+#include "vantage/track/motion_filter.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace vantage {
+namespace {
+
+const Eigen::Vector3d kGravity(0.0, 0.0, -9.80665);  // standard gravity [m/s^2], map frame
+constexpr double kStopping = 1.0;  // [s]; a body that may have stopped slows down within this
+
+// The first row of each part of an error.
+constexpr Eigen::Index kP = 0, kR = 3, kV = 6, kB = 9, kF = 12;
+
+/// How the body's speeds fade during a piece of time: nothing tells whether it goes on.
+double fading(const MotionInput& input) {
+  return input.coasts ? std::exp(-std::abs(input.seconds) / kStopping) : 1.0;
+}
+
+Eigen::Vector3d rate_of(const MotionState& state, const MotionInput& input) {
+  if (input.rate) return *input.rate - state.rate_bias;
+  return input.odometry ? input.odometry->angular : -state.rate_bias;
+}
+
+/// Whether the bias stands for the rate of turn, and odometry gives a new one.
+bool sets_rate(const MotionInput& input) { return input.odometry && !input.rate; }
+
+bool is_accelerated(const MotionInput& input) { return input.force && !input.odometry; }
+
+/// The derivative of `left_jacobian(theta) * v` by theta, to second order.
+Eigen::Matrix3d derivative(const Eigen::Vector3d& theta, const Eigen::Vector3d& v) {
+  const Eigen::Vector3d across = theta.cross(v);
+  return -0.5 * skew(v) - (skew(across) + skew(theta) * skew(v)) / 6.0;
+}
+
+}  // namespace
+
+Twist twist_of(const MotionState& state, const MotionInput& input) noexcept {
+  return {.linear = input.odometry ? input.odometry->linear : state.velocity,
+          .angular = rate_of(state, input)};
+}
+
+MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
+  const double dt = input.seconds;
+  const Twist twist = twist_of(state, input);
+  MotionState next = state;
+  const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
+  next.T_map_body.rotation =
+      (state.T_map_body.rotation * rotation_from_vector(twist.angular * dt)).normalized();
+  if (is_accelerated(input)) {
+    const Eigen::Matrix3d R_middle =
+        R * rotation_from_vector(0.5 * dt * twist.angular).toRotationMatrix();
+    const Eigen::Vector3d a = R_middle * (*input.force - state.force_bias) + kGravity;
+    const Eigen::Vector3d u = R * state.velocity;
+    next.T_map_body.translation += u * dt + 0.5 * dt * dt * a;
+    next.velocity = next.T_map_body.rotation.toRotationMatrix().transpose() * (u + dt * a);
+    return next;
+  }
+  const double fade = fading(input);
+  const double way = input.coasts ? std::copysign(kStopping * (1.0 - fade), dt) : dt;
+  const Twist step{.linear = way * twist.linear, .angular = way * twist.angular};
+  next.T_map_body.translation += R * (left_jacobian(step.angular) * step.linear);
+  if (input.coasts) {
+    next.T_map_body.rotation =
+        (state.T_map_body.rotation * rotation_from_vector(step.angular)).normalized();
+    next.rate_bias *= fade;
+  }
+  next.velocity = fade * twist.linear;
+  if (sets_rate(input)) next.rate_bias = -input.odometry->angular;
+  return next;
+}
+
+MotionMatrix moved_jacobian(const MotionState& state, const MotionInput& input) noexcept {
+  const double fade = fading(input);
+  const double dt = input.coasts ? std::copysign(kStopping * (1.0 - fade), input.seconds)
+                                 : input.seconds;
+  const Twist twist = twist_of(state, input);
+  const Eigen::Vector3d theta = dt * twist.angular;
+  const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
+  const Eigen::Matrix3d J = left_jacobian(theta);
+  MotionMatrix F = MotionMatrix::Identity();
+  // How the rate of turn depends on its bias.
+  const double by_bias = sets_rate(input) ? 0.0 : -1.0;
+  F.block<3, 3>(kR, kB) = by_bias * dt * R * J;
+  if (is_accelerated(input)) {
+    const Eigen::Vector3d half = 0.5 * theta;
+    const Eigen::Matrix3d R_middle = R * rotation_from_vector(half).toRotationMatrix();
+    const Eigen::Vector3d force = R_middle * (*input.force - state.force_bias);
+    const Eigen::Vector3d u = R * state.velocity;
+    const Eigen::Vector3d u_next = u + dt * (force + kGravity);
+    const Eigen::Matrix3d R_next = R * rotation_from_vector(theta).toRotationMatrix();
+    Eigen::Matrix<double, 3, 15> du = Eigen::Matrix<double, 3, 15>::Zero();  // of u
+    du.block<3, 3>(0, kR) = -skew(u);
+    du.block<3, 3>(0, kV) = R;
+    Eigen::Matrix<double, 3, 15> da = Eigen::Matrix<double, 3, 15>::Zero();  // of acceleration
+    da.block<3, 3>(0, kR) = -skew(force);
+    da.block<3, 3>(0, kB) = -skew(force) * R * left_jacobian(half) * (-0.5 * dt);
+    da.block<3, 3>(0, kF) = -R_middle;
+    F.block<3, 15>(kP, 0) += dt * du + 0.5 * dt * dt * da;
+    const Eigen::Matrix<double, 3, 15> turned = F.block<3, 15>(kR, 0);
+    F.block<3, 15>(kV, 0) = R_next.transpose() * (du + dt * da + skew(u_next) * turned);
+    return F;
+  }
+  const Eigen::Vector3d v = twist.linear;
+  F.block<3, 3>(kP, kR) = -skew(R * (J * v)) * dt;
+  if (input.odometry) {
+    F.block<3, 3>(kV, kV).setZero();
+  } else {
+    F.block<3, 3>(kP, kV) = dt * R * J;
+    F.block<3, 3>(kV, kV) *= fade;
+  }
+  F.block<3, 3>(kP, kB) = by_bias * dt * dt * R * derivative(theta, v);
+  if (sets_rate(input)) F.block<3, 3>(kB, kB).setZero();
+  if (input.coasts) F.block<3, 3>(kB, kB) *= fade;
+  return F;
+}
+
+MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
+                         const MotionNoise& noise) noexcept {
+  const double dt = std::abs(input.seconds);
+  const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
+  MotionMatrix Q = MotionMatrix::Zero();
+  // Adds the noise of a rate: it is integrated into `integral`, and moves `itself`, too.
+  const auto add_walk = [&](Eigen::Index integral, Eigen::Index itself, double side,
+                            const Eigen::Vector3d& variance) {
+    const Eigen::Matrix3d turned = side * R * variance.asDiagonal();
+    Q.block<3, 3>(integral, integral) += R * variance.asDiagonal() * R.transpose() * dt * dt / 3.0;
+    Q.block<3, 3>(integral, itself) += turned * dt / 2.0;
+    Q.block<3, 3>(itself, integral) += turned.transpose() * dt / 2.0;
+    Q.block<3, 3>(itself, itself).diagonal() += variance;
+  };
+  const auto squared = [](double x) { return x * x; };
+  const double upright = squared(noise.upright);
+  if (input.odometry) {
+    const double way = input.odometry->linear.norm() * dt;
+    const double turn = input.odometry->angular.norm() * dt;
+    const double metres = squared(noise.odometry_metres) * way;
+    Q.block<3, 3>(kP, kP).diagonal().array() += metres;
+    Q.block<3, 3>(kV, kV).diagonal().array() += metres / squared(dt) + squared(0.01);
+    if (!input.rate) {
+      const double radians =
+          squared(noise.odometry_radians) * way + squared(noise.odometry_turning) * turn;
+      Q.block<3, 3>(kR, kR).diagonal().array() += radians;
+      Q.block<3, 3>(kB, kB).diagonal().array() += radians / squared(dt) + squared(0.005);
+    }
+  } else if (input.force) {
+    const Eigen::Vector3d variance = Eigen::Vector3d::Constant(squared(noise.force) * dt);
+    add_walk(kP, kV, 1.0, variance);
+    Q.block<3, 3>(kF, kF).diagonal().array() += squared(noise.force_bias) * dt;
+  } else {
+    add_walk(kP, kV, 1.0, squared(noise.acceleration) * dt * Eigen::Vector3d(1.0, 1.0, upright));
+  }
+  if (input.rate) {
+    Q.block<3, 3>(kR, kR).diagonal().array() += squared(noise.rate) * dt;
+    Q.block<3, 3>(kB, kB).diagonal().array() += squared(noise.rate_bias) * dt;
+  } else if (!input.odometry) {
+    add_walk(kR, kB, -1.0, squared(noise.turning) * dt * Eigen::Vector3d(upright, upright, 1.0));
+  }
+  return Q;
+}
+
+MotionState plus(const MotionState& state, const MotionVector& error) noexcept {
+  MotionState next = state;
+  next.T_map_body.translation += error.segment<3>(kP);
+  next.T_map_body.rotation =
+      (rotation_from_vector(error.segment<3>(kR)) * state.T_map_body.rotation).normalized();
+  next.velocity += error.segment<3>(kV);
+  next.rate_bias += error.segment<3>(kB);
+  next.force_bias += error.segment<3>(kF);
+  return next;
+}
+
+PoseVector difference(const Pose& pose, const Pose& from) noexcept {
+  PoseVector error;
+  error << pose.translation - from.translation,
+      rotation_vector_of(Eigen::Quaterniond(pose.rotation * from.rotation.conjugate()));
+  return error;
+}
+
+MotionFilter::MotionFilter(double stamp, const Pose& T_map_sensor, const PoseMatrix& P,
+                           const MotionInputs& inputs)
+    : stamp_(stamp),
+      measured_(stamp),
+      T_body_sensor_(inputs.T_sensor_body().inverse()),
+      covariance_(MotionMatrix::Zero()) {
+  // Standard deviations; without a gyroscope, the bias stands for the rate of turn.
+  Eigen::Vector3d speed(8.0, 8.0, 1.0), rate(0.3, 0.3, 1.0);  // [m/s], [rad/s]
+  constexpr double kForceBias = 0.3, kRateBias = 0.05, kRateAtRest = 0.002;
+  if (inputs.has_imu()) rate.setConstant(kRateBias);
+  if (const auto rest = inputs.rest(stamp)) {
+    state_.rate_bias = rest->rate;
+    rate.setConstant(kRateAtRest);  // at rest, or on an even, straight way: nothing tells
+  }
+  covariance_.diagonal().segment<3>(kV) = speed.cwiseAbs2();
+  covariance_.diagonal().segment<3>(kB) = rate.cwiseAbs2();
+  covariance_.diagonal().segment<3>(kF).setConstant(kForceBias * kForceBias);
+  place(T_map_sensor, P);
+}
+
+PoseMatrix MotionFilter::sensor_by_body() const {
+  PoseMatrix A = PoseMatrix::Identity();
+  A.block<3, 3>(kP, kR) =
+      -skew(state_.T_map_body.rotation.toRotationMatrix() * T_body_sensor_.translation);
+  return A;
+}
+
+PoseMatrix MotionFilter::pose_covariance() const {
+  const PoseMatrix A = sensor_by_body();
+  return A * covariance_.topLeftCorner<6, 6>() * A.transpose();
+}
+
+void MotionFilter::predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise) {
+  bool measured = false;
+  for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
+    const MotionMatrix F = moved_jacobian(state_, input);
+    covariance_ = F * covariance_ * F.transpose() + moved_noise(state_, input, noise);
+    state_ = moved(state_, input);
+    measured = input.rate || input.odometry;
+  }
+  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+  stamp_ = stamp;
+  if (measured) measured_ = stamp;
+}
+
+MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs) const {
+  MotionFilter there = *this;
+  for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
+    const MotionMatrix F = moved_jacobian(there.state_, input);
+    there.covariance_ = F * there.covariance_ * F.transpose();
+    there.state_ = moved(there.state_, input);
+  }
+  there.stamp_ = stamp;
+  return there;
+}
+
+void MotionFilter::update(const Pose& T_map_sensor, const PoseMatrix& R) {
+  constexpr double kMost = 22.5;  // chi squared of six dimensions, 99.9 %
+  const PoseMatrix H = sensor_by_body();
+  const PoseVector innovation = difference(T_map_sensor, pose());
+  PoseMatrix S = pose_covariance() + R;
+  const double squared = innovation.dot(S.ldlt().solve(innovation));
+  if (squared > kMost) {
+    // The motion changed more than its noise allows: by as much, what was known of it is worth less.
+    covariance_ *= squared / kMost;
+    S = pose_covariance() + R;
+  }
+  const Eigen::Matrix<double, 15, 6> PHt = covariance_.leftCols<6>() * H.transpose();
+  const Eigen::Matrix<double, 6, 15> solved = S.ldlt().solve(PHt.transpose());
+  const Eigen::Matrix<double, 15, 6> K = solved.transpose();
+  state_ = plus(state_, K * innovation);
+  // Joseph's form: stays positive definite.
+  MotionMatrix kept = MotionMatrix::Identity();
+  kept.leftCols<6>() -= K * H;
+  covariance_ = kept * covariance_ * kept.transpose() + K * R * K.transpose();
+  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+  measured_ = stamp_;
+}
+
+void MotionFilter::place(const Pose& T_map_sensor, const PoseMatrix& P) {
+  state_.T_map_body = T_map_sensor * T_body_sensor_.inverse();
+  const PoseMatrix body_by_sensor = sensor_by_body().inverse();
+  covariance_.leftCols<6>().setZero();
+  covariance_.topRows<6>().setZero();
+  covariance_.topLeftCorner<6, 6>() = body_by_sensor * P * body_by_sensor.transpose();
+}
+
+Pose pose_between(const MotionFilter& before, const MotionFilter& after, double stamp,
+                  const MotionInputs& inputs, const MotionNoise& noise) {
+  const Pose by_after = after.at(stamp, inputs).pose();
+  const double seconds = after.stamp() - before.stamp();
+  const double share = (stamp - before.stamp()) / seconds;
+  if (!(share > 0.0 && share < 1.0) || !inputs.has_odometry(after.stamp())) return by_after;
+  const Pose by_odometry = interpolate(before.at(stamp, inputs).pose(), by_after, share);
+  const Twist whole = logarithm(before.pose().inverse() * after.pose());
+  const Pose by_poses =
+      before.pose() * exponential({share * whole.linear, share * whole.angular});
+  // Variances half way: of a walk that ends where it is known, and of white accelerations.
+  const double walk = 0.25, white = seconds * seconds * seconds / 192.0;
+  const auto squared = [](double x) { return x * x; };
+  const double way = whole.linear.norm(), turn = whole.angular.norm();
+  const auto weight = [](double of_odometry, double of_poses) {
+    return of_odometry / (of_odometry + of_poses);
+  };
+  const double metres = weight(walk * squared(noise.odometry_metres) * way,
+                               white * squared(noise.acceleration));
+  const double radians = weight(walk * (squared(noise.odometry_radians) * way +
+                                        squared(noise.odometry_turning) * turn),
+                                white * squared(noise.turning));
+  Pose pose = interpolate(by_odometry, by_poses, radians);
+  pose.translation += (metres - radians) * (by_poses.translation - by_odometry.translation);
+  return pose;
+}
+
+}  // namespace vantage

@@ -1,0 +1,183 @@
+#include "vantage/track/motion_inputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace vantage {
+namespace {
+
+// A gyroscope that is silent for longer than this says nothing of the time in between [s].
+constexpr double kLongestGap = 0.25;
+// The last sample holds for this long [s].
+constexpr double kHold = 0.1;
+// A body that nothing has measured for this long may have stopped [s].
+constexpr double kCoasting = 1.0;
+// Samples are held for this long, even if no scan uses them [s].
+constexpr double kLongest = 60.0;
+// Odometry that ended this long ago no longer says where the body is [s].
+constexpr double kOdometryAge = 0.2;
+
+/// Inserts a sample by its stamp. @return whether there was none with that stamp
+template <class Sample>
+bool insert(std::deque<Sample>& samples, const Sample& sample) {
+  const auto at = std::lower_bound(samples.begin(), samples.end(), sample.stamp,
+                                   [](const Sample& s, double stamp) { return s.stamp < stamp; });
+  if (at != samples.end() && at->stamp == sample.stamp) return false;
+  samples.insert(at, sample);
+  while (samples.front().stamp < samples.back().stamp - kLongest) samples.pop_front();
+  return true;
+}
+
+/// The first sample later than a moment.
+template <class Sample>
+auto later_than(const std::deque<Sample>& samples, double stamp) {
+  return std::upper_bound(samples.begin(), samples.end(), stamp,
+                          [](double t, const Sample& s) { return t < s.stamp; });
+}
+
+/// Drops samples that are not needed from a moment on; one before it stays, to interpolate from.
+template <class Sample>
+void drop_before(std::deque<Sample>& samples, double stamp) {
+  while (samples.size() > 1 && samples[1].stamp <= stamp) samples.pop_front();
+}
+
+ImuSample mean_of(const ImuSample& a, const ImuSample& b, double stamp) {
+  const double share = (stamp - a.stamp) / (b.stamp - a.stamp);
+  return {.stamp = stamp,
+          .angular_velocity = a.angular_velocity + share * (b.angular_velocity - a.angular_velocity),
+          .specific_force = a.specific_force + share * (b.specific_force - a.specific_force)};
+}
+
+}  // namespace
+
+Result<void> MotionInputs::add(const ImuSample& sample) {
+  if (!is_valid(sample)) {
+    return fail(ErrorCode::invalid_input, "an IMU sample at " + std::to_string(sample.stamp) +
+                                              " s has a number that is not finite");
+  }
+  const bool late = forgotten_ && sample.stamp <= *forgotten_;
+  if (late || !insert(imu_, sample)) ++dropped_;
+  return {};
+}
+
+Result<void> MotionInputs::add(const OdometrySample& sample) {
+  if (!is_valid(sample)) {
+    return fail(ErrorCode::invalid_input, "the odometry at " + std::to_string(sample.stamp) +
+                                              " s is no rigid transform");
+  }
+  const Pose T_body_imu = mounts_.T_sensor_body.inverse() * mounts_.T_sensor_imu;
+  const bool late = forgotten_ && sample.stamp <= *forgotten_;
+  if (late || !insert(odometry_, Odometry{sample.stamp, sample.T_odom_body * T_body_imu})) {
+    ++dropped_;
+  }
+  return {};
+}
+
+bool MotionInputs::has_odometry(double stamp) const noexcept {
+  return odometry_.size() > 1 && odometry_.back().stamp >= stamp - kOdometryAge &&
+         odometry_.front().stamp < stamp;
+}
+
+MotionInput MotionInputs::at(double from, double to, double silent_since) const {
+  const double middle = 0.5 * (from + to);
+  MotionInput input{.seconds = to - from};
+  if (const auto next = later_than(imu_, middle); next != imu_.begin()) {
+    const ImuSample& last = *std::prev(next);
+    std::optional<ImuSample> sample;
+    if (next != imu_.end() && next->stamp - last.stamp <= kLongestGap) {
+      sample = mean_of(last, *next, middle);
+    } else if (next == imu_.end() && middle - last.stamp <= kHold) {
+      sample = last;
+    }
+    if (sample) {
+      input.rate = sample->angular_velocity;
+      input.force = sample->specific_force;
+    }
+  }
+  const auto next = later_than(odometry_, middle);
+  if (next != odometry_.begin() && next != odometry_.end()) {
+    const Odometry& last = *std::prev(next);
+    const double seconds = next->stamp - last.stamp;
+    Twist twist = logarithm(last.T_odom_imu.inverse() * next->T_odom_imu);
+    twist.linear /= seconds;
+    twist.angular /= seconds;
+    input.odometry = twist;
+  }
+  input.coasts = !input.rate && !input.odometry && middle > silent_since + kCoasting;
+  return input;
+}
+
+std::vector<MotionInput> MotionInputs::between(double from, double to, double silent_since) const {
+  constexpr double kLongestStep = 0.02;  // [s]; the filter's steps are of first order
+  constexpr double kMostSteps = 500.0;   // of a long pause
+  const double begin = std::min(from, to), end = std::max(from, to);
+  std::vector<double> cuts{begin};
+  const auto cut_at = [&](const auto& samples) {
+    for (auto s = later_than(samples, begin); s != samples.end() && s->stamp < end; ++s) {
+      cuts.push_back(s->stamp);
+    }
+  };
+  cut_at(imu_);
+  cut_at(odometry_);
+  cuts.push_back(end);
+  std::sort(cuts.begin(), cuts.end());
+  std::vector<MotionInput> inputs;
+  const double longest = std::max(kLongestStep, (end - begin) / kMostSteps);
+  for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+    const double seconds = cuts[k + 1] - cuts[k];
+    if (!(seconds > 0.0)) continue;
+    const double steps = std::ceil(seconds / longest - 1e-9);
+    for (double step = 0.0; step < steps; ++step) {
+      inputs.push_back(at(cuts[k] + step / steps * seconds, cuts[k] + (step + 1.0) / steps * seconds,
+                          silent_since));
+    }
+  }
+  if (to < from) {
+    std::reverse(inputs.begin(), inputs.end());
+    for (MotionInput& input : inputs) input.seconds = -input.seconds;
+  }
+  return inputs;
+}
+
+std::optional<MotionInputs::Rest> MotionInputs::rest(double until) const {
+  constexpr double kShortest = 0.5;                 // [s]
+  constexpr double kTurns = 0.01, kShakes = 0.2;  // standard deviations [rad/s, m/s^2]
+  constexpr double kFastest = 0.2;  // [rad/s]; of a bias
+  const auto end = later_than(imu_, until);
+  if (end == imu_.begin() || std::prev(end)->stamp - imu_.front().stamp < kShortest) return {};
+  const auto n = static_cast<double>(end - imu_.begin());
+  Rest mean;
+  for (auto s = imu_.begin(); s != end; ++s) {
+    mean.rate += s->angular_velocity / n;
+    mean.force += s->specific_force / n;
+  }
+  double turns = 0.0, shakes = 0.0;
+  for (auto s = imu_.begin(); s != end; ++s) {
+    turns += (s->angular_velocity - mean.rate).squaredNorm() / n;
+    shakes += (s->specific_force - mean.force).squaredNorm() / n;
+  }
+  if (std::sqrt(turns) > kTurns || std::sqrt(shakes) > kShakes || mean.rate.norm() > kFastest) {
+    return {};
+  }
+  return mean;
+}
+
+std::optional<Eigen::Vector3d> MotionInputs::up(double stamp) const {
+  constexpr double kRecent = 0.5;  // [s]
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (auto s = later_than(imu_, stamp - kRecent); s != imu_.end() && s->stamp <= stamp; ++s) {
+    sum += s->specific_force;
+  }
+  if (!(sum.norm() > 0.0)) return {};
+  return mounts_.T_sensor_imu.rotation.toRotationMatrix() * sum.normalized();
+}
+
+void MotionInputs::forget_before(double stamp) {
+  forgotten_ = forgotten_ ? std::max(*forgotten_, stamp) : stamp;
+  drop_before(imu_, stamp - 1.0);
+  drop_before(odometry_, stamp - 1.0);
+}
+
+}  // namespace vantage

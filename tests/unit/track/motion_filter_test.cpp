@@ -1,0 +1,239 @@
+#include "vantage/track/motion_filter.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+using namespace vantage;
+
+namespace {
+
+constexpr double kGravity = 9.80665;
+
+MotionState some_state() {
+  MotionState state;
+  state.T_map_body = pose_from_xyz_rpy({3.0, -2.0, 1.0}, {0.2, -0.1, 1.3});
+  state.velocity = {4.0, -0.5, 0.3};
+  state.rate_bias = {0.1, -0.2, 0.4};
+  state.force_bias = {0.05, -0.1, 0.2};
+  return state;
+}
+
+/// A piece of time of every kind.
+std::vector<MotionInput> inputs_of_every_kind() {
+  const Eigen::Vector3d rate(0.5, -0.3, 1.2), force(1.0, -0.5, 9.5);
+  const Twist twist{.linear = {3.0, 0.2, -0.1}, .angular = {0.1, -0.2, 0.9}};
+  return {{.seconds = 0.02},
+          {.seconds = -0.015},
+          {.seconds = 0.01, .rate = rate},
+          {.seconds = 0.01, .rate = rate, .force = force},
+          {.seconds = -0.01, .rate = rate, .force = force},
+          {.seconds = 0.02, .odometry = twist},
+          {.seconds = 0.02, .rate = rate, .odometry = twist},
+          {.seconds = 0.02, .coasts = true}};
+}
+
+/// How far a state is from another, in the filter's terms.
+MotionVector error_of(const MotionState& state, const MotionState& from) {
+  MotionVector error;
+  error << difference(state.T_map_body, from.T_map_body), state.velocity - from.velocity,
+      state.rate_bias - from.rate_bias, state.force_bias - from.force_bias;
+  return error;
+}
+
+PoseMatrix sigma(double metres, double radians) {
+  PoseVector variance;
+  variance << Eigen::Vector3d::Constant(metres * metres),
+      Eigen::Vector3d::Constant(radians * radians);
+  return variance.asDiagonal();
+}
+
+bool is_positive(const MotionMatrix& covariance) {
+  return Eigen::SelfAdjointEigenSolver<MotionMatrix>(covariance).eigenvalues().minCoeff() > -1e-9;
+}
+
+}  // namespace
+
+TEST_CASE("every Jacobian is the derivative that finite differences give") {
+  const MotionState state = some_state();
+  for (const MotionInput& input : inputs_of_every_kind()) {
+    CAPTURE(input.seconds);
+    CAPTURE(input.rate.has_value());
+    CAPTURE(input.force.has_value());
+    CAPTURE(input.odometry.has_value());
+    CAPTURE(input.coasts);
+    const MotionMatrix F = moved_jacobian(state, input);
+    constexpr double kStep = 1e-5;
+    for (Eigen::Index k = 0; k < 15; ++k) {
+      MotionVector step = MotionVector::Zero();
+      step[k] = kStep;
+      const MotionVector column =
+          error_of(moved(plus(state, step), input), moved(plus(state, -step), input)) /
+          (2.0 * kStep);
+      CAPTURE(k);
+      CHECK((column - F.col(k)).norm() < 2e-6);
+    }
+  }
+}
+
+TEST_CASE("a constant twist drives a circle, forwards and back") {
+  MotionState state;
+  state.velocity = {2.0, 0.0, 0.0};
+  state.rate_bias = {0.0, 0.0, -0.5};  // turns left; radius 4 m
+  const MotionState half = moved(state, {.seconds = 2.0 * std::numbers::pi});
+  CHECK((half.T_map_body.translation - Eigen::Vector3d(0, 8, 0)).norm() < 1e-9);
+  const MotionState back = moved(half, {.seconds = -2.0 * std::numbers::pi});
+  CHECK(back.T_map_body.translation.norm() < 1e-9);
+  CHECK(rotation_between(back.T_map_body, Pose{}) < 1e-9);
+}
+
+TEST_CASE("an accelerometer at rest feels gravity and stays; in free fall it falls") {
+  MotionState state;
+  state.T_map_body = pose_from_xyz_rpy({0, 0, 0}, {0.4, -0.2, 1.0});
+  const Eigen::Vector3d up =
+      state.T_map_body.rotation.conjugate().toRotationMatrix() * Eigen::Vector3d(0, 0, kGravity);
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  const MotionState rest = moved(state, {.seconds = 0.5, .rate = zero, .force = up});
+  CHECK(rest.T_map_body.translation.norm() < 1e-9);
+  const MotionState falling = moved(state, {.seconds = 0.5, .rate = zero, .force = zero});
+  CHECK(falling.T_map_body.translation.z() == doctest::Approx(-0.125 * kGravity));
+}
+
+TEST_CASE("noise is symmetric, positive, and that of the integrals") {
+  for (const MotionInput& input : inputs_of_every_kind()) {
+    const MotionMatrix Q = moved_noise(some_state(), input, {});
+    CHECK((Q - Q.transpose()).norm() < 1e-12);
+    CHECK(is_positive(Q));
+  }
+  // A second of white acceleration: sigma of the way is q / sqrt(3), in one step or in fifty.
+  const MotionNoise noise{.acceleration = 0.6};
+  MotionMatrix P = MotionMatrix::Zero();
+  for (int k = 0; k < 50; ++k) {
+    const MotionMatrix F = moved_jacobian({}, {.seconds = 0.02});
+    P = F * P * F.transpose() + moved_noise({}, {.seconds = 0.02}, noise);
+  }
+  CHECK(std::sqrt(P(0, 0)) == doctest::Approx(0.6 / std::sqrt(3.0)).epsilon(0.001));
+  CHECK(std::sqrt(moved_noise({}, {.seconds = 1.0}, noise)(0, 0)) ==
+        doctest::Approx(0.6 / std::sqrt(3.0)));
+}
+
+TEST_CASE("scans alone reveal the speed and the turn of a sensor that was taken to stand") {
+  const MotionInputs inputs({});
+  const Pose step = exponential({.linear = {1.2, 0.0, 0.0}, .angular = {0.0, 0.0, 0.05}});
+  Pose truth;
+  MotionFilter filter(0.0, truth, sigma(1.0, 0.1), inputs);
+  filter.update(truth, sigma(0.003, 0.0005));
+  for (int k = 1; k < 5; ++k) {
+    truth = truth * step;
+    filter.predict(0.1 * k, inputs, {});
+    if (k >= 3) CHECK((filter.pose().translation - truth.translation).norm() < 0.02);
+    filter.update(truth, sigma(0.003, 0.0005));
+  }
+  CHECK(filter.state().velocity.x() == doctest::Approx(12.0).epsilon(0.01));
+  CHECK(-filter.state().rate_bias.z() == doctest::Approx(0.5).epsilon(0.02));
+}
+
+TEST_CASE("a motion that changes more than the noise allows is believed, and its speed is new") {
+  const MotionInputs inputs({});
+  Pose truth;
+  MotionFilter filter(0.0, truth, sigma(1.0, 0.1), inputs);
+  for (int k = 1; k < 20; ++k) {  // at rest
+    filter.predict(0.1 * k, inputs, {});
+    filter.update(truth, sigma(0.003, 0.0005));
+  }
+  filter.predict(2.0, inputs, {});
+  truth.translation.x() += 1.0;  // 10 m/s at once
+  filter.update(truth, sigma(0.003, 0.0005));
+  CHECK((filter.pose().translation - truth.translation).norm() < 0.02);
+  CHECK(filter.state().velocity.x() > 5.0);
+}
+
+TEST_CASE("poses in and out are those of the sensor, wherever the IMU sits") {
+  const Pose T_sensor_imu = pose_from_xyz_rpy({0.5, -0.3, 0.2}, {std::numbers::pi, 0.1, 0.7});
+  const MotionInputs inputs({.T_sensor_imu = T_sensor_imu});
+  const Pose start = pose_from_xyz_rpy({3, 4, 1}, {0.1, -0.2, 2.0});
+  PoseMatrix P = sigma(0.2, 0.05);
+  P(0, 4) = P(4, 0) = 0.003;
+  MotionFilter filter(0.0, start, P, inputs);
+  CHECK((filter.pose().translation - start.translation).norm() < 1e-12);
+  CHECK((filter.pose_covariance() - P).norm() < 1e-12);
+  const Pose seen = pose_from_xyz_rpy({3.1, 4.2, 1.0}, {0.1, -0.2, 2.05});
+  filter.update(seen, sigma(1e-5, 1e-6));
+  CHECK((filter.pose().translation - seen.translation).norm() < 2e-3);  // of second order
+  CHECK(rotation_between(filter.pose(), seen) < 1e-5);
+  CHECK(is_positive(filter.covariance()));
+}
+
+TEST_CASE("a sensor that nothing measures slows down, and the filter says that it does not know") {
+  const MotionInputs inputs({});
+  MotionFilter filter(0.0, Pose{}, sigma(0.01, 0.001), inputs);
+  for (int k = 1; k < 5; ++k) {
+    filter.predict(0.1 * k, inputs, {});
+    filter.update(pose_from_xyz_rpy({0.15 * k, 0, 0}, {0, 0, 0}), sigma(0.003, 0.0005));
+  }
+  MotionFilter an_hour_later = filter;
+  an_hour_later.predict(3600.0, inputs, {});
+  const double way = (an_hour_later.pose().translation - filter.pose().translation).norm();
+  CHECK(way > 1.5);
+  CHECK(way < 4.0);  // not 5.4 km
+  CHECK(std::sqrt(an_hour_later.pose_covariance()(0, 0)) > 10.0);
+  CHECK(is_positive(an_hour_later.covariance()));
+}
+
+TEST_CASE("an IMU carries the pose through a turn, and its bias is found") {
+  MotionInputs inputs({});
+  const Eigen::Vector3d bias(0.02, -0.03, 0.05);  // 3 deg/s
+  const double speed = 1.5;
+  const auto rate_at = [](double t) { return t < 2.0 ? 0.0 : 1.2 * std::sin(3.0 * t); };
+  const auto truth_at = [&](double t) {
+    MotionState state;
+    state.velocity = {speed, 0, 0};
+    constexpr double kStep = 1e-3;
+    for (double at = 0.0; at < t - 1e-9; at += kStep) {
+      state.rate_bias = {0, 0, -rate_at(at + 0.5 * kStep)};
+      state = moved(state, {.seconds = kStep});
+    }
+    return state.T_map_body;
+  };
+  MotionFilter filter(0.0, Pose{}, sigma(0.1, 0.02), inputs);
+  double imu = 0.0, worst = 0.0;
+  for (int scan = 1; scan <= 60; ++scan) {
+    const double now = 0.1 * scan;
+    for (; imu <= now + 0.005; imu += 0.005) {
+      const double w = rate_at(imu);
+      // On a circle, the specific force points inwards, and up.
+      REQUIRE(inputs.add(ImuSample{imu, Eigen::Vector3d(0, 0, w) + bias,
+                                   Eigen::Vector3d(0, speed * w, kGravity)}));
+    }
+    const Pose truth = truth_at(now);
+    filter.predict(now, inputs, {});
+    if (scan > 40) worst = std::max(worst, rotation_between(filter.pose(), truth));
+    filter.update(truth, sigma(0.003, 0.0005));
+    inputs.forget_before(now);
+  }
+  CHECK(worst < 0.001);
+  CHECK((filter.state().rate_bias - bias).norm() < 0.005);
+  CHECK(is_positive(filter.covariance()));
+}
+
+TEST_CASE("between two known moments, odometry leads from one to the other") {
+  MotionInputs inputs({});
+  // Odometry says 1 m, after it stood for half of the time; the scans say 1.2 m.
+  REQUIRE(inputs.add(OdometrySample{0.0, Pose{}}));
+  REQUIRE(inputs.add(OdometrySample{0.5, Pose{}}));
+  REQUIRE(inputs.add(OdometrySample{1.0, pose_from_xyz_rpy({1, 0, 0}, {0, 0, 0})}));
+  const Pose end = pose_from_xyz_rpy({1.2, 0, 0}, {0, 0, 0});
+  const MotionFilter before(0.0, Pose{}, sigma(0.01, 0.01), inputs);
+  const MotionFilter after(1.0, end, sigma(0.01, 0.01), inputs);
+  const auto at = [&](double stamp, const MotionNoise& noise) {
+    return pose_between(before, after, stamp, inputs, noise).translation.x();
+  };
+  const MotionNoise exact{.odometry_metres = 1e-6}, poor{.odometry_metres = 1e3};
+  CHECK(at(0.5, exact) == doctest::Approx(0.1));  // half of what the odometry lacks
+  CHECK(at(0.5, poor) == doctest::Approx(0.6));   // a steady motion
+  CHECK(at(1.0, exact) == doctest::Approx(1.2));
+  CHECK(at(0.0, exact) == doctest::Approx(0.2));  // not in between: back from the later moment
+}

@@ -1,0 +1,130 @@
+#include "vantage/track/motion_inputs.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+using namespace vantage;
+
+namespace {
+
+ImuSample imu(double stamp, double rate) {
+  return {stamp, Eigen::Vector3d(0, 0, rate), Eigen::Vector3d(0, 0, 9.8)};
+}
+
+double seconds_of(const std::vector<MotionInput>& pieces) {
+  double sum = 0.0;
+  for (const MotionInput& piece : pieces) sum += piece.seconds;
+  return sum;
+}
+
+/// The turn about z that the gyroscope measured.
+double turn_of(const std::vector<MotionInput>& pieces) {
+  double sum = 0.0;
+  for (const MotionInput& piece : pieces) {
+    if (piece.rate) sum += piece.seconds * piece.rate->z();
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("pieces fill the time exactly, forwards and backwards, with or without samples") {
+  MotionInputs inputs({});
+  CHECK(seconds_of(inputs.between(1.0, 1.3, 1.0)) == doctest::Approx(0.3));
+  for (int k = 0; k < 40; ++k) REQUIRE(inputs.add(imu(1.0 + 0.0071 * k, 0.1 * k)));
+  const auto forwards = inputs.between(1.013, 1.2, 1.0), back = inputs.between(1.2, 1.013, 1.0);
+  CHECK(seconds_of(forwards) == doctest::Approx(0.187));
+  CHECK(seconds_of(back) == doctest::Approx(-0.187));
+  CHECK(turn_of(forwards) == doctest::Approx(-turn_of(back)));
+  // The rate grows linearly: by 0.1 in 7.1 ms.
+  const auto rate = [](double t) { return (t - 1.0) / 0.0071 * 0.1; };
+  CHECK(turn_of(forwards) == doctest::Approx(0.187 * 0.5 * (rate(1.013) + rate(1.2))));
+}
+
+TEST_CASE("samples may come late until a scan has used later ones; then they are counted") {
+  MotionInputs inputs({});
+  for (const double stamp : {0.00, 0.02, 0.01, 0.03}) REQUIRE(inputs.add(imu(stamp, stamp)));
+  CHECK(inputs.dropped() == 0);
+  CHECK(turn_of(inputs.between(0.0, 0.03, 0.0)) == doctest::Approx(0.5 * 0.03 * 0.03));
+  REQUIRE(inputs.add(imu(0.01, 99.0)));  // twice
+  CHECK(inputs.dropped() == 1);
+  inputs.forget_before(0.02);
+  REQUIRE(inputs.add(imu(0.015, 99.0)));
+  CHECK(inputs.dropped() == 2);
+  REQUIRE(inputs.add(imu(0.025, 0.025)));
+  CHECK(inputs.dropped() == 2);
+}
+
+TEST_CASE("a gap of a gyroscope is a gap, and its last sample holds for a moment only") {
+  MotionInputs inputs({});
+  for (int k = 0; k <= 10; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
+  for (int k = 0; k <= 10; ++k) REQUIRE(inputs.add(imu(1.0 + 0.01 * k, 1.0)));
+  double known = 0.0;
+  for (const MotionInput& piece : inputs.between(0.0, 1.5, 0.0)) {
+    if (piece.rate) known += piece.seconds;
+  }
+  CHECK(known == doctest::Approx(0.3).epsilon(0.1));  // twice 0.1 s, and 0.1 s after the last
+}
+
+TEST_CASE("odometry gives the twist of the IMU, wherever both sit") {
+  const Pose T_sensor_imu = pose_from_xyz_rpy({0.1, 0.2, -0.3}, {0.3, -0.2, 1.0});
+  const Pose T_sensor_body = pose_from_xyz_rpy({-1.0, 0.0, -1.5}, {0.0, 0.05, 0.0});
+  MotionInputs inputs({T_sensor_imu, T_sensor_body});
+  const Pose step = pose_from_xyz_rpy({0.5, 0.02, 0.0}, {0.0, 0.01, 0.2});  // of the sensor
+  Pose T_odom_sensor = pose_from_xyz_rpy({10, 20, 0}, {0, 0, 2});
+  for (int k = 0; k < 3; ++k) {
+    REQUIRE(inputs.add(OdometrySample{0.1 * k, T_odom_sensor * T_sensor_body}));
+    T_odom_sensor = T_odom_sensor * step;
+  }
+  Pose T_now_later;
+  for (const MotionInput& piece : inputs.between(0.05, 0.15, 0.0)) {
+    REQUIRE(piece.odometry);
+    T_now_later = T_now_later * exponential({piece.seconds * piece.odometry->linear,
+                                             piece.seconds * piece.odometry->angular});
+  }
+  const Pose of_sensor = T_sensor_imu * T_now_later * T_sensor_imu.inverse();
+  CHECK((of_sensor.translation - step.translation).norm() < 1e-9);
+  CHECK(rotation_between(of_sensor, step) < 1e-9);
+  CHECK(inputs.has_odometry(0.2));
+  CHECK_FALSE(inputs.has_odometry(5.0));
+}
+
+TEST_CASE("samples that are no numbers are errors, and leave nothing behind") {
+  MotionInputs inputs({});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(inputs.add(imu(nan, 0.0)).error().code == ErrorCode::invalid_input);
+  CHECK(inputs.add(imu(0.0, nan)).error().code == ErrorCode::invalid_input);
+  Pose bad;
+  bad.rotation.w() = 2.0;
+  CHECK(inputs.add(OdometrySample{0.0, bad}).error().code == ErrorCode::invalid_input);
+  CHECK_FALSE(inputs.has_imu());
+}
+
+TEST_CASE("a rest gives the bias and the way up; a motion gives no rest") {
+  const Pose T_sensor_imu = pose_from_xyz_rpy({0, 0, 0}, {std::numbers::pi, 0, 0});
+  MotionInputs inputs({.T_sensor_imu = T_sensor_imu});
+  for (int k = 0; k <= 200; ++k) {
+    REQUIRE(inputs.add(
+        ImuSample{0.005 * k, {0.01, 0.0, 0.05 + 0.001 * (k % 3)}, {0.0, 0.0, -9.8}}));
+  }
+  const auto rest = inputs.rest(1.0);
+  REQUIRE(rest);
+  CHECK(rest->rate.z() == doctest::Approx(0.051).epsilon(0.01));
+  CHECK_FALSE(inputs.rest(0.3));  // too short
+  const auto up = inputs.up(1.0);
+  REQUIRE(up);
+  CHECK((*up - Eigen::Vector3d(0, 0, 1)).norm() < 1e-9);  // the IMU hangs upside down
+  for (int k = 1; k <= 100; ++k) REQUIRE(inputs.add(imu(1.0 + 0.005 * k, 1.0)));
+  CHECK_FALSE(inputs.rest(1.5));
+}
+
+TEST_CASE("memory does not grow, with scans or without") {
+  MotionInputs inputs({});
+  for (int k = 0; k < 200'000; ++k) REQUIRE(inputs.add(imu(0.005 * k, 0.0)));
+  CHECK(inputs.samples() < 20'000);
+  inputs.forget_before(1000.0);
+  CHECK(inputs.samples() < 500);
+}
