@@ -28,7 +28,7 @@ double beyond(double limit, double sigma) {
 /// The covariance of a pose: what the filter believes, and errors that repeat from scan to scan,
 /// which the filter would average. They are those of the map and of the place.
 PoseMatrix published(const MotionFilter& motion, const Hypothesis& best) {
-  constexpr double kRepeatedMetres = 0.012, kRepeatedRadians = 0.0008;
+  constexpr double kRepeatedMetres = 0.014, kRepeatedRadians = 0.0003;
   PoseMatrix covariance = motion.pose_covariance();
   if (best.fits()) covariance += best.R;
   covariance.diagonal().head<3>().array() += kRepeatedMetres * kRepeatedMetres;
