@@ -51,6 +51,9 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
       "{} blocking\n",
       s.scans, run.stamp_rule, s.tracked, s.count("uncertain"), s.count("lost"),
       s.count("recovered"), s.count("switched"), s.count("blocked"));
+  if (run.timed == 0) {
+    std::cout << "the points have no times: sweeps of a moving sensor stay distorted\n";
+  }
   if (run.skipped.not_later > 0) {
     std::cout << fmt::format("{} scans stamped no later than the one before were skipped\n",
                              run.skipped.not_later);
@@ -129,6 +132,10 @@ Result<void> run(const Options& options) {
   } else {
     print_summary(run, summary, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';
+  }
+  if (run.failure) {
+    return fail(Error(*run.failure)
+                    .during(fmt::format("after {} scans, which are written", run.scans.size())));
   }
   return {};
 }

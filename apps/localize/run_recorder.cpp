@@ -96,6 +96,8 @@ Result<void> RunRecorder::describe(const std::string& config) {
   if (has_maps_) VANTAGE_CHECK(add(channels_.map, "/map", "sensor_msgs/PointCloud2"));
   VANTAGE_CHECK(add(channels_.scan, "/scan", "sensor_msgs/PointCloud2"));
   VANTAGE_CHECK(add(channels_.pose, "/pose", "geometry_msgs/PoseStamped"));
+  VANTAGE_CHECK(add(channels_.pose_with_covariance, "/pose_with_covariance",
+                    "geometry_msgs/PoseWithCovarianceStamped"));
   VANTAGE_CHECK(add(channels_.region, "/region", "std_msgs/String"));
   VANTAGE_CHECK(add(channels_.tf, "/tf", "tf2_msgs/TFMessage"));
   return add(channels_.diagnostics, "/diagnostics", "diagnostic_msgs/DiagnosticArray");
@@ -144,6 +146,11 @@ Result<void> RunRecorder::add_pose(const ScanReport& report) {
   VANTAGE_CHECK(writer_.write(channels_.tf, report.stamp, tf));
   VANTAGE_TRY(const auto stamped, io::ros::write_pose_stamped(header, pose));
   VANTAGE_CHECK(writer_.write(channels_.pose, report.stamp, stamped));
+  if (report.confidence) {
+    VANTAGE_TRY(const auto sure,
+                io::ros::write_pose_with_covariance(header, pose, report.confidence->covariance));
+    VANTAGE_CHECK(writer_.write(channels_.pose_with_covariance, report.stamp, sure));
+  }
   VANTAGE_TRY(const DirectoryEntry entry, bundle_.directory()->entry(report.region));
   VANTAGE_TRY(const auto label, io::ros::write_string(entry.region.label));
   return writer_.write(channels_.region, report.stamp, label);

@@ -43,7 +43,8 @@ class RunRecorder {
 
  private:
   struct Channels {
-    io::ros::McapWriter::ChannelId map = 0, scan = 0, pose = 0, region = 0, tf = 0, diagnostics = 0;
+    io::ros::McapWriter::ChannelId map = 0, scan = 0, pose = 0, pose_with_covariance = 0,
+                                   region = 0, tf = 0, diagnostics = 0;
   };
 
   RunRecorder(std::string name, io::ros::McapWriter writer, Bundle bundle);

@@ -110,8 +110,8 @@ std::vector<TunnelSite> sites_in_tunnel(const Atlas& atlas, const simulation::Wo
     if (std::abs(from_middle.dot(axis)) > 0.5 * params.campus.tunnel_length - kMouth) continue;
     if ((from_middle - from_middle.dot(axis) * axis).norm() > 3.0 || !site.precision) continue;
     const double off = std::remainder(site.precision->weak_direction - direction, std::numbers::pi);
-    sites.push_back({.off = std::abs(off) * 180.0 / std::numbers::pi,
-                     .clear = is_weak(*site.precision)});
+    sites.push_back(
+        {.off = std::abs(off) * 180.0 / std::numbers::pi, .clear = is_weak(*site.precision)});
   }
   return sites;
 }

@@ -46,7 +46,7 @@ struct NamedWorld {
 struct SimulatedDrive {
   std::vector<PointCloud> scans;            ///< sensor frame [m]
   std::vector<std::vector<float>> seconds;  ///< of the points after the stamp; empty if all at once
-  std::vector<bool> kidnapped;    ///< whether each scan is the first after a kidnap
+  std::vector<bool> kidnapped;              ///< whether each scan is the first after a kidnap
   io::Trajectory reference, odometry;
 
   [[nodiscard]] Scan scan(std::size_t i) const {

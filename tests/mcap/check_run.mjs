@@ -28,6 +28,7 @@ assert.deepEqual(run.header.profile, "ros2");
 const schemas = {
   "/scan": "sensor_msgs/msg/PointCloud2",
   "/pose": "geometry_msgs/msg/PoseStamped",
+  "/pose_with_covariance": "geometry_msgs/msg/PoseWithCovarianceStamped",
   "/region": "std_msgs/msg/String",
   "/tf": "tf2_msgs/msg/TFMessage",
   "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
@@ -51,10 +52,16 @@ assert.equal(run.streamed.Message, all);
 const placed = rows.filter((row) => row.x !== "");
 assert.equal(messagesOf("/scan").length, rows.length);
 assert.equal(messagesOf("/diagnostics").length, rows.length);
-for (const topic of ["/pose", "/tf", "/region"]) {
+for (const topic of ["/pose", "/pose_with_covariance", "/tf", "/region"]) {
   assert.equal(messagesOf(topic).length, placed.length, topic);
 }
 
+messagesOf("/pose_with_covariance").forEach(({ value: message }, i) => {
+  assert.deepEqual(message.pose.pose, messagesOf("/pose")[i].value.pose);
+  const sigma = Math.sqrt(Math.max(...[0, 7, 14].map((k) => message.pose.covariance[k])));
+  const row = placed[i];
+  if (row.tracking === "tracked") assert.ok(sigma <= Number(row.sigma_m) * 1.001);
+});
 placed.forEach((row, i) => {
   const [pose, tf, region] = ["/pose", "/tf", "/region"].map((topic) => messagesOf(topic)[i]);
   const stamp = stampOf(row.stamp);

@@ -31,6 +31,7 @@ Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInput
   const ScanProgress progress = job.options.progress ? job.options.progress(label) : ScanProgress();
   VANTAGE_TRY(Run run,
               localize_scans(std::move(localizer), job.config.file, route.inputs, progress));
+  if (run.failure) return fail(*std::move(run.failure));  // half a run compares with nothing
   RunSummary summary = summarize(run);
   return RouteRun{std::move(run), std::move(summary)};
 }

@@ -116,6 +116,17 @@ Result<void> check_priors(const io::PosePriors& priors, const ScanWindow& scans)
                     scans.stamp_rule());
 }
 
+/// Finds an IMU that is over before the scans begin, or begins after the window.
+Result<void> check_imu(const io::ImuRecording& imu, const ScanWindow& scans) {
+  const bool over = imu.samples.back().stamp < scans.first_stamp();
+  if (!over && imu.samples.front().stamp <= scans.end()) return {};
+  return fail(ErrorCode::invalid_input,
+              fmt::format("the IMU has samples from {} to {} s, but the scans begin at {} s; {}",
+                          imu.samples.front().stamp, imu.samples.back().stamp, scans.first_stamp(),
+                          scans.stamp_rule()),
+              SourceLocation{imu.source, 0, 0});
+}
+
 Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWindow& scans) {
   std::optional<Pose> first = inputs.initial_pose;
   const bool search = inputs.start_anywhere || inputs.priors.has_value();
@@ -184,10 +195,8 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
   const double sweep =
       scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
   VANTAGE_CHECK(motion.until(scan.stamp + sweep, localizer));
-  auto report = localizer.localize({.stamp = scan.stamp,
-                                    .points = scan.points,
-                                    .seconds = scan.seconds,
-                                    .prior = prior});
+  auto report = localizer.localize(
+      {.stamp = scan.stamp, .points = scan.points, .seconds = scan.seconds, .prior = prior});
   if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
   RunScan done{.report = *std::move(report),
                .dropped_by_reader = scan.dropped,
@@ -241,6 +250,7 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
                            const ScanProgress& progress) {
   VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
   if (inputs.priors) VANTAGE_CHECK(check_priors(*inputs.priors, scans));
+  if (inputs.imu) VANTAGE_CHECK(check_imu(*inputs.imu, scans));
   VANTAGE_CHECK(start(localizer, inputs, scans));
   Run run{.config = config,
           .stamp_rule = scans.stamp_rule(),
@@ -254,17 +264,28 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
   MotionFeed motion(inputs);
   const Replay replay(inputs.speed, scans.first_stamp());
   while (true) {
-    VANTAGE_TRY(const auto scan, scans.next());
+    auto next = scans.next();
+    if (!next && !run.scans.empty()) {
+      run.failure = std::move(next).error();
+      break;
+    }
+    VANTAGE_TRY(const auto scan, std::move(next));
     if (!scan) break;
     run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
     const auto prior = inputs.priors ? io::prior_at(*inputs.priors, scan->stamp) : std::nullopt;
     if (prior) ++run.prior->scans;
-    VANTAGE_TRY(RunScan done, localize_scan(localizer, inputs, motion, *scan, prior));
+    auto localized = localize_scan(localizer, inputs, motion, *scan, prior);
+    if (!localized && !run.scans.empty()) {
+      run.failure = std::move(localized).error();
+      break;
+    }
+    VANTAGE_TRY(RunScan done, std::move(localized));
+    if (!scan->seconds.empty()) ++run.timed;
     if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
     run.scans.push_back(std::move(done));
     if (progress) progress(run.scans.size(), scans.expected());
   }
-  if (run.prior && run.prior->scans == 0) {
+  if (run.prior && run.prior->scans == 0 && !run.failure) {
     return no_overlap(*inputs.priors,
                       fmt::format("the scans run from {} to {} s", scans.first_stamp(),
                                   run.scans.back().report.stamp),

@@ -193,7 +193,8 @@ Result<PointCloud> voxel_centroids(PointsView points, double voxel_size) {
 Result<TimedPoints> voxel_centroids(PointsView points, std::span<const double> times,
                                     double voxel_size) {
   VANTAGE_TRY(const std::vector<Voxel> voxels,
-              voxels_of(points, points.size(), [](std::size_t i) { return i; }, voxel_size, times));
+              voxels_of(
+                  points, points.size(), [](std::size_t i) { return i; }, voxel_size, times));
   TimedPoints result;
   result.points.reserve(voxels.size());
   for (const Voxel& voxel : voxels) result.points.push_back(voxel.centroid());

@@ -17,10 +17,10 @@ namespace vantage {
 struct Hypothesis {
   std::optional<Pose> initial = {};  ///< a pose that was given or found, before its first scan
   Pose last = {};                    ///< the pose at the scan before; `initial` if there is none
-  std::optional<MotionFilter> motion = {};  ///< up to this scan, without it
-  std::optional<MotionFilter> before = {};  ///< with the scan before, if there was one
-  bool has_odometry = false;                ///< which measured the motion since the scan before
-  RegionId region = {};                     ///< the region whose map this scan is matched to
+  std::optional<MotionFilter> motion = {};      ///< up to this scan, without it
+  std::optional<MotionFilter> before = {};      ///< with the scan before, if there was one
+  bool has_odometry = false;                    ///< which measured the motion since the scan before
+  RegionId region = {};                         ///< the region whose map this scan is matched to
   std::shared_ptr<const ReadyRegion> map = {};  ///< of the region; held so that it stays ready
   std::optional<Alignment> alignment = {};
   PoseMatrix R = PoseMatrix::Zero();  ///< covariance of the alignment's pose, from scan to scan

@@ -70,9 +70,9 @@ Result<void> check_prior(const PosePrior& prior) {
   for (const double sigma : {prior.sigma_translation.x(), prior.sigma_translation.y(),
                              prior.sigma_translation.z(), prior.sigma_heading}) {
     if (sigma > 0.0) continue;  // infinite: nothing is known
-    return fail(ErrorCode::invalid_input,
-                "a standard deviation of the scan's prior is " + std::to_string(sigma) +
-                    ", expected a positive number");
+    return fail(ErrorCode::invalid_input, "a standard deviation of the scan's prior is " +
+                                              std::to_string(sigma) +
+                                              ", expected a positive number");
   }
   return {};
 }
@@ -521,13 +521,13 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
-  const MotionFilter motion = s.verdict.conclude(
-      best,
-      {.belief = s.belief.of(0),
-       .elsewhere = s.belief.elsewhere(),
-       .compared = s.compared,
-       .scores_as_usual = s.weighing.scores_as_usual(best)},
-      report);
+  const MotionFilter motion =
+      s.verdict.conclude(best,
+                         {.belief = s.belief.of(0),
+                          .elsewhere = s.belief.elsewhere(),
+                          .compared = s.compared,
+                          .scores_as_usual = s.weighing.scores_as_usual(best)},
+                         report);
   const auto at_stamp = [&](const MotionFilter& at_middle) {
     return best.before ? pose_between(*best.before, at_middle, scan.stamp, s.inputs, s.noise)
                        : at_middle.at(scan.stamp, s.inputs).pose();

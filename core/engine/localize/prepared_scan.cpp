@@ -13,9 +13,9 @@ Result<SweepTime> time_of(const Scan& scan) {
   constexpr double kLongest = 10.0;  // [s]
   if (scan.seconds.empty()) return SweepTime{scan.stamp, scan.stamp};
   if (scan.seconds.size() != scan.points.size()) {
-    return fail(ErrorCode::invalid_input,
-                "the scan has " + std::to_string(scan.points.size()) + " points and " +
-                    std::to_string(scan.seconds.size()) + " times, expected one for each");
+    return fail(ErrorCode::invalid_input, "the scan has " + std::to_string(scan.points.size()) +
+                                              " points and " + std::to_string(scan.seconds.size()) +
+                                              " times, expected one for each");
   }
   std::optional<SweepTime> time;
   for (const float seconds : scan.seconds) {
@@ -27,9 +27,9 @@ Result<SweepTime> time_of(const Scan& scan) {
   }
   if (!time) return SweepTime{scan.stamp, scan.stamp};
   if (time->last - time->first > kLongest) {
-    return fail(ErrorCode::invalid_input,
-                "the points of the scan were measured during " +
-                    std::to_string(time->last - time->first) + " s, expected the time of a sweep");
+    return fail(ErrorCode::invalid_input, "the points of the scan were measured during " +
+                                              std::to_string(time->last - time->first) +
+                                              " s, expected the time of a sweep");
   }
   return *time;
 }

@@ -21,7 +21,7 @@ constexpr double kRange = 20.0, kPointNoise = 0.02;
 
 /// Poses all around the prediction that the sensor may have reached.
 std::vector<Pose> reached_by(const MotionFilter& predicted) {
-  constexpr double kApart = 1.0;     // [m]; from less than that, a matcher arrives by itself
+  constexpr double kApart = 1.0;  // [m]; from less than that, a matcher arrives by itself
   std::vector<Pose> poses{predicted.pose()};
   const Eigen::Matrix2d plan = predicted.pose_covariance().topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(plan);

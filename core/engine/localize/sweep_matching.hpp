@@ -38,7 +38,8 @@ struct SweepMatch {
 /// they are noisy.
 /// @param sweep  its points are moved
 /// Errors: those of MatchTarget::align, except `too_few_matches`.
-[[nodiscard]] Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& predicted,
+[[nodiscard]] Result<SweepMatch> match_sweep(const MatchTarget& target,
+                                             const MotionFilter& predicted,
                                              const MotionInputs& inputs,
                                              const LocalizerParams& params, Sweep& sweep);
 

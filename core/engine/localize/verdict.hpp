@@ -22,7 +22,8 @@ class Verdict {
   /// Fills in the alignment, the confidence, the risk, the state and its reason.
   /// @param report  already has the region and the number of its points
   /// @return        the motion that the report stands for: with the scan, or without it
-  [[nodiscard]] MotionFilter conclude(const Hypothesis& best, const Known& known, ScanReport& report);
+  [[nodiscard]] MotionFilter conclude(const Hypothesis& best, const Known& known,
+                                      ScanReport& report);
 
   void forget(bool lost);
 

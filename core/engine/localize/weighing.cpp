@@ -57,7 +57,8 @@ double doubt_of_prediction(const Hypothesis& best) {
   constexpr double kMost = 0.9;
   if (best.initial) return kCarriedAway;
   const double corrected = kBasin + reach_of(best.sigma());
-  return std::min(kMost, kCarriedAway + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
+  return std::min(kMost,
+                  kCarriedAway + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
 }
 
 PointCloud Weighing::scored(const PreparedScan& scan) {
@@ -65,8 +66,7 @@ PointCloud Weighing::scored(const PreparedScan& scan) {
 }
 
 bool Weighing::is_surprising(const Hypothesis& one) const {
-  return (!one.initial && one.is_surprised()) ||
-         rise(one) < -unusual_change();
+  return (!one.initial && one.is_surprised()) || rise(one) < -unusual_change();
 }
 
 double Weighing::rise(const Hypothesis& one) const {
@@ -91,9 +91,7 @@ bool Weighing::is_usual(double share) const {
   return usual_share_ && std::abs(share - *usual_share_) < kUsualShare * *usual_share_;
 }
 
-double Weighing::stamp_of(const Hypothesis& one) {
-  return one.motion ? one.motion->stamp() : 0.0;
-}
+double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motion->stamp() : 0.0; }
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();

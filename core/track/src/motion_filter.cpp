@@ -72,8 +72,8 @@ MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
 
 MotionMatrix moved_jacobian(const MotionState& state, const MotionInput& input) noexcept {
   const double fade = fading(input);
-  const double dt = input.coasts ? std::copysign(kStopping * (1.0 - fade), input.seconds)
-                                 : input.seconds;
+  const double dt =
+      input.coasts ? std::copysign(kStopping * (1.0 - fade), input.seconds) : input.seconds;
   const Twist twist = twist_of(state, input);
   const Eigen::Vector3d theta = dt * twist.angular;
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
@@ -240,7 +240,8 @@ void MotionFilter::update(const Pose& T_map_sensor, const PoseMatrix& R) {
   PoseMatrix S = pose_covariance() + R;
   const double squared = innovation.dot(S.ldlt().solve(innovation));
   if (squared > kMost) {
-    // The motion changed more than its noise allows: by as much, what was known of it is worth less.
+    // The motion changed more than its noise allows: by as much, what was known of it is worth
+    // less.
     covariance_ *= squared / kMost;
     S = pose_covariance() + R;
   }
@@ -272,8 +273,7 @@ Pose pose_between(const MotionFilter& before, const MotionFilter& after, double 
   if (!(share > 0.0 && share < 1.0) || !inputs.has_odometry(after.stamp())) return by_after;
   const Pose by_odometry = interpolate(before.at(stamp, inputs).pose(), by_after, share);
   const Twist whole = logarithm(before.pose().inverse() * after.pose());
-  const Pose by_poses =
-      before.pose() * exponential({share * whole.linear, share * whole.angular});
+  const Pose by_poses = before.pose() * exponential({share * whole.linear, share * whole.angular});
   // Variances half way: of a walk that ends where it is known, and of white accelerations.
   const double walk = 0.25, white = seconds * seconds * seconds / 192.0;
   const auto squared = [](double x) { return x * x; };
@@ -281,11 +281,11 @@ Pose pose_between(const MotionFilter& before, const MotionFilter& after, double 
   const auto weight = [](double of_odometry, double of_poses) {
     return of_odometry / (of_odometry + of_poses);
   };
-  const double metres = weight(walk * squared(noise.odometry_metres) * way,
-                               white * squared(noise.acceleration));
-  const double radians = weight(walk * (squared(noise.odometry_radians) * way +
-                                        squared(noise.odometry_turning) * turn),
-                                white * squared(noise.turning));
+  const double metres =
+      weight(walk * squared(noise.odometry_metres) * way, white * squared(noise.acceleration));
+  const double radians = weight(
+      walk * (squared(noise.odometry_radians) * way + squared(noise.odometry_turning) * turn),
+      white * squared(noise.turning));
   Pose pose = interpolate(by_odometry, by_poses, radians);
   pose.translation += (metres - radians) * (by_poses.translation - by_odometry.translation);
   return pose;

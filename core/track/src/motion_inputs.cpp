@@ -45,9 +45,10 @@ void drop_before(std::deque<Sample>& samples, double stamp) {
 
 ImuSample mean_of(const ImuSample& a, const ImuSample& b, double stamp) {
   const double share = (stamp - a.stamp) / (b.stamp - a.stamp);
-  return {.stamp = stamp,
-          .angular_velocity = a.angular_velocity + share * (b.angular_velocity - a.angular_velocity),
-          .specific_force = a.specific_force + share * (b.specific_force - a.specific_force)};
+  return {
+      .stamp = stamp,
+      .angular_velocity = a.angular_velocity + share * (b.angular_velocity - a.angular_velocity),
+      .specific_force = a.specific_force + share * (b.specific_force - a.specific_force)};
 }
 
 }  // namespace
@@ -64,8 +65,8 @@ Result<void> MotionInputs::add(const ImuSample& sample) {
 
 Result<void> MotionInputs::add(const OdometrySample& sample) {
   if (!is_valid(sample)) {
-    return fail(ErrorCode::invalid_input, "the odometry at " + std::to_string(sample.stamp) +
-                                              " s is no rigid transform");
+    return fail(ErrorCode::invalid_input,
+                "the odometry at " + std::to_string(sample.stamp) + " s is no rigid transform");
   }
   const Pose T_body_imu = mounts_.T_sensor_body.inverse() * mounts_.T_sensor_imu;
   const bool late = forgotten_ && sample.stamp <= *forgotten_;
@@ -130,8 +131,8 @@ std::vector<MotionInput> MotionInputs::between(double from, double to, double si
     if (!(seconds > 0.0)) continue;
     const double steps = std::ceil(seconds / longest - 1e-9);
     for (double step = 0.0; step < steps; ++step) {
-      inputs.push_back(at(cuts[k] + step / steps * seconds, cuts[k] + (step + 1.0) / steps * seconds,
-                          silent_since));
+      inputs.push_back(at(cuts[k] + step / steps * seconds,
+                          cuts[k] + (step + 1.0) / steps * seconds, silent_since));
     }
   }
   if (to < from) {
@@ -142,9 +143,9 @@ std::vector<MotionInput> MotionInputs::between(double from, double to, double si
 }
 
 std::optional<MotionInputs::Rest> MotionInputs::rest(double until) const {
-  constexpr double kShortest = 0.5;                 // [s]
+  constexpr double kShortest = 0.5;               // [s]
   constexpr double kTurns = 0.01, kShakes = 0.2;  // standard deviations [rad/s, m/s^2]
-  constexpr double kFastest = 0.2;  // [rad/s]; of a bias
+  constexpr double kFastest = 0.2;                // [rad/s]; of a bias
   const auto end = later_than(imu_, until);
   if (end == imu_.begin() || std::prev(end)->stamp - imu_.front().stamp < kShortest) return {};
   const auto n = static_cast<double>(end - imu_.begin());

@@ -37,8 +37,8 @@ SweepMotion::SweepMotion(const MotionState& state, const MotionInputs& inputs,
 
 SweepMotion::Place SweepMotion::at(double stamp) const noexcept {
   if (!(seconds_per_knot_ > 0.0)) return {0, 0.0};
-  const double place = std::clamp((stamp - first_) / seconds_per_knot_, 0.0,
-                                  static_cast<double>(knots_.size() - 1));
+  const double place =
+      std::clamp((stamp - first_) / seconds_per_knot_, 0.0, static_cast<double>(knots_.size() - 1));
   const auto knot = std::min(static_cast<std::size_t>(place), knots_.size() - 2);
   return {knot, place - static_cast<double>(knot)};
 }

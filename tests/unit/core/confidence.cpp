@@ -32,7 +32,8 @@ TEST_CASE("the covariance is the scaled inverse of the Hessian") {
 TEST_CASE("standard deviations come largest first, along their own axes") {
   Eigen::Matrix<double, 6, 1> information;
   information << 1e4, 25, 1e6, 1e4, 1e6, 1e8;
-  const PoseConfidence confidence = confidence_of(covariance_of(with_information(information), 1, 1.0));
+  const PoseConfidence confidence =
+      confidence_of(covariance_of(with_information(information), 1, 1.0));
   CHECK((confidence.sigma_translation - Eigen::Vector3d(0.2, 0.01, 0.001)).norm() < 1e-12);
   CHECK((confidence.sigma_rotation - Eigen::Vector3d(1e-2, 1e-3, 1e-4)).norm() < 1e-12);
   CHECK(std::abs(confidence.weakest_direction.y()) == doctest::Approx(1.0));
@@ -42,14 +43,15 @@ TEST_CASE("standard deviations come largest first, along their own axes") {
 TEST_CASE("directions the scan says nothing of are counted and get a large variance") {
   Eigen::Matrix<double, 6, 1> information;
   information << 0, 1e4, 1e4, 1e6, 1e6, -3;  // a curvature of the wrong sign is no knowledge either
-  const PoseConfidence confidence = confidence_of(covariance_of(with_information(information), 1, 1.0));
+  const PoseConfidence confidence =
+      confidence_of(covariance_of(with_information(information), 1, 1.0));
   CHECK(confidence.degenerate == 2);
   CHECK(confidence.covariance.allFinite());
   CHECK(confidence.sigma_translation[0] > 10.0);
   CHECK(confidence.sigma_translation[1] == doctest::Approx(0.01));
   CHECK(std::abs(confidence.weakest_direction.x()) == doctest::Approx(1.0));
-  CHECK(confidence_of(covariance_of(
-            with_information(Eigen::Matrix<double, 6, 1>::Zero()), 1, 1.0)).degenerate == 6);
+  CHECK(confidence_of(covariance_of(with_information(Eigen::Matrix<double, 6, 1>::Zero()), 1, 1.0))
+            .degenerate == 6);
 }
 
 TEST_CASE("more points in the same places do not make a pose surer") {

@@ -413,8 +413,7 @@ TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose tha
   REQUIRE(localizer.start(at_x(1)));
   world.at(localizer, 1.0, 1.0);
   CHECK(localizer.localize({1.0, world.scan}).error().code == ErrorCode::invalid_input);
-  CHECK(localizer.localize({std::nan(""), world.scan}).error().code ==
-        ErrorCode::invalid_input);
+  CHECK(localizer.localize({std::nan(""), world.scan}).error().code == ErrorCode::invalid_input);
 }
 
 TEST_CASE("a bundle whose regions are all empty is refused") {

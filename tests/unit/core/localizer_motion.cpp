@@ -51,3 +51,46 @@ TEST_CASE("without odometry, the risk of a pose that no scan corrects grows with
   }
   CHECK(risk > 10.0 * tracked);
 }
+
+TEST_CASE("a pause of an hour does not carry the pose away, and what it predicts is no longer sure") {
+  World world;
+  LocalizerParams params;
+  params.recovery_radius = 0.0;
+  Localizer localizer = world.localizer(params);
+  REQUIRE(localizer.start(at_x(1)));
+  for (int i = 0; i < 5; ++i) world.at(localizer, 0.1 * i, 1.0 + 0.15 * i);  // 1.5 m/s
+  world.truth->overlap = false;
+  const ScanReport blind = world.at(localizer, 3600.0, 1.6);
+  CHECK(std::abs(blind.T_map_scan_predicted.translation.x() - 1.6) < 5.0);  // it was 5.4 km
+  CHECK(blind.risk > 0.5);
+}
+
+TEST_CASE("samples that come after their scan are counted, and damaged ones are errors") {
+  World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  CHECK(world.at(localizer, 1.0, 1.0, at_x(1)).dropped_samples == 0);
+  REQUIRE(localizer.add(OdometrySample{0.9, at_x(0.9)}));
+  REQUIRE(localizer.add(ImuSample{0.95, {}, {0, 0, 9.8}}));
+  ImuSample damaged{1.05, {}, {0, 0, 9.8}};
+  damaged.angular_velocity.x() = std::numeric_limits<double>::quiet_NaN();
+  CHECK(localizer.add(damaged).error().code == ErrorCode::invalid_input);
+  CHECK(world.at(localizer, 1.1, 1.1, at_x(1.1)).dropped_samples == 2);
+}
+
+TEST_CASE("times of points that make no sweep are an error; points without a time are dropped") {
+  World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  const auto localize = [&](double stamp, std::vector<float> seconds) {
+    world.truth->T_map_scan = at_x(1);
+    return localizer.localize({.stamp = stamp, .points = world.scan, .seconds = seconds});
+  };
+  CHECK(localize(0.0, {0.0F, 0.1F}).error().code == ErrorCode::invalid_input);
+  CHECK(localize(0.0, {0.0F, 0.1F, 1e9F}).error().code == ErrorCode::invalid_input);
+  const auto some = localize(0.0, {0.0F, std::numeric_limits<float>::infinity(), 0.1F});
+  REQUIRE(some);
+  CHECK(some->dropped_points == 1);
+  CHECK(some->passes == 1);
+  CHECK(localize(0.1, {-0.1F, -0.05F, 0.0F})->tracking == Tracking::tracked);
+}

@@ -38,6 +38,18 @@ TEST_CASE("message writers: geometry_msgs/PoseStamped, the quaternion as x, y, z
         "08c0000000000000e03f000000000000e0bf000000000000e03f000000000000e03f");
 }
 
+TEST_CASE("message writers: PoseWithCovarianceStamped, the covariance row by row") {
+  PoseCovariance covariance = PoseCovariance::Zero();
+  covariance(0, 1) = 1.0;
+  covariance(5, 5) = 2.0;
+  const std::string pose = hex(write_pose_stamped({.stamp = 1.5, .frame = "map"}, kPose));
+  const std::string zero(16, '0');
+  std::string expected = pose + zero + "000000000000f03f";
+  for (int k = 0; k < 33; ++k) expected += zero;
+  CHECK(hex(write_pose_with_covariance({.stamp = 1.5, .frame = "map"}, kPose, covariance)) ==
+        expected + "0000000000000040");
+}
+
 TEST_CASE("message writers: tf2_msgs/TFMessage, also an empty one") {
   const std::vector<PoseMessage> transforms{
       {.header = {.stamp = 1.5, .frame = "map"}, .child = "lidar", .pose = kPose, .problem = {}}};

@@ -90,7 +90,8 @@ TEST_CASE("point times and the true motion undo motion distortion, all the way t
     worst_raw.rms = std::max(worst_raw.rms, raw.rms);
     worst_raw.percentile_99 = std::max(worst_raw.percentile_99, raw.percentile_99);
     worst_undistorted.rms = std::max(worst_undistorted.rms, without.rms);
-    worst_undistorted.percentile_99 = std::max(worst_undistorted.percentile_99, without.percentile_99);
+    worst_undistorted.percentile_99 =
+        std::max(worst_undistorted.percentile_99, without.percentile_99);
   }
   MESSAGE("worst scan, rms and 99 %: " << worst_raw.rms << ", " << worst_raw.percentile_99
                                        << " m as measured, " << worst_undistorted.rms << ", "

@@ -107,8 +107,8 @@ TEST_CASE("a rest gives the bias and the way up; a motion gives no rest") {
   const Pose T_sensor_imu = pose_from_xyz_rpy({0, 0, 0}, {std::numbers::pi, 0, 0});
   MotionInputs inputs({.T_sensor_imu = T_sensor_imu});
   for (int k = 0; k <= 200; ++k) {
-    REQUIRE(inputs.add(
-        ImuSample{0.005 * k, {0.01, 0.0, 0.05 + 0.001 * (k % 3)}, {0.0, 0.0, -9.8}}));
+    REQUIRE(
+        inputs.add(ImuSample{0.005 * k, {0.01, 0.0, 0.05 + 0.001 * (k % 3)}, {0.0, 0.0, -9.8}}));
   }
   const auto rest = inputs.rest(1.0);
   REQUIRE(rest);

@@ -103,6 +103,17 @@ Result<std::string> write_pose_stamped(const Header& header, const Pose& pose) {
   return std::move(out).finish();
 }
 
+Result<std::string> write_pose_with_covariance(const Header& header, const Pose& pose,
+                                               const PoseCovariance& covariance) {
+  CdrWriter out;
+  VANTAGE_CHECK(write(out, header));
+  write(out, pose);
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    for (Eigen::Index column = 0; column < 6; ++column) out.number(covariance(row, column));
+  }
+  return std::move(out).finish();
+}
+
 Result<std::string> write_string(std::string_view text) {
   CdrWriter out;
   out.text(text);

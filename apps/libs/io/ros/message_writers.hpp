@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -40,6 +41,11 @@ struct Diagnostic {
                                                      std::span<const CloudField> more = {});
 /// geometry_msgs/PoseStamped.
 [[nodiscard]] Result<std::string> write_pose_stamped(const Header& header, const Pose& pose);
+/// Of x, y, z [m] and of the rotation about the fixed axes [rad].
+using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+/// geometry_msgs/PoseWithCovarianceStamped.
+[[nodiscard]] Result<std::string> write_pose_with_covariance(const Header& header, const Pose& pose,
+                                                             const PoseCovariance& covariance);
 /// std_msgs/String.
 [[nodiscard]] Result<std::string> write_string(std::string_view text);
 /// tf2_msgs/TFMessage.

@@ -22,6 +22,9 @@ constexpr auto kDefinitions = std::to_array<Definition>({
     {"geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"},
     {"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
     {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
+    {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
+    {"geometry_msgs/PoseWithCovarianceStamped",
+     "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n"},
     {"geometry_msgs/Transform",
      "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
     {"geometry_msgs/TransformStamped",
@@ -42,9 +45,10 @@ constexpr auto kDefinitions = std::to_array<Definition>({
      "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n"},
 });
 
-constexpr auto kWritten = std::to_array<std::string_view>(
-    {"sensor_msgs/PointCloud2", "geometry_msgs/PoseStamped", "std_msgs/String",
-     "tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray"});
+constexpr auto kWritten =
+    std::to_array<std::string_view>({"sensor_msgs/PointCloud2", "geometry_msgs/PoseStamped",
+                                     "geometry_msgs/PoseWithCovarianceStamped", "std_msgs/String",
+                                     "tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray"});
 
 /// The types that a definition's lines begin with, as far as they are messages.
 std::vector<const Definition*> members_of(const Definition& definition) {

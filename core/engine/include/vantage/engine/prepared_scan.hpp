@@ -32,10 +32,10 @@ struct Scan {
 /// A scan made ready for matching: unusable points dropped, the sensor's own motion removed, range
 /// limits applied, thinned to voxel centroids.
 struct PreparedScan {
-  PointCloud points;            ///< sensor frame at the middle of the sweep [m]
-  std::vector<double> times;    ///< of `points` [s]; empty if unknown
-  PointCloud finite;            ///< before it was thinned
-  std::size_t dropped = 0;      ///< not finite, farther than 10 km, or without a time
+  PointCloud points;          ///< sensor frame at the middle of the sweep [m]
+  std::vector<double> times;  ///< of `points` [s]; empty if unknown
+  PointCloud finite;          ///< before it was thinned
+  std::size_t dropped = 0;    ///< not finite, farther than 10 km, or without a time
 };
 /// @param motion  of the sensor; nullptr leaves the points where they were measured
 /// Errors: those of time_of and of voxel_centroids.

@@ -10,13 +10,13 @@ namespace vantage {
 /// How fast what is not measured may change, and how exact what is measured is. Spectral densities:
 /// a deviation of 1 /sqrt(s) grows to 1 within a second.
 struct MotionNoise {
-  double acceleration = 1.0;   ///< of the velocity, without accelerometer [m/s/sqrt(s)]
-  double turning = 1.0;        ///< of the rate of turn, without gyroscope [rad/s/sqrt(s)]
-  double upright = 1.0;        ///< factor on both for height and tilt; small on flat ground
-  double force = 0.05;         ///< accelerometer with vibration [m/s^2 sqrt(s)]
-  double rate = 0.003;         ///< gyroscope with vibration [rad/s sqrt(s)]
-  double force_bias = 0.002;   ///< walk of the accelerometer's bias [m/s^2/sqrt(s)]
-  double rate_bias = 0.0005;   ///< walk of the gyroscope's bias [rad/s/sqrt(s)]
+  double acceleration = 1.0;        ///< of the velocity, without accelerometer [m/s/sqrt(s)]
+  double turning = 1.0;             ///< of the rate of turn, without gyroscope [rad/s/sqrt(s)]
+  double upright = 1.0;             ///< factor on both for height and tilt; small on flat ground
+  double force = 0.05;              ///< accelerometer with vibration [m/s^2 sqrt(s)]
+  double rate = 0.003;              ///< gyroscope with vibration [rad/s sqrt(s)]
+  double force_bias = 0.002;        ///< walk of the accelerometer's bias [m/s^2/sqrt(s)]
+  double rate_bias = 0.0005;        ///< walk of the gyroscope's bias [rad/s/sqrt(s)]
   double odometry_metres = 0.02;    ///< odometry's error after a metre [m/sqrt(m)]
   double odometry_radians = 0.003;  ///< odometry's rotation after a metre [rad/sqrt(m)]
   double odometry_turning = 0.02;   ///< odometry's rotation after a radian [rad/sqrt(rad)]
@@ -25,7 +25,7 @@ struct MotionNoise {
 /// Where a body is and how it moves. The map's z points up.
 struct MotionState {
   Pose T_map_body = {};
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();   ///< of the body, in its frame [m/s]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of the body, in its frame [m/s]
   /// The gyroscope reads the rate of turn and this; without a gyroscope, which then reads 0, the
   /// rate of turn is minus this [rad/s].
   Eigen::Vector3d rate_bias = Eigen::Vector3d::Zero();
@@ -103,9 +103,9 @@ class MotionFilter {
   MotionMatrix covariance_;
 };
 
-/// Where the sensor was between two moments, of which both are known. Odometry in between leads from
-/// one to the other; its own errors are spread over the way, and a steady motion counts as much as
-/// it is surer. Otherwise, the motion at the later moment leads back.
+/// Where the sensor was between two moments, of which both are known. Odometry in between leads
+/// from one to the other; its own errors are spread over the way, and a steady motion counts as
+/// much as it is surer. Otherwise, the motion at the later moment leads back.
 /// @param before, after  the filter with all that was measured until these moments
 [[nodiscard]] Pose pose_between(const MotionFilter& before, const MotionFilter& after, double stamp,
                                 const MotionInputs& inputs, const MotionNoise& noise);

@@ -16,10 +16,10 @@ namespace vantage {
 /// What was measured of the motion of a body during some time. All of it is in the body's frame,
 /// and constant.
 struct MotionInput {
-  double seconds = 0.0;                         ///< negative: backwards in time
-  std::optional<Eigen::Vector3d> rate = {};          ///< by the gyroscope, with its bias [rad/s]
-  std::optional<Eigen::Vector3d> force = {};         ///< specific force, with its bias [m/s^2]
-  std::optional<Twist> odometry = {};                ///< [m/s, rad/s]
+  double seconds = 0.0;                       ///< negative: backwards in time
+  std::optional<Eigen::Vector3d> rate = {};   ///< by the gyroscope, with its bias [rad/s]
+  std::optional<Eigen::Vector3d> force = {};  ///< specific force, with its bias [m/s^2]
+  std::optional<Twist> odometry = {};         ///< [m/s, rad/s]
   bool coasts = false;  ///< nothing was measured for so long that the body may have stopped
 };
 

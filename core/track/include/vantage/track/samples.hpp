@@ -8,7 +8,7 @@ namespace vantage {
 
 /// What an inertial measurement unit measured at one moment.
 struct ImuSample {
-  double stamp = 0.0;  ///< [s], the clock of the scans
+  double stamp = 0.0;                                          ///< [s], the clock of the scans
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< IMU frame [rad/s]
   /// Acceleration less gravity, IMU frame [m/s^2]: at rest, 9.81 along the axis that points up.
   Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();

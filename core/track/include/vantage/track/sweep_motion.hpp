@@ -30,8 +30,7 @@ class SweepMotion {
   /// @param stamp  [s]; moments beyond the sweep count as its ends
   [[nodiscard]] Point seen_from_middle(const Point& p, double stamp) const noexcept;
   /// Moves a point that another motion of the same sweep has put to the middle.
-  [[nodiscard]] Point corrected(const Point& p, double stamp,
-                                const SweepMotion& by) const noexcept;
+  [[nodiscard]] Point corrected(const Point& p, double stamp, const SweepMotion& by) const noexcept;
   /// How far this motion and another put a point apart, at most [m].
   /// @param range  of the point [m]
   [[nodiscard]] double apart(const SweepMotion& other, double range) const noexcept;

@@ -69,10 +69,10 @@ struct RunScan {
   std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
   std::optional<PoseError> prediction_error = {};  ///< of the pose before matching
-  std::string region = {};              ///< label of the region in use
-  RegionSummary map = {};               ///< of that region, from the bundle's index
-  std::uint64_t wide_area_points = 0;   ///< points of the map from which the bundle was built
-  AlertLimit alert_limit = {};          ///< of the run
+  std::string region = {};                         ///< label of the region in use
+  RegionSummary map = {};                          ///< of that region, from the bundle's index
+  std::uint64_t wide_area_points = 0;  ///< points of the map from which the bundle was built
+  AlertLimit alert_limit = {};         ///< of the run
 };
 
 [[nodiscard]] inline bool is_tracked(const RunScan& scan) {
@@ -98,6 +98,8 @@ struct Run {
   std::optional<PriorUse> prior = {};  ///< empty without priors
   std::optional<double> speed = {};    ///< of the replay, see RunInputs
   double seconds_late = 0.0;           ///< longest delay of a scan behind its replay time
+  std::size_t timed = 0;               ///< scans whose points have times
+  std::optional<Error> failure = {};   ///< why the run ended early; the scans before it are there
 };
 
 /// The distance travelled up to each scan [m]: along the reference, or along the poses if there is
@@ -108,8 +110,9 @@ struct Run {
 /// unknown: the recording does not say, or the window is only a part of it.
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-/// Localizes every scan. Errors: a missing table, plugin or bundle; no initial pose; priors of
-/// which no scan has one; a scan that cannot be read; an error of `observe`.
+/// Localizes every scan. A scan that cannot be read or localized ends the run: Run::failure says
+/// why. Errors: a missing table, plugin or bundle; no initial pose; priors or an IMU that measured
+/// during no scan; the first scan's failure; an error of `observe`.
 [[nodiscard]] Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
