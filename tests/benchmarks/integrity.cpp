@@ -8,8 +8,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <map>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -22,10 +20,9 @@
 #include "integrity_worlds.hpp"
 #include "simulate/random.hpp"
 #include "support/plugins.hpp"
-#include "support/real_data.hpp"
 #include "terminal/command_line.hpp"
-#include "vantage/engine/bundle_build.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "world_bundles.hpp"
 
 namespace vantage::benchmarks {
 namespace {
@@ -43,75 +40,24 @@ struct Options {
   std::size_t jobs = 1;
 };
 
-/// How a map is stored and cut.
-struct NamedMap {
-  std::string name, partitioner, content;
-};
 const std::vector<NamedMap>& all_maps() {
+  static const std::string keep_near = "plugin = \"keep_all\"\nmax_range = 60.0";
   static const std::vector<NamedMap> maps{
-      {"whole", "plugin = \"whole_map\"", "points"},
-      {"points", "plugin = \"uniform_grid\"\nparams = { cell_width = 20.0 }", "points"},
-      {"prepared", "plugin = \"uniform_grid\"\nparams = { cell_width = 20.0 }", "prepared"}};
+      {.name = "whole", .partitioner = kWholeMap, .visibility = "plugin = \"keep_all\""},
+      {.name = "points", .partitioner = kRegionsOf20m, .visibility = keep_near},
+      {.name = "prepared",
+       .partitioner = kRegionsOf20m,
+       .visibility = keep_near,
+       .content = "prepared"}};
   return maps;
 }
 
-Result<Config> config_of(const NamedMap& map, const std::string& matcher, const Options& options,
-                         const std::filesystem::path& bundle) {
+/// Lines of [localizer].
+std::string localizer_of(const Options& options) {
   std::string localizer = options.localizer;
   std::ranges::replace(localizer, ';', '\n');
-  const bool whole = map.name == "whole";
-  VANTAGE_TRY(const Table table,
-              parse_toml(fmt::format(R"(schema = 1
-[map]
-files = ["map.pcd"]
-[partitioner]
-{}
-[ground]
-plugin = "pmf"
-[viewpoints]
-voxel_size = 2.0
-sensor_height = 1.0
-[visibility]
-plugin = "keep_all"
-{}[store]
-plugin = "pcd_tiles"
-content = "{}"
-params = {{ root = "{}", overwrite = true }}
-[matcher]
-plugin = "{}"
-[localizer]
-scan_min_range = 1.0
-prefetch = false
-{}
-)",
-                                     map.partitioner, whole ? "" : "max_range = 60.0\n",
-                                     map.content, bundle.string(), matcher, localizer),
-                         "integrity"));
-  return parse_config(table);
+  return "scan_min_range = 1.0\nprefetch = false\n" + localizer;
 }
-
-/// The bundles of one map, each built when it is first asked for.
-class Bundles {
- public:
-  Bundles(PointCloud map, const Options& options) : map_(std::move(map)), options_(options) {}
-
-  [[nodiscard]] Result<Bundle> open(const NamedMap& map) {
-    const std::filesystem::path place = folder_.path() / map.name;
-    const PluginLoader plugins = test::built_plugins();
-    if (!std::filesystem::exists(place)) {
-      // Points are the same for all matchers; only ndt prepares maps.
-      VANTAGE_TRY(const Config config, config_of(map, "ndt", options_, place));
-      VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
-      VANTAGE_CHECK(build.run(map_, {}));
-    }
-    return Bundle::open(place, plugins);
-  }
-
- private:
-  PointCloud map_;
-  const Options& options_;
-  test::TemporaryFolder folder_;
-};
 
 /// A run that is to be done.
 struct Task {
@@ -200,7 +146,8 @@ Result<std::vector<JudgedScan>> localize(Localizer localizer, const Task& task,
 
 class Bench {
  public:
-  explicit Bench(const Options& options) : options_(options) {}
+  explicit Bench(const Options& options)
+      : options_(options), localizer_(localizer_of(options)), bundles_(localizer_) {}
 
   [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed) {
     const auto begin = std::chrono::steady_clock::now();
@@ -232,13 +179,12 @@ class Bench {
                                  const std::vector<Scenario>& scenarios, bool kidnapped) {
     VANTAGE_TRY(const auto params, params_of(world, seed, kidnapped ? options_.kidnaps : 0));
     VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans, params.seed));
-    VANTAGE_TRY(Bundles * bundles, bundles_of(params));
     for (const std::string& name : options_.maps) {
       const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);
-      VANTAGE_TRY(const Bundle bundle, bundles->open(map));
+      VANTAGE_TRY(const Bundle bundle, bundles_.open(params, map));
       for (const std::string& matcher : options_.matchers) {
         if (map.content == "prepared" && matcher != "ndt") continue;
-        VANTAGE_TRY(const Config config, config_of(map, matcher, options_, bundle.name()));
+        VANTAGE_TRY(const Config config, config_of(map, matcher, localizer_, bundle.name()));
         std::vector<Task> tasks;
         for (const Scenario scenario : scenarios) {
           const auto more = tasks_of(world, scenario, drive, params);
@@ -278,22 +224,9 @@ class Bench {
     return {};
   }
 
-  /// Worlds with the same map share its bundles.
-  [[nodiscard]] Result<Bundles*> bundles_of(const simulation::WorldParams& params) {
-    simulation::WorldParams key;
-    key.seed = params.seed;
-    key.campus = params.campus;
-    key.map = params.map;
-    auto& bundles = bundles_[simulation::to_world_file(key)];
-    if (!bundles) {
-      VANTAGE_TRY(PointCloud map, simulated_map(key));
-      bundles = std::make_unique<Bundles>(std::move(map), options_);
-    }
-    return bundles.get();
-  }
-
   const Options& options_;
-  std::map<std::string, std::unique_ptr<Bundles>> bundles_;
+  std::string localizer_;  // lines of [localizer]
+  WorldBundles bundles_;
   std::vector<JudgedRun> runs_;
   std::size_t scans_ = 0;
 };

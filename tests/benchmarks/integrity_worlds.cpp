@@ -61,13 +61,18 @@ std::span<const NamedWorld> all_worlds() {
   return worlds;
 }
 
-Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
-                                          int kidnaps) {
+Result<void> check_seed(std::uint64_t seed) {
   constexpr std::array<std::uint64_t, 8> kUsed{1, 7, 11, 21, 23, 32, 38, 50};
   if (std::ranges::find(kUsed, seed) != kUsed.end()) {
     return fail(ErrorCode::invalid_input,
                 fmt::format("seed {} is that of a world of configs/simulate/; take another", seed));
   }
+  return {};
+}
+
+Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
+                                          int kidnaps) {
+  VANTAGE_CHECK(check_seed(seed));
   std::vector<std::string> overrides = world.overrides;
   overrides.push_back(fmt::format("seed={}", seed));
   overrides.push_back(fmt::format("drive.kidnaps={}", kidnaps));

@@ -35,7 +35,10 @@ struct NamedWorld {
 };
 [[nodiscard]] std::span<const NamedWorld> all_worlds();
 
-/// Errors: those of load_world; a seed of configs/simulate/, whose worlds the engine was made with.
+/// Errors: `invalid_input` for a seed of configs/simulate/, whose worlds the engine was made with.
+[[nodiscard]] Result<void> check_seed(std::uint64_t seed);
+
+/// Errors: those of load_world and of check_seed.
 [[nodiscard]] Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
                                                         int kidnaps);
 

@@ -1,0 +1,63 @@
+#include "world_bundles.hpp"
+
+#include <fmt/format.h>
+
+#include "integrity_worlds.hpp"
+#include "support/plugins.hpp"
+#include "vantage/engine/bundle_build.hpp"
+
+namespace vantage::benchmarks {
+
+Result<Config> config_of(const NamedMap& map, const std::string& matcher,
+                         const std::string& localizer, const std::filesystem::path& bundle) {
+  VANTAGE_TRY(const Table table,
+              parse_toml(fmt::format(R"(schema = 1
+[map]
+files = ["map.pcd"]
+[partitioner]
+{}
+[ground]
+plugin = "pmf"
+[viewpoints]
+voxel_size = {:.1f}
+sensor_height = 1.0
+[visibility]
+{}
+[store]
+plugin = "pcd_tiles"
+content = "{}"
+params = {{ root = "{}", overwrite = true }}
+[matcher]
+plugin = "{}"
+[localizer]
+{}
+)",
+                                     map.partitioner, map.viewpoint_spacing, map.visibility,
+                                     map.content, bundle.string(), matcher, localizer),
+                         "the benchmark"));
+  return parse_config(table);
+}
+
+Result<Bundle> WorldBundles::open(const simulation::WorldParams& params, const NamedMap& map) {
+  simulation::WorldParams key;
+  key.seed = params.seed;
+  key.campus = params.campus;
+  key.map = params.map;
+  auto& world = worlds_[simulation::to_world_file(key)];
+  if (!world) {
+    VANTAGE_TRY(PointCloud points, simulated_map(key));
+    world = std::make_unique<OfWorld>();
+    world->map = std::move(points);
+  }
+  const std::filesystem::path place = world->folder.path() / map.name;
+  const PluginLoader plugins = test::built_plugins();
+  if (!std::filesystem::exists(place)) {
+    // Points are the same for all matchers; only ndt prepares maps.
+    VANTAGE_TRY(const Config config, config_of(map, "ndt", localizer_, place));
+    VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
+    VANTAGE_CHECK(build.run(world->map, {}));
+  }
+  return Bundle::open(place, plugins);
+}
+
+}  // namespace vantage::benchmarks
