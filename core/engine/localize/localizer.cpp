@@ -265,11 +265,9 @@ struct Localizer::State {
            agreement(hypotheses.front().pose(), prior) > kDisagreement;
   }
 
-  /// How the sensor moved since the scan before.
-  [[nodiscard]] Pose step(const MotionFilter& unplaced_motion) const {
-    if (hypotheses.empty()) {
-      return unplaced(*middle).pose().inverse() * unplaced_motion.pose();
-    }
+  /// How the sensor moved since the scan before. @param expected  the motion without this scan
+  [[nodiscard]] Pose step(const MotionFilter& expected) const {
+    if (hypotheses.empty()) return unplaced(*middle).pose().inverse() * expected.pose();
     const Hypothesis& first = hypotheses.front();
     if (first.initial) return {};
     return first.last.inverse() * (first.fits() ? first.pose() : first.predicted());
@@ -288,9 +286,9 @@ struct Localizer::State {
   }
 
   /// Adds what the search under way found to the hypotheses, once it is known.
-  /// @param unplaced_motion  the sensor's motion, if no hypothesis has one
+  /// @param expected  the sensor's motion without this scan
   Result<void> take_finds(const Scan& scan, const PreparedScan& prepared,
-                          const MotionFilter& unplaced_motion) {
+                          const MotionFilter& expected) {
     auto known = job.answer(scan.stamp);
     if (!known) return {};
     VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
@@ -301,9 +299,8 @@ struct Localizer::State {
                               Weighing::scored(prepared), answer.to_itself));
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
-    const MotionFilter motion = hypotheses.empty() ? unplaced_motion : *hypotheses.front().motion;
     for (const Find& f : answer.found.finds) {
-      if (!add(f, motion, prepared.points.size())) continue;
+      if (!add(f, expected, prepared.points.size())) continue;
       // The best of many wrong poses fits better than one of them.
       belief.add(std::log(answer.recall / (1.0 - answer.recall) /
                           static_cast<double>(answer.found.aligned)) +
@@ -448,8 +445,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   };
   // All poses are those at the middle of the sweep, until the end.
   s.predict(scan.stamp, time.middle());
-  const MotionFilter unplaced = s.unplaced(time.middle());
-  const MotionFilter& expected = s.hypotheses.empty() ? unplaced : *s.hypotheses.front().motion;
+  const MotionFilter expected =
+      s.hypotheses.empty() ? s.unplaced(time.middle()) : *s.hypotheses.front().motion;
   VANTAGE_TRY(Sweep sweep, s.sweep_of(scan, time, expected));
   const PreparedScan& prepared = sweep.prepared;
   report.scan_points = prepared.points.size();
@@ -493,14 +490,14 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   }
   const bool sure = s.is_sure(centred.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
-  if (s.middle) s.job.move(s.step(unplaced));
+  if (s.middle) s.job.move(s.step(expected));
   s.middle = time.middle();
   const Stopwatch search;
   if (!sure && !prepared.points.empty() && !s.job.under_way()) {
     s.begin_search(centred, prepared, !comparison.empty());
   }
   if (s.job.under_way() && !prepared.points.empty()) {
-    if (auto taken = s.take_finds(centred, prepared, unplaced); !taken) {
+    if (auto taken = s.take_finds(centred, prepared, expected); !taken) {
       return during(std::move(taken).error());
     }
     report.seconds_search = search.seconds();
@@ -527,7 +524,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
                           .elsewhere = s.belief.elsewhere(),
                           .compared = s.compared,
                           .scores_as_usual = s.weighing.scores_as_usual(best)},
-                         report);
+                         s.inputs, report);
   const auto at_stamp = [&](const MotionFilter& at_middle) {
     return best.before ? pose_between(*best.before, at_middle, scan.stamp, s.inputs, s.noise)
                        : at_middle.at(scan.stamp, s.inputs).pose();

@@ -38,7 +38,8 @@ PoseMatrix published(const MotionFilter& motion, const Hypothesis& best) {
 
 }  // namespace
 
-MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known, ScanReport& report) {
+MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
+                               const MotionInputs& inputs, ScanReport& report) {
   constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
   report.alignment = best.alignment;
   if (best.alignment) {
@@ -51,7 +52,8 @@ MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known, ScanR
   if (!fits) adrift_ = true;
   if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
   MotionFilter motion = best.moved();
-  report.confidence = confidence_of(published(motion, best));
+  // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
+  report.confidence = confidence_of(published(motion.at(report.stamp, inputs), best));
   report.risk = std::min(1.0, 1.0 - known.belief + imprecision(*report.confidence));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
   if (adrift_) report.risk = std::max(report.risk, kAdrift);
@@ -83,9 +85,14 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
   if (!fits) return conclude(Tracking::uncertain, kDoesNotFit);
   const bool settled = known.compared && !adrift_;
   if (settled && report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
+  if (1.0 - known.belief > params_.max_risk || !known.compared) {
+    return conclude(Tracking::uncertain, "other poses are not excluded yet");
+  }
+  constexpr double kKnownSpeed = 1.0;  // [m/s]
+  const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
   conclude(Tracking::uncertain,
-           1.0 - known.belief > params_.max_risk || !known.compared
-               ? "other poses are not excluded yet"
+           best.initial && speed > kKnownSpeed * kKnownSpeed
+               ? "the speed of the sensor is not known yet"
                : "the scan leaves open where along one direction the sensor is");
 }
 

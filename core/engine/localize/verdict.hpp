@@ -20,10 +20,11 @@ class Verdict {
   explicit Verdict(const LocalizerParams& params) : params_(params) {}
 
   /// Fills in the alignment, the confidence, the risk, the state and its reason.
-  /// @param report  already has the region and the number of its points
+  /// @param inputs  of the motion
+  /// @param report  already has its stamp, the region and the number of its points
   /// @return        the motion that the report stands for: with the scan, or without it
   [[nodiscard]] MotionFilter conclude(const Hypothesis& best, const Known& known,
-                                      ScanReport& report);
+                                      const MotionInputs& inputs, ScanReport& report);
 
   void forget(bool lost);
 
