@@ -157,13 +157,20 @@ TEST_CASE("localize: missing bundle, scans, reference; damaged scans and bundles
                                street.path("none.tum"), "--out", street.path("run")})),
             street.path("none.tum")));
 
-  // A scan cut short in the middle of the drive.
+  // A scan cut short in the middle of the drive: what was localized before it is not lost.
   const fs::path scan = street.folder() / "scans/000012.pcd";
   const std::string whole = test::read_text(scan);
   test::write_text(scan, whole.substr(0, whole.size() / 2));
-  CHECK(has(failure(street.localize(config, "run", {"--quiet"})), scan.string()));
-  CHECK_FALSE(fs::exists(street.folder() / "run"));
+  const auto cut = street.localize(config, "run", {"--quiet"});
+  CHECK(cut.exit_code == 1);
+  CHECK(std::count(cut.err.begin(), cut.err.end(), '\n') == 1);
+  CHECK(has(cut.err, scan.string()));
+  CHECK(has(cut.err, "after 12 scans, which are written"));
+  const auto before = io::read_trajectory(street.folder() / "run/trajectory.tum");
+  REQUIRE_MESSAGE(before, to_string(before.error()));
+  CHECK(before->size() == 12);
   test::write_text(scan, whole);
+  fs::remove_all(street.folder() / "run");
 
   // A region map cut short.
   for (const auto& entry : fs::directory_iterator(street.folder() / "bundle")) {
@@ -175,7 +182,8 @@ TEST_CASE("localize: missing bundle, scans, reference; damaged scans and bundles
   CHECK_FALSE(fs::exists(street.folder() / "run"));
 }
 
-TEST_CASE("localize: scans that see nothing of the map are marked lost, and localization goes on") {
+TEST_CASE(
+    "localize: a scan of elsewhere is lost, one of nothing uncertain, and localization goes on") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 20, "bundle");
   REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
@@ -190,7 +198,8 @@ TEST_CASE("localize: scans that see nothing of the map are marked lost, and loca
   const auto done = street.localize(config, "run", {"--quiet", "--json"});
   REQUIRE_MESSAGE(done.exit_code == 0, done.err);
   const auto summary = nlohmann::json::parse(done.out);
-  CHECK(summary["scans"]["lost"] == 3);
+  CHECK(summary["scans"]["lost"] == 1);
+  CHECK(summary["scans"]["uncertain"] == 2);
   CHECK(summary["scans"]["recovered"] == 1);
   CHECK(summary["scans"]["tracked"] == test::Street::kScans - 3);
   CHECK(summary["scans"]["dropped_points"] == 1);

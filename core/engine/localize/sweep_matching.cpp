@@ -14,7 +14,7 @@ namespace vantage {
 namespace {
 
 // Errors of an alignment that are new at every scan, whatever its Hessian says [m, rad].
-constexpr double kLeastMetres = 0.003, kLeastRadians = 0.0002;
+constexpr double kLeastMetres = 0.003, kLeastRadians = 0.0005;
 constexpr std::uint32_t kMostPasses = 4;
 // Another pass is worth its time if it moves a point at this range [m] by more than this [m].
 constexpr double kRange = 20.0, kPointNoise = 0.02;

@@ -27,10 +27,9 @@ double beyond(double limit, double sigma) {
 
 /// The covariance of a pose: what the filter believes, and errors that repeat from scan to scan,
 /// which the filter would average. They are those of the map and of the place.
-PoseMatrix published(const MotionFilter& motion, const Hypothesis& best) {
+PoseMatrix published(const MotionFilter& motion) {
   constexpr double kRepeatedMetres = 0.014, kRepeatedRadians = 0.0003;
   PoseMatrix covariance = motion.pose_covariance();
-  if (best.fits()) covariance += best.R;
   covariance.diagonal().head<3>().array() += kRepeatedMetres * kRepeatedMetres;
   covariance.diagonal().tail<3>().array() += kRepeatedRadians * kRepeatedRadians;
   return covariance;
@@ -53,7 +52,7 @@ MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
   if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
   MotionFilter motion = best.moved();
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
-  report.confidence = confidence_of(published(motion.at(report.stamp, inputs), best));
+  report.confidence = confidence_of(published(motion.at(report.stamp, inputs)));
   report.risk = std::min(1.0, 1.0 - known.belief + imprecision(*report.confidence));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
   if (adrift_) report.risk = std::max(report.risk, kAdrift);
@@ -91,7 +90,7 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
   constexpr double kKnownSpeed = 1.0;  // [m/s]
   const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
   conclude(Tracking::uncertain,
-           best.initial && speed > kKnownSpeed * kKnownSpeed
+           speed > kKnownSpeed * kKnownSpeed
                ? "the speed of the sensor is not known yet"
                : "the scan leaves open where along one direction the sensor is");
 }

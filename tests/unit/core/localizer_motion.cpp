@@ -92,5 +92,5 @@ TEST_CASE("times of points that make no sweep are an error; points without a tim
   REQUIRE(some);
   CHECK(some->dropped_points == 1);
   CHECK(some->passes == 1);
-  CHECK(localize(0.1, {-0.1F, -0.05F, 0.0F})->tracking == Tracking::tracked);
+  CHECK(localize(0.2, {-0.1F, -0.05F, 0.0F})->tracking == Tracking::tracked);
 }

@@ -57,7 +57,7 @@ struct LocalizerParams {
   double prefetch_time = 3.0;
   double prefetch_distance = 5.0;
   double map_memory = 40.0;
-  double covariance_scale = 0.0004;
+  double covariance_scale = 0.003;
   bool undistort = true;
   MotionModel motion = MotionModel::free;
   std::vector<double> T_sensor_imu{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
