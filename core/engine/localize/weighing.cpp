@@ -56,7 +56,9 @@ double doubt_of_prediction(const Hypothesis& best) {
   constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
   constexpr double kMost = 0.9;
   if (best.initial) return kCarriedAway;
-  const double corrected = kBasin + reach_of(best.sigma());
+  // All around is matched, too; a prediction vaguer than that may be anywhere.
+  const double reach = reach_of(best.sigma());
+  const double corrected = kBasin + (2.0 * best.sigma() <= reach + 1.0 ? reach : 0.0);
   return std::min(kMost,
                   kCarriedAway + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
 }

@@ -13,7 +13,7 @@ constexpr double kLongestGap = 0.25;
 // The last sample holds for this long [s].
 constexpr double kHold = 0.1;
 // A body that nothing has measured for this long may have stopped [s].
-constexpr double kCoasting = 1.0;
+constexpr double kCoasting = 10.0;
 // Samples are held for this long, even if no scan uses them [s].
 constexpr double kLongest = 60.0;
 // Odometry that ended this long ago no longer says where the body is [s].

@@ -177,8 +177,8 @@ TEST_CASE("a sensor that nothing measures slows down, and the filter says that i
   MotionFilter an_hour_later = filter;
   an_hour_later.predict(3600.0, inputs, {});
   const double way = (an_hour_later.pose().translation - filter.pose().translation).norm();
-  CHECK(way > 1.5);
-  CHECK(way < 4.0);  // not 5.4 km
+  CHECK(way > 10.0);
+  CHECK(way < 20.0);  // not 5.4 km
   CHECK(std::sqrt(an_hour_later.pose_covariance()(0, 0)) > 10.0);
   CHECK(is_positive(an_hour_later.covariance()));
 }
