@@ -78,6 +78,7 @@ Result<std::string> to_html(const Evaluation& evaluation) {
                    {"fitness", "Fitness", page::fitness_figures(evaluation)},
                    {"lcp", "LCP", page::lcp_figures(evaluation)},
                    {"error", "Error", page::error_figures(evaluation)},
+                   {"motion", "Motion", page::motion_figures(evaluation)},
                    {"risk", "Risk", page::risk_figures(evaluation)},
                    {"trajectories", "Trajectories", std::move(trajectories)},
                    {"view", "3-D view", std::move(view.body)},

@@ -69,7 +69,7 @@ void RouteOptions::add_to(CLI::App& app) {
       ->required()
       ->allow_extra_args(false);
   app.add_option("--odometry", odometries,
-                 fmt::format("odometry ({}) of each --scans, instead of constant velocity",
+                 fmt::format("the robot's own odometry ({}) of each --scans",
                              io::format_names(io::FormatUse::trajectory)))
       ->allow_extra_args(false);
   app.add_option("--reference-topic", reference_topics, kPoseTopicHelp)->allow_extra_args(false);

@@ -1,16 +1,19 @@
 // vantage-localize: makes a trajectory from a bundle and recorded scans.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "evaluation/json.hpp"
+#include "io/text.hpp"
 #include "localize/run_recorder.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/input_options.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/atlas.hpp"
+#include "vantage/evaluation/clock_offset.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run_files.hpp"
 
@@ -18,7 +21,7 @@ namespace vantage {
 namespace {
 
 struct Options {
-  std::string config, initial_pose;
+  std::string config, initial_pose, imu_offset;
   std::optional<double> speed;
   std::filesystem::path out, mcap;
   InputOptions inputs;
@@ -44,7 +47,7 @@ Result<std::string> note_on_calibration(const Bundle& bundle, const Config& conf
                                                     : "the matcher " + measured.plugin);
 }
 
-void print_summary(const Run& run, const RunSummary& s, const std::filesystem::path& out,
+void print_summary(const RunInfo& run, const RunSummary& s, const std::filesystem::path& out,
                    const cli::Style& style) {
   std::cout << fmt::format(
       "{} scans ({}): {} tracked, {} uncertain, {} lost, found again {} times; {} region switches, "
@@ -85,11 +88,36 @@ void print_summary(const Run& run, const RunSummary& s, const std::filesystem::p
   std::cout << '\n' << table.to_string(style) << "\nwritten to " << out.string() << '\n';
 }
 
+/// Moves the samples of the IMU to the clock of the scans.
+Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundle& bundle,
+                       const Config& config, const PluginLoader& plugins) {
+  ClockOffset clock;
+  if (offset == "auto") {
+    VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
+    VANTAGE_TRY(clock, measure_clock_offset(std::move(localizer), inputs));
+    std::cerr << fmt::format("the stamps of the IMU get {:+.4f} s (its turns resemble those of the "
+                             "scans by {:.3f})\n",
+                             clock.seconds, clock.correlation);
+  } else {
+    const auto seconds = io::parse_number<double>(offset);
+    if (!seconds || !std::isfinite(*seconds)) {
+      return cli::usage_error("--imu-offset must be a number of seconds or 'auto', and is '" +
+                              offset + "'");
+    }
+    clock.seconds = *seconds;
+  }
+  for (ImuSample& sample : inputs.imu->samples) sample.stamp += clock.seconds;
+  return {};
+}
+
 Result<void> run(const Options& options) {
   if (options.initial_pose.empty() && options.inputs.prior.empty() &&
       options.inputs.reference.empty()) {
     return cli::usage_error(
         "no first pose: give --initial-pose (a pose or 'auto'), --prior or --reference");
+  }
+  if (!options.imu_offset.empty() && options.inputs.imu.empty()) {
+    return cli::usage_error("--imu-offset is given without --imu");
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
@@ -104,28 +132,35 @@ Result<void> run(const Options& options) {
   }
   const PluginLoader plugins = options.common.loader();
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
+  if (!options.imu_offset.empty()) {
+    VANTAGE_CHECK(set_clock(inputs, options.imu_offset, bundle, config, plugins));
+  }
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
   if (!options.common.quiet) {
     VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
     std::cerr << note;
   }
+  VANTAGE_TRY(auto writer, RunWriter::create(options.out));
+  RunSummarizer summarizer(options.out);
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));
-    inputs.observe = [&](const io::StampedScan& scan, const RunScan& result) {
-      return recorder->add(scan, result);
-    };
   }
-  Run run;
+  const auto take = [&](const io::StampedScan& scan, const RunScan& result) -> Result<void> {
+    if (recorder) VANTAGE_CHECK(recorder->add(scan, result));
+    VANTAGE_CHECK(summarizer.add(result));
+    return writer.add(result);
+  };
+  RunInfo run;
   {
     cli::Progress progress("localizing (scans)", options.common.quiet);
-    VANTAGE_TRY(run, localize_scans(std::move(localizer), config.file, inputs,
-                                    [&](std::size_t done, std::size_t total) {
-                                      progress.update(done, total);
-                                    }));
+    VANTAGE_TRY(run, localize_each(std::move(localizer), config.file, inputs, take,
+                                   [&](std::size_t done, std::size_t total) {
+                                     progress.update(done, total);
+                                   }));
   }
-  const RunSummary summary = summarize(run);
-  VANTAGE_CHECK(write_run(run, summary, options.out));
+  VANTAGE_TRY(const RunSummary summary, summarizer.summary());
+  VANTAGE_CHECK(writer.commit(run, summary));
   if (recorder) VANTAGE_CHECK(recorder->commit());
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
@@ -135,7 +170,7 @@ Result<void> run(const Options& options) {
   }
   if (run.failure) {
     return fail(Error(*run.failure)
-                    .during(fmt::format("after {} scans, which are written", run.scans.size())));
+                    .during(fmt::format("after {} scans, which are written", summary.scans)));
   }
   return {};
 }
@@ -156,6 +191,10 @@ int main(int argc, char** argv) {
          "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
          "look for it in all regions")
       ->type_name("POSE");
+  app.add_option("--imu-offset", options.imu_offset,
+                 "seconds to add to the stamps of the IMU, or 'auto': its turns are compared with "
+                 "those of the first minute, localized without it")
+      ->type_name("SECONDS");
   app.add_option("--speed", options.speed,
                  "replay this many times faster than recorded; as fast as possible if left out")
       ->check(CLI::PositiveNumber);

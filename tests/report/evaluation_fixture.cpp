@@ -51,11 +51,11 @@ RouteRun made_run(const MapIndex& index, const io::Trajectory& reference, double
                   unsigned seed) {
   std::mt19937 random(seed);
   const auto next = [&] { return static_cast<double>(random() >> 8U) / 16777216.0; };
-  Run run{.config = "made.toml",
-          .stamp_rule = "stamps from file names",
-          .map_points = index.map_points,
-          .regions = index.regions.size(),
-          .scans = {}};
+  Run run;
+  run.config = "made.toml";
+  run.stamp_rule = "stamps from file names";
+  run.map_points = index.map_points;
+  run.regions = index.regions.size();
   RegionId last{};
   for (std::size_t i = 0; i < reference.size(); ++i) {
     const Pose& truth = reference[i].pose;
@@ -75,6 +75,7 @@ RouteRun made_run(const MapIndex& index, const io::Trajectory& reference, double
     r.T_map_scan.translation.y() += off;
     r.T_map_scan_predicted = r.T_map_scan;
     scan.error = PoseError{.metres = off, .degrees = 2.0 * off};
+    scan.prediction_error = PoseError{.metres = 3.0 * off, .degrees = 4.0 * off};
     r.region = index.partition.locate(truth.translation).value_or(RegionId{});
     r.switched = i == 0 || r.region != last;
     last = r.region;

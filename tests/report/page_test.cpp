@@ -140,7 +140,7 @@ TEST_CASE("the page has every section, each in the navigation, and closes what i
   const std::string page = page_of(made_evaluation({.configs = {"wide", "L10", "L20"}}));
   for (const std::string id :
        {"verdict", "points", "accuracy", "regionmaps", "alignment", "fitness", "lcp", "error",
-        "risk", "trajectories", "view", "method"}) {
+        "motion", "risk", "trajectories", "view", "method"}) {
     CAPTURE(id);
     CHECK(page.find("<section id=\"" + std::string(id) + "\">") != std::string::npos);
     CHECK(page.find("<a href=\"#" + std::string(id) + "\">") != std::string::npos);
@@ -292,6 +292,7 @@ TEST_CASE("the page shows tracked, uncertain and lost scans, and the risk along 
   CHECK(markup.find("; 1 of 60 scans lost, 1 uncertain.") != std::string::npos);
   CHECK(markup.find("</i>scan uncertain</span>") != std::string::npos);
   CHECK(markup.find("data-file=\"risk-way\"") != std::string::npos);
+  CHECK(markup.find("data-file=\"prediction-way\"") != std::string::npos);
   CHECK(markup.find("data-metric=\"scans.uncertain\" data-value=\"1\"") != std::string::npos);
 }
 

@@ -270,6 +270,25 @@ std::string error_figures(const Evaluation& e) {
   return html + side_by_side(figures) + against;
 }
 
+std::string motion_figures(const Evaluation& e) {
+  std::string figures;
+  if (!everything(e, "prediction_m", false).empty()) {
+    figures += report::figure(
+        lines(e, "Error of the prediction along the route", "error [cm]", "prediction_m", true),
+        "Distance between the predicted position and the reference, before the scan was matched.",
+        "prediction-way");
+  }
+  if (!everything(e, "correction_m").empty()) {
+    figures += report::figure(
+        boxes(e, "Correction by matching", "correction [cm]", "correction_m", true),
+        fmt::format("How far matching moved the prediction. {}", kReading), "correction");
+  }
+  if (figures.empty()) return "<p>No scan was matched near a prediction.</p>\n";
+  return "<p>The prediction is where earlier scans, odometry and IMU put the sensor. An IMU or "
+         "odometry makes it better; what matters is the error after matching.</p>\n" +
+         side_by_side(figures);
+}
+
 std::string risk_figures(const Evaluation& e) {
   const std::vector<double> risks = everything(e, "risk", false);
   if (risks.empty()) return "<p>No scan has a pose.</p>\n";

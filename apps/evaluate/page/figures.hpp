@@ -13,6 +13,8 @@ namespace vantage::page {
 /// Fig. 12: LCP, over scans and for each region.
 [[nodiscard]] std::string lcp_figures(const Evaluation& evaluation);
 [[nodiscard]] std::string error_figures(const Evaluation& evaluation);
+/// How well the motion is known before a scan is matched.
+[[nodiscard]] std::string motion_figures(const Evaluation& evaluation);
 /// The integrity risk along the routes.
 [[nodiscard]] std::string risk_figures(const Evaluation& evaluation);
 

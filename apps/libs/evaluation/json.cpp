@@ -54,7 +54,7 @@ Json to_json(const Statistics& s) {
   return json;
 }
 
-Json to_json(const Run& run, const RunSummary& s) {
+Json to_json(const RunInfo& run, const RunSummary& s) {
   Json scans{{"total", s.scans}, {"tracked", s.tracked}}, numbers;
   for (const Metric& metric : metrics()) {
     const Statistics of_metric = s[metric.key];

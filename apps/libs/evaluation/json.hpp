@@ -12,7 +12,7 @@ namespace vantage {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const Statistics& statistics);
 /// summary.json of a run.
-[[nodiscard]] nlohmann::ordered_json to_json(const Run& run, const RunSummary& summary);
+[[nodiscard]] nlohmann::ordered_json to_json(const RunInfo& run, const RunSummary& summary);
 /// summary.json of `vantage evaluate`: every configuration with its region maps, its runs, its
 /// baselines' runs, and its gates.
 [[nodiscard]] nlohmann::ordered_json to_json(const Evaluation& evaluation);

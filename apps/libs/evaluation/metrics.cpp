@@ -184,7 +184,7 @@ constexpr std::array kMetrics{
              return s.prediction_error ? Value(s.prediction_error->degrees) : Value();
            }},
     Metric{"passes", "passes", &kNumber, 2, kLess, G::match, "mean max", "",
-           "number of times that the scan was aligned, again after its sweep was undistorted anew",
+           "how often the sweep was undistorted and matched; its halves do not count",
            [](const RunScan& s) { return if_positive(count(s.report.passes)); }},
     Metric{"correction_m", "correction", &kLength, 2, kNeither, G::match, "mean p95", "",
            "how far matching moved the predicted position",

@@ -219,24 +219,24 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
 }
 }  // namespace
 
-std::vector<double> distances(const Run& run) {
-  const bool referenced = std::any_of(run.scans.begin(), run.scans.end(), [](const RunScan& scan) {
-    return scan.reference.has_value();
-  });
-  std::vector<double> way;
-  std::optional<Eigen::Vector3d> last;
-  double sum = 0.0;
-  for (const RunScan& scan : run.scans) {
-    std::optional<Eigen::Vector3d> at;
-    if (scan.reference) {
-      at = scan.reference->translation;
-    } else if (!referenced && scan.report.has_pose) {
-      at = scan.report.T_map_scan.translation;
-    }
-    if (last && at) sum += (*at - *last).norm();
-    if (at) last = at;
-    way.push_back(sum);
+double Odometer::operator()(const RunScan& scan) {
+  std::optional<Eigen::Vector3d> at;
+  if (scan.reference) {
+    at = scan.reference->translation;
+    if (!referenced_) last_.reset();  // from the poses to the reference is no way
+    referenced_ = true;
+  } else if (!referenced_ && scan.report.has_pose) {
+    at = scan.report.T_map_scan.translation;
   }
+  if (last_ && at) sum_ += (*at - *last_).norm();
+  if (at) last_ = at;
+  return sum_;
+}
+
+std::vector<double> distances(const Run& run) {
+  Odometer odometer;
+  std::vector<double> way;
+  for (const RunScan& scan : run.scans) way.push_back(odometer(scan));
   return way;
 }
 
@@ -248,24 +248,37 @@ Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
 
 Result<Run> localize_scans(Localizer localizer, const std::string& config, const RunInputs& inputs,
                            const ScanProgress& progress) {
+  std::vector<RunScan> scans;
+  const auto keep = [&](const io::StampedScan&, RunScan&& scan) -> Result<void> {
+    scans.push_back(std::move(scan));
+    return {};
+  };
+  VANTAGE_TRY(RunInfo info, localize_each(std::move(localizer), config, inputs, keep, progress));
+  return Run{std::move(info), std::move(scans)};
+}
+
+Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
+                              const RunInputs& inputs, const ScanSink& sink,
+                              const ScanProgress& progress) {
   VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
   if (inputs.priors) VANTAGE_CHECK(check_priors(*inputs.priors, scans));
   if (inputs.imu) VANTAGE_CHECK(check_imu(*inputs.imu, scans));
   VANTAGE_CHECK(start(localizer, inputs, scans));
-  Run run{.config = config,
-          .stamp_rule = scans.stamp_rule(),
-          .map_points = localizer.regions().summary().map_points,
-          .regions = localizer.regions().summary().regions,
-          .alert_limit = alert_limit_of(localizer),
-          .scans = {},
-          .speed = inputs.speed};
+  RunInfo run{.config = config,
+              .stamp_rule = scans.stamp_rule(),
+              .map_points = localizer.regions().summary().map_points,
+              .regions = localizer.regions().summary().regions,
+              .alert_limit = alert_limit_of(localizer),
+              .speed = inputs.speed};
   if (inputs.priors) run.prior = {.source = inputs.priors->source, .notes = inputs.priors->notes};
   if (progress) progress(0, scans.expected());
   MotionFeed motion(inputs);
   const Replay replay(inputs.speed, scans.first_stamp());
+  double last_stamp = scans.first_stamp();
+  std::size_t count = 0;
   while (true) {
     auto next = scans.next();
-    if (!next && !run.scans.empty()) {
+    if (!next && count > 0) {
       run.failure = std::move(next).error();
       break;
     }
@@ -275,32 +288,25 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
     const auto prior = inputs.priors ? io::prior_at(*inputs.priors, scan->stamp) : std::nullopt;
     if (prior) ++run.prior->scans;
     auto localized = localize_scan(localizer, inputs, motion, *scan, prior);
-    if (!localized && !run.scans.empty()) {
+    if (!localized && count > 0) {
       run.failure = std::move(localized).error();
       break;
     }
     VANTAGE_TRY(RunScan done, std::move(localized));
     if (!scan->seconds.empty()) ++run.timed;
-    if (inputs.observe) VANTAGE_CHECK(inputs.observe(*scan, done));
-    run.scans.push_back(std::move(done));
-    if (progress) progress(run.scans.size(), scans.expected());
+    VANTAGE_CHECK(sink(*scan, std::move(done)));
+    last_stamp = scan->stamp;
+    ++count;
+    if (progress) progress(count, scans.expected());
   }
   if (run.prior && run.prior->scans == 0 && !run.failure) {
-    return no_overlap(*inputs.priors,
-                      fmt::format("the scans run from {} to {} s", scans.first_stamp(),
-                                  run.scans.back().report.stamp),
-                      scans.stamp_rule());
+    return no_overlap(
+        *inputs.priors,
+        fmt::format("the scans run from {} to {} s", scans.first_stamp(), last_stamp),
+        scans.stamp_rule());
   }
   run.skipped = scans.skipped();
   return run;
-}
-
-io::Trajectory trajectory_of(const Run& run) {
-  io::Trajectory trajectory;
-  for (const RunScan& scan : run.scans) {
-    if (is_tracked(scan)) trajectory.push_back({scan.report.stamp, scan.report.T_map_scan});
-  }
-  return trajectory;
 }
 
 }  // namespace vantage

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -12,7 +13,6 @@
 #include "evaluation/json.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/io/trajectory_io.hpp"
-#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
 namespace {
@@ -42,35 +42,53 @@ std::string cells(const std::optional<Pose>& T) {
   return fmt::format("{},{},{},{},{},{},{}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
 }
 
+/// The upper triangle of the pose's covariance, row by row.
+std::string cells_of_covariance(const RunScan& scan) {
+  const auto& confidence = scan.report.confidence;
+  if (!confidence) return std::string(20, ',');
+  std::string cells;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    for (Eigen::Index column = row; column < 6; ++column) {
+      if (!cells.empty()) cells += ',';
+      fmt::format_to(std::back_inserter(cells), "{:.6g}", confidence->covariance(row, column));
+    }
+  }
+  return cells;
+}
+
 /// Columns that are no metric.
 struct TextColumns {
   std::string_view before;  ///< the metric that follows them; empty: they are the last
   std::string_view names;
-  std::string (*cells)(const Run&, const RunScan&, double way);
+  std::string (*cells)(const RunScan&, double way);
 };
 constexpr std::array kTextColumns{
     TextColumns{"recovered", "stamp,tracking",
-                [](const Run&, const RunScan& scan, double) {
+                [](const RunScan& scan, double) {
                   return fmt::format("{:.9f},{}", scan.report.stamp,
                                      to_string(scan.report.tracking));
                 }},
     TextColumns{"switched", "region",
-                [](const Run&, const RunScan& scan, double) { return scan.region; }},
+                [](const RunScan& scan, double) { return scan.region; }},
     TextColumns{"fitness", "termination",
-                [](const Run&, const RunScan& scan, double) {
+                [](const RunScan& scan, double) {
                   const auto& a = scan.report.alignment;
                   return std::string(a ? to_string(a->termination) : "");
                 }},
-    TextColumns{"error_m", "x,y,z,qx,qy,qz,qw",
-                [](const Run&, const RunScan& scan, double) {
+    TextColumns{"error_m",
+                "x,y,z,qx,qy,qz,qw,cov_x_x,cov_x_y,cov_x_z,cov_x_rx,cov_x_ry,cov_x_rz,cov_y_y,"
+                "cov_y_z,cov_y_rx,cov_y_ry,cov_y_rz,cov_z_z,cov_z_rx,cov_z_ry,cov_z_rz,cov_rx_rx,"
+                "cov_rx_ry,cov_rx_rz,cov_ry_ry,cov_ry_rz,cov_rz_rz",
+                [](const RunScan& scan, double) {
                   const ScanReport& r = scan.report;
-                  return cells(r.has_pose ? std::optional(r.T_map_scan) : std::nullopt);
+                  return cells(r.has_pose ? std::optional(r.T_map_scan) : std::nullopt) + ',' +
+                         cells_of_covariance(scan);
                 }},
     TextColumns{"held_bytes", "distance_m,ref_x,ref_y,ref_z,ref_qx,ref_qy,ref_qz,ref_qw",
-                [](const Run&, const RunScan& scan, double way) {
+                [](const RunScan& scan, double way) {
                   return fmt::format("{:.4f},{}", way, cells(scan.reference));
                 }},
-    TextColumns{"", "reason", [](const Run&, const RunScan& scan, double) {
+    TextColumns{"", "reason", [](const RunScan& scan, double) {
                   return quoted(scan.report.reason);
                 }}};
 
@@ -100,56 +118,58 @@ class Line {
   std::string text_;
 };
 
-struct File {
-  fs::path path;
-  std::string content;
-};
-
-/// Every file is on the disk under a temporary name before the first gets its own, so that a full
-/// disk leaves all of them as they were.
-Result<void> write_together(const std::vector<File>& files) {
-  std::vector<io::OutputFile> open;
-  for (const File& file : files) {
-    VANTAGE_TRY(io::OutputFile made, io::OutputFile::create(file.path));
-    open.push_back(std::move(made));
-    VANTAGE_CHECK(open.back().write(file.content));
-    VANTAGE_CHECK(open.back().finish());
-  }
-  for (io::OutputFile& file : open) VANTAGE_CHECK(file.commit());
-  return {};
-}
-
 }  // namespace
 
-std::string to_csv(const Run& run) {
+std::string csv_header() {
   Line header;
   for_each_column([&](const TextColumns& columns) { header.add(columns.names); },
                   [&](const Metric& metric) { header.add(metric.key); });
-  std::string csv = std::move(header).take();
-  const std::vector<double> way = distances(run);
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    const RunScan& scan = run.scans[i];
-    Line line;
-    for_each_column([&](const TextColumns& columns) { line.add(columns.cells(run, scan, way[i])); },
-                    [&](const Metric& metric) { line.add(cell(metric, scan)); });
-    csv += std::move(line).take();
-  }
-  return csv;
+  return std::move(header).take();
 }
 
-Result<void> write_run(const Run& run, const RunSummary& summary,
-                       const std::filesystem::path& folder) {
+std::string csv_line(const RunScan& scan, double way) {
+  Line line;
+  for_each_column([&](const TextColumns& columns) { line.add(columns.cells(scan, way)); },
+                  [&](const Metric& metric) { line.add(cell(metric, scan)); });
+  return std::move(line).take();
+}
+
+Result<RunWriter> RunWriter::create(const fs::path& folder) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  fs::create_directories(folder, error);
   if (error) {
     return fail(ErrorCode::io_failure, "cannot create the output folder: " + error.message(),
                 SourceLocation{folder.string(), 0, 0});
   }
-  const fs::path trajectory = folder / "trajectory.tum";
-  VANTAGE_TRY(std::string poses, io::to_tum(trajectory, trajectory_of(run)));
-  return write_together({{folder / "scans.csv", to_csv(run)},
-                         {folder / "summary.json", to_json(run, summary).dump(2) + "\n"},
-                         {trajectory, std::move(poses)}});
+  VANTAGE_TRY(auto scans, io::OutputFile::create(folder / "scans.csv"));
+  VANTAGE_TRY(auto trajectory, io::OutputFile::create(folder / "trajectory.tum"));
+  VANTAGE_CHECK(scans.write(csv_header()));
+  return RunWriter(folder, std::move(scans), std::move(trajectory));
+}
+
+Result<void> RunWriter::add(const RunScan& scan) {
+  VANTAGE_CHECK(scans_.write(csv_line(scan, odometer_(scan))));
+  if (!is_tracked(scan)) return {};
+  VANTAGE_TRY(const std::string pose, io::to_tum(folder_ / "trajectory.tum",
+                                                 {{scan.report.stamp, scan.report.T_map_scan}}));
+  return trajectory_.write(pose);
+}
+
+Result<void> RunWriter::commit(const RunInfo& run, const RunSummary& summary) {
+  VANTAGE_TRY(auto file, io::OutputFile::create(folder_ / "summary.json"));
+  VANTAGE_CHECK(file.write(to_json(run, summary).dump(2) + "\n"));
+  // Every file is on the disk under a temporary name before the first gets its own, so that a full
+  // disk leaves all of them as they were.
+  for (io::OutputFile* one : {&scans_, &file, &trajectory_}) VANTAGE_CHECK(one->finish());
+  for (io::OutputFile* one : {&scans_, &file, &trajectory_}) VANTAGE_CHECK(one->commit());
+  return {};
+}
+
+Result<void> write_run(const Run& run, const RunSummary& summary,
+                       const std::filesystem::path& folder) {
+  VANTAGE_TRY(RunWriter writer, RunWriter::create(folder));
+  for (const RunScan& scan : run.scans) VANTAGE_CHECK(writer.add(scan));
+  return writer.commit(run, summary);
 }
 
 }  // namespace vantage

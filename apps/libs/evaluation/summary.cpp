@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "evaluation/degrees.hpp"
@@ -10,74 +11,117 @@
 namespace vantage {
 namespace {
 
-/// The values of a metric that count for a run.
-std::vector<double> sample_of(const Run& run, const Metric& metric) {
-  std::vector<double> sample;
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    if (i == 0 && metric.is(kAfterFirst)) continue;
-    if (const auto x = counted_value(metric, run.scans[i])) sample.push_back(*x);
+// The columns after those of the metrics: the way, whether the scan is compared with others, and the
+// true and the estimated pose, each 7 numbers.
+enum Place : std::size_t { kWay, kCompared, kTruth, kEstimate = kTruth + 7, kPlaces = kEstimate + 7 };
+
+std::size_t column_of(std::size_t place) { return metrics().size() + place; }
+
+Result<void> push(ColumnSpool& values, std::size_t place, const Pose& pose) {
+  const auto& [q, t] = pose;
+  for (const double x : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    VANTAGE_CHECK(values.push(column_of(place++), x));
   }
-  return sample;
+  return {};
 }
 
-/// Share of the errors along the axes within 1, 2 and 3 standard deviations; a normal distribution
-/// would have 68, 95 and 99.7 %.
-std::array<double, 3> within_sigmas(const Run& run, Eigen::Vector3d PoseError::*error,
-                                    Eigen::Index first) {
-  std::array<double, 3> within{};
-  std::size_t errors = 0;
-  for (const RunScan& scan : run.scans) {
-    if (!is_tracked(scan) || !scan.error || !scan.report.confidence) continue;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const double sigma =
-          std::sqrt(scan.report.confidence->covariance(first + axis, first + axis));
-      const double size = std::abs(((*scan.error).*error)[axis]);
-      ++errors;
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (size <= static_cast<double>(k + 1) * sigma) within[k] += 1.0;
-      }
+Result<Pose> pose_at(ColumnSpool::Reader& values, std::size_t place, std::size_t row) {
+  std::array<double, 7> x{};
+  for (double& number : x) {
+    VANTAGE_TRY(number, values.at(column_of(place++), row));
+  }
+  return Pose{Eigen::Quaterniond(x[6], x[3], x[4], x[5]), {x[0], x[1], x[2]}};
+}
+
+}  // namespace
+
+void RunSummarizer::WithinSigmas::add(const RunScan& scan, Eigen::Vector3d PoseError::*error,
+                                      Eigen::Index first) {
+  if (!is_tracked(scan) || !scan.error || !scan.report.confidence) return;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const double sigma = std::sqrt(scan.report.confidence->covariance(first + axis, first + axis));
+    const double size = std::abs(((*scan.error).*error)[axis]);
+    ++errors;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (size <= static_cast<double>(k + 1) * sigma) ++within[k];
     }
   }
-  for (double& share : within) share /= static_cast<double>(std::max<std::size_t>(errors, 1));
-  return within;
 }
 
-/// @param step  distance along the reference's path between the scans that are compared [m]; 0: the
-///              next scan
-RelativeErrors relative_errors(const Run& run, double step) {
-  const std::vector<double> way = distances(run);
-  const auto compared = [&](std::size_t i) {
-    return is_tracked(run.scans[i]) && run.scans[i].reference.has_value();
-  };
+std::array<double, 3> RunSummarizer::WithinSigmas::shares() const {
+  std::array<double, 3> shares{};
+  const auto all = static_cast<double>(std::max<std::size_t>(errors, 1));
+  for (std::size_t k = 0; k < 3; ++k) shares[k] = static_cast<double>(within[k]) / all;
+  return shares;
+}
+
+RunSummarizer::RunSummarizer(std::optional<std::filesystem::path> folder)
+    : values_(column_of(kPlaces), std::move(folder)) {}
+
+Result<void> RunSummarizer::add(const RunScan& scan) {
+  const auto table = metrics();
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    if (scans_ == 0 && table[k].is(kAfterFirst)) continue;
+    if (const auto x = counted_value(table[k], scan)) VANTAGE_CHECK(values_.push(k, *x));
+  }
+  const bool compared = is_tracked(scan) && scan.reference.has_value();
+  VANTAGE_CHECK(values_.push(column_of(kWay), odometer_(scan)));
+  VANTAGE_CHECK(values_.push(column_of(kCompared), compared ? 1.0 : 0.0));
+  VANTAGE_CHECK(push(values_, kTruth, scan.reference.value_or(Pose())));
+  VANTAGE_CHECK(push(values_, kEstimate, scan.report.T_map_scan));
+  ++scans_;
+  if (is_tracked(scan)) ++tracked_;
+  translation_.add(scan, &PoseError::translation, 0);
+  rotation_.add(scan, &PoseError::rotation, 3);
+  return {};
+}
+
+Result<RelativeErrors> RunSummarizer::relative_errors(double step) const {
+  ColumnSpool::Reader first(values_), second(values_);
   std::vector<double> m, deg;
-  for (std::size_t i = 0, j = 1; i + 1 < run.scans.size(); ++i) {
-    j = std::max(j, i + 1);
-    while (j < run.scans.size() && way[j] - way[i] < step) ++j;
-    if (j == run.scans.size()) break;
-    if (!compared(i) || !compared(j)) continue;
-    const auto motion = [](const Pose& from, const Pose& to) { return from.inverse() * to; };
-    const Pose truth = motion(*run.scans[i].reference, *run.scans[j].reference);
-    const Pose estimate = motion(run.scans[i].report.T_map_scan, run.scans[j].report.T_map_scan);
+  for (std::size_t i = 0, j = 1; i + 1 < scans_; ++i) {
+    VANTAGE_TRY(const double begin, first.at(column_of(kWay), i));
+    for (j = std::max(j, i + 1); j < scans_; ++j) {
+      VANTAGE_TRY(const double end, second.at(column_of(kWay), j));
+      if (end - begin >= step) break;
+    }
+    if (j == scans_) break;
+    VANTAGE_TRY(const double from, first.at(column_of(kCompared), i));
+    VANTAGE_TRY(const double to, second.at(column_of(kCompared), j));
+    if (from == 0.0 || to == 0.0) continue;
+    const auto motion = [&](std::size_t place) -> Result<Pose> {
+      VANTAGE_TRY(const Pose before, pose_at(first, place, i));
+      VANTAGE_TRY(const Pose after, pose_at(second, place, j));
+      return before.inverse() * after;
+    };
+    VANTAGE_TRY(const Pose truth, motion(kTruth));
+    VANTAGE_TRY(const Pose estimate, motion(kEstimate));
     m.push_back((truth.inverse() * estimate).translation.norm());
     deg.push_back(rotation_between(truth, estimate) * kDegrees);
   }
-  return {.m = statistics_of(m), .deg = statistics_of(deg)};
+  return RelativeErrors{.m = statistics_of(m), .deg = statistics_of(deg)};
 }
-}  // namespace
+
+Result<RunSummary> RunSummarizer::summary() const {
+  RunSummary s;
+  s.scans = scans_;
+  s.tracked = tracked_;
+  for (std::size_t k = 0; k < metrics().size(); ++k) {
+    VANTAGE_TRY(const std::vector<double> sample, values_.read(k));
+    s.of_metrics.push_back(statistics_of(sample));
+  }
+  VANTAGE_TRY(s.relative_frame, relative_errors(0.0));
+  VANTAGE_TRY(s.relative_10m, relative_errors(10.0));
+  s.within_sigmas_translation = translation_.shares();
+  s.within_sigmas_rotation = rotation_.shares();
+  return s;
+}
 
 RunSummary summarize(const Run& run) {
-  RunSummary s;
-  s.scans = run.scans.size();
-  s.tracked =
-      static_cast<std::size_t>(std::count_if(run.scans.begin(), run.scans.end(), is_tracked));
-  for (const Metric& metric : metrics()) {
-    s.of_metrics.push_back(statistics_of(sample_of(run, metric)));
-  }
-  s.relative_frame = relative_errors(run, 0.0);
-  s.relative_10m = relative_errors(run, 10.0);
-  s.within_sigmas_translation = within_sigmas(run, &PoseError::translation, 0);
-  s.within_sigmas_rotation = within_sigmas(run, &PoseError::rotation, 3);
-  return s;
+  RunSummarizer summarizer;
+  // Nothing of this leaves memory, so nothing of it can fail.
+  for (const RunScan& scan : run.scans) static_cast<void>(summarizer.add(scan));
+  return *summarizer.summary();
 }
 
 Statistics RunSummary::operator[](std::string_view key) const {

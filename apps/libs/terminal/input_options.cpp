@@ -156,7 +156,7 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
       ->required(reference_required);
   app.add_option("--reference-topic", reference_topic, kPoseTopicHelp);
   app.add_option("--odometry", odometry,
-                 fmt::format("odometry ({}) to predict with, instead of constant velocity",
+                 fmt::format("the robot's own odometry ({}): how the sensor moves, also during scans",
                              io::format_names(io::FormatUse::trajectory)));
   app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
   app.add_option("--prior", prior,

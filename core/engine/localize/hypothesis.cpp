@@ -13,8 +13,9 @@ double reach_of(double sigma) {
 }
 
 MotionFilter Hypothesis::moved() const {
-  MotionFilter now = *motion;
-  if (fits()) now.update(alignment->T_map_scan, R);
+  if (!fits()) return *motion;
+  MotionFilter now = shown.value_or(*motion);
+  now.update(alignment->T_map_scan, R);
   return now;
 }
 
@@ -31,11 +32,6 @@ double Hypothesis::innovation() const {
   S.diagonal().tail<3>().array() += kRadians * kRadians;
   const PoseVector off = difference(alignment->T_map_scan, predicted());
   return off.dot(S.ldlt().solve(off));
-}
-
-bool Hypothesis::is_surprised() const {
-  constexpr double kMost = 22.5;  // chi squared of six dimensions, 99.9 %
-  return innovation() > kMost;
 }
 
 double heading_of(const Pose& pose) {

@@ -18,6 +18,7 @@ struct Hypothesis {
   std::optional<Pose> initial = {};  ///< a pose that was given or found, before its first scan
   Pose last = {};                    ///< the pose at the scan before; `initial` if there is none
   std::optional<MotionFilter> motion = {};      ///< up to this scan, without it
+  std::optional<MotionFilter> shown = {};       ///< the same, with the twist that the sweep shows
   std::optional<MotionFilter> before = {};      ///< with the scan before, if there was one
   bool has_odometry = false;                    ///< which measured the motion since the scan before
   RegionId region = {};                         ///< the region whose map this scan is matched to
@@ -46,7 +47,7 @@ struct Hypothesis {
   /// distance in standard deviations. 6 is usual; 0 without an alignment or a prediction.
   [[nodiscard]] double innovation() const;
   /// Whether that is so much that the motion must have been another one.
-  [[nodiscard]] bool is_surprised() const;
+  [[nodiscard]] bool is_surprised() const { return innovation() > MotionFilter::kUnusual; }
 };
 
 /// How far around a predicted position a scan is matched, too, because the sensor may be there: in

@@ -42,13 +42,14 @@ constexpr double kCarriedAway = 0.05;
 constexpr double kSure = 0.8;
 // Hypotheses with less belief are dropped.
 constexpr double kLeastBelief = 1e-4;
-// Of a pose that a user gives, or a search finds: standard deviations [m], [rad].
+// Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
+constexpr double kFoundMetres = 0.3, kFoundRadians = 0.05;
 
-PoseMatrix uncertainty_of_start() {
+PoseMatrix uncertainty(double metres, double radians) {
   PoseVector variance;
-  variance << Eigen::Vector3d::Constant(kStartMetres * kStartMetres),
-      Eigen::Vector3d::Constant(kStartRadians * kStartRadians);
+  variance << Eigen::Vector3d::Constant(metres * metres),
+      Eigen::Vector3d::Constant(radians * radians);
   return variance.asDiagonal();
 }
 
@@ -151,7 +152,7 @@ struct Localizer::State {
     if (const auto up = inputs.up(before)) {
       upright.rotation = Eigen::Quaterniond::FromTwoVectors(*up, Eigen::Vector3d::UnitZ());
     }
-    MotionFilter motion(before, upright, uncertainty_of_start(), inputs);
+    MotionFilter motion(before, upright, uncertainty(kStartMetres, kStartRadians), inputs);
     motion.predict(now, inputs, noise);
     return motion;
   }
@@ -162,10 +163,11 @@ struct Localizer::State {
     for (Hypothesis& one : hypotheses) {
       one.before = one.motion;
       if (!one.motion) {
-        one.motion.emplace(stamp_of_scan, *one.initial, uncertainty_of_start(), inputs);
+        one.motion.emplace(stamp_of_scan, *one.initial, uncertainty(kStartMetres, kStartRadians), inputs);
       }
       one.motion->predict(now, inputs, noise);
       one.has_odometry = inputs.has_odometry(now);
+      one.shown.reset();
       one.alignment.reset();
       one.evidence.reset();
       one.failure.clear();
@@ -235,6 +237,7 @@ struct Localizer::State {
       const Stopwatch stopwatch;
       VANTAGE_TRY(SweepMatch match,
                   match_sweep(*one.map->target, *one.motion, inputs, params, own));
+      one.shown = match.motion;
       one.alignment = std::move(match.alignment);
       one.R = match.R;
       one.failure = std::move(match.failure);
@@ -287,8 +290,8 @@ struct Localizer::State {
 
   /// Adds what the search under way found to the hypotheses, once it is known.
   /// @param expected  the sensor's motion without this scan
-  Result<void> take_finds(const Scan& scan, const PreparedScan& prepared,
-                          const MotionFilter& expected) {
+  Result<void> take_finds(const Scan& scan, const Sweep& sweep, const MotionFilter& expected) {
+    const PreparedScan& prepared = sweep.prepared;
     auto known = job.answer(scan.stamp);
     if (!known) return {};
     VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
@@ -300,7 +303,8 @@ struct Localizer::State {
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
     for (const Find& f : answer.found.finds) {
-      if (!add(f, expected, prepared.points.size())) continue;
+      VANTAGE_TRY(const bool is_new, add(f, sweep, expected));
+      if (!is_new) continue;
       // The best of many wrong poses fits better than one of them.
       belief.add(std::log(answer.recall / (1.0 - answer.recall) /
                           static_cast<double>(answer.found.aligned)) +
@@ -309,25 +313,33 @@ struct Localizer::State {
     return {};
   }
 
-  /// Whether it is a new one.
-  bool add(const Find& find, const MotionFilter& motion, std::size_t points) {
+  /// @return whether it is a new one
+  Result<bool> add(const Find& find, const Sweep& sweep, const MotionFilter& expected) {
     constexpr double kSameMetres = 1.0, kSameRadians = 5.0 * std::numbers::pi / 180.0;
+    const auto is_known = [&](const Pose& pose) {
+      return std::ranges::any_of(hypotheses, [&](const Hypothesis& known) {
+        return is_near(known.pose(), pose, kSameMetres, kSameRadians);
+      });
+    };
     const Pose& pose = find.alignment.T_map_scan;
-    if (std::ranges::any_of(hypotheses, [&](const Hypothesis& known) {
-          return is_near(known.pose(), pose, kSameMetres, kSameRadians);
-        })) {
-      return false;
-    }
+    if (is_known(pose)) return false;
     // The sensor was elsewhere all the time: its motion continues from there.
+    MotionFilter motion = expected;
+    motion.place(pose, uncertainty(kFoundMetres, kFoundRadians));
+    Sweep own = sweep;
+    VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
+    if (!match.alignment) return false;
+    const Pose& matched = match.alignment->T_map_scan;
+    if (!is_near(matched, pose, kSameMetres, kSameRadians) || is_known(matched)) return false;
     hypotheses.push_back({.initial = pose,
                           .last = pose,
                           .motion = motion,
+                          .shown = match.motion,
                           .region = find.region,
                           .map = find.map,
-                          .alignment = find.alignment,
-                          .R = noise_of(find.alignment, points, params),
+                          .alignment = std::move(match.alignment),
+                          .R = match.R,
                           .evidence = find.evidence});
-    hypotheses.back().motion->place(pose, uncertainty_of_start());
     return true;
   }
 
@@ -453,7 +465,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.dropped_points = prepared.dropped;
   Scan centred = scan;  // what is known at the stamp, at the middle of the sweep
   if (scan.prior) {
-    const Pose at_stamp = expected.at(scan.stamp, s.inputs).pose();
+    const Pose at_stamp = expected.at(scan.stamp, s.inputs, s.noise).pose();
     Pose& prior = centred.prior->T_map_sensor;
     prior = prior * (at_stamp.inverse() * expected.pose());
   }
@@ -497,7 +509,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.begin_search(centred, prepared, !comparison.empty());
   }
   if (s.job.under_way() && !prepared.points.empty()) {
-    if (auto taken = s.take_finds(centred, prepared, expected); !taken) {
+    if (auto taken = s.take_finds(centred, sweep, expected); !taken) {
       return during(std::move(taken).error());
     }
     report.seconds_search = search.seconds();
@@ -524,10 +536,10 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
                           .elsewhere = s.belief.elsewhere(),
                           .compared = s.compared,
                           .scores_as_usual = s.weighing.scores_as_usual(best)},
-                         s.inputs, report);
+                         s.inputs, s.noise, report);
   const auto at_stamp = [&](const MotionFilter& at_middle) {
     return best.before ? pose_between(*best.before, at_middle, scan.stamp, s.inputs, s.noise)
-                       : at_middle.at(scan.stamp, s.inputs).pose();
+                       : at_middle.at(scan.stamp, s.inputs, s.noise).pose();
   };
   report.T_map_scan = at_stamp(motion);
   report.T_map_scan_predicted = at_stamp(*best.motion);

@@ -20,9 +20,10 @@ struct Sweep {
 };
 
 struct SweepMatch {
-  std::optional<Alignment> alignment;
+  MotionFilter motion;  ///< the prediction, with what the sweep shows of the twist if it was vague
+  std::optional<Alignment> alignment = {};
   PoseMatrix R = PoseMatrix::Zero();  ///< covariance of the pose, from scan to scan
-  std::string failure;                ///< why there is no alignment
+  std::string failure = {};           ///< why there is no alignment
   std::uint32_t passes = 0;
 };
 
@@ -35,7 +36,8 @@ struct SweepMatch {
 /// prediction, too, and the alignment that scores best is taken: a matcher stops at the next rise.
 /// Where the alignment shows another motion than the sweep was undistorted by, the sweep is
 /// undistorted by that motion and matched again, until this no longer moves its points by more than
-/// they are noisy.
+/// they are noisy. A twist that is vague is measured by the sweep itself: both its halves are
+/// aligned, and the sensor went from one to the other.
 /// @param sweep  its points are moved
 /// Errors: those of MatchTarget::align, except `too_few_matches`.
 [[nodiscard]] Result<SweepMatch> match_sweep(const MatchTarget& target,

@@ -25,20 +25,18 @@ double beyond(double limit, double sigma) {
   return sigma > 0.0 ? std::erfc(limit / (sigma * std::numbers::sqrt2)) : 0.0;
 }
 
-/// The covariance of a pose: what the filter believes, and errors that repeat from scan to scan,
-/// which the filter would average. They are those of the map and of the place.
+/// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the filter
+/// takes them for new at every scan, and averages them away.
 PoseMatrix published(const MotionFilter& motion) {
-  constexpr double kRepeatedMetres = 0.014, kRepeatedRadians = 0.0003;
-  PoseMatrix covariance = motion.pose_covariance();
-  covariance.diagonal().head<3>().array() += kRepeatedMetres * kRepeatedMetres;
-  covariance.diagonal().tail<3>().array() += kRepeatedRadians * kRepeatedRadians;
-  return covariance;
+  constexpr double kRepeated = 1.5;  // chosen on the recorded street
+  return kRepeated * motion.pose_covariance();
 }
 
 }  // namespace
 
 MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
-                               const MotionInputs& inputs, ScanReport& report) {
+                               const MotionInputs& inputs, const MotionNoise& noise,
+                               ScanReport& report) {
   constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
   report.alignment = best.alignment;
   if (best.alignment) {
@@ -52,7 +50,7 @@ MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
   if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
   MotionFilter motion = best.moved();
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
-  report.confidence = confidence_of(published(motion.at(report.stamp, inputs)));
+  report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
   report.risk = std::min(1.0, 1.0 - known.belief + imprecision(*report.confidence));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
   if (adrift_) report.risk = std::max(report.risk, kAdrift);

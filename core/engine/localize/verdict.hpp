@@ -20,11 +20,12 @@ class Verdict {
   explicit Verdict(const LocalizerParams& params) : params_(params) {}
 
   /// Fills in the alignment, the confidence, the risk, the state and its reason.
-  /// @param inputs  of the motion
+  /// @param inputs, noise  of the motion
   /// @param report  already has its stamp, the region and the number of its points
   /// @return        the motion that the report stands for: with the scan, or without it
   [[nodiscard]] MotionFilter conclude(const Hypothesis& best, const Known& known,
-                                      const MotionInputs& inputs, ScanReport& report);
+                                      const MotionInputs& inputs, const MotionNoise& noise,
+                                      ScanReport& report);
 
   void forget(bool lost);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <utility>
 
 namespace vantage {
 namespace {
@@ -123,7 +124,7 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
   // Adds the noise of a rate: it is integrated into `integral`, and moves `itself`, too.
   const auto add_walk = [&](Eigen::Index integral, Eigen::Index itself, double side,
                             const Eigen::Vector3d& variance) {
-    const Eigen::Matrix3d turned = side * R * variance.asDiagonal();
+    const Eigen::Matrix3d turned = std::copysign(side, side * input.seconds) * R * variance.asDiagonal();
     Q.block<3, 3>(integral, integral) += R * variance.asDiagonal() * R.transpose() * dt * dt / 3.0;
     Q.block<3, 3>(integral, itself) += turned * dt / 2.0;
     Q.block<3, 3>(itself, integral) += turned.transpose() * dt / 2.0;
@@ -222,11 +223,14 @@ void MotionFilter::predict(double stamp, const MotionInputs& inputs, const Motio
   if (measured) measured_ = stamp;
 }
 
-MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs) const {
+MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs,
+                              const MotionNoise& noise) const {
+  constexpr double kBounded = 0.25;
   MotionFilter there = *this;
   for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
     const MotionMatrix F = moved_jacobian(there.state_, input);
-    there.covariance_ = F * there.covariance_ * F.transpose();
+    there.covariance_ = F * there.covariance_ * F.transpose() +
+                        kBounded * moved_noise(there.state_, input, noise);
     there.state_ = moved(there.state_, input);
   }
   there.stamp_ = stamp;
@@ -234,27 +238,47 @@ MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs) const {
 }
 
 void MotionFilter::update(const Pose& T_map_sensor, const PoseMatrix& R) {
-  constexpr double kMost = 22.5;  // chi squared of six dimensions, 99.9 %
-  const PoseMatrix H = sensor_by_body();
-  const PoseVector innovation = difference(T_map_sensor, pose());
-  PoseMatrix S = pose_covariance() + R;
+  Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
+  H.leftCols<6>() = sensor_by_body();
+  correct(difference(T_map_sensor, pose()), H, R);
+  measured_ = stamp_;
+}
+
+void MotionFilter::update_motion(const Seen& first, const Seen& second,
+                                 const MotionInputs& inputs) {
+  PoseVector innovation = PoseVector::Zero();
+  Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
+  for (const auto& [seen, side] : {std::pair(&first, -1.0), std::pair(&second, 1.0)}) {
+    MotionFilter there = *this;
+    MotionMatrix F = MotionMatrix::Identity();
+    for (const MotionInput& input : inputs.between(stamp_, seen->stamp, measured_)) {
+      F = moved_jacobian(there.state_, input) * F;
+      there.state_ = moved(there.state_, input);
+    }
+    innovation += side * difference(seen->T_map_sensor, there.pose());
+    H += side * there.sensor_by_body() * F.topRows<6>();
+  }
+  correct(innovation, H, first.R + second.R);
+}
+
+void MotionFilter::correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+                           const PoseMatrix& R) {
+  PoseMatrix S = H * covariance_ * H.transpose() + R;
   const double squared = innovation.dot(S.ldlt().solve(innovation));
-  if (squared > kMost) {
+  if (squared > kUnusual) {
     // The motion changed more than its noise allows: by as much, what was known of it is worth
     // less.
-    covariance_ *= squared / kMost;
-    S = pose_covariance() + R;
+    covariance_ *= squared / kUnusual;
+    S = H * covariance_ * H.transpose() + R;
   }
-  const Eigen::Matrix<double, 15, 6> PHt = covariance_.leftCols<6>() * H.transpose();
+  const Eigen::Matrix<double, 15, 6> PHt = covariance_ * H.transpose();
   const Eigen::Matrix<double, 6, 15> solved = S.ldlt().solve(PHt.transpose());
   const Eigen::Matrix<double, 15, 6> K = solved.transpose();
   state_ = plus(state_, K * innovation);
   // Joseph's form: stays positive definite.
-  MotionMatrix kept = MotionMatrix::Identity();
-  kept.leftCols<6>() -= K * H;
+  const MotionMatrix kept = MotionMatrix::Identity() - K * H;
   covariance_ = kept * covariance_ * kept.transpose() + K * R * K.transpose();
   covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
-  measured_ = stamp_;
 }
 
 void MotionFilter::place(const Pose& T_map_sensor, const PoseMatrix& P) {
@@ -267,11 +291,11 @@ void MotionFilter::place(const Pose& T_map_sensor, const PoseMatrix& P) {
 
 Pose pose_between(const MotionFilter& before, const MotionFilter& after, double stamp,
                   const MotionInputs& inputs, const MotionNoise& noise) {
-  const Pose by_after = after.at(stamp, inputs).pose();
+  const Pose by_after = after.at(stamp, inputs, noise).pose();
   const double seconds = after.stamp() - before.stamp();
   const double share = (stamp - before.stamp()) / seconds;
   if (!(share > 0.0 && share < 1.0) || !inputs.has_odometry(after.stamp())) return by_after;
-  const Pose by_odometry = interpolate(before.at(stamp, inputs).pose(), by_after, share);
+  const Pose by_odometry = interpolate(before.at(stamp, inputs, noise).pose(), by_after, share);
   const Twist whole = logarithm(before.pose().inverse() * after.pose());
   const Pose by_poses = before.pose() * exponential({share * whole.linear, share * whole.angular});
   // Variances half way: of a walk that ends where it is known, and of white accelerations.

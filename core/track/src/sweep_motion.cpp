@@ -53,6 +53,11 @@ Point SweepMotion::seen_from_middle(const Point& p, double stamp) const noexcept
   return there.R * p + there.t;
 }
 
+Pose SweepMotion::sensor_at(double stamp) const noexcept {
+  const Knot there = between(at(stamp));
+  return {.rotation = Eigen::Quaterniond(there.R).normalized(), .translation = there.t};
+}
+
 Point SweepMotion::corrected(const Point& p, double stamp, const SweepMotion& by) const noexcept {
   const Knot was = between(at(stamp));
   // A straight line between two rotations is almost one: its inverse is almost its transpose.

@@ -13,14 +13,17 @@ Result<void> run(const char* config_file, const char* bag, const char* topic, co
   VANTAGE_TRY(Localizer localizer, Localizer::open(config, plugins));
   RunInputs inputs{.scans = {.path = bag, .topic = topic}, .start_anywhere = true};
   VANTAGE_TRY(inputs.reference, io::read_sensor_trajectory({.path = truth, .topic = {}}, {}));
-  inputs.observe = [](const io::StampedScan& scan, const RunScan& done) -> Result<void> {
+  RunSummarizer summarizer;
+  const auto print = [&](const io::StampedScan& scan, const RunScan& done) {
     const auto& t = done.report.T_map_scan.translation;
     std::printf("%.3f %s %.3f %.3f %.3f\n", scan.stamp, to_string(done.report.tracking), t.x(),
                 t.y(), t.z());
-    return {};
+    return summarizer.add(done);
   };
-  VANTAGE_TRY(const Run run, localize_scans(std::move(localizer), config_file, inputs));
-  const RunSummary summary = summarize(run);
+  VANTAGE_TRY(const RunInfo info,
+              localize_each(std::move(localizer), config_file, inputs, print));
+  if (info.failure) return fail(Error(*info.failure));
+  VANTAGE_TRY(const RunSummary summary, summarizer.summary());
   std::printf("%zu of %zu scans tracked, error %.3f m (median)\n", summary.tracked, summary.scans,
               summary["error_m"].median);
   return {};

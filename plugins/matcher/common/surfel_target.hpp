@@ -89,6 +89,7 @@ struct Workspace {
 ///     Eigen::Matrix3d information(std::size_t scan_point, const Eigen::Matrix3d& R,
 ///                                 const Eigen::Vector3d& map_normal, const Workspace&) const;
 ///     Eigen::Matrix3d scored_information(...) const;  // the same arguments
+///     static constexpr double kInformation;  // of Alignment::hessian
 template <class Residual>
 class SurfelTarget final : public MatchTarget {
  public:
@@ -121,7 +122,7 @@ class SurfelTarget final : public MatchTarget {
                        .termination = minimum.termination,
                        .iterations = start.iterations + minimum.iterations,
                        .score = score(scan, minimum.T_local_scan, workspace),
-                       .hessian = minimum.at.hessian};
+                       .hessian = Residual::kInformation * minimum.at.hessian};
     };
     return answer_with<Alignment>(scratches_, scan, T_map_scan_guess, align_with);
   }

@@ -28,6 +28,7 @@ struct Params : MatchingParams {
 class PlaneToPlane {
  public:
   static constexpr bool kPlanesOnly = false;
+  static constexpr double kInformation = 5.0;  // chosen on the recorded street
 
   explicit PlaneToPlane(const Params& params)
       : precision_(params.epsilon / (params.sigma * params.sigma)),

@@ -94,3 +94,25 @@ TEST_CASE("times of points that make no sweep are an error; points without a tim
   CHECK(some->passes == 1);
   CHECK(localize(0.2, {-0.1F, -0.05F, 0.0F})->tracking == Tracking::tracked);
 }
+
+TEST_CASE("planar: a wheeled robot's height follows a scan that is off more slowly") {
+  const auto height_after_bump = [](MotionModel motion) {
+    World world;
+    LocalizerParams params;
+    params.motion = motion;
+    Localizer localizer = world.localizer(params);
+    REQUIRE(localizer.start(at_x(1)));
+    for (int k = 0; k < 10; ++k) world.at(localizer, 0.1 * k, 1.0 + 0.15 * k);
+    world.truth->T_map_scan.translation = {2.5, 0.0, 0.01};
+    const auto report = localizer.localize({.stamp = 1.0, .points = world.scan});
+    REQUIRE(report);
+    CHECK(report->tracking == Tracking::tracked);
+    CHECK(std::abs(report->T_map_scan.translation.x() - 2.5) < 0.003);
+    return report->T_map_scan.translation.z();
+  };
+  const double free = height_after_bump(MotionModel::free);
+  const double planar = height_after_bump(MotionModel::planar);
+  CHECK(free > 0.008);
+  CHECK(planar > 0.0);
+  CHECK(planar < 0.85 * free);
+}

@@ -1,4 +1,5 @@
 #include <doctest/doctest.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "evaluation/json.hpp"
+#include "support/real_data.hpp"
 #include "vantage/evaluation/run_files.hpp"
 
 using namespace vantage;
@@ -79,7 +81,10 @@ TEST_CASE(
 }
 
 TEST_CASE("scans.csv says the way along the reference") {
-  const std::string csv = to_csv(drive(3, [](std::size_t, Pose truth) { return truth; }));
+  const Run run = drive(3, [](std::size_t, Pose truth) { return truth; });
+  std::string csv = csv_header();
+  Odometer odometer;
+  for (const RunScan& scan : run.scans) csv += csv_line(scan, odometer(scan));
   std::istringstream lines(csv);
   const auto next_cells = [&] {
     std::string line, cell;
@@ -97,4 +102,68 @@ TEST_CASE("scans.csv says the way along the reference") {
     CHECK(cells.at(static_cast<std::size_t>(at)) == distance);
     CHECK(cells.at(static_cast<std::size_t>(at) + 1) == x);
   }
+}
+
+TEST_CASE("a reference that begins late adds no way of its own") {
+  Run run = drive(5, [](std::size_t, Pose truth) {
+    truth.translation.y() = 7.0;
+    return truth;
+  });
+  run.scans[0].reference.reset();
+  run.scans[1].reference.reset();
+  CHECK(distances(run) == std::vector{0.0, 2.0, 2.0, 4.0, 6.0});
+  for (RunScan& scan : run.scans) scan.reference.reset();
+  CHECK(distances(run) == std::vector{0.0, 2.0, 4.0, 6.0, 8.0});
+}
+
+TEST_CASE("a summary by way of the disk is that of a run in memory") {
+  // Of 3 blocks and a part; 7 scans in 10 have an error.
+  Run run = drive(1700, [](std::size_t i, Pose truth) {
+    truth.translation.y() += 0.01 * static_cast<double>(i % 13);
+    truth.translation.x() *= i % 2 == 0 ? 1.0 : 1.001;
+    return truth;
+  });
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    if (i % 10 < 7) run.scans[i].error = PoseError{.metres = 0.01 * static_cast<double>(i % 13)};
+    run.scans[i].report.confidence = PoseConfidence{};
+    if (i % 50 == 3) run.scans[i].reference.reset();
+  }
+  const test::TemporaryFolder folder;
+  RunSummarizer summarizer(folder.path());
+  for (const RunScan& scan : run.scans) REQUIRE(summarizer.add(scan));
+  CHECK(std::filesystem::is_empty(folder.path()));  // the file has no name
+  const auto by_disk = summarizer.summary();
+  REQUIRE_MESSAGE(by_disk, to_string(by_disk.error()));
+  CHECK(by_disk->relative_10m.m.count > 1000);
+  CHECK((*by_disk)["error_m"].count == 1190);
+  CHECK(to_json(run, *by_disk).dump() == to_json(run, summarize(run)).dump());
+}
+
+TEST_CASE("a summary and its files hold no more memory after 100,000 scans than after 10,000") {
+  const test::TemporaryFolder folder;
+  auto writer = RunWriter::create(folder.path());
+  REQUIRE_MESSAGE(writer, to_string(writer.error()));
+  RunSummarizer summarizer(folder.path());
+  RunScan scan = drive(1, [](std::size_t, Pose truth) { return truth; }).scans.front();
+  scan.error = PoseError{};
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < 100'000; ++i) {
+    if (i == 10'000) before = ::mallinfo2().uordblks;
+    scan.report.stamp = 0.1 * static_cast<double>(i);
+    scan.reference->translation.x() = 0.01 * static_cast<double>(i);
+    REQUIRE(summarizer.add(scan));
+    REQUIRE(writer->add(scan));
+  }
+  // Of each 512 numbers, their place in the file is remembered: 1.5 bytes a scan.
+  CHECK(::mallinfo2().uordblks < before + 300'000);
+}
+
+TEST_CASE("a folder that cannot hold the values is named") {
+  RunSummarizer summarizer("/nowhere/at/all");
+  const RunScan scan = drive(1, [](std::size_t, Pose truth) { return truth; }).scans.front();
+  Result<void> added;
+  for (int i = 0; i < 1000 && added; ++i) added = summarizer.add(scan);
+  REQUIRE_FALSE(added);
+  CHECK(added.error().code == ErrorCode::io_failure);
+  CHECK(to_string(added.error()).starts_with("/nowhere/at/all"));
 }

@@ -4,8 +4,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 #include <random>
+#include <sstream>
+#include <string>
+#include <utility>
 
 using namespace vantage;
 
@@ -236,4 +241,50 @@ TEST_CASE("between two known moments, odometry leads from one to the other") {
   CHECK(at(0.5, poor) == doctest::Approx(0.6));   // a steady motion
   CHECK(at(1.0, exact) == doctest::Approx(1.2));
   CHECK(at(0.0, exact) == doctest::Approx(0.2));  // not in between: back from the later moment
+}
+
+TEST_CASE("docs/localization.md has the constants that are used") {
+  std::ifstream file(VANTAGE_SOURCE_DIR "/docs/localization.md");
+  const std::string docs(std::istreambuf_iterator<char>(file), {});
+  const MotionNoise noise;
+  std::size_t rows = 0;
+  for (const auto& [name, value] :
+       {std::pair("acceleration", noise.acceleration), {"turning", noise.turning},
+        {"upright", noise.upright}, {"force", noise.force}, {"rate", noise.rate},
+        {"force_bias", noise.force_bias}, {"rate_bias", noise.rate_bias},
+        {"odometry_metres", noise.odometry_metres}, {"odometry_radians", noise.odometry_radians},
+        {"odometry_turning", noise.odometry_turning}}) {
+    std::ostringstream row;
+    row << "| `" << name << "` | " << value << " | ";
+    CHECK_MESSAGE(docs.find(row.str()) != std::string::npos, "there is no line " << row.str());
+    ++rows;
+  }
+  CHECK(rows == sizeof(MotionNoise) / sizeof(double));
+}
+
+TEST_CASE("two poses near the filter's own moment tell the twist, whatever error they share") {
+  const MotionInputs nothing{MotionMounts{}};
+  MotionFilter filter(10.0, pose_from_xyz_rpy({5, 0, 1}, {0, 0, 0.4}), PoseMatrix::Identity(),
+                      nothing);
+  const Eigen::Vector3d velocity(12.0, 0.0, 0.2);
+  const double rate = 0.8;
+  const auto truth = [&](double t) {
+    return pose_from_xyz_rpy({5, 0, 1}, {0, 0, 0.4}) *
+           exponential({(t - 10.0) * velocity, (t - 10.0) * Eigen::Vector3d(0, 0, rate)});
+  };
+  const PoseMatrix R = 1e-6 * PoseMatrix::Identity();
+  const Eigen::Vector3d common(0.3, -0.2, 0.1);
+  const auto seen = [&](double t) {
+    Pose pose = truth(t);
+    pose.translation += common;
+    return MotionFilter::Seen{t, pose, R};
+  };
+  const Pose before = filter.pose();
+  for (int k = 0; k < 3; ++k) filter.update_motion(seen(9.975), seen(10.025), nothing);
+  CHECK((filter.state().velocity - velocity).norm() < 0.05);
+  CHECK((filter.state().rate_bias - Eigen::Vector3d(0, 0, -rate)).norm() < 0.05);
+  CHECK((filter.pose().translation - before.translation).norm() < 0.01);
+  // sqrt(2) mm over 0.05 s
+  CHECK(std::sqrt(filter.covariance()(6, 6)) < 0.04);
+  CHECK(std::sqrt(filter.covariance()(0, 0)) > 0.9);
 }

@@ -55,8 +55,8 @@ struct ScanReport {
   std::size_t dropped_points = 0;  ///< points that are not finite or farther than 10 km
   double seconds_align =
       0.0;  ///< T_align: all alignments at the prediction, and undistortion between
-  /// How often the scan was aligned: again after a sweep was undistorted by the motion that the
-  /// alignment before had shown. 0 if there was no prediction.
+  /// How often the whole scan was aligned: again after a sweep was undistorted by the motion that
+  /// the alignment before had shown. 0 if there was no prediction.
   std::uint32_t passes = 0;
   std::uint64_t dropped_samples = 0;  ///< of IMU and odometry, too late or twice, since the opening
   /// Time that the scan spent on the search for a lost sensor, or waited for one that runs in the

@@ -132,8 +132,8 @@ struct LocalizerParams {
                  "limit on the memory of loaded region maps; the map in use is always kept",
                  positive),
         optional("covariance_scale", &LocalizerParams::covariance_scale, "",
-                 "the pose's covariance is this factor times the covariance that one point of the "
-                 "scan would leave, plus what the motion since and errors that repeat add",
+                 "the covariance of an alignment of N points is this factor times N + 700 times "
+                 "the inverse Hessian of the minimized cost",
                  positive),
         optional("undistort", &LocalizerParams::undistort, "",
                  "points that have times are moved to where the sensor would have seen them at the "

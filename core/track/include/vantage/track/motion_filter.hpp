@@ -17,7 +17,7 @@ struct MotionNoise {
   double rate = 0.003;              ///< gyroscope with vibration [rad/s sqrt(s)]
   double force_bias = 0.002;        ///< walk of the accelerometer's bias [m/s^2/sqrt(s)]
   double rate_bias = 0.0005;        ///< walk of the gyroscope's bias [rad/s/sqrt(s)]
-  double odometry_metres = 0.02;    ///< odometry's error after a metre [m/sqrt(m)]
+  double odometry_metres = 0.04;    ///< odometry's error after a metre [m/sqrt(m)]
   double odometry_radians = 0.003;  ///< odometry's rotation after a metre [rad/sqrt(m)]
   double odometry_turning = 0.02;   ///< odometry's rotation after a radian [rad/sqrt(rad)]
 };
@@ -62,6 +62,10 @@ using PoseVector = Eigen::Matrix<double, 6, 1>;
 /// axes (his "global angular error", Sec. 7).
 class MotionFilter {
  public:
+  /// A pose whose squared distance from the prediction, in standard deviations, is larger than this
+  /// says that the motion was another one: chi squared of six dimensions, 99.9 %.
+  static constexpr double kUnusual = 22.5;
+
   /// A sensor whose motion is unknown but for what the inputs say: a car at up to about 60 km/h, or
   /// at rest if the IMU is.
   /// @param stamp  [s]
@@ -84,11 +88,22 @@ class MotionFilter {
 
   /// Moves on to a later moment.
   void predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise);
-  /// The filter at a moment near its own, later or earlier, by the motion that it knows; its
-  /// covariance does not grow. For questions, not to go on with.
-  [[nodiscard]] MotionFilter at(double stamp, const MotionInputs& inputs) const;
+  /// The filter at a moment near its own, later or earlier, by the motion that it knows. Another scan
+  /// bounds what the motion adds, so this is a quarter of the noise: the variance of a random walk
+  /// half way between two places that are known. For questions, not to go on with.
+  [[nodiscard]] MotionFilter at(double stamp, const MotionInputs& inputs,
+                                const MotionNoise& noise) const;
   /// Takes a measured pose in. @param R  covariance of its errors
   void update(const Pose& T_map_sensor, const PoseMatrix& R);
+  /// A pose at a moment near the filter's own.
+  struct Seen {
+    double stamp;  ///< [s]
+    Pose T_map_sensor;
+    PoseMatrix R;  ///< covariance of the pose's errors
+  };
+  /// Takes in how the sensor came from one pose to another, and nothing of where they are: an error
+  /// that both share does not count.
+  void update_motion(const Seen& first, const Seen& second, const MotionInputs& inputs);
   /// The sensor is found at another pose, and moves as it did, as far as is known.
   /// @param P  covariance of that pose
   void place(const Pose& T_map_sensor, const PoseMatrix& P);
@@ -96,6 +111,9 @@ class MotionFilter {
  private:
   /// The derivative of the sensor's pose by that of the body.
   [[nodiscard]] PoseMatrix sensor_by_body() const;
+  /// Takes a measurement in whose difference from what is predicted depends on the state by H.
+  void correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+               const PoseMatrix& R);
 
   double stamp_, measured_;
   Pose T_body_sensor_;

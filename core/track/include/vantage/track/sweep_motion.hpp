@@ -29,6 +29,8 @@ class SweepMotion {
   /// @param p      sensor frame at that moment [m]
   /// @param stamp  [s]; moments beyond the sweep count as its ends
   [[nodiscard]] Point seen_from_middle(const Point& p, double stamp) const noexcept;
+  /// Where the sensor was at a moment, in its frame at the middle.
+  [[nodiscard]] Pose sensor_at(double stamp) const noexcept;
   /// Moves a point that another motion of the same sweep has put to the middle.
   [[nodiscard]] Point corrected(const Point& p, double stamp, const SweepMotion& by) const noexcept;
   /// How far this motion and another put a point apart, at most [m].

@@ -26,8 +26,6 @@ struct TimeWindow {
   std::optional<double> duration = {};  ///< after the first scan used [s]; empty: to the end
 };
 
-struct RunScan;
-
 /// The inputs of a run.
 struct RunInputs {
   io::ScanOptions scans;                       ///< opened by the run if `opened` is empty
@@ -45,8 +43,6 @@ struct RunInputs {
   std::optional<io::PosePriors> priors = {};
   /// What the sensor's inertial measurement unit says.
   std::optional<io::ImuRecording> imu = {};
-  /// If set, called with every scan after it was localized. An error that it returns ends the run.
-  std::function<Result<void>(const io::StampedScan&, const RunScan&)> observe = {};
 };
 
 /// The difference between an estimate and the reference. The trajectories are not aligned first.
@@ -86,15 +82,14 @@ struct PriorUse {
   std::vector<std::string> notes;  ///< see io::PosePriors
 };
 
-/// One pass over recorded scans with one configuration.
-struct Run {
+/// What is known of a run besides its scans.
+struct RunInfo {
   std::string config;             ///< the path of the configuration file
   std::string stamp_rule;         ///< where the stamps come from
   io::SkippedScans skipped = {};  ///< scans of the recording that cannot be used
   std::uint64_t map_points = 0;   ///< of the map from which the bundle was built
   std::uint64_t regions = 0;      ///< of the bundle
   AlertLimit alert_limit = {};
-  std::vector<RunScan> scans;
   std::optional<PriorUse> prior = {};  ///< empty without priors
   std::optional<double> speed = {};    ///< of the replay, see RunInputs
   double seconds_late = 0.0;           ///< longest delay of a scan behind its replay time
@@ -102,28 +97,52 @@ struct Run {
   std::optional<Error> failure = {};   ///< why the run ended early; the scans before it are there
 };
 
-/// The distance travelled up to each scan [m]: along the reference, or along the poses if there is
-/// no reference.
+/// One pass over recorded scans with one configuration.
+struct Run : RunInfo {
+  std::vector<RunScan> scans;
+};
+
+/// Measures the distance travelled: along the reference from the first scan that it has a pose for,
+/// and along the poses until then.
+class Odometer {
+ public:
+  /// The distance up to the next scan [m].
+  double operator()(const RunScan& scan);
+
+ private:
+  bool referenced_ = false;
+  std::optional<Eigen::Vector3d> last_;
+  double sum_ = 0.0;
+};
+
+/// The distance travelled up to each scan [m], see Odometer.
 [[nodiscard]] std::vector<double> distances(const Run& run);
 
 /// Called with the number of scans done and the number of all scans. The latter is 0 if it is
 /// unknown: the recording does not say, or the window is only a part of it.
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-/// Localizes every scan. A scan that cannot be read or localized ends the run: Run::failure says
-/// why. Errors: a missing table, plugin or bundle; no initial pose; priors or an IMU that measured
-/// during no scan; the first scan's failure; an error of `observe`.
+/// Takes a scan after it was localized. An error that it returns ends the run.
+using ScanSink = std::function<Result<void>(const io::StampedScan&, RunScan&&)>;
+
+/// Localizes every scan and hands it on; keeps none, so that its memory does not grow. A scan that
+/// cannot be read or localized ends the run: RunInfo::failure says why.
+/// @param config  the path of the configuration file
+/// Errors: no initial pose; priors or an IMU that measured during no scan; the first scan's failure;
+/// those of the sink.
+[[nodiscard]] Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
+                                            const RunInputs& inputs, const ScanSink& sink,
+                                            const ScanProgress& progress = {});
+
+/// Localizes every scan and keeps the results. Errors: those above; a missing table, plugin or
+/// bundle.
 [[nodiscard]] Result<Run> localize_scans(const Config& config, const PluginLoader& loader,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
 
 /// Does the same with a localizer that was opened elsewhere.
-/// @param config  the path of the configuration file
 [[nodiscard]] Result<Run> localize_scans(Localizer localizer, const std::string& config,
                                          const RunInputs& inputs,
                                          const ScanProgress& progress = {});
-
-/// The tracked poses. Other scans are left out: nobody may rely on their poses (see scans.csv).
-[[nodiscard]] io::Trajectory trajectory_of(const Run& run);
 
 }  // namespace vantage

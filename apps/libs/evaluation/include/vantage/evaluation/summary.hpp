@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
+#include <optional>
 #include <string_view>
 #include <vector>
 
+#include "vantage/evaluation/column_spool.hpp"
 #include "vantage/evaluation/run.hpp"
 #include "vantage/evaluation/statistics.hpp"
 
@@ -32,6 +35,37 @@ struct RunSummary {
   [[nodiscard]] std::size_t count(std::string_view key) const;
 };
 
+/// Makes the summary of a run scan by scan. It keeps the numbers in a ColumnSpool; `summary` then
+/// reads those of one metric at a time.
+class RunSummarizer {
+ public:
+  /// @param folder  see ColumnSpool
+  explicit RunSummarizer(std::optional<std::filesystem::path> folder = {});
+
+  /// Errors: those of ColumnSpool.
+  [[nodiscard]] Result<void> add(const RunScan& scan);
+  /// Errors: those of ColumnSpool.
+  [[nodiscard]] Result<RunSummary> summary() const;
+
+ private:
+  /// How many errors along the axes are within 1, 2 and 3 of the standard deviations claimed.
+  struct WithinSigmas {
+    std::array<std::size_t, 3> within{};
+    std::size_t errors = 0;
+    void add(const RunScan& scan, Eigen::Vector3d PoseError::*error, Eigen::Index first);
+    [[nodiscard]] std::array<double, 3> shares() const;
+  };
+  /// @param step  distance along the reference's path between the scans that are compared [m]; 0:
+  ///              the next scan
+  [[nodiscard]] Result<RelativeErrors> relative_errors(double step) const;
+
+  Odometer odometer_;
+  ColumnSpool values_;  // of each metric, and then of the way and the poses
+  std::size_t scans_ = 0, tracked_ = 0;
+  WithinSigmas translation_, rotation_;
+};
+
+/// The summary of a run that is in memory.
 [[nodiscard]] RunSummary summarize(const Run& run);
 
 }  // namespace vantage
