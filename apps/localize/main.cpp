@@ -140,7 +140,7 @@ Result<void> run(const Options& options) {
     VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
     std::cerr << note;
   }
-  VANTAGE_TRY(auto writer, RunWriter::create(options.out));
+  std::optional<RunWriter> writer;  // from the first scan on: a run without one leaves nothing
   RunSummarizer summarizer(options.out);
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
@@ -148,8 +148,11 @@ Result<void> run(const Options& options) {
   }
   const auto take = [&](const io::StampedScan& scan, const RunScan& result) -> Result<void> {
     if (recorder) VANTAGE_CHECK(recorder->add(scan, result));
+    if (!writer) {
+      VANTAGE_TRY(writer, RunWriter::create(options.out));
+    }
     VANTAGE_CHECK(summarizer.add(result));
-    return writer.add(result);
+    return writer->add(result);
   };
   RunInfo run;
   {
@@ -160,7 +163,7 @@ Result<void> run(const Options& options) {
                                    }));
   }
   VANTAGE_TRY(const RunSummary summary, summarizer.summary());
-  VANTAGE_CHECK(writer.commit(run, summary));
+  VANTAGE_CHECK(writer->commit(run, summary));
   if (recorder) VANTAGE_CHECK(recorder->commit());
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';

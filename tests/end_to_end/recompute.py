@@ -16,6 +16,10 @@ from html.parser import HTMLParser
 # Columns of scans.csv that are no metric.
 NO_METRICS = {"stamp", "tracking", "region", "termination", "distance_m", "reason"} | {
     prefix + name for prefix in ("", "ref_") for name in ("x", "y", "z", "qx", "qy", "qz", "qw")
+} | {
+    f"cov_{a}_{b}"
+    for k, a in enumerate(("x", "y", "z", "rx", "ry", "rz"))
+    for b in ("x", "y", "z", "rx", "ry", "rz")[k:]
 }
 
 problems = []
