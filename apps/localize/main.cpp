@@ -95,9 +95,10 @@ Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundl
   if (offset == "auto") {
     VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
     VANTAGE_TRY(clock, measure_clock_offset(std::move(localizer), inputs));
-    std::cerr << fmt::format("the stamps of the IMU get {:+.4f} s (its turns resemble those of the "
-                             "scans by {:.3f})\n",
-                             clock.seconds, clock.correlation);
+    std::cerr << fmt::format(
+        "the stamps of the IMU get {:+.4f} s (its turns resemble those of the "
+        "scans by {:.3f})\n",
+        clock.seconds, clock.correlation);
   } else {
     const auto seconds = io::parse_number<double>(offset);
     if (!seconds || !std::isfinite(*seconds)) {

@@ -86,10 +86,12 @@ int main(int argc, char** argv) {
   vantage::Options options;
   options.add_to(app);
   app.add_option("--engine", options.engine, "what runs the shards")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, vantage::Engine>{{"parallel", vantage::Engine::parallel},
-                                                 {"slurm", vantage::Engine::slurm}},
-          CLI::ignore_case))
+      ->transform(
+          CLI::CheckedTransformer(
+              std::map<std::string, vantage::Engine>{{"parallel", vantage::Engine::parallel},
+                                                     {"slurm", vantage::Engine::slurm}},
+              CLI::ignore_case)
+              .description(""))
       ->type_name("parallel|slurm")
       ->required();
   app.add_option("--shards", options.shards, "how many; one for 64 regions if left out")

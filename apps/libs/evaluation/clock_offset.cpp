@@ -4,14 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
-#include "vantage/track/rotation.hpp"
+#include "vantage/evaluation/statistics.hpp"
 
 namespace vantage {
 namespace {
+
+// So much of the turns lies within the samples of the IMU, at an offset that counts.
+constexpr double kCovered = 0.8;
 
 /// How fast the sensor turned between two poses.
 struct Turn {
@@ -69,7 +71,6 @@ class GyroIntegral {
 /// Of the turns with those of the gyroscope, whose stamps are moved by an offset; -1 where too few
 /// are covered.
 double correlation_at(double offset, const std::vector<Turn>& turns, const GyroIntegral& gyro) {
-  constexpr double kMost = 0.8;  // share of the turns
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
   for (const Turn& turn : turns) {
     const double begin = turn.begin - offset, end = turn.end - offset;
@@ -82,7 +83,7 @@ double correlation_at(double offset, const std::vector<Turn>& turns, const GyroI
     yy += rate * rate;
     xy += turn.rate * rate;
   }
-  if (n < kMost * static_cast<double>(turns.size())) return -1.0;
+  if (n < kCovered * static_cast<double>(turns.size())) return -1.0;
   const double varied = (xx - x * x / n) * (yy - y * y / n);
   return varied > 0.0 ? (xy - x * y / n) / std::sqrt(varied) : -1.0;
 }
@@ -104,13 +105,9 @@ ClockOffset best_of(const std::vector<ClockOffset>& all) {
 }
 
 double deviation_of(const std::vector<Turn>& turns) {
-  double sum = 0.0, squares = 0.0;
-  for (const Turn& turn : turns) {
-    sum += turn.rate;
-    squares += turn.rate * turn.rate;
-  }
-  const auto n = static_cast<double>(turns.size());
-  return std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n)));
+  std::vector<double> rates;
+  for (const Turn& turn : turns) rates.push_back(turn.rate);
+  return statistics_of(rates).std;
 }
 
 }  // namespace
@@ -122,45 +119,50 @@ Result<ClockOffset> clock_offset_of(const io::Trajectory& poses, const io::ImuRe
   constexpr double kCoarse = 0.02, kFine = 0.0005;  // [s]
   constexpr double kApart = 1.0, kClear = 0.05;     // [s]; another offset is clearly worse
   const auto refuse = [&](const std::string& why) {
-    return fail(ErrorCode::invalid_input, "the clock of the IMU cannot be compared with the scans: " + why,
+    return fail(ErrorCode::invalid_input,
+                "the clock of the IMU cannot be compared with the scans: " + why,
                 SourceLocation{imu.source, 0, 0});
   };
   const std::vector<Turn> turns = turns_of(poses);
   if (turns.size() < kFewest || imu.samples.size() < kFewest) {
-    return refuse(fmt::format("{} tracked scans follow one another and there are {} samples, "
-                              "expected at least {} of each",
-                              turns.size(), imu.samples.size(), kFewest));
+    return refuse(
+        fmt::format("{} tracked scans follow one another and there are {} samples, "
+                    "expected at least {} of each",
+                    turns.size(), imu.samples.size(), kFewest));
   }
   if (const double turning = deviation_of(turns); turning < kLeastTurning) {
-    return refuse(fmt::format("the sensor's rate of turn changes by {:.3f} rad/s, expected at "
-                              "least {}; choose a part of the recording with turns (--start)",
-                              turning, kLeastTurning));
+    return refuse(
+        fmt::format("the sensor's rate of turn changes by {:.3f} rad/s, expected at "
+                    "least {}; choose a part of the recording with turns (--start)",
+                    turning, kLeastTurning));
   }
   const GyroIntegral gyro(imu.samples);
   const double whole = turns.back().end - turns.front().begin;
-  const double first = turns.back().end - imu.samples.back().stamp - 0.2 * whole;
-  const double last = turns.front().begin - imu.samples.front().stamp + 0.2 * whole;
+  const double first = turns.back().end - imu.samples.back().stamp - (1.0 - kCovered) * whole;
+  const double last = turns.front().begin - imu.samples.front().stamp + (1.0 - kCovered) * whole;
   if (first > last) {
     return refuse(fmt::format("its samples cover {:.1f} s, and the poses {:.1f} s",
                               imu.samples.back().stamp - imu.samples.front().stamp, whole));
   }
   const std::vector<ClockOffset> all = offsets(first, last, kCoarse, turns, gyro);
   const ClockOffset coarse = best_of(all);
-  const ClockOffset found = best_of(
-      offsets(coarse.seconds - kCoarse, coarse.seconds + kCoarse, kFine, turns, gyro));
+  const ClockOffset found =
+      best_of(offsets(coarse.seconds - kCoarse, coarse.seconds + kCoarse, kFine, turns, gyro));
   if (found.correlation < kLeastCorrelation) {
-    return refuse(fmt::format("its turns resemble those of the poses by {:.2f} at best, expected "
-                              "at least {}",
-                              found.correlation, kLeastCorrelation));
+    return refuse(
+        fmt::format("its turns resemble those of the poses by {:.2f} at best, expected "
+                    "at least {}",
+                    found.correlation, kLeastCorrelation));
   }
   for (const ClockOffset& other : all) {
     if (std::abs(other.seconds - found.seconds) < kApart ||
         other.correlation < found.correlation - kClear) {
       continue;
     }
-    return refuse(fmt::format("its turns resemble those of the poses as much at {:+.2f} s ({:.2f}) "
-                              "as at {:+.2f} s ({:.2f}); give the offset",
-                              other.seconds, other.correlation, found.seconds, found.correlation));
+    return refuse(
+        fmt::format("its turns resemble those of the poses as much at {:+.2f} s ({:.2f}) "
+                    "as at {:+.2f} s ({:.2f}); give the offset",
+                    other.seconds, other.correlation, found.seconds, found.correlation));
   }
   return found;
 }

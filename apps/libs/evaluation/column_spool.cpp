@@ -57,13 +57,11 @@ Result<void> ColumnSpool::load(std::size_t block, std::vector<double>& to) const
   constexpr std::size_t kBytes = kBlock * sizeof(double);
   const std::size_t before = to.size();
   to.resize(before + kBlock);
-  auto* bytes = reinterpret_cast<char*>(to.data() + before);
-  for (std::size_t done = 0; done < kBytes;) {
-    const ssize_t n = ::pread(file_.get(), bytes + done, kBytes - done,
-                              static_cast<off_t>(block * kBytes + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return io::system_error(*folder_, "cannot read a temporary file", n < 0 ? errno : EIO);
-    done += static_cast<std::size_t>(n);
+  std::size_t done = 0;
+  const int error = io::read_all(file_, block * kBytes,
+                                 {reinterpret_cast<char*>(to.data() + before), kBytes}, done);
+  if (error != 0 || done < kBytes) {
+    return io::system_error(*folder_, "cannot read a temporary file", error != 0 ? error : EIO);
   }
   return {};
 }

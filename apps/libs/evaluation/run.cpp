@@ -300,10 +300,9 @@ Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
     if (progress) progress(count, scans.expected());
   }
   if (run.prior && run.prior->scans == 0 && !run.failure) {
-    return no_overlap(
-        *inputs.priors,
-        fmt::format("the scans run from {} to {} s", scans.first_stamp(), last_stamp),
-        scans.stamp_rule());
+    return no_overlap(*inputs.priors,
+                      fmt::format("the scans run from {} to {} s", scans.first_stamp(), last_stamp),
+                      scans.stamp_rule());
   }
   run.skipped = scans.skipped();
   return run;

@@ -68,8 +68,7 @@ constexpr std::array kTextColumns{
                   return fmt::format("{:.9f},{}", scan.report.stamp,
                                      to_string(scan.report.tracking));
                 }},
-    TextColumns{"switched", "region",
-                [](const RunScan& scan, double) { return scan.region; }},
+    TextColumns{"switched", "region", [](const RunScan& scan, double) { return scan.region; }},
     TextColumns{"fitness", "termination",
                 [](const RunScan& scan, double) {
                   const auto& a = scan.report.alignment;
@@ -88,9 +87,8 @@ constexpr std::array kTextColumns{
                 [](const RunScan& scan, double way) {
                   return fmt::format("{:.4f},{}", way, cells(scan.reference));
                 }},
-    TextColumns{"", "reason", [](const RunScan& scan, double) {
-                  return quoted(scan.report.reason);
-                }}};
+    TextColumns{"", "reason",
+                [](const RunScan& scan, double) { return quoted(scan.report.reason); }}};
 
 /// Calls `text` and `metric` for every column of scans.csv in their order.
 template <class Text, class Number>

@@ -11,9 +11,15 @@
 namespace vantage {
 namespace {
 
-// The columns after those of the metrics: the way, whether the scan is compared with others, and the
-// true and the estimated pose, each 7 numbers.
-enum Place : std::size_t { kWay, kCompared, kTruth, kEstimate = kTruth + 7, kPlaces = kEstimate + 7 };
+// The columns after those of the metrics: the way, whether the scan is compared with others, and
+// the true and the estimated pose, each 7 numbers.
+enum Place : std::size_t {
+  kWay,
+  kCompared,
+  kTruth,
+  kEstimate = kTruth + 7,
+  kPlaces = kEstimate + 7
+};
 
 std::size_t column_of(std::size_t place) { return metrics().size() + place; }
 

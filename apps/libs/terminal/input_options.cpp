@@ -155,9 +155,10 @@ void InputOptions::add_to(CLI::App& app, bool reference_required) {
                              io::format_names(io::FormatUse::trajectory)))
       ->required(reference_required);
   app.add_option("--reference-topic", reference_topic, kPoseTopicHelp);
-  app.add_option("--odometry", odometry,
-                 fmt::format("the robot's own odometry ({}): how the sensor moves, also during scans",
-                             io::format_names(io::FormatUse::trajectory)));
+  app.add_option(
+      "--odometry", odometry,
+      fmt::format("the robot's own odometry ({}): how the sensor moves, also during scans",
+                  io::format_names(io::FormatUse::trajectory)));
   app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
   app.add_option("--prior", prior,
                  fmt::format("absolute poses or GNSS positions ({}, or a topic of --scans): each "

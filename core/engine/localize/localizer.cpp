@@ -163,7 +163,8 @@ struct Localizer::State {
     for (Hypothesis& one : hypotheses) {
       one.before = one.motion;
       if (!one.motion) {
-        one.motion.emplace(stamp_of_scan, *one.initial, uncertainty(kStartMetres, kStartRadians), inputs);
+        one.motion.emplace(stamp_of_scan, *one.initial, uncertainty(kStartMetres, kStartRadians),
+                           inputs);
       }
       one.motion->predict(now, inputs, noise);
       one.has_odometry = inputs.has_odometry(now);

@@ -66,8 +66,8 @@ bool has_vague_twist(const MotionFilter& motion, const SweepTime& time) {
   return std::max(speed, kRange * rate) * 0.5 * (time.last - time.first) > kVague;
 }
 
-/// Measures the twist by both halves of a sweep: they are aligned, and the sensor went from one pose
-/// to the other.
+/// Measures the twist by both halves of a sweep: they are aligned, and the sensor went from one
+/// pose to the other.
 /// @param at  where the whole sweep was aligned
 /// Errors: those of MatchTarget::align, except `too_few_matches`, which leaves the motion as it is.
 Result<void> learn_twist(const MatchTarget& target, const MotionInputs& inputs,
@@ -129,8 +129,8 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
     if (!sweep.motion) return match;
     match.motion = predicted;
     if (vague) {
-      VANTAGE_CHECK(learn_twist(target, inputs, params, sweep, match.alignment->T_map_scan,
-                                match.motion));
+      VANTAGE_CHECK(
+          learn_twist(target, inputs, params, sweep, match.alignment->T_map_scan, match.motion));
     }
     MotionFilter now = match.motion;
     now.update(match.alignment->T_map_scan, match.R);

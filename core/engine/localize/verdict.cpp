@@ -25,8 +25,8 @@ double beyond(double limit, double sigma) {
   return sigma > 0.0 ? std::erfc(limit / (sigma * std::numbers::sqrt2)) : 0.0;
 }
 
-/// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the filter
-/// takes them for new at every scan, and averages them away.
+/// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the
+/// filter takes them for new at every scan, and averages them away.
 PoseMatrix published(const MotionFilter& motion) {
   constexpr double kRepeated = 1.5;  // chosen on the recorded street
   return kRepeated * motion.pose_covariance();

@@ -58,24 +58,18 @@ Result<void> InputFile::read(std::size_t offset, std::span<char> bytes) const {
     std::copy_n(memory_ + offset, bytes.size(), bytes.begin());
     return {};
   }
-  while (!bytes.empty()) {
-    const ssize_t got =
-        ::pread(descriptor_.get(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      return fail(
-          ErrorCode::io_failure,
-          "reading failed at byte " + std::to_string(offset) + " (" + system_message(errno) + ")",
-          where);
-    }
-    if (got == 0) {
-      return fail(ErrorCode::io_failure,
-                  "the file shrank while it was read: ends at byte " + std::to_string(offset) +
-                      ", expected " + std::to_string(size_) + " bytes",
-                  where);
-    }
-    offset += static_cast<std::size_t>(got);
-    bytes = bytes.subspan(static_cast<std::size_t>(got));
+  std::size_t done = 0;
+  if (const int error = read_all(descriptor_, offset, bytes, done); error != 0) {
+    return fail(ErrorCode::io_failure,
+                "reading failed at byte " + std::to_string(offset + done) + " (" +
+                    system_message(error) + ")",
+                where);
+  }
+  if (done < bytes.size()) {
+    return fail(ErrorCode::io_failure,
+                "the file shrank while it was read: ends at byte " + std::to_string(offset + done) +
+                    ", expected " + std::to_string(size_) + " bytes",
+                where);
   }
   return {};
 }

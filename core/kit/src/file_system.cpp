@@ -48,6 +48,19 @@ int write_all(const Descriptor& file, std::string_view content) noexcept {
   return 0;
 }
 
+int read_all(const Descriptor& file, std::size_t offset, std::span<char> bytes,
+             std::size_t& done) noexcept {
+  for (done = 0; done < bytes.size();) {
+    const ssize_t got = ::pread(file.get(), bytes.data() + done, bytes.size() - done,
+                                static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return errno;
+    if (got == 0) return 0;
+    done += static_cast<std::size_t>(got);
+  }
+  return 0;
+}
+
 Result<void> flush_folder(const std::filesystem::path& folder) {
   const Descriptor handle = Descriptor::of(folder, O_RDONLY | O_DIRECTORY);
   if (!handle.open() || ::syncfs(handle.get()) != 0) {

@@ -121,10 +121,11 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
   const double dt = std::abs(input.seconds);
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   MotionMatrix Q = MotionMatrix::Zero();
+  const double ahead = std::copysign(1.0, input.seconds);
   // Adds the noise of a rate: it is integrated into `integral`, and moves `itself`, too.
   const auto add_walk = [&](Eigen::Index integral, Eigen::Index itself, double side,
                             const Eigen::Vector3d& variance) {
-    const Eigen::Matrix3d turned = std::copysign(side, side * input.seconds) * R * variance.asDiagonal();
+    const Eigen::Matrix3d turned = side * ahead * R * variance.asDiagonal();
     Q.block<3, 3>(integral, integral) += R * variance.asDiagonal() * R.transpose() * dt * dt / 3.0;
     Q.block<3, 3>(integral, itself) += turned * dt / 2.0;
     Q.block<3, 3>(itself, integral) += turned.transpose() * dt / 2.0;
@@ -210,30 +211,29 @@ PoseMatrix MotionFilter::pose_covariance() const {
   return A * covariance_.topLeftCorner<6, 6>() * A.transpose();
 }
 
-void MotionFilter::predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise) {
+bool MotionFilter::advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise,
+                           double share) {
   bool measured = false;
   for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
     const MotionMatrix F = moved_jacobian(state_, input);
-    covariance_ = F * covariance_ * F.transpose() + moved_noise(state_, input, noise);
+    covariance_ = F * covariance_ * F.transpose() + share * moved_noise(state_, input, noise);
     state_ = moved(state_, input);
     measured = input.rate || input.odometry;
   }
-  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   stamp_ = stamp;
-  if (measured) measured_ = stamp;
+  return measured;
+}
+
+void MotionFilter::predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise) {
+  if (advance(stamp, inputs, noise, 1.0)) measured_ = stamp;
+  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
 }
 
 MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs,
                               const MotionNoise& noise) const {
   constexpr double kBounded = 0.25;
   MotionFilter there = *this;
-  for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
-    const MotionMatrix F = moved_jacobian(there.state_, input);
-    there.covariance_ = F * there.covariance_ * F.transpose() +
-                        kBounded * moved_noise(there.state_, input, noise);
-    there.state_ = moved(there.state_, input);
-  }
-  there.stamp_ = stamp;
+  static_cast<void>(there.advance(stamp, inputs, noise, kBounded));
   return there;
 }
 

@@ -20,8 +20,7 @@ Result<void> run(const char* config_file, const char* bag, const char* topic, co
                 t.y(), t.z());
     return summarizer.add(done);
   };
-  VANTAGE_TRY(const RunInfo info,
-              localize_each(std::move(localizer), config_file, inputs, print));
+  VANTAGE_TRY(const RunInfo info, localize_each(std::move(localizer), config_file, inputs, print));
   if (info.failure) return fail(Error(*info.failure));
   VANTAGE_TRY(const RunSummary summary, summarizer.summary());
   std::printf("%zu of %zu scans tracked, error %.3f m (median)\n", summary.tracked, summary.scans,

@@ -50,7 +50,8 @@ TEST_CASE("directions the scan says nothing of are counted and get a large varia
   CHECK(confidence.sigma_translation[0] > 10.0);
   CHECK(confidence.sigma_translation[1] == doctest::Approx(0.01));
   CHECK(std::abs(confidence.weakest_direction.x()) == doctest::Approx(1.0));
-  CHECK(confidence_of(covariance_of(with_information(Eigen::Matrix<double, 6, 1>::Zero()), 300, 0.001))
+  CHECK(confidence_of(
+            covariance_of(with_information(Eigen::Matrix<double, 6, 1>::Zero()), 300, 0.001))
             .degenerate == 6);
 }
 

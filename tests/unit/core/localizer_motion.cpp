@@ -52,7 +52,8 @@ TEST_CASE("without odometry, the risk of a pose that no scan corrects grows with
   CHECK(risk > 10.0 * tracked);
 }
 
-TEST_CASE("a pause of an hour does not carry the pose away, and what it predicts is no longer sure") {
+TEST_CASE(
+    "a pause of an hour does not carry the pose away, and what it predicts is no longer sure") {
   World world;
   LocalizerParams params;
   params.recovery_radius = 0.0;

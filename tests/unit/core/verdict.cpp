@@ -89,12 +89,14 @@ TEST_CASE("the published covariance is that of the published pose") {
   const Known known{.belief = 0.9999, .elsewhere = 1e-4, .compared = true};
   Hypothesis one = aligned();
   one.alignment->T_map_scan.translation.x() = 0.02;
-  const MotionFilter fitting = Verdict(LocalizerParams{}).conclude(one, known, kNoInputs, {}, report);
+  const MotionFilter fitting =
+      Verdict(LocalizerParams{}).conclude(one, known, kNoInputs, {}, report);
   CHECK(fitting.pose().translation.x() == doctest::Approx(0.01));  // both are equally sure
   const double sure = report.confidence->sigma_translation[0];
   one.motion.emplace(0.0, Pose{}, PoseMatrix::Identity(), kNoInputs);  // a vague prediction
   one.evidence = Evidence{.share = 0.0, .noise = 0.01};  // and a scan that does not fit
-  const MotionFilter predicted = Verdict(LocalizerParams{}).conclude(one, known, kNoInputs, {}, report);
+  const MotionFilter predicted =
+      Verdict(LocalizerParams{}).conclude(one, known, kNoInputs, {}, report);
   CHECK(predicted.pose().translation.x() == 0.0);
   CHECK(report.confidence->sigma_translation[0] == doctest::Approx(std::sqrt(1.5)).epsilon(0.01));
   CHECK(sure < 0.03);
@@ -107,7 +109,8 @@ TEST_CASE("a pose at a stamp beside the middle of the sweep is as sure as its sp
   report.stamp = -0.05;  // the filter is at 0, and its speed unknown: 8 m/s
   const Known known{.belief = 0.9999, .elsewhere = 1e-4, .compared = true};
   static_cast<void>(Verdict(LocalizerParams{}).conclude(aligned(), known, kNoInputs, {}, report));
-  CHECK(report.confidence->sigma_translation[0] == doctest::Approx(0.4 * std::sqrt(1.5)).epsilon(0.05));
+  CHECK(report.confidence->sigma_translation[0] ==
+        doctest::Approx(0.4 * std::sqrt(1.5)).epsilon(0.05));
   CHECK(report.tracking == Tracking::uncertain);
   CHECK(report.reason == "the speed of the sensor is not known yet");
 }

@@ -68,7 +68,8 @@ TEST_CASE("a sensor that does not turn, and an IMU of another drive, are refused
   CHECK(message(straight, imu()).find("changes by 0.000 rad/s") != std::string::npos);
 
   io::ImuRecording other = imu();
-  for (ImuSample& sample : other.samples) sample.angular_velocity.y() = std::sin(37.0 * sample.stamp * sample.stamp);
+  for (ImuSample& sample : other.samples)
+    sample.angular_velocity.y() = std::sin(37.0 * sample.stamp * sample.stamp);
   CHECK(message(poses(), other).find("resemble those of the poses by 0.") != std::string::npos);
 
   // Laps that are all alike: any of them may be the one.

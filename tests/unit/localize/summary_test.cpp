@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "evaluation/json.hpp"
+#include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "vantage/evaluation/run_files.hpp"
 
@@ -82,10 +83,9 @@ TEST_CASE(
 
 TEST_CASE("scans.csv says the way along the reference") {
   const Run run = drive(3, [](std::size_t, Pose truth) { return truth; });
-  std::string csv = csv_header();
-  Odometer odometer;
-  for (const RunScan& scan : run.scans) csv += csv_line(scan, odometer(scan));
-  std::istringstream lines(csv);
+  const test::TemporaryFolder folder;
+  REQUIRE(write_run(run, summarize(run), folder.path()));
+  std::istringstream lines(test::read_text(folder.path() / "scans.csv"));
   const auto next_cells = [&] {
     std::string line, cell;
     std::getline(lines, line);

@@ -248,12 +248,16 @@ TEST_CASE("docs/localization.md has the constants that are used") {
   const std::string docs(std::istreambuf_iterator<char>(file), {});
   const MotionNoise noise;
   std::size_t rows = 0;
-  for (const auto& [name, value] :
-       {std::pair("acceleration", noise.acceleration), {"turning", noise.turning},
-        {"upright", noise.upright}, {"force", noise.force}, {"rate", noise.rate},
-        {"force_bias", noise.force_bias}, {"rate_bias", noise.rate_bias},
-        {"odometry_metres", noise.odometry_metres}, {"odometry_radians", noise.odometry_radians},
-        {"odometry_turning", noise.odometry_turning}}) {
+  for (const auto& [name, value] : {std::pair("acceleration", noise.acceleration),
+                                    {"turning", noise.turning},
+                                    {"upright", noise.upright},
+                                    {"force", noise.force},
+                                    {"rate", noise.rate},
+                                    {"force_bias", noise.force_bias},
+                                    {"rate_bias", noise.rate_bias},
+                                    {"odometry_metres", noise.odometry_metres},
+                                    {"odometry_radians", noise.odometry_radians},
+                                    {"odometry_turning", noise.odometry_turning}}) {
     std::ostringstream row;
     row << "| `" << name << "` | " << value << " | ";
     CHECK_MESSAGE(docs.find(row.str()) != std::string::npos, "there is no line " << row.str());

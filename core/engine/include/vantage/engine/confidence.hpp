@@ -26,8 +26,8 @@ struct PoseConfidence {
 [[nodiscard]] VANTAGE_API PoseConfidence confidence_of(const Alignment::Hessian& covariance);
 
 /// The covariance of an alignment's pose: scale (N + 700) times the inverse Hessian, for N points.
-/// The Hessian takes the errors of points for independent. Most of them are errors of the map and of
-/// the place, so more points in the same places do not make a pose surer; the independent part
+/// The Hessian takes the errors of points for independent. Most of them are errors of the map and
+/// of the place, so more points in the same places do not make a pose surer; the independent part
 /// counts as if it came from 700 more points.
 /// @param points  number of points that were aligned
 /// @param scale   > 0; multiplies the covariance of a single point (LocalizerParams)

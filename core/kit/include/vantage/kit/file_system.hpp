@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -44,6 +46,11 @@ class Descriptor {
 
 /// Writes all of `content`. Returns 0, or an errno value.
 [[nodiscard]] int write_all(const Descriptor& file, std::string_view content) noexcept;
+
+/// Reads bytes at an offset, until they are full or the file ends. Returns 0, or an errno value.
+/// @param done  how many bytes were read
+[[nodiscard]] int read_all(const Descriptor& file, std::size_t offset, std::span<char> bytes,
+                           std::size_t& done) noexcept;
 
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);

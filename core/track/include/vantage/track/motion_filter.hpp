@@ -88,9 +88,9 @@ class MotionFilter {
 
   /// Moves on to a later moment.
   void predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise);
-  /// The filter at a moment near its own, later or earlier, by the motion that it knows. Another scan
-  /// bounds what the motion adds, so this is a quarter of the noise: the variance of a random walk
-  /// half way between two places that are known. For questions, not to go on with.
+  /// The filter at a moment near its own, later or earlier, by the motion that it knows. Another
+  /// scan bounds what the motion adds, so this is a quarter of the noise: the variance of a random
+  /// walk half way between two places that are known. For questions, not to go on with.
   [[nodiscard]] MotionFilter at(double stamp, const MotionInputs& inputs,
                                 const MotionNoise& noise) const;
   /// Takes a measured pose in. @param R  covariance of its errors
@@ -111,7 +111,12 @@ class MotionFilter {
  private:
   /// The derivative of the sensor's pose by that of the body.
   [[nodiscard]] PoseMatrix sensor_by_body() const;
-  /// Takes a measurement in whose difference from what is predicted depends on the state by H.
+  /// Moves on, or back. @param share  of the noise, that the covariance grows by
+  /// @return whether anything measured the last piece of the motion
+  bool advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise, double share);
+  /// Takes in a measurement.
+  /// @param innovation  its difference from what is predicted
+  /// @param H           the derivative of that difference by the state's error
   void correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                const PoseMatrix& R);
 

@@ -24,6 +24,7 @@ struct ClockOffset {
 
 /// Does so with the first minute of a recording, localized without the IMU.
 /// Errors: those above, and of localize_each.
-[[nodiscard]] Result<ClockOffset> measure_clock_offset(Localizer localizer, const RunInputs& inputs);
+[[nodiscard]] Result<ClockOffset> measure_clock_offset(Localizer localizer,
+                                                       const RunInputs& inputs);
 
 }  // namespace vantage

@@ -128,8 +128,8 @@ using ScanSink = std::function<Result<void>(const io::StampedScan&, RunScan&&)>;
 /// Localizes every scan and hands it on; keeps none, so that its memory does not grow. A scan that
 /// cannot be read or localized ends the run: RunInfo::failure says why.
 /// @param config  the path of the configuration file
-/// Errors: no initial pose; priors or an IMU that measured during no scan; the first scan's failure;
-/// those of the sink.
+/// Errors: no initial pose; priors or an IMU that measured during no scan; the first scan's
+/// failure; those of the sink.
 [[nodiscard]] Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
                                             const RunInputs& inputs, const ScanSink& sink,
                                             const ScanProgress& progress = {});

@@ -16,8 +16,9 @@ namespace vantage {
 [[nodiscard]] std::string csv_header();
 [[nodiscard]] std::string csv_line(const RunScan& scan, double way);
 
-/// Writes a run into a folder, scan by scan: scans.csv, trajectory.tum with the tracked poses (nobody
-/// may rely on the others), and summary.json. All three appear when the run is complete.
+/// Writes a run into a folder, scan by scan: scans.csv, trajectory.tum and summary.json. The
+/// trajectory has the tracked poses alone, because the others are not reliable. The three files
+/// appear when the run is complete.
 class RunWriter {
  public:
   /// Creates the folder if needed. Errors: those of OutputFile.
@@ -30,9 +31,7 @@ class RunWriter {
 
  private:
   RunWriter(std::filesystem::path folder, io::OutputFile scans, io::OutputFile trajectory)
-      : folder_(std::move(folder)),
-        scans_(std::move(scans)),
-        trajectory_(std::move(trajectory)) {}
+      : folder_(std::move(folder)), scans_(std::move(scans)), trajectory_(std::move(trajectory)) {}
 
   std::filesystem::path folder_;
   io::OutputFile scans_, trajectory_;
