@@ -8,6 +8,7 @@
 
 #include "building/input.hpp"
 #include "building/summary.hpp"
+#include "checks/notes.hpp"
 #include "print_config.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
@@ -73,6 +74,17 @@ Result<void> build_shard(const Options& options) {
   return {};
 }
 
+/// Says what is suspicious about the map. The bundle keeps it, so that localization can say it,
+/// too.
+Result<void> note_suspicions(building::Prepared& prepared, const Options& options) {
+  if (prepared.map.tiles) return {};  // `vantage check` looks at a sample
+  VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
+  const auto notes = notes_on(checks::measure_map(prepared.map.points), config);
+  checks::print(std::cerr, notes);
+  if (!notes.empty()) prepared.build.attach(checks::kNotesAttachment, checks::encode(notes));
+  return {};
+}
+
 /// Plans, builds all regions that are not finished, and merges.
 Result<BuildReport> build_of_tiles(building::Prepared& prepared, const Options& options) {
   const io::TiledParts parts(*prepared.map.tiles);
@@ -95,6 +107,7 @@ Result<void> run(const Options& options) {
   }
   if (!options.shard.empty()) return build_shard(options);
   VANTAGE_TRY(auto prepared, building::prepare(options, building::Reading::if_they_fit));
+  VANTAGE_CHECK(note_suspicions(prepared, options));
   // A partitioner may take longer than everything else, and cannot report its progress.
   if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
   BuildReport report;

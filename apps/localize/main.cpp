@@ -5,6 +5,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "checks/notes.hpp"
+#include "checks/trials.hpp"
 #include "evaluation/json.hpp"
 #include "io/text.hpp"
 #include "localize/run_recorder.hpp"
@@ -111,6 +113,34 @@ Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundl
   return {};
 }
 
+/// Says what is suspicious, and looks for the cause if most scans were not tracked.
+Result<void> note_suspicions(const RunSummary& summary, const checks::ScanFacts& scans,
+                             const Bundle& bundle, const Config& config, const RunInputs& inputs,
+                             const PluginLoader& plugins) {
+  VANTAGE_TRY(auto notes, checks::notes_in(bundle));
+  for (checks::Note& note : notes_on(scans, config, inputs.imu.has_value()))
+    notes.push_back(std::move(note));
+  if (notes.empty() && 10 * summary.tracked < 9 * summary.scans) {
+    constexpr std::size_t kInARow = 10;
+    VANTAGE_TRY(const auto first, first_scans(inputs, kInARow));
+    VANTAGE_TRY(const checks::Fit fit,
+                checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
+    VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
+    if (note) {
+      notes.push_back(*std::move(note));
+    } else if (2 * fit.tracked >= first.size() && !inputs.start_anywhere) {
+      const Eigen::Vector3d& at = fit.first_tracked->translation;
+      notes.push_back(
+          {fmt::format("looked for anywhere, the sensor is found at x {:.1f}, y {:.1f}, "
+                       "z {:.1f} at scan {}",
+                       at.x(), at.y(), at.z(), fit.first + 1),
+           "the first pose is wrong; give --initial-pose auto"});
+    }
+  }
+  checks::print(std::cerr, notes);
+  return {};
+}
+
 Result<void> run(const Options& options) {
   if (options.initial_pose.empty() && options.inputs.prior.empty() &&
       options.inputs.reference.empty()) {
@@ -143,12 +173,16 @@ Result<void> run(const Options& options) {
   }
   std::optional<RunWriter> writer;  // from the first scan on: a run without one leaves nothing
   RunSummarizer summarizer(options.out);
+  checks::ScanSurvey survey;  // of one in ten of the first fifty scans
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));
   }
+  std::size_t taken = 0;
   const auto take = [&](const io::StampedScan& scan, const RunScan& result) -> Result<void> {
     if (recorder) VANTAGE_CHECK(recorder->add(scan, result));
+    if (taken < 50 && taken % 10 == 0) survey.add(scan);
+    ++taken;
     if (!writer) {
       VANTAGE_TRY(writer, RunWriter::create(options.out));
     }
@@ -172,9 +206,15 @@ Result<void> run(const Options& options) {
     print_summary(run, summary, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';
   }
+  VANTAGE_CHECK(note_suspicions(summary, survey.facts(), bundle, config, inputs, plugins));
   if (run.failure) {
     return fail(Error(*run.failure)
                     .during(fmt::format("after {} scans, which are written", summary.scans)));
+  }
+  if (summary.tracked == 0) {
+    return fail(ErrorCode::too_few_matches,
+                fmt::format("none of the {} scans was tracked", summary.scans),
+                SourceLocation{options.inputs.scans.string(), 0, 0});
   }
   return {};
 }

@@ -1,6 +1,10 @@
 #include "simulate/world.hpp"
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 #include <tbb/global_control.h>
 
 #include <Eigen/Geometry>
@@ -202,9 +206,13 @@ std::optional<Hit> World::cast(const Point& origin, const Eigen::Vector3d& direc
   query.ray.mask = 0xffffffffU;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect1(parts_->scene.get(), &query);
+#else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcIntersect1(parts_->scene.get(), &context, &query);
+#endif
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
 
   const Eigen::Vector3d normal(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);

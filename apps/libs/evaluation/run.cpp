@@ -257,6 +257,17 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
   return Run{std::move(info), std::move(scans)};
 }
 
+Result<std::vector<io::StampedScan>> first_scans(const RunInputs& inputs, std::size_t count) {
+  VANTAGE_TRY(ScanWindow window, ScanWindow::open(inputs));
+  std::vector<io::StampedScan> scans;
+  while (scans.size() < count) {
+    VANTAGE_TRY(auto scan, window.next());
+    if (!scan) break;
+    scans.push_back(*std::move(scan));
+  }
+  return scans;
+}
+
 Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
                               const RunInputs& inputs, const ScanSink& sink,
                               const ScanProgress& progress) {

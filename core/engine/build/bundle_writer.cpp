@@ -40,6 +40,7 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
                                          const BuildParams& params,
                                          const SiteTrials::HitsAt& hits_at) {
   BundleWriter writer(plan, plugins);
+  writer.attachments_ = &params.attachments;
   writer.report_ = report_of(plan);
   VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = plan.partition,
                                               .regions = {},
@@ -92,6 +93,9 @@ Result<BuildReport> BundleWriter::commit() && {
     VANTAGE_CHECK(keep_attachment(*plugins_->store, Atlas::kAttachment, atlas.encode()));
     report_.atlas_sites = trials_->sites();
     report_.core_seconds_atlas = trials_->core_seconds();
+  }
+  for (const auto& [name, bytes] : *attachments_) {
+    VANTAGE_CHECK(keep_attachment(*plugins_->store, name, bytes));
   }
   VANTAGE_CHECK(plugins_->store->commit());
   report_.seconds_visibility = stopwatch_.seconds();

@@ -30,7 +30,7 @@ class BundleWriter {
   /// Errors: those of the matcher and of the store.
   [[nodiscard]] Result<void> take(std::uint32_t region, PointsView map, Finished finished,
                                   std::uint64_t among);
-  /// Keeps the atlas and makes the bundle visible.
+  /// Keeps the atlas and the attachments of the parameters, and makes the bundle visible.
   [[nodiscard]] Result<BuildReport> commit() &&;
 
  private:
@@ -40,6 +40,7 @@ class BundleWriter {
 
   const BuildPlan* plan_;
   BuildPlugins* plugins_;
+  const decltype(BuildParams::attachments)* attachments_ = nullptr;
   std::optional<SiteTrials> trials_;
   BuildReport report_;
   Stopwatch stopwatch_;

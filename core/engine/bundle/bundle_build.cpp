@@ -14,6 +14,10 @@ Result<BundleBuild> BundleBuild::prepare(const Config& config, const PluginLoade
   return BundleBuild(std::move(loaded), std::move(params));
 }
 
+void BundleBuild::attach(std::string name, std::vector<std::byte> bytes) {
+  params_.attachments.emplace_back(std::move(name), std::move(bytes));
+}
+
 Result<BuildReport> BundleBuild::run(PointsView map, PointsView trajectory,
                                      const std::function<void(const BuildProgress&)>& progress) {
   return build_region_maps(map, trajectory, plugins_, params_, progress);

@@ -138,6 +138,7 @@ class NearestSeed {
 
     [[nodiscard]] bool full() const { return true; }
     [[nodiscard]] double worstDist() const { return worst; }
+    void sort() {}  // asked for since nanoflann 1.5
     bool addPoint(double /*unused*/, std::uint32_t k) {
       const double d = squared_distance(seeds[k], p);
       if (d > best || (d == best && seeds[k].region >= region)) return true;

@@ -35,6 +35,7 @@ struct NearestTwo {
     }
     return true;
   }
+  void sort() {}  // asked for since nanoflann 1.5
 };
 
 /// The k nearest. If all k coincide with the query, other equally near points are not looked at:
@@ -76,7 +77,7 @@ PointTree& PointTree::operator=(PointTree&&) noexcept = default;
 
 PointTree::Nearest PointTree::nearest(const Point& x, double radius) const {
   NearestTwo found(radius * radius);
-  index_->tree.findNeighbors(found, x.data(), nanoflann::SearchParams());
+  index_->tree.findNeighbors(found, x.data(), {});
   return {.index = found.index, .others = std::sqrt(found.second)};
 }
 
@@ -85,7 +86,7 @@ Eigen::Vector3d PointTree::normal_at(const Point& x, std::uint32_t k) const {
   std::array<double, kMostNeighbours> squared_distances;
   NearestK nearest(std::min(k, kMostNeighbours));
   nearest.init(indices.data(), squared_distances.data());
-  index_->tree.findNeighbors(nearest, x.data(), nanoflann::SearchParams());
+  index_->tree.findNeighbors(nearest, x.data(), {});
   const std::size_t found = nearest.size();
   if (found < 3) return Eigen::Vector3d::Zero();
 

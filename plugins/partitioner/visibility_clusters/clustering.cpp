@@ -9,6 +9,8 @@
 #include <nanoflann.hpp>
 #include <numeric>
 #include <queue>
+#include <type_traits>
+#include <utility>
 
 #include "vantage/kit/kd_tree_points.hpp"
 
@@ -31,6 +33,9 @@ std::size_t common(const Voxels& a, const Voxels& b) {
 using Places = KdTreePoints<Vector2d>;
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Places>,
                                                  Places, 2, std::uint32_t>;
+using Within = nanoflann::RadiusResultSet<double, std::uint32_t>;
+// Pairs before nanoflann 1.5, since then a structure of nanoflann.
+using Found = std::remove_reference_t<decltype(std::declval<Within&>().m_indices_dists)>;
 
 class Grouping {
  public:
@@ -208,8 +213,8 @@ std::vector<Neighbours> neighbours_of(std::span<const Vector2d> places, std::siz
     // A search by radius finds everything nearer than the radius. A search by number depends on the
     // tree: of several equally near places, it finds any.
     const double radius = std::nextafter(squared.back(), std::numeric_limits<double>::infinity());
-    std::vector<std::pair<std::uint32_t, double>> found;
-    nanoflann::RadiusResultSet<double, std::uint32_t> within(radius, found);
+    Found found;
+    Within within(radius, found);
     tree.findNeighbors(within, places[here].data(), {});
     for (const auto& [there, unused] : found) {
       if (there != here) pairs.emplace_back(std::min(here, there), std::max(here, there));

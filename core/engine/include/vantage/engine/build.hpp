@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "vantage/api.hpp"
@@ -43,6 +44,8 @@ struct BuildParams {
   bool views = false;                ///< whether points are stored with their view counts
   std::optional<AtlasParams> atlas;  ///< none: no atlas is made; it needs a matcher
   std::string effective_config;      ///< stored in the bundle
+  /// Bytes that the bundle keeps by name, see MapStore::attach. A store of regions only leaves them.
+  std::vector<std::pair<std::string, std::vector<std::byte>>> attachments;
 
   /// The parameters in a configuration; leaves `effective_config` empty.
   [[nodiscard]] VANTAGE_API static BuildParams from(const Config& config);

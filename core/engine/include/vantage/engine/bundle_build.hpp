@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "vantage/api.hpp"
 #include "vantage/engine/build.hpp"
@@ -25,6 +28,9 @@ class VANTAGE_API BundleBuild {
   /// Errors: those of load_build_plugins and effective_config.
   [[nodiscard]] static Result<BundleBuild> prepare(const Config& config,
                                                    const PluginLoader& plugins);
+
+  /// Keeps bytes in the bundle, see BuildParams::attachments. Call before `run` or `sharded`.
+  void attach(std::string name, std::vector<std::byte> bytes);
 
   /// Call once. Parameters and errors: those of build_region_maps.
   [[nodiscard]] Result<BuildReport> run(

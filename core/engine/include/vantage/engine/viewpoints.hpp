@@ -49,7 +49,7 @@ struct ViewpointParams {
                  positive, Source{"Eq. 4", "Yagi et al. 2026, Sec. 2.2"}),
         optional("sensor_height", &ViewpointParams::sensor_height, "m",
                  "h_s: height of the sensor above the ground; has no meaning for a trajectory",
-                 Source{"Eq. 5", "Yagi et al. 2026, Sec. 2.2"}),
+                 non_negative, Source{"Eq. 5", "Yagi et al. 2026, Sec. 2.2"}),
         optional("height_offsets", &ViewpointParams::height_offsets, "m",
                  "for sensors at several heights: one viewpoint at each of these heights above "
                  "h_s, or above the trajectory; the search for a lost sensor begins at the first"),

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,12 @@ struct RunInputs {
   /// What the sensor's inertial measurement unit says.
   std::optional<io::ImuRecording> imu = {};
 };
+
+/// The samples of the IMU; none without one.
+[[nodiscard]] inline std::span<const ImuSample> samples_of(const RunInputs& inputs) {
+  return inputs.imu ? std::span<const ImuSample>(inputs.imu->samples)
+                    : std::span<const ImuSample>();
+}
 
 /// The difference between an estimate and the reference. The trajectories are not aligned first.
 struct PoseError {
@@ -96,6 +103,10 @@ struct RunInfo {
   std::size_t timed = 0;               ///< scans whose points have times
   std::optional<Error> failure = {};   ///< why the run ended early; the scans before it are there
 };
+
+/// The first scans of the run's window. Errors: those of the recording.
+[[nodiscard]] Result<std::vector<io::StampedScan>> first_scans(const RunInputs& inputs,
+                                                               std::size_t count);
 
 /// One pass over recorded scans with one configuration.
 struct Run : RunInfo {

@@ -1,0 +1,202 @@
+// vantage-check: says what is suspicious about a map, recorded scans and their configuration.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "building/input.hpp"
+#include "checks/notes.hpp"
+#include "checks/trials.hpp"
+#include "info/lines.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/input_options.hpp"
+#include "terminal/table.hpp"
+#include "vantage/evaluation/run.hpp"
+#include "vantage/kit/atomic_folder.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// So many scans in a row are compared with the map.
+constexpr std::size_t kInARow = 10;
+/// Facts about scans come from one in ten of the first fifty.
+constexpr std::size_t kEvery = 10, kAmong = 50;
+
+struct Options : building::Options {
+  InputOptions inputs;
+};
+
+struct Findings {
+  checks::MapFacts map;
+  std::optional<checks::ScanFacts> scans;
+  std::optional<checks::Fit> fit;
+  std::vector<checks::Note> notes;
+
+  void add(std::vector<checks::Note> more) {
+    notes.insert(notes.end(), std::make_move_iterator(more.begin()),
+                 std::make_move_iterator(more.end()));
+  }
+};
+
+/// The points of some tiles, evenly chosen.
+Result<PointCloud> sample_of(const io::TiledMap& tiles) {
+  constexpr std::uint64_t kEnough = 4'000'000;
+  const std::uint64_t step = tiles.points() / kEnough + 1;
+  PointCloud points;
+  for (std::size_t i = 0; i < tiles.tiles().size(); i += step) {
+    VANTAGE_TRY(const PointCloud some, tiles.read(tiles.cells_of(tiles.tiles()[i].index)));
+    points.insert(points.end(), some.begin(), some.end());
+  }
+  return points;
+}
+
+/// A bundle of the whole map, for the time of a check.
+class WholeMap {
+ public:
+  static Result<WholeMap> build(const Options& options, const building::WideAreaMap& map) {
+    const fs::path place = fs::temp_directory_path() / fmt::format("vantage-check-{}", getpid());
+    VANTAGE_TRY(io::OutputFolder folder,
+                io::OutputFolder::create(place, io::OutputFolder::Existing::refuse));
+    auto overrides = options.common.overrides;
+    const std::string root = (folder.path() / "bundle").string();
+    for (const std::string& text :
+         {std::string("partitioner={plugin=\"whole_map\"}"),
+          std::string("visibility={plugin=\"keep_all\"}"),
+          fmt::format("store={{plugin=\"pcd_tiles\",params={{root={}}}}}", quoted(root)),
+          std::string("atlas={max_sites=0}")}) {
+      overrides.push_back(text);
+    }
+    VANTAGE_TRY(Config config, load_config(options.config, overrides));
+    config.thinning.reset();
+    const PluginLoader plugins = options.common.loader();
+    VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
+    VANTAGE_CHECK(build.run(map.points, map.trajectory));
+    VANTAGE_TRY(Bundle bundle, Bundle::open(config, plugins, "the check"));
+    return WholeMap(std::move(folder), std::move(config), std::move(bundle));
+  }
+  [[nodiscard]] const Config& config() const { return config_; }
+  [[nodiscard]] const Bundle& bundle() const { return bundle_; }
+
+ private:
+  static std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+  WholeMap(io::OutputFolder folder, Config config, Bundle bundle)
+      : folder_(std::move(folder)), config_(std::move(config)), bundle_(std::move(bundle)) {}
+
+  io::OutputFolder folder_;
+  Config config_;
+  Bundle bundle_;
+};
+
+Result<void> check_scans(const Options& options, const Config& config,
+                         const building::WideAreaMap& map, Findings& findings) {
+  VANTAGE_TRY(const auto inputs,
+              options.inputs.open(config.map ? config.map->files : std::vector<fs::path>()));
+  VANTAGE_TRY(auto scans, first_scans(inputs, kAmong));
+  checks::ScanSurvey survey;
+  for (std::size_t i = 0; i < scans.size(); i += kEvery) survey.add(scans[i]);
+  if (scans.size() > kInARow) scans.resize(kInARow);
+  findings.scans = survey.facts();
+  findings.add(notes_on(*findings.scans, config, inputs.imu.has_value()));
+  if (!findings.notes.empty() || !config.matcher || map.tiles) return {};
+  if (!options.common.quiet) std::cerr << "comparing scans with the map\n";
+  VANTAGE_TRY(const WholeMap whole, WholeMap::build(options, map));
+  const PluginLoader plugins = options.common.loader();
+  VANTAGE_TRY(findings.fit,
+              checks::fit_of(whole.bundle(), whole.config(), plugins, scans, samples_of(inputs)));
+  VANTAGE_TRY(auto note,
+              checks::try_changes(whole.bundle(), whole.config(), plugins, scans, *findings.fit));
+  if (note) findings.add({*std::move(note)});
+  return {};
+}
+
+Lines lines_of(const Findings& findings) {
+  const checks::MapFacts& map = findings.map;
+  const Eigen::Vector3d extent = map.bulk.max - map.bulk.min;
+  Lines lines{
+      {"map", fmt::format("{} points over {:.1f} x {:.1f} x {:.1f} m", cli::grouped(map.points),
+                          extent.x(), extent.y(), extent.z())},
+      {"point spacing", fmt::format("{:.3f} m", map.spacing)},
+      {"up", map.up ? std::string(to_string(*map.up)) : std::string("cannot be told")},
+      {"flat ground", fmt::format("{:.0f} % of the ground plan", 100.0 * map.flat_share)},
+      {"rounding", map.rounding > 0.0 ? fmt::format("32-bit floats, {:.2g} m apart at {:.0f} m",
+                                                    map.rounding, map.farthest_coordinate)
+                                      : std::string("finer than 32-bit floats")}};
+  if (!findings.scans) return lines;
+  const checks::ScanFacts& scans = *findings.scans;
+  lines.emplace_back("ranges", fmt::format("half within {:.1f} m, 90 % within {:.1f} m",
+                                           scans.range_at(0.5), scans.range_at(0.9)));
+  lines.emplace_back("times of points",
+                     scans.timed ? fmt::format("yes, {:.3f} s a sweep", scans.sweep)
+                                 : std::string("none: sweeps of a moving sensor stay distorted"));
+  lines.emplace_back(
+      "ground below",
+      scans.below ? fmt::format("{:.2f} m, tilted by {:.1f} degrees, {:.0f} % of the "
+                                "square metres around",
+                                scans.below->distance, scans.below->tilt * 180.0 / std::numbers::pi,
+                                100.0 * scans.below->share)
+                  : std::string("none seen"));
+  if (findings.fit) {
+    lines.emplace_back("in the map", fmt::format("{} of the first {} scans are tracked, from an "
+                                                 "unknown start; coverage {:.2f}",
+                                                 findings.fit->tracked, findings.fit->scans,
+                                                 findings.fit->coverage));
+  }
+  return lines;
+}
+
+Result<int> run(const Options& options) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(const auto prepared, building::prepare(options, building::Reading::if_they_fit));
+  VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
+  Findings findings;
+  if (prepared.map.tiles) {
+    VANTAGE_TRY(const PointCloud sample, sample_of(*prepared.map.tiles));
+    findings.map = checks::measure_map(sample);
+  } else {
+    findings.map = checks::measure_map(prepared.map.points);
+  }
+  findings.add(notes_on(findings.map, config));
+  if (!options.inputs.scans.empty()) {
+    VANTAGE_CHECK(check_scans(options, config, prepared.map, findings));
+  }
+  if (options.common.json) {
+    nlohmann::ordered_json result{{"notes", nlohmann::ordered_json::array()}};
+    for (const auto& [name, value] : lines_of(findings)) result[name] = value;
+    for (const checks::Note& note : findings.notes) {
+      result["notes"].push_back({{"what", note.what}, {"advice", note.advice}});
+    }
+    std::cout << result.dump(2) << '\n';
+  } else {
+    std::cout << to_text(lines_of(findings), options.common.style());
+    print(std::cout, findings.notes);
+    if (findings.notes.empty()) std::cout << "nothing suspicious\n";
+  }
+  return findings.notes.empty() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Says what is suspicious about a map, recorded scans and their configuration: units, up, "
+      "mirrored axes, rounding, spacing, the sensor's height, ranges, times. Exit code 1 if "
+      "anything is.",
+      "vantage check");
+  vantage::Options options;
+  options.add_to(app);
+  options.inputs.add_to(app, false);
+  app.get_option("--scans")->required(false);
+  int code = 0;
+  const int failed = vantage::cli::run_program(app, argc, argv, [&]() -> vantage::Result<void> {
+    VANTAGE_TRY(code, vantage::run(options));
+    return {};
+  });
+  return failed != 0 ? failed : code;
+}

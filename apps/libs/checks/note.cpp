@@ -1,0 +1,47 @@
+#include "checks/note.hpp"
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+namespace vantage::checks {
+
+void print(std::ostream& out, std::span<const Note> notes) {
+  for (const Note& note : notes) out << "note: " << note.what << ": " << note.advice << '\n';
+}
+
+std::vector<std::byte> encode(std::span<const Note> notes) {
+  auto list = nlohmann::ordered_json::array();
+  for (const Note& note : notes) list.push_back({{"what", note.what}, {"advice", note.advice}});
+  const std::string text = list.dump();
+  const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+  return {bytes, bytes + text.size()};
+}
+
+Result<std::vector<Note>> decode(std::span<const std::byte> bytes) {
+  const auto corrupt = [] {
+    return fail(ErrorCode::corrupt_data, "the bundle's notes are not what a build writes");
+  };
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto list = nlohmann::json::parse(text, nullptr, false);
+  if (!list.is_array()) return corrupt();
+  std::vector<Note> notes;
+  for (const auto& item : list) {
+    if (!item.is_object() || !item.contains("what") || !item.contains("advice") ||
+        !item["what"].is_string() || !item["advice"].is_string()) {
+      return corrupt();
+    }
+    notes.push_back({item["what"], item["advice"]});
+  }
+  return notes;
+}
+
+Result<std::vector<Note>> notes_in(const Bundle& bundle) {
+  const auto bytes = bundle.store()->attachment(kNotesAttachment);
+  if (!bytes) {
+    if (bytes.error().code == ErrorCode::not_found) return std::vector<Note>();
+    return fail(bytes.error());
+  }
+  return decode(*bytes);
+}
+
+}  // namespace vantage::checks

@@ -1,0 +1,195 @@
+#include "checks/notes.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <variant>
+
+#include "terminal/table.hpp"
+
+namespace vantage::checks {
+namespace {
+
+constexpr double kShortestRange = 5.0;  // of a LiDAR [m]
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+/// The unit in which a length that should be about `typical` metres is `seen`.
+std::string_view unit_of(double seen, double typical) {
+  struct Unit {
+    std::string_view name;
+    double metres;
+  };
+  constexpr std::array kUnits{Unit{"centimetres", 0.01}, Unit{"millimetres", 0.001},
+                              Unit{"kilometres", 1000.0}};
+  const Unit* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Unit& unit : kUnits) {
+    const double off = std::abs(std::log(seen * unit.metres / typical));
+    if (off < least) {
+      least = off;
+      best = &unit;
+    }
+  }
+  return best->name;
+}
+
+/// "1,234" for large numbers, and three digits for small ones.
+std::string metres(double value) {
+  if (std::abs(value) >= 1000.0)
+    return cli::grouped(static_cast<std::uint64_t>(std::llround(std::abs(value)))) + " m";
+  return fmt::format("{:.3g} m", value);
+}
+
+const double* number_in(const Table& params, std::string_view key) {
+  const Value* const value = params.find(key);
+  return value == nullptr ? nullptr : std::get_if<double>(&value->data);
+}
+
+}  // namespace
+
+std::vector<Note> notes_on(const MapFacts& map) {
+  constexpr double kSparsest = 0.6, kDensest = 0.002;  // spacing of maps that are in metres [m]
+  constexpr double kTypical = 0.1;
+  constexpr double kCoarsest = 0.005;  // rounding that costs no accuracy [m]
+  std::vector<Note> notes;
+  const Eigen::Vector3d extent = map.bulk.max - map.bulk.min;
+  if (map.spacing > kSparsest || (map.spacing > 0.0 && map.spacing < kDensest)) {
+    notes.push_back(
+        {fmt::format("the map's points lie {} apart, over {} x {} x {}", metres(map.spacing),
+                     metres(extent.x()), metres(extent.y()), metres(extent.z())),
+         fmt::format("maps are in metres; this one seems to be in {}",
+                     unit_of(map.spacing, kTypical))});
+    return notes;
+  }
+  if (map.up && *map.up != Direction{}) {
+    notes.push_back(
+        {fmt::format("the map's things stand on its ground in direction {}", to_string(*map.up)),
+         "z must point up: turn the map (mirror nothing)"});
+  }
+  if (map.rounding >= kCoarsest) {
+    const Point middle = 0.5 * (map.bulk.min + map.bulk.max);
+    notes.push_back(
+        {fmt::format("the map's coordinates reach {}, where 32-bit floats are {} apart",
+                     metres(map.farthest_coordinate), metres(map.rounding)),
+         fmt::format("export it again with an origin subtracted, for example ({:.0f}, {:.0f}, 0), "
+                     "or as doubles",
+                     std::round(middle.x() / 100.0) * 100.0,
+                     std::round(middle.y() / 100.0) * 100.0)});
+  }
+  return notes;
+}
+
+std::vector<Note> notes_on(const MapFacts& map, const Config& config) {
+  constexpr double kClear = 2.5;  // factor by which spacings must differ
+  std::vector<Note> notes = notes_on(map);
+  if (!notes.empty()) return notes;  // numbers of the configuration cannot suit such a map
+  if (!config.visibility) return notes;
+  const double* const spacing = number_in(config.visibility->params, "point_spacing");
+  if (spacing != nullptr && map.spacing > 0.0 &&
+      std::abs(std::log(*spacing / map.spacing)) > std::log(kClear)) {
+    notes.push_back(
+        {fmt::format("the map's points lie {} apart, and visibility.params.point_spacing "
+                     "is {}",
+                     metres(map.spacing), metres(*spacing)),
+         fmt::format("set it to {:.2g}", map.spacing)});
+  }
+  if (const auto range = config.visibility->max_range; range && *range < kShortestRange) {
+    notes.push_back(
+        {fmt::format("visibility.max_range is {}", metres(*range)),
+         "regions lose what the sensor sees farther away: give the reach of the sensor"});
+  }
+  return notes;
+}
+
+std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool imu) {
+  constexpr double kFarthest = 400.0, kNearest = 1.5;  // within which 90 % of the points lie [m]
+  constexpr double kTypical = 40.0;                    // [m]
+  constexpr double kAside = 3.0;
+  std::vector<Note> notes;
+  if (scans.scans == 0) return notes;
+  if (scans.ranges.empty()) {
+    notes.push_back({fmt::format("{} scans were looked at, and none has a point", scans.scans),
+                     "choose another topic, or record again"});
+    return notes;
+  }
+  const double reach = scans.range_at(0.9);
+  if (scans.eccentricity > kAside) {
+    notes.push_back({"the points of a scan lie all on one side of the sensor, far away",
+                     "they seem to be in the map's frame; give scans in the sensor's frame"});
+    return notes;
+  }
+  if (reach > kFarthest || reach < kNearest) {
+    notes.push_back(
+        {fmt::format("nine in ten points of the scans are within {}", metres(reach)),
+         fmt::format("scans are in metres; these seem to be in {}", unit_of(reach, kTypical))});
+    return notes;
+  }
+  if (config.localizer) {
+    const LocalizerParams& params = *config.localizer;
+    const double most = params.scan_max_range.value_or(std::numeric_limits<double>::infinity());
+    if (const double kept = scans.share_within(params.scan_min_range, most); kept < 0.5) {
+      notes.push_back(
+          {fmt::format("localizer.scan_min_range and scan_max_range keep {:.1f} % of the points",
+                       100.0 * kept),
+           fmt::format("half of the points are farther than {}", metres(scans.range_at(0.5)))});
+    }
+  }
+  if (const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
+      range && *range >= kShortestRange && *range < 0.5 * reach) {
+    notes.push_back({fmt::format("visibility.max_range is {}, and a tenth of the scans' points are "
+                                 "farther than {}",
+                                 metres(*range), metres(reach)),
+                     "regions lack what the sensor sees: give the reach of the sensor"});
+  }
+  constexpr double kGround = 0.4, kNoGround = 0.25;  // shares of square metres
+  const auto share = [](const std::optional<GroundPlane>& plane) {
+    return plane ? plane->share : 0.0;
+  };
+  if (share(scans.above) > kGround && share(scans.below) < kNoGround) {
+    if (!imu) {
+      notes.push_back({"the scans show the ground above the sensor",
+                       "the sensor hangs upside down, which --imu would tell, or its z axis points "
+                       "down: z must point up"});
+    }
+  } else if (share(scans.below) > kGround) {
+    const double height = scans.below->distance;
+    if (config.viewpoints && config.viewpoints->source == ViewpointSource::ground) {
+      const double given = config.viewpoints->sensor_height;
+      if (std::abs(height - given) > std::max(0.3, 0.35 * height)) {
+        constexpr double kFoot = 0.3048, kHigh = 3.0;  // [m]
+        const bool feet = height > kHigh && std::abs(height * kFoot - given) < 0.15 * given;
+        notes.push_back(
+            {fmt::format("the scans see the ground {} below the sensor, and "
+                         "viewpoints.sensor_height is {}",
+                         metres(height), metres(given)),
+             feet ? std::string("are the scans in feet? If not, give the height that they show")
+                  : fmt::format("set it to {:.2f}", height)});
+      }
+    }
+    constexpr double kTilted = 10.0;  // [deg]
+    const double tilt = scans.below->tilt * kDegrees;
+    if (tilt > kTilted && !imu &&
+        !(config.localizer && config.localizer->gravity == Gravity::unknown)) {
+      notes.push_back({fmt::format("the sensor is tilted by {:.0f} degrees", tilt),
+                       "set localizer.gravity = \"unknown\""});
+    }
+  }
+  constexpr double kShortestSweep = 0.005, kLongestSweep = 1.0;  // [s]
+  if (scans.timed && (scans.sweep < kShortestSweep || scans.sweep > kLongestSweep)) {
+    notes.push_back({fmt::format("the times of a scan's points span {:.3g} s", scans.sweep),
+                     "a sweep takes 0.05 to 0.2 s; set localizer.undistort = false, or mend the "
+                     "unit of the times"});
+  }
+  return notes;
+}
+
+Result<Config> with_defaults(const Config& config, const PluginLoader& plugins) {
+  VANTAGE_TRY(const std::string text, effective_config(config, plugins));
+  VANTAGE_TRY(const Table table, parse_toml(text, config.file));
+  return parse_config(table);
+}
+
+}  // namespace vantage::checks

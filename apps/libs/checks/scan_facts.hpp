@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "vantage/io/scan_source.hpp"
+#include "vantage/point_cloud.hpp"
+
+namespace vantage::checks {
+
+/// The plane that a scan shows below or above the sensor.
+struct GroundPlane {
+  double distance = 0.0;  ///< of the sensor from the plane [m]
+  double tilt = 0.0;      ///< between its normal and the sensor's z axis [rad]
+  double share = 0.0;     ///< of the square metres around the sensor that lie in it
+};
+/// The ground of a scan: the plane that most of the lowest points of the square metres around the
+/// sensor lie in, to 0.1 m. Planes tilted by more than 30 degrees do not count.
+/// @param scan   N points, sensor frame [m]
+/// @param above  look for a plane above the sensor, with the highest points
+/// None if there are too few points.
+[[nodiscard]] std::optional<GroundPlane> find_ground(PointsView scan, bool above);
+
+/// What some scans of a recording say about it.
+struct ScanFacts {
+  std::size_t scans = 0;       ///< that were looked at
+  std::size_t empty = 0;       ///< of these, without a point
+  bool timed = false;          ///< the points of all of them have times
+  double sweep = 0.0;          ///< median time from the first to the last point of a scan [s]
+  double dropped_share = 0.0;  ///< of the points: no returns and coordinates that are not finite
+  /// How far the middle of a scan is from the sensor (medians of its coordinates), as a multiple of
+  /// the median distance of its points from there. Median over the scans; 0 without points.
+  double eccentricity = 0.0;
+  /// Ranges of up to 20,000 of their points each, ascending [m].
+  std::vector<double> ranges;
+  /// Medians over the scans that show such a plane; none if fewer than half of them do.
+  std::optional<GroundPlane> below, above;
+
+  /// The range that a share of the points is below [m]; 0 without points.
+  [[nodiscard]] double range_at(double share) const;
+  /// The share of points whose range is in [least, most].
+  [[nodiscard]] double share_within(double least, double most) const;
+};
+
+/// Measures scans, one after the other, and keeps none of them.
+class ScanSurvey {
+ public:
+  void add(const io::StampedScan& scan);
+  [[nodiscard]] ScanFacts facts() const;
+
+ private:
+  ScanFacts sums_;
+  std::uint64_t points_ = 0, dropped_ = 0;
+  std::vector<double> sweeps_, eccentricities_;
+  std::vector<GroundPlane> below_, above_;
+};
+
+}  // namespace vantage::checks

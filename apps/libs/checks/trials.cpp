@@ -1,0 +1,127 @@
+#include "checks/trials.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "checks/median.hpp"
+#include "vantage/engine/localizer.hpp"
+
+namespace vantage::checks {
+namespace {
+
+struct Change {
+  std::string_view what;  ///< completes "the scans fit the map when "
+  std::string_view advice;
+  Eigen::Matrix3d matrix;
+
+  [[nodiscard]] bool scales() const {
+    return std::abs(std::abs(matrix.determinant()) - 1.0) > 1e-6;
+  }
+};
+
+Eigen::Matrix3d rows(const Eigen::Vector3d& x, const Eigen::Vector3d& y, const Eigen::Vector3d& z) {
+  Eigen::Matrix3d m;
+  m << x.transpose(), y.transpose(), z.transpose();
+  return m;
+}
+
+std::vector<Change> changes() {
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
+                        z = Eigen::Vector3d::UnitZ();
+  const auto scaled = [](double s) -> Eigen::Matrix3d { return s * Eigen::Matrix3d::Identity(); };
+  return {
+      {"they are mirrored",
+       "x and y are swapped, or one axis of the scans or of the map points "
+       "the wrong way: both need x forward, y left, z up",
+       rows(x, -y, z)},
+      {"they are turned upside down",
+       "the sensor hangs upside down, or the map is turned over: "
+       "z must point up in both",
+       rows(x, -y, -z)},
+      {"their z axis is reversed",
+       "z of the scans or of the map points down: z must point up in "
+       "both",
+       rows(x, y, -z)},
+      {"their axes are those of a camera", "turn the scans: x forward, y left, z up",
+       rows(z, -x, -y)},
+      {"y is taken as up", "turn the scans: x forward, y left, z up", rows(x, -z, y)},
+      {"they are taken as feet", "scans and map are in metres: multiply the scans by 0.3048",
+       scaled(0.3048)},
+      {"the map is taken as feet", "scans and map are in metres: multiply the map by 0.3048",
+       scaled(1.0 / 0.3048)},
+      {"they are taken as centimetres", "scans and map are in metres", scaled(0.01)},
+      {"they are taken as millimetres", "scans and map are in metres", scaled(0.001)},
+  };
+}
+
+}  // namespace
+
+Result<Fit> fit_of(const Bundle& bundle, const Config& config, const PluginLoader& plugins,
+                   std::span<const io::StampedScan> scans, std::span<const ImuSample> imu,
+                   const std::optional<Eigen::Matrix3d>& change) {
+  constexpr double kSweep = 0.2;  // after a stamp, the longest [s]
+  Fit fit;
+  fit.scans = scans.size();
+  VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
+  localizer.start_anywhere();
+  std::vector<double> coverages, nvtls;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    PointCloud points = scans[i].points;
+    if (change) {
+      for (Point& p : points) p = *change * p;
+    } else {
+      for (; !imu.empty() && imu.front().stamp < scans[i].stamp + kSweep; imu = imu.subspan(1)) {
+        VANTAGE_CHECK(localizer.add(imu.front()));
+      }
+    }
+    VANTAGE_TRY(const ScanReport report,
+                localizer.localize(
+                    {.stamp = scans[i].stamp, .points = points, .seconds = scans[i].seconds}));
+    if (report.tracking == Tracking::tracked) {
+      ++fit.tracked;
+      if (!fit.first_tracked) {
+        fit.first_tracked = report.T_map_scan;
+        fit.first = i;
+      }
+    }
+    if (!report.has_pose || !report.alignment) continue;
+    coverages.push_back(report.alignment->score.coverage);
+    nvtls.push_back(report.alignment->score.nvtl);
+  }
+  fit.coverage = median_of(std::move(coverages));
+  fit.nvtl = median_of(std::move(nvtls));
+  return fit;
+}
+
+Result<std::optional<Note>> try_changes(const Bundle& bundle, const Config& config,
+                                        const PluginLoader& plugins,
+                                        std::span<const io::StampedScan> scans,
+                                        const Fit& as_they_are) {
+  // A right pose fits two to three times as well as a wrong one. Small scans fit anywhere, so they
+  // have to be tracked as well.
+  constexpr double kClear = 1.5;
+  std::optional<Change> best;
+  Fit best_fit;
+  for (Change& change : changes()) {
+    VANTAGE_TRY(const Fit fit, fit_of(bundle, config, plugins, scans, {}, change.matrix));
+    const std::size_t enough = change.scales() ? (scans.size() + 1) / 2 : 1;
+    if (fit.tracked < std::max(enough, as_they_are.tracked) ||
+        fit.goodness() < kClear * as_they_are.goodness() || fit.goodness() <= best_fit.goodness()) {
+      continue;
+    }
+    best = std::move(change);
+    best_fit = fit;
+  }
+  if (!best) return std::optional<Note>();
+  return std::optional<Note>(
+      {fmt::format("the scans fit the map {:.2f} as they are, and {:.2f} when {}",
+                   as_they_are.goodness(), best_fit.goodness(), best->what),
+       std::string(best->advice)});
+}
+
+}  // namespace vantage::checks
