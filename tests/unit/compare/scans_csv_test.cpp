@@ -22,7 +22,7 @@ TEST_CASE("cells in quotes hold commas, quotes and line ends; lines are counted"
   CHECK(csv->rows[1].line == 4);
 }
 
-TEST_CASE("a table that is none is an error with its line") {
+TEST_CASE("a file that is no table is an error with its line") {
   const auto error = [](const char* text) {
     const auto csv = parse_csv(text, "f.csv");
     return csv ? std::string("no error") : to_string(csv.error());

@@ -402,7 +402,7 @@ TEST_CASE("outside every region, or in one without a map, the last map is kept a
   CHECK(first.region == RegionId{0});
 }
 
-TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose that is none") {
+TEST_CASE("misuse is an error: no start, stamps that do not increase, an invalid pose") {
   const World world;
   Localizer localizer = world.localizer();
   CHECK(localizer.localize({0.0, world.scan}).error().message ==
