@@ -28,7 +28,7 @@ Result<void> check_name(const std::string& name) {
   if (good) return {};
   return fail(ErrorCode::invalid_input,
               "'" + name + "' is no name for a plugin: expected 1 to " + std::to_string(kMaxName) +
-                  " lower-case letters, digits and '_', the first a letter, as in 'my_split'");
+                  " lower-case letters, digits and '_', the first a letter, as in 'my_plugin'");
 }
 
 /// "MySplitPartitioner" for "my_split". The kind in the name prevents clashes with the names in the

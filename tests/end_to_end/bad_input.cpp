@@ -118,10 +118,7 @@ TEST_CASE("build: an existing bundle is not touched without overwrite") {
   const std::string before = test::read_text(index);
   CHECK(has(failure(small.build({"--set", "partitioner.params.cell_width=2.5"})), "bundle"));
   CHECK(test::read_text(index) == before);
-  CHECK(small
-            .build({"--set", "partitioner.params.cell_width=2.5", "--set",
-                    "store.params.overwrite=true"})
-            .exit_code == 0);
+  CHECK(small.build({"--set", "partitioner.params.cell_width=2.5", "--overwrite"}).exit_code == 0);
   CHECK(test::read_text(index) != before);
 }
 
@@ -257,7 +254,7 @@ TEST_CASE("plugins new: what cannot be made is refused, and nothing is left") {
     CHECK(refused("ground", name) ==
           "error: '" + name +
               "' is no name for a plugin: expected 1 to 64 lower-case letters, "
-              "digits and '_', the first a letter, as in 'my_split'");
+              "digits and '_', the first a letter, as in 'my_plugin'");
   }
   CHECK(has(refused("partitioner", "uniform_grid"),
             "error: there is a partitioner plugin 'uniform_grid' already: "));

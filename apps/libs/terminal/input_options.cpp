@@ -117,9 +117,10 @@ Result<io::ImuRecording> read_imu(const InputOptions& options) {
 }  // namespace
 
 void ScanChoice::add_to(CLI::App& app) {
-  app.add_option("--stamp", stamped,
-                 "which of its points a scan is stamped for: first, middle or last; if left out, "
-                 "as the times of the points say")
+  app.add_option(
+         "--stamp", stamped,
+         "point of a scan to which its stamp belongs: first, middle or last; if left out, the "
+         "times of the points decide")
       ->transform(CLI::CheckedTransformer(
                       std::map<std::string, io::StampedPoint>{{"first", io::StampedPoint::first},
                                                               {"middle", io::StampedPoint::middle},
@@ -129,8 +130,8 @@ void ScanChoice::add_to(CLI::App& app) {
       ->type_name("first|middle|last");
   app.add_option(
          "--livox-tags", tags,
-         "points of a Livox to use: all if left out, or those whose tags call them normal and "
-         "not noise")
+         "points of a Livox to use: all (if left out), or those that are tagged as normal and not "
+         "as noise")
       ->transform(
           CLI::CheckedTransformer(
               std::map<std::string, io::Tags>{{"all", io::Tags::all}, {"normal", io::Tags::normal}},
