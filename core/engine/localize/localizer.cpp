@@ -66,7 +66,7 @@ MotionNoise noise_of(MotionModel model) {
 /// Errors: `invalid_input` for a pose that is not rigid, or a deviation that is not positive.
 Result<void> check_prior(const PosePrior& prior) {
   if (!is_valid(prior.T_map_sensor)) {
-    return fail(ErrorCode::invalid_input, "the prior of the scan is no rigid transform");
+    return fail(ErrorCode::invalid_input, "the prior of the scan is not a rigid transform");
   }
   for (const double sigma : {prior.sigma_translation.x(), prior.sigma_translation.y(),
                              prior.sigma_translation.z(), prior.sigma_heading}) {
@@ -449,7 +449,7 @@ const LocalizerParams& Localizer::params() const noexcept { return state_->param
 Result<void> Localizer::start(const Pose& T_map_scan) {
   State& s = *state_;
   if (!is_valid(T_map_scan)) {
-    return fail(ErrorCode::invalid_input, "the initial pose is no rigid transform");
+    return fail(ErrorCode::invalid_input, "the initial pose is not a rigid transform");
   }
   VANTAGE_TRY(const auto choice, s.choose_region(T_map_scan.translation));
   auto taken = s.maps.take(choice.region);  // so that the first scan finds the map ready

@@ -114,7 +114,7 @@ TEST_CASE("vantage export autoware: what is exported is each point of the bundle
     const auto bundle = run("vantage-export", {"autoware", config, "--out",
                                                world.path("b").string(), "-q", "--overwrite"});
     CHECK(bundle.exit_code == 1);
-    CHECK(bundle.err.find("is no earlier export") != std::string::npos);
+    CHECK(bundle.err.find("is not an earlier export") != std::string::npos);
     CHECK(fs::exists(world.path("b/index.json")));
   }
   SUBCASE("a tile that is missing is told by build") {
