@@ -11,6 +11,7 @@
 #include "checks/notes.hpp"
 #include "print_config.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/counts.hpp"
 #include "terminal/progress.hpp"
 
 namespace vantage {
@@ -27,7 +28,7 @@ struct Options : building::Options {
 Result<void> print_config(const Options& options, const PluginLoader& loader) {
   const std::string absolute =
       std::filesystem::absolute(options.config).lexically_normal().string();
-  VANTAGE_TRY(Config config, load_config(absolute, options.common.overrides));
+  VANTAGE_TRY(Config config, load_config(absolute, options.overrides()));
   VANTAGE_TRY(const std::string text, printed_config(std::move(config), loader));
   std::cout << text;
   return {};
@@ -67,8 +68,9 @@ Result<void> build_shard(const Options& options) {
                      .dump(2)
               << '\n';
   } else {
-    std::cout << fmt::format("shard {} of {}: {} regions, {} of them built now; parts in {}\n",
-                             shard.number, shard.count, status.regions, built,
+    std::cout << fmt::format("shard {} of {}: {}, {} of them built now; parts in {}\n",
+                             cli::grouped(shard.number), cli::grouped(shard.count),
+                             cli::counted(status.regions, "region"), cli::grouped(built),
                              prepared.parts.string());
   }
   return {};
@@ -100,7 +102,7 @@ Result<BuildReport> build_of_tiles(building::Prepared& prepared, const Options& 
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   if (options.print_config) {
-    VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
+    VANTAGE_TRY(const Config config, load_config(options.config, options.overrides()));
     const PluginLoader loader = options.common.loader();
     VANTAGE_CHECK(effective_config(config, loader));  // reports errors with the file name as given
     return print_config(options, loader);
@@ -129,14 +131,14 @@ int main(int argc, char** argv) {
   vantage::Options options;
   options.add_to(app);
   app.add_flag("--print-config", options.print_config,
-               "print the configuration with all defaults and --set filled in, its paths absolute, "
-               "and build nothing");
+               "build nothing; print the configuration with all defaults and --set filled in and "
+               "with absolute paths");
   app.add_option(
          "--min-views", options.min_views,
          "keep points that at least K viewpoints of their region see: --set visibility.min_views=K")
       ->type_name("K");
   app.add_option("--shard", options.shard,
-                 "of a tiled map, build only part I of N and no bundle; `vantage merge` makes the "
+                 "build only part I of N of a tiled map, and no bundle; `vantage merge` makes the "
                  "bundle of all parts")
       ->type_name("I/N");
   return vantage::cli::run_program(app, argc, argv, [&] {

@@ -46,8 +46,9 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Compares two runs on the same scans, paired by stamp: means, their difference with a 95 % "
-      "bootstrap interval, and the share of scans where B is better.",
+      "Compares two runs on the same scans.\n"
+      "Scans are paired by stamp. The table has the means, their difference with a 95 % bootstrap "
+      "interval, and the share of scans where B is better.",
       "vantage compare");
   vantage::Options options;
   const char* const what = "folder that `vantage localize` or `evaluate` wrote, or its scans.csv";

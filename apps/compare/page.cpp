@@ -6,6 +6,7 @@
 #include "compare/page.hpp"
 #include "report/chart.hpp"
 #include "report/html.hpp"
+#include "terminal/counts.hpp"
 
 namespace vantage {
 namespace {
@@ -116,8 +117,8 @@ report::Table table(const Comparison& c) {
 
 std::string to_html(const Comparison& c) {
   const auto file = [](const char* name, const ScanTable& t) {
-    return fmt::format("<li><strong>{}</strong>: <code>{}</code>, {} scans</li>\n", name,
-                       escaped(t.file.string()), t.size());
+    return fmt::format("<li><strong>{}</strong>: <code>{}</code>, {}</li>\n", name,
+                       escaped(t.file.string()), cli::counted(t.size(), "scan"));
   };
   report::Page page{.title = "Two runs side by side", .subtitle = pairing_text(c), .sections = {}};
   page.sections.push_back(

@@ -119,9 +119,9 @@ Result<void> check_verdict(const Evaluation& evaluation) {
     if (config.passed() == false) ++failed;
   }
   if (failed == 0) return {};
-  return fail(ErrorCode::invalid_input, std::to_string(failed) + " of " +
-                                            std::to_string(evaluation.configs.size()) +
-                                            " configurations failed a gate");
+  return fail(ErrorCode::invalid_input,
+              cli::grouped(failed) + " of " +
+                  cli::counted(evaluation.configs.size(), "configuration") + " failed a gate");
 }
 
 ScanProgress progress_of(const std::string& label, bool quiet) {
@@ -185,8 +185,8 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Localizes the same scans with several configurations, and with maps of equal size made in "
-      "simpler ways, and compares them.",
+      "Localizes the same scans with several configurations and compares them.\n"
+      "It also compares them with baselines: maps of equal size that are made in simpler ways.",
       "vantage evaluate");
   vantage::Options options;
   app.add_option("CONFIG", options.configs, "configurations (TOML) whose bundles are built")

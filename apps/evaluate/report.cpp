@@ -26,9 +26,10 @@ std::string cell(const RunSummary& summary, const Metric& metric, const NamedSta
   const Statistics s = summary[metric.key];
   if (s.count == 0) return "-";
   const double value = s.*statistic.member;
-  if (metric.is(kShareOfScans)) return fmt::format("{:.0f}/{}", value, s.count);
-  return metric.digits == 0 ? cli::grouped(static_cast<std::uint64_t>(value + 0.5))
-                            : shown(metric, value);
+  if (metric.is(kShareOfScans))
+    return fmt::format("{}/{}", cli::grouped(static_cast<std::uint64_t>(value + 0.5)),
+                       cli::grouped(s.count));
+  return shown(metric, value);
 }
 
 }  // namespace
@@ -53,9 +54,6 @@ std::vector<std::vector<std::string>> comparison(const Evaluation& evaluation) {
 }
 
 Result<std::string> to_html(const Evaluation& evaluation) {
-  const auto number = [](std::size_t n, const char* what) {
-    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-  };
   std::size_t scans = 0;
   for (const EvaluatedConfig& config : evaluation.configs) {
     std::size_t its = 0;
@@ -68,8 +66,9 @@ Result<std::string> to_html(const Evaluation& evaluation) {
   page::View3d view = page::view_3d(evaluation);
   report::Page page{
       .title = "Localization in region maps",
-      .subtitle = fmt::format("{} on {}, {}", number(evaluation.configs.size(), "configuration"),
-                              number(evaluation.routes.size(), "route"), number(scans, "scan")),
+      .subtitle =
+          fmt::format("{} on {}, {}", cli::counted(evaluation.configs.size(), "configuration"),
+                      cli::counted(evaluation.routes.size(), "route"), cli::counted(scans, "scan")),
       .sections = {{"verdict", "Verdict", page::verdict(evaluation)},
                    {"points", "Points", page::points_table(evaluation)},
                    {"accuracy", "Accuracy", page::accuracy_tables(evaluation)},

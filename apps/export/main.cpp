@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   fs::path what, out;
-  bool force = false;
+  bool overwrite = false;
   exporting::AutowareOptions autoware;
   std::string origin = "0,0,0", format;
   cli::CommonOptions common;
@@ -58,10 +58,11 @@ Result<void> check_prefix(const std::string& prefix) {
 }
 
 Result<io::OutputFolder::Existing> existing(const Options& options) {
-  if (!options.force) {
+  if (!options.overwrite) {
     std::error_code ignored;
     if (fs::exists(fs::symlink_status(options.out, ignored))) {
-      return fail(ErrorCode::already_exists, "is there already; --force replaces an earlier export",
+      return fail(ErrorCode::already_exists,
+                  "exists already; --overwrite replaces an earlier export",
                   SourceLocation{options.out.string(), 0, 0});
     }
     return io::OutputFolder::Existing::refuse;
@@ -97,7 +98,8 @@ auto export_with(const Options& options, const Write& write)
 
 void print_regions_without_points(std::uint64_t regions) {
   if (regions == 0) return;
-  std::cout << fmt::format("{} regions hold no points and were left out\n", cli::grouped(regions));
+  std::cout << fmt::format("{} without points {} left out\n", cli::counted(regions, "region"),
+                           cli::form(regions, "was", "were"));
 }
 
 Result<void> run_autoware(const Options& options) {
@@ -120,9 +122,10 @@ Result<void> run_autoware(const Options& options) {
     std::cout << json.dump(2) << '\n';
     return {};
   }
-  std::cout << fmt::format("{} points in {} tiles of {} m; {} more were in several region maps\n",
-                           cli::grouped(report.points), cli::grouped(report.tiles),
-                           autoware.resolution, cli::grouped(report.repeated));
+  std::cout << fmt::format("{} in {} of {} m; {} more {} in several region maps\n",
+                           cli::counted(report.points, "point"), cli::counted(report.tiles, "tile"),
+                           autoware.resolution, cli::grouped(report.repeated),
+                           cli::form(report.repeated, "was", "were"));
   std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n",
                            1e3 * report.rounding);
   if (!o.isZero(0.0)) {
@@ -152,8 +155,8 @@ Result<void> run_regions(const Options& options) {
     std::cout << json.dump(2) << '\n';
     return {};
   }
-  std::cout << fmt::format("{} points in {} files\n", cli::grouped(report.points),
-                           cli::grouped(report.files));
+  std::cout << fmt::format("{} in {}\n", cli::counted(report.points, "point"),
+                           cli::counted(report.files, "file"));
   if (!report.has_views) {
     std::cout << "the bundle does not tell how many viewpoints see a point: build it with "
                  "store.views = true\n";
@@ -180,7 +183,7 @@ int main(int argc, char** argv) {
     job->add_option("--out", options.out, "folder to create; it must not exist yet")
         ->required()
         ->type_name("DIR");
-    job->add_flag("--force", options.force, "replace an earlier export");
+    job->add_flag("--overwrite", options.overwrite, "replace an earlier export");
   }
   autoware
       ->add_option("--resolution", options.autoware.resolution, "side of a tile in whole metres")

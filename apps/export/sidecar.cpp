@@ -23,7 +23,7 @@ Result<std::set<std::string>> files_of_export(const fs::path& folder) {
   if (!text && text.error().code == ErrorCode::not_found) {
     return error_at(
         folder, ErrorCode::already_exists,
-        std::string("is no earlier export, so it is not replaced: it holds no ") + kSidecar);
+        std::string("is not an earlier export, so it is not replaced: it holds no ") + kSidecar);
   }
   if (!text) return fail(std::move(text).error());
   const auto json = nlohmann::json::parse(text->view(), nullptr, false);
@@ -62,7 +62,7 @@ Result<void> check_replaceable(const fs::path& folder) {
     const std::string name = it->path().lexically_relative(folder).generic_string();
     if (names.contains(name)) continue;
     return error_at(it->path(), ErrorCode::already_exists,
-                    "is no file of the earlier export, so its folder is not replaced");
+                    "is not a file of the earlier export, so its folder is not replaced");
   }
   if (!error) return {};
   return error_at(folder, ErrorCode::io_failure,

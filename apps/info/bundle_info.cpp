@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -23,8 +25,53 @@ Eigen::AlignedBox3d extent_of(const BundleSummary& bundle) {
   return map.empty() ? Eigen::AlignedBox3d() : Eigen::AlignedBox3d(map.min, map.max);
 }
 
-double mean_points(const BundleSummary& bundle) {
-  return static_cast<double>(bundle.sum.points) / static_cast<double>(bundle.regions);
+double mean_of(std::uint64_t sum, const BundleSummary& bundle) {
+  return static_cast<double>(sum) / static_cast<double>(bundle.regions);
+}
+
+std::string rounded(double mean) {
+  return cli::grouped(static_cast<std::uint64_t>(std::llround(mean)));
+}
+
+/// What is stored of the regions.
+std::string content_text(const BundleInfo& info) {
+  const RegionSummary& sum = info.summary.sum;
+  const std::string prepared =
+      "prepared maps" + (info.matcher.empty() ? std::string() : " of " + info.matcher);
+  if (sum.elements == 0) return sum.points > 0 ? "points" : "none: all region maps are empty";
+  return sum.points > 0 ? "points and " + prepared : prepared;
+}
+
+/// Files of one ending are counted together: "tiles.bin 3.20 MB, 25 .region files 0.31 MB".
+std::string files_text(const BundleInfo& info) {
+  std::string text;
+  for (const FileGroup& group : info.files) {
+    text +=
+        fmt::format("{}{} {:.2f} MB", text.empty() ? "" : ", ",
+                    group.count == 1 ? group.name : cli::counted(group.count, group.name + " file"),
+                    static_cast<double>(group.bytes) / 1e6);
+  }
+  return text;
+}
+
+std::vector<FileGroup> files_in(const std::filesystem::path& folder) {
+  std::map<std::string, FileGroup> groups;
+  std::error_code error;
+  for (std::filesystem::recursive_directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    std::error_code unreadable;
+    if (!it->is_regular_file(unreadable)) continue;
+    FileGroup& group = groups[it->path().extension().string()];
+    group.name =
+        group.count == 0 ? it->path().filename().string() : it->path().extension().string();
+    ++group.count;
+    group.bytes += size_of(it->path());
+  }
+  std::vector<FileGroup> files;
+  for (auto& [extension, group] : groups) files.push_back(std::move(group));
+  std::stable_sort(files.begin(), files.end(),
+                   [](const FileGroup& a, const FileGroup& b) { return a.bytes > b.bytes; });
+  return files;
 }
 
 Lines lines_of(const BundleInfo& info) {
@@ -34,19 +81,26 @@ Lines lines_of(const BundleInfo& info) {
               {"size [MB]", fmt::format("{:.2f}", static_cast<double>(info.bytes) / 1e6)},
               {"regions", fmt::format("{}, {} of them empty", cli::grouped(all.regions),
                                       cli::grouped(all.empty_regions))},
-              {"points of the map", cli::grouped(all.map_points)}};
-  lines.emplace_back(
-      "points a region",
-      fmt::format("{} ({} to {})",
-                  cli::grouped(static_cast<std::uint64_t>(std::llround(mean_points(all)))),
-                  cli::grouped(all.least_points), cli::grouped(all.most_points)));
+              {"points of the map", cli::grouped(all.map_points)},
+              {"content", content_text(info)}};
+  if (all.sum.points > 0 || all.sum.elements == 0) {
+    lines.emplace_back("points a region",
+                       fmt::format("{} ({} to {})", rounded(mean_of(all.sum.points, all)),
+                                   cli::grouped(all.least_points), cli::grouped(all.most_points)));
+  }
+  if (all.sum.elements > 0) {
+    lines.emplace_back(
+        "elements a region",
+        fmt::format("{}, {} in all: what the matcher compares scans with",
+                    rounded(mean_of(all.sum.elements, all)), cli::grouped(all.sum.elements)));
+  }
+  if (!info.files.empty()) lines.emplace_back("files", files_text(info));
   lines.emplace_back("extent [m]", box_text(extent_of(all)));
   return lines;
 }
 
 std::string some_of(const Localizability& all, std::size_t sites) {
-  return fmt::format("{} {} ({:.1f} %)", cli::grouped(sites), sites == 1 ? "site" : "sites",
-                     100.0 * all.share(sites));
+  return fmt::format("{} ({:.1f} %)", cli::counted(sites, "site"), 100.0 * all.share(sites));
 }
 
 Lines lines_of(const Atlas& atlas) {
@@ -164,9 +218,14 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
   }
   BundleInfo info{.path = path,
                   .bytes = size_of(path),
+                  .files = files_in(path),
                   .summary = bundle->directory()->summary(),
+                  .matcher = {},
                   .atlas = {},
                   .labels = {}};
+  if (const auto& built_with = bundle->built_with(); built_with && built_with->matcher) {
+    info.matcher = built_with->matcher->plugin;
+  }
   VANTAGE_TRY(info.atlas, Atlas::of_bundle(*bundle));
   if (!info.atlas) return std::optional<BundleInfo>(std::move(info));
   for (const Site* site : worst_sites(*info.atlas, kWorst)) {
@@ -196,15 +255,22 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
                               {"empty_regions", all.empty_regions},
                               {"map_points", all.map_points},
                               {"region_points",
-                               {{"mean", mean_points(all)},
+                               {{"mean", mean_of(all.sum.points, all)},
                                 {"min", static_cast<double>(all.least_points)},
                                 {"max", static_cast<double>(all.most_points)}}},
+                              {"region_elements", {{"mean", mean_of(all.sum.elements, all)}}},
+                              {"prepared_for", nullptr},
+                              {"files", nlohmann::ordered_json::array()},
                               {"min", nullptr},
                               {"max", nullptr},
                               {"atlas", nullptr}};
   if (const auto extent = extent_of(all); !extent.isEmpty()) {
     json["min"] = vector_json(extent.min());
     json["max"] = vector_json(extent.max());
+  }
+  if (all.sum.elements > 0 && !info.matcher.empty()) json["prepared_for"] = info.matcher;
+  for (const FileGroup& group : info.files) {
+    json["files"].push_back({{"name", group.name}, {"count", group.count}, {"bytes", group.bytes}});
   }
   if (info.atlas) json["atlas"] = json_of(*info.atlas, info);
   return json;

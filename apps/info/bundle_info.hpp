@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "terminal/style.hpp"
 #include "vantage/engine/atlas.hpp"
@@ -16,11 +17,19 @@
 
 namespace vantage {
 
+/// The files of a folder that have one ending.
+struct FileGroup {
+  std::string name;  ///< of the only one; of several, their ending
+  std::uint64_t count = 0, bytes = 0;
+};
+
 /// What a bundle contains, without its points.
 struct BundleInfo {
   std::filesystem::path path;
   std::uint64_t bytes = 0;
+  std::vector<FileGroup> files;  ///< the largest first
   BundleSummary summary;
+  std::string matcher;                     ///< for which maps are prepared; empty if not known
   std::optional<Atlas> atlas;              ///< none if it was built without one
   std::map<RegionId, std::string> labels;  ///< of the regions of the atlas's worst sites
 

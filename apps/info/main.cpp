@@ -71,10 +71,11 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Prints what a recording, a map or a bundle contains: format, topics, scans, points, fields, "
-      "extent, rate, gaps; the IMU's rate, unit, gravity and bias; regions, and how well a sensor "
-      "can "
-      "be localized in them.",
+      "Prints what a recording, a map or a bundle contains.\n"
+      "Of recordings: format, topics, scans, points, fields, extent, rate, gaps, and the IMU's "
+      "rate, "
+      "unit, gravity and bias. Of bundles: regions, and how well a sensor can be localized in "
+      "them.",
       "vantage info");
   vantage::Options options;
   app.add_option("PATH", options.scans.path,

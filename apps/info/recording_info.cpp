@@ -181,7 +181,8 @@ Lines lines_of(const ImuInfo& info, const std::optional<ScansInfo>& scans) {
     lines.emplace_back("IMU irregular",
                        fmt::format("{} left out without a number or a stamp, {} with the stamp of "
                                    "another one, {} sorted in that came late",
-                                   imu.not_finite, imu.duplicates, imu.out_of_order));
+                                   cli::grouped(imu.not_finite), cli::grouped(imu.duplicates),
+                                   cli::grouped(imu.out_of_order)));
   }
   lines.emplace_back("IMU rate [Hz]", fmt::format("{:.3f}", imu.rate_hz));
   lines.emplace_back("IMU stamps", imu.stamp_rule);
@@ -209,9 +210,10 @@ Lines lines_of(const ScansInfo& scans) {
   if (!d.frame.empty()) lines.emplace_back("frame", d.frame);
   lines.emplace_back("scans", cli::grouped(scans.count));
   if (scans.skipped.total() > 0) {
-    lines.emplace_back("skipped", fmt::format("{} stamped no later than the one before, {} "
-                                              "incomplete sweeps",
-                                              scans.skipped.not_later, scans.skipped.incomplete));
+    lines.emplace_back("skipped",
+                       fmt::format("{} stamped no later than the one before, {}",
+                                   cli::grouped(scans.skipped.not_later),
+                                   cli::counted(scans.skipped.incomplete, "incomplete sweep")));
   }
   lines.emplace_back("stamps", d.stamp_rule);
   lines.emplace_back("first, last [s]", fmt::format("{:.6f}, {:.6f}", scans.first, scans.last));
@@ -235,11 +237,11 @@ Lines lines_of(const ScansInfo& scans) {
   lines.emplace_back("times of points",
                      scans.with_times == 0
                          ? "none"
-                         : fmt::format("in {} scans, over {:.4f} s at most",
-                                       cli::grouped(scans.with_times), scans.sweep));
+                         : fmt::format("in {}, over {:.4f} s at most",
+                                       cli::counted(scans.with_times, "scan"), scans.sweep));
   if (scans.no_returns > 0) {
-    lines.emplace_back("no returns", fmt::format("{} points at 0, 0, 0, left out",
-                                                 cli::grouped(scans.no_returns)));
+    lines.emplace_back("no returns", fmt::format("{} at 0, 0, 0, left out",
+                                                 cli::counted(scans.no_returns, "point")));
   }
   add_points(lines, scans.points);
   return lines;
@@ -352,7 +354,8 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
     info.map_fields = std::move(layout.fields);
     info.format = info.map_files.size() == 1
                       ? layout.format
-                      : fmt::format("map of {} files, {}", info.map_files.size(), layout.format);
+                      : fmt::format("map of {}, {}", cli::counted(info.map_files.size(), "file"),
+                                    layout.format);
     return inspect_map(std::move(info));
   }
   // What opens without an index is read as a whole to open it: once is enough.

@@ -55,9 +55,8 @@ std::string to_text(const TiledInfo& info, const cli::Style& style) {
   lines.emplace_back("NaN or infinite", cli::grouped(map.dropped()) + " left out");
   lines.emplace_back("extent [m]",
                      box_text(Eigen::AlignedBox3d(map.bounds().min, map.bounds().max)));
-  lines.emplace_back(
-      "tiles", fmt::format("{} of {:g} m, in {} {}", cli::grouped(map.tiles().size()),
-                           map.tile_size(), map.packs(), map.packs() == 1 ? "pack" : "packs"));
+  lines.emplace_back("tiles", fmt::format("{} of {:g} m, in {}", cli::grouped(map.tiles().size()),
+                                          map.tile_size(), cli::counted(map.packs(), "pack")));
   lines.emplace_back(
       "points a tile",
       fmt::format("{} ({} to {})",

@@ -31,8 +31,8 @@ struct Options {
 };
 
 void print_priors(const PriorUse& prior, std::size_t scans) {
-  std::cout << fmt::format("{} of {} scans had a prior from {}\n", prior.scans, scans,
-                           prior.source);
+  std::cout << fmt::format("{} of {} had a prior from {}\n", cli::grouped(prior.scans),
+                           cli::counted(scans, "scan"), prior.source);
   for (const std::string& note : prior.notes) std::cout << note << '\n';
 }
 
@@ -49,23 +49,34 @@ Result<std::string> note_on_calibration(const Bundle& bundle, const Config& conf
                                                     : "the matcher " + measured.plugin);
 }
 
+/// ", relocalized twice", or nothing.
+std::string relocalized(std::size_t times) {
+  if (times == 0) return {};
+  if (times == 1) return ", relocalized once";
+  return times == 2 ? ", relocalized twice"
+                    : fmt::format(", relocalized {} times", cli::grouped(times));
+}
+
 void print_summary(const RunInfo& run, const RunSummary& s, const std::filesystem::path& out,
                    const cli::Style& style) {
-  std::cout << fmt::format(
-      "{} scans ({}): {} tracked, {} uncertain, {} lost, found again {} times; {} region switches, "
-      "{} blocking\n",
-      s.scans, run.stamp_rule, s.tracked, s.count("uncertain"), s.count("lost"),
-      s.count("recovered"), s.count("switched"), s.count("blocked"));
+  std::cout << fmt::format("{} ({}): {} tracked, {} uncertain, {} lost{}; {}, {} blocking\n",
+                           cli::counted(s.scans, "scan"), run.stamp_rule, cli::grouped(s.tracked),
+                           cli::grouped(s.count("uncertain")), cli::grouped(s.count("lost")),
+                           relocalized(s.count("recovered")),
+                           cli::counted(s.count("switched"), "region switch", "region switches"),
+                           cli::grouped(s.count("blocked")));
   if (run.timed == 0) {
     std::cout << "the points have no times: sweeps of a moving sensor stay distorted\n";
   }
   if (run.skipped.not_later > 0) {
-    std::cout << fmt::format("{} scans stamped no later than the one before were skipped\n",
-                             run.skipped.not_later);
+    std::cout << fmt::format("{} stamped no later than the one before {} skipped\n",
+                             cli::counted(run.skipped.not_later, "scan"),
+                             cli::form(run.skipped.not_later, "was", "were"));
   }
   if (run.skipped.incomplete > 0) {
-    std::cout << fmt::format("{} incomplete sweeps at the ends of the recording were skipped\n",
-                             run.skipped.incomplete);
+    std::cout << fmt::format("{} at the ends of the recording {} skipped\n",
+                             cli::counted(run.skipped.incomplete, "incomplete sweep"),
+                             cli::form(run.skipped.incomplete, "was", "were"));
   }
   if (run.prior) print_priors(*run.prior, s.scans);
   if (run.speed) {
@@ -75,7 +86,8 @@ void print_summary(const RunInfo& run, const RunSummary& s, const std::filesyste
   }
   if (const std::size_t outside = s.count("outside"); outside > 0) {
     std::cout << fmt::format(
-        "{} scans began outside every region that has a map; the last map was kept\n", outside);
+        "{} began outside every region that has a map; the last map was kept\n",
+        cli::counted(outside, "scan"));
   }
   cli::TextTable table({"", "mean", "median", "p95", "p99", "max"});
   for (const Metric* metric : metrics_by_group()) {
@@ -209,7 +221,8 @@ Result<void> run(const Options& options) {
   VANTAGE_CHECK(note_suspicions(summary, survey.facts(), bundle, config, inputs, plugins));
   if (run.failure) {
     return fail(Error(*run.failure)
-                    .during(fmt::format("after {} scans, which are written", summary.scans)));
+                    .during(fmt::format("after {}, {} written", cli::counted(summary.scans, "scan"),
+                                        cli::form(summary.scans, "which is", "which are"))));
   }
   if (summary.tracked == 0) {
     return fail(ErrorCode::too_few_matches,
@@ -235,9 +248,10 @@ int main(int argc, char** argv) {
          "pose of the sensor at the first scan: x,y,z,roll,pitch,yaw [m, rad]; or 'auto' to "
          "look for it in all regions")
       ->type_name("POSE");
-  app.add_option("--imu-offset", options.imu_offset,
-                 "seconds to add to the stamps of the IMU, or 'auto': its turns are compared with "
-                 "those of the first minute, localized without it")
+  app.add_option(
+         "--imu-offset", options.imu_offset,
+         "seconds to add to the stamps of the IMU; 'auto' finds them by comparing its turns "
+         "with those of the first minute, which is localized without it")
       ->type_name("SECONDS");
   app.add_option("--speed", options.speed,
                  "replay this many times faster than recorded; as fast as possible if left out")

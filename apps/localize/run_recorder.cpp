@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "localize/diagnostics.hpp"
+#include "terminal/counts.hpp"
 #include "vantage/evaluation/metrics.hpp"
 
 namespace vantage {
@@ -175,9 +176,9 @@ Result<void> RunRecorder::add_diagnostics(const RunScan& result) {
 Result<void> RunRecorder::commit() { return writer_.commit(); }
 
 std::string RunRecorder::summary() const {
-  std::string line = fmt::format("recorded in {}: {} scans, ", name_, scans_);
-  line += has_maps_ ? fmt::format("{} region map{}", maps_, maps_ == 1 ? "" : "s")
-                    : fmt::format("no region maps ({})", kNoMaps);
+  std::string line = fmt::format("recorded in {}: {}, ", name_, cli::counted(scans_, "scan"));
+  line +=
+      has_maps_ ? cli::counted(maps_, "region map") : fmt::format("no region maps ({})", kNoMaps);
   if (!origin_.isZero(0.0))
     line += fmt::format("; {} m subtracted from all places", text_of(origin_));
   return line;

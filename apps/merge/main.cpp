@@ -30,9 +30,8 @@ Result<void> run(const building::Options& options) {
 }  // namespace vantage
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "Makes the bundle of a tiled map whose shards were built with `vantage build --shard`.",
-      "vantage merge");
+  CLI::App app("Merges the shards that `vantage build --shard` has built into a bundle.",
+               "vantage merge");
   vantage::building::Options options;
   options.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

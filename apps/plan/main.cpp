@@ -14,7 +14,7 @@ namespace {
 
 struct Options : building::Options {
   std::size_t shards = 1;
-  bool estimate = true;
+  bool no_estimate = false;
 };
 
 Result<void> run(const Options& options) {
@@ -24,7 +24,7 @@ Result<void> run(const Options& options) {
   if (!options.common.quiet) std::cerr << "planning\n";
   VANTAGE_TRY(const ShardedBuild build, building::open_shards(prepared, parts));
   BuildEstimate estimate;
-  if (options.estimate) {
+  if (!options.no_estimate) {
     if (!options.common.quiet) std::cerr << "building a sample\n";
     VANTAGE_TRY(estimate, build.estimate());
   }
@@ -57,7 +57,7 @@ Result<void> run(const Options& options) {
                                 {"finished", finished},
                                 {"viewpoints", viewpoints},
                                 {"shards", std::move(shards)}};
-    if (options.estimate) {
+    if (!options.no_estimate) {
       json["least_memory_bytes"] = estimate.memory;
       json["sampled_regions"] = estimate.sampled;
       json["core_hours_left"] = estimate.core_seconds / 3600.0;
@@ -66,14 +66,17 @@ Result<void> run(const Options& options) {
     return {};
   }
   std::cout << table.to_string(options.common.style())
-            << fmt::format("\n{} map points, {} viewpoints; {} of {} regions are finished\n",
-                           cli::grouped(build.map_points()), cli::grouped(viewpoints),
-                           cli::grouped(finished), cli::grouped(build.partition().size()));
-  if (options.estimate) {
+            << fmt::format("\n{}, {}; {} of {} {} finished\n",
+                           cli::counted(build.map_points(), "map point"),
+                           cli::counted(viewpoints, "viewpoint"), cli::grouped(finished),
+                           cli::counted(build.partition().size(), "region"),
+                           cli::form(build.partition().size(), "is", "are"));
+  if (!options.no_estimate) {
     std::cout << fmt::format(
         "a process needs --memory {}MiB at least; about {:.3g} core-hours are left, without the "
-        "merge (estimated from {} regions)\n",
-        (estimate.memory >> 20U) + 1, estimate.core_seconds / 3600.0, estimate.sampled);
+        "merge (estimated from {})\n",
+        (estimate.memory >> 20U) + 1, estimate.core_seconds / 3600.0,
+        cli::counted(estimate.sampled, "region"));
   }
   return {};
 }
@@ -83,14 +86,16 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Plans the build of a tiled map, and says what its shards are, what they take and which of "
-      "their regions are finished.",
+      "Plans the build of a tiled map and estimates what it takes.\n"
+      "The table has the shards, their share of the work, and how many of their regions are "
+      "finished.",
       "vantage plan");
   vantage::Options options;
   options.add_to(app);
-  app.add_option("--shards", options.shards, "how many shards to show")
+  app.add_option("--shards", options.shards, "number of shards to show")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  app.add_flag("!--no-estimate", options.estimate, "build no sample, and estimate nothing");
+  app.add_flag("--no-estimate", options.no_estimate,
+               "show no estimate, for which a sample would be built");
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

@@ -158,7 +158,7 @@ Result<void> print_reference(const Options& options) {
 }  // namespace vantage
 
 int main(int argc, char** argv) {
-  CLI::App app("Lists, describes and checks plugins.", "vantage plugins");
+  CLI::App app("Lists, describes, checks and creates plugins.", "vantage plugins");
   vantage::Options options;
   app.require_subcommand(1);
   const auto add_json = [&](CLI::App* job, const char* what = "results as JSON on stdout") {
@@ -170,7 +170,8 @@ int main(int argc, char** argv) {
         ->check(CLI::ExistingDirectory)
         ->allow_extra_args(false);
   };
-  auto* list = app.add_subcommand("list", "every plugin file that would be found; opens none");
+  auto* list =
+      app.add_subcommand("list", "all plugin files that would be found, without opening them");
   add_folders(list);
   list->add_flag("--names", options.names, "names only, one per line")->excludes(add_json(list));
   auto* describe = app.add_subcommand("describe", "what a plugin does and its parameters");
@@ -183,13 +184,13 @@ int main(int argc, char** argv) {
   check->add_option("FILE", options.file, "plugin file (.so)")->required();
   add_json(check);
   auto* reference = app.add_subcommand(
-      "reference", "docs/config_reference.md: every key of a configuration file, as Markdown");
+      "reference", "every key of a configuration file, as Markdown: docs/config_reference.md");
   add_folders(reference, "document the plugins in this folder instead of those beside the library");
-  auto* create = app.add_subcommand("new", "a project of its own for a new plugin");
+  auto* create = app.add_subcommand("new", "create a project for a new plugin");
   create->add_option("KIND", options.kind, "what kind of plugin")
       ->required()
       ->type_name("{" + vantage::plugin_kinds(",") + "}");
-  create->add_option("NAME", options.name, "name of the plugin, as in my_split")
+  create->add_option("NAME", options.name, "name of the plugin: lower-case letters, digits and _")
       ->required()
       ->type_name("WORD");
   create->add_option("--out,-o", options.out, "folder to create")->required()->type_name("DIR");

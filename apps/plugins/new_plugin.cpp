@@ -27,8 +27,9 @@ Result<void> check_name(const std::string& name) {
                     });
   if (good) return {};
   return fail(ErrorCode::invalid_input,
-              "'" + name + "' is no name for a plugin: expected 1 to " + std::to_string(kMaxName) +
-                  " lower-case letters, digits and '_', the first a letter, as in 'my_split'");
+              "'" + name + "' is not a name for a plugin: expected 1 to " +
+                  std::to_string(kMaxName) +
+                  " lower-case letters, digits and '_', the first a letter, as in 'my_plugin'");
 }
 
 /// "MySplitPartitioner" for "my_split". The kind in the name prevents clashes with the names in the
@@ -110,9 +111,8 @@ Result<void> write_plugin_project(PluginKind kind, const std::string& name,
   const fs::path target = fs::absolute(folder, error).lexically_normal();
   const bool there = fs::exists(fs::symlink_status(target, error));
   if (there && !(fs::is_directory(target, error) && fs::is_empty(target, error))) {
-    return fail(
-        ErrorCode::already_exists,
-        folder.string() + " is there already; expected a folder to create, or an empty one");
+    return fail(ErrorCode::already_exists,
+                folder.string() + " exists already; expected a folder to create, or an empty one");
   }
   const fs::path parent =
       target.has_filename() ? target.parent_path() : target.parent_path().parent_path();

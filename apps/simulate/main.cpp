@@ -26,27 +26,28 @@ struct Options {
 void print(const simulation::Summary& summary, const std::filesystem::path& out) {
   const Point size = summary.map_bounds.max - summary.map_bounds.min;
   const Point &low = summary.map_bounds.min, &high = summary.map_bounds.max;
-  std::cout << fmt::format("{}: {} triangles\n", out.string(), cli::grouped(summary.triangles))
-            << fmt::format("map        {} points ({}), {:.1f} x {:.1f} x {:.1f} m\n",
-                           cli::grouped(summary.map_points),
+  std::cout << fmt::format("{}: {}\n", out.string(), cli::counted(summary.triangles, "triangle"))
+            << fmt::format("map        {} ({}), {:.1f} x {:.1f} x {:.1f} m\n",
+                           cli::counted(summary.map_points, "point"),
                            summary.precision == io::Precision::float32 ? "float32" : "float64",
                            size.x(), size.y(), size.z())
             << fmt::format(
                    "extent     x {:.2f} .. {:.2f}, y {:.2f} .. {:.2f}, z {:.2f} .. {:.2f} m\n",
                    low.x(), high.x(), low.y(), high.y(), low.z(), high.z());
   if (summary.scans == 0) return;
-  std::cout << fmt::format("scans      {}, {} points each\n", cli::grouped(summary.scans),
-                           cli::grouped(summary.scan_points / summary.scans))
+  std::cout << fmt::format("scans      {}, {} each\n", cli::grouped(summary.scans),
+                           cli::counted(summary.scan_points / summary.scans, "point"))
             << fmt::format("drive      {:.1f} m in {:.1f} s\n", summary.distance, summary.seconds);
   if (summary.odometry_poses != summary.scans) {
-    std::cout << fmt::format("odometry   {} poses\n", cli::grouped(summary.odometry_poses));
+    std::cout << fmt::format("odometry   {}\n", cli::counted(summary.odometry_poses, "pose"));
   }
   if (summary.imu_samples > 0) {
-    std::cout << fmt::format("imu        {} samples\n", cli::grouped(summary.imu_samples));
+    std::cout << fmt::format("imu        {}\n", cli::counted(summary.imu_samples, "sample"));
   }
   if (summary.kidnaps + summary.holes > 0) {
-    std::cout << fmt::format("events     {} kidnaps, {} holes in the map\n", summary.kidnaps,
-                             summary.holes);
+    std::cout << fmt::format("events     {}, {} in the map\n",
+                             cli::counted(summary.kidnaps, "kidnap"),
+                             cli::counted(summary.holes, "hole"));
   }
 }
 
@@ -96,7 +97,7 @@ Result<void> run(const Options& options) {
 }  // namespace vantage
 
 int main(int argc, char** argv) {
-  CLI::App app("Makes a campus and drives a LiDAR through it: map, scans, reference, odometry.",
+  CLI::App app("Simulates a campus and a drive with a LiDAR: map, scans, reference, odometry.",
                "vantage simulate");
   vantage::Options options;
   app.add_option("WORLD", options.world, "world file (TOML)")->required();

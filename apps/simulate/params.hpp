@@ -115,7 +115,7 @@ struct MapParams {
                  "trails, the scans do not",
                  between(0, 1000)),
         optional("points_per_file", &P::points_per_file, "",
-                 "if not 0, the map is written as map/000000.pcd, ... of at most so many points, "
+                 "if not 0, the map is written as map/000000.pcd, ... of at most this many points, "
                  "and never held as a whole: for maps larger than memory",
                  between(0, 100'000'000)),
     };
@@ -166,7 +166,7 @@ struct LidarParams {
         optional("lowest_ring", &P::lowest_ring, "deg", "elevation", between(-89, 89)),
         optional("highest_ring", &P::highest_ring, "deg", "elevation", between(-89, 89)),
         optional("upper_rings", &P::upper_rings, "",
-                 "so many rings are a block of their own below highest_ring, upper_spacing apart; "
+                 "this many rings are a separate block below highest_ring, upper_spacing apart; "
                  "the others are evenly spread from there to lowest_ring",
                  between(0, 255)),
         optional("upper_spacing", &P::upper_spacing, "deg", "see upper_rings", between(0, 10)),
@@ -245,7 +245,7 @@ struct ChangesParams {
     return std::tuple{
         optional("moved_cars", &P::moved_cars, "",
                  "share of the parked cars that left; as many arrived at other parking places, if "
-                 "there are so many",
+                 "there are enough",
                  between(0, 1)),
         optional("buildings_gone", &P::buildings_gone, "", "buildings that were taken away",
                  between(0, 1000)),

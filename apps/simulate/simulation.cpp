@@ -44,7 +44,7 @@ class OutputDirectory {
     fs::path target = fs::absolute(out, error).lexically_normal();
     if (!target.has_filename()) target = target.parent_path();  // "out/"
     if (!target.has_filename()) {
-      return fail(ErrorCode::invalid_input, "is no name for a new directory",
+      return fail(ErrorCode::invalid_input, "does not name a new directory",
                   SourceLocation{out.string(), 0, 0});
     }
     VANTAGE_CHECK(check_free(target, overwrite));
@@ -98,7 +98,7 @@ class OutputDirectory {
                          (fs::exists(target / kWorldFile, error) || fs::is_empty(target, error));
     if (is_ours) return {};
     return fail(ErrorCode::already_exists,
-                std::string("is no result of a simulation (it has no ") + kWorldFile +
+                std::string("is not the result of a simulation (it has no ") + kWorldFile +
                     "), so it is not overwritten",
                 where);
   }

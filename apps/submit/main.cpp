@@ -29,7 +29,7 @@ struct Options : building::Options {
 std::vector<std::string> arguments_of(const Options& options, const fs::path& parts) {
   // As it was given: a bundle keeps the paths of its configuration as they are read here.
   std::vector<std::string> words{options.config};
-  for (const std::string& override_ : options.common.overrides) {
+  for (const std::string& override_ : options.overrides()) {
     words.insert(words.end(), {"--set", override_});
   }
   for (const fs::path& folder : options.common.plugin_dirs) {
@@ -79,9 +79,10 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Plans the build of a tiled map, runs its shards with GNU parallel or Slurm, and merges "
-      "them. "
-      "With Slurm it returns when the jobs are queued.",
+      "Builds a tiled map in shards, with GNU parallel or Slurm.\n"
+      "It plans the build, runs the shards and merges them. With Slurm it returns when the jobs "
+      "are "
+      "queued.",
       "vantage submit");
   vantage::Options options;
   options.add_to(app);
@@ -94,12 +95,13 @@ int main(int argc, char** argv) {
               .description(""))
       ->type_name("parallel|slurm")
       ->required();
-  app.add_option("--shards", options.shards, "how many; one for 64 regions if left out")
+  app.add_option("--shards", options.shards,
+                 "number of shards; if left out, one for every 64 regions")
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--at-once", options.at_once,
-                 "with parallel: how many shards run at a time; if left out, as many as there are "
-                 "cores for")
+                 "with parallel: number of shards that run at a time; if left out, as many as the "
+                 "cores allow")
       ->check(CLI::Range(1, 100'000));
-  app.add_flag("--print", options.print, "print the script, and run nothing but the plan");
+  app.add_flag("--print", options.print, "plan the build and print the script, but do not run it");
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

@@ -34,22 +34,24 @@ std::string_view name_of(io::Precision precision) {
 
 void print(const io::TilingReport& report, const Options& options, const io::MapFiles& found) {
   const Point &low = report.bounds.min, &high = report.bounds.max;
-  std::cout << fmt::format("{}: {} points ({}), {} in {} {}\n", options.out.string(),
-                           cli::grouped(report.points), name_of(report.precision),
-                           cli::size_text(report.bytes), report.packs,
-                           report.packs == 1 ? "pack" : "packs")
-            << fmt::format("{} tiles of {:g} m, {} cells of {:g} m\n", cli::grouped(report.tiles),
-                           options.tile_size, cli::grouped(report.cells), io::kCanonicalCell)
+  std::cout << fmt::format("{}: {} ({}), {} in {}\n", options.out.string(),
+                           cli::counted(report.points, "point"), name_of(report.precision),
+                           cli::size_text(report.bytes), cli::counted(report.packs, "pack"))
+            << fmt::format("{} of {:g} m, {} of {:g} m\n", cli::counted(report.tiles, "tile"),
+                           options.tile_size, cli::counted(report.cells, "cell"),
+                           io::kCanonicalCell)
             << fmt::format("x {:.2f} .. {:.2f}, y {:.2f} .. {:.2f}, z {:.2f} .. {:.2f} m\n",
                            low.x(), high.x(), low.y(), high.y(), low.z(), high.z());
   if (report.dropped > 0) {
-    std::cout << fmt::format("{} points with NaN or infinite coordinates were dropped\n",
-                             cli::grouped(report.dropped));
+    std::cout << fmt::format("{} with NaN or infinite coordinates {} dropped\n",
+                             cli::counted(report.dropped, "point"),
+                             cli::form(report.dropped, "was", "were"));
   }
   if (found.unlisted_tiles > 0) {
     std::cout << fmt::format(
-        "{} files beside the input's tiles are not in the tiles' metadata and were left out\n",
-        cli::grouped(found.unlisted_tiles));
+        "{} beside the input's tiles {} not in the tiles' metadata and {} left out\n",
+        cli::counted(found.unlisted_tiles, "file"), cli::form(found.unlisted_tiles, "is", "are"),
+        cli::form(found.unlisted_tiles, "was", "were"));
   }
 }
 
@@ -73,8 +75,8 @@ nlohmann::ordered_json to_json(const io::TilingReport& report, const Options& op
 
 void tell(const io::TilingStart& start) {
   if (start.resumed) {
-    std::cerr << fmt::format("continuing an interrupted run: {} points are counted, {} placed\n",
-                             cli::grouped(start.counted), cli::grouped(start.placed));
+    std::cerr << fmt::format("continuing an interrupted run: {} counted, {} placed\n",
+                             cli::counted(start.counted, "point"), cli::grouped(start.placed));
   } else if (start.started_over) {
     std::cerr << "an interrupted run had other input or options: starting over\n";
   }
@@ -126,15 +128,16 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Sorts clouds of any size into square tiles, with bounded memory. The result is a map, which "
-      "a configuration may name; a run that was interrupted is continued.",
+      "Sorts clouds of any size into square tiles, with bounded memory.\n"
+      "A configuration may name the result as its map. The same command continues a run that was "
+      "interrupted.",
       "vantage tile");
   vantage::Options options;
   app.add_option("INPUT", options.inputs,
                  fmt::format("files, patterns or folders: {}; Autoware's tiles, tiled maps",
                              vantage::io::format_names(vantage::io::FormatUse::map)))
       ->required();
-  app.add_option("-o,--out", options.out, "folder to make; it must not exist yet")
+  app.add_option("-o,--out", options.out, "folder to create; it must not exist yet")
       ->type_name("DIR")
       ->required();
   app.add_option("--tile-size", options.tile_size, "side of a tile [m], a multiple of 5")
@@ -143,7 +146,7 @@ int main(int argc, char** argv) {
   app.add_option("--memory", options.memory, "limit of all buffers, in MiB or GiB")
       ->type_name("SIZE")
       ->capture_default_str();
-  app.add_flag("--overwrite", options.overwrite, "replace an older tiled map");
+  app.add_flag("--overwrite", options.overwrite, "replace an earlier tiled map");
   app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");
   app.add_flag("--json", options.json, "results as JSON on stdout");
   vantage::cli::add_color_option(app, options.color);

@@ -2,11 +2,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -40,20 +43,40 @@ std::vector<fs::path> folders() {
   return found;
 }
 
-std::vector<std::string> jobs() {
-  std::vector<std::string> names;
+/// The name of each job and its program. Of several programs of one name, the first runs.
+std::map<std::string, fs::path> programs() {
+  std::map<std::string, fs::path> found;
   for (const fs::path& folder : folders()) {
     std::error_code error;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
       const std::string name = it->path().filename().string();
       if (name.starts_with(kPrefix) && is_program(it->path())) {
-        names.push_back(name.substr(kPrefix.size()));
+        found.emplace(name.substr(kPrefix.size()), it->path());
       }
     }
   }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return found;
+}
+
+std::vector<std::string> jobs() {
+  std::vector<std::string> names;
+  for (const auto& [name, program] : programs()) names.push_back(name);
   return names;
+}
+
+/// What a program says of itself: the first line of its help. Empty if it says nothing.
+std::string summary_of(const fs::path& program) {
+  std::string command = "'";
+  for (const char c : program.string()) command += c == '\'' ? "'\\''" : std::string(1, c);
+  command += "' --help 2>/dev/null";
+  std::FILE* const help = popen(command.c_str(), "r");
+  if (help == nullptr) return {};
+  std::string text;
+  std::array<char, 4096> part{};
+  while (const std::size_t size = std::fread(part.data(), 1, part.size(), help)) {
+    text.append(part.data(), size);
+  }
+  return pclose(help) == 0 ? text.substr(0, text.find('\n')) : std::string();
 }
 
 std::string error() { return vantage::cli::Style::of(STDERR_FILENO, "auto").bad("error:") + " "; }
@@ -61,7 +84,18 @@ std::string error() { return vantage::cli::Style::of(STDERR_FILENO, "auto").bad(
 void print_usage(std::ostream& out) {
   out << "usage: vantage JOB [OPTIONS]\n\nLocalization in wide-area point cloud maps with small "
          "observable region maps.\n\njobs:\n";
-  for (const std::string& job : jobs()) out << "  " << job << '\n';
+  const auto found = programs();
+  std::size_t width = 0;
+  for (const auto& [name, program] : found) width = std::max(width, name.size());
+  // Of programs elsewhere on the PATH nothing is known but their names, so none is started.
+  const std::vector<fs::path> searched = folders();
+  for (const auto& [name, program] : found) {
+    const std::string summary =
+        program.parent_path() == searched.front() ? summary_of(program) : "";
+    out << "  " << name;
+    if (!summary.empty()) out << std::string(width - name.size() + 2, ' ') << summary;
+    out << '\n';
+  }
   out << "\n`vantage JOB --help` explains a job.\n";
 }
 

@@ -46,11 +46,11 @@ Result<view::Size> check(const Options& options) {
   if (!is_bundle(options)) {
     if (!options.region.empty()) {
       return cli::usage_error("--region takes a bundle of region maps, and " +
-                              options.what.string() + " is no folder");
+                              options.what.string() + " is not a folder");
     }
     if (options.color != "height") {
       return cli::usage_error("--color " + options.color + " takes a bundle of region maps, and " +
-                              options.what.string() + " is no folder");
+                              options.what.string() + " is not a folder");
     }
   }
   if (!options.png.empty() && options.png.extension() != ".png") {
@@ -94,7 +94,8 @@ std::string legend(const view::Drawing& drawing, const view::Controls& controls,
           "{} a point, 1 (dark) to {:.0f} (light){}",
           scene.bundle()->has_views() ? "viewpoints that see" : "region maps that hold",
           scales.views.high,
-          *most > scales.views.high ? fmt::format(" and more, {} at most", *most) : std::string());
+          *most > scales.views.high ? fmt::format(" and more, {} at most", cli::grouped(*most))
+                                    : std::string());
     }
     case Coloring::localizability:
       return fmt::format(
@@ -103,7 +104,7 @@ std::string legend(const view::Drawing& drawing, const view::Controls& controls,
           "sites      {} of the atlas for {}; white line: weak direction, longer if weaker; "
           "violet: "
           "alike places",
-          view::kLeastError, view::kLargestError, scene.atlas()->sites.size(),
+          view::kLeastError, view::kLargestError, cli::grouped(scene.atlas()->sites.size()),
           scene.atlas()->calibration.matcher.plugin);
   }
   return {};
@@ -123,8 +124,8 @@ std::string description(const view::Scene& scene, const view::Drawing& drawing,
                           ? fmt::format("; thinned to --max-points {}", cli::grouped(max_points))
                           : std::string());
   if (scene.dropped_points() > 0) {
-    text += fmt::format("dropped    {} points with NaN or infinite coordinates\n",
-                        cli::grouped(scene.dropped_points()));
+    text += fmt::format("dropped    {} with NaN or infinite coordinates\n",
+                        cli::counted(scene.dropped_points(), "point"));
   }
   text += fmt::format("origin     drawn around x {:.0f}, y {:.0f}, z {:.0f} m of the map\n", o.x(),
                       o.y(), o.z());

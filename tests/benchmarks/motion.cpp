@@ -40,7 +40,7 @@ struct Options {
   std::vector<double> speeds{1.5, 8.0, 15.0};  // [m/s]
   std::vector<std::string> matchers{"ndt"}, maps{"whole"};
   std::optional<double> length;  // of each drive [m]
-  bool mid360 = true;
+  bool no_mid360 = false;
   std::size_t jobs = 1;
 };
 
@@ -184,7 +184,7 @@ class MotionBench {
       }
       VANTAGE_CHECK(add(params, bundles, rows));
     }
-    if (!options_.mid360) return {};
+    if (options_.no_mid360) return {};
     VANTAGE_TRY(const auto params, world_of("mid360.toml", seed, options_, {}));
     std::vector<Row*> rows;
     for (Row& row : mid360_) rows.push_back(&row);
@@ -196,7 +196,7 @@ class MotionBench {
     for (const Row& row : vlp16_) {
       print_row(cells(row, {fmt::format("{:g}", row.speed), to_string(row.aid)}));
     }
-    if (!options_.mid360) return;
+    if (options_.no_mid360) return;
     print_head("MID-360 upside down, with its IMU", head({"start"}));
     for (const Row& row : mid360_) {
       print_row(cells(row, {row.start_anywhere ? "anywhere" : "known"}));
@@ -303,8 +303,7 @@ void declare(Arguments& arguments, Options& options) {
   arguments.add("--length", options.length,
                 "of each drive; if left out, one lap, and 90 m of the MID-360", "M",
                 CLI::PositiveNumber);
-  arguments.flag("--mid360,!--no-mid360", options.mid360,
-                 "also a MID-360 that hangs upside down (default)");
+  arguments.flag("--no-mid360", options.no_mid360, "leave out the MID-360 that hangs upside down");
   arguments.shown("-j,--jobs", options.jobs, "threads; results do not depend on it; 0: all", "N");
 }
 

@@ -109,7 +109,7 @@ TEST_CASE("what is no plugin, no library or not complete is refused, never run")
   const fs::path text = folder.path() / "vantage_ground_text.so";
   test::write_text(text, "this is no library");
   CHECK(to_string(PluginLoader({}).inspect(text).error()) ==
-        "error: " + text.string() + ": is no shared library (it does not begin as an ELF file)");
+        "error: " + text.string() + ": is not a shared library (it does not begin as an ELF file)");
   // Cut anywhere, the file is refused; the dynamic linker itself would die of SIGBUS.
   const std::string whole = test::read_text(kBroken / "vantage_ground_old_interface.so");
   for (std::size_t size = 1; size < whole.size();

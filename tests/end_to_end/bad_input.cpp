@@ -118,10 +118,7 @@ TEST_CASE("build: an existing bundle is not touched without overwrite") {
   const std::string before = test::read_text(index);
   CHECK(has(failure(small.build({"--set", "partitioner.params.cell_width=2.5"})), "bundle"));
   CHECK(test::read_text(index) == before);
-  CHECK(small
-            .build({"--set", "partitioner.params.cell_width=2.5", "--set",
-                    "store.params.overwrite=true"})
-            .exit_code == 0);
+  CHECK(small.build({"--set", "partitioner.params.cell_width=2.5", "--overwrite"}).exit_code == 0);
   CHECK(test::read_text(index) != before);
 }
 
@@ -256,8 +253,8 @@ TEST_CASE("plugins new: what cannot be made is refused, and nothing is left") {
   for (const std::string name : {"", "My", "1st", "a-b", "a/b", "..", "a b", "\xc3\xa4"}) {
     CHECK(refused("ground", name) ==
           "error: '" + name +
-              "' is no name for a plugin: expected 1 to 64 lower-case letters, "
-              "digits and '_', the first a letter, as in 'my_split'");
+              "' is not a name for a plugin: expected 1 to 64 lower-case letters, "
+              "digits and '_', the first a letter, as in 'my_plugin'");
   }
   CHECK(has(refused("partitioner", "uniform_grid"),
             "error: there is a partitioner plugin 'uniform_grid' already: "));
@@ -265,14 +262,14 @@ TEST_CASE("plugins new: what cannot be made is refused, and nothing is left") {
 
   test::write_text(out, "a file of somebody's");
   CHECK(refused("store", "mine") ==
-        "error: " + out + " is there already; expected a folder to create, or an empty one");
+        "error: " + out + " exists already; expected a folder to create, or an empty one");
   CHECK(test::read_text(out) == "a file of somebody's");
   fs::remove(out);
 
   REQUIRE(test::run("vantage-plugins", {"new", "store", "mine", "--out", out}).exit_code == 0);
   CHECK(fs::exists(fs::path(out) / "mine.cpp"));
   CHECK(has(test::read_text(fs::path(out) / "mine.cpp"), "class MineStore final"));
-  CHECK(has(refused("store", "other"), " is there already"));
+  CHECK(has(refused("store", "other"), " exists already"));
   CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);
   CHECK(test::run("vantage-plugins", {"list", "--plugin-dir", out + "/none"}).exit_code == 2);
 }

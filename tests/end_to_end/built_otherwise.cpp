@@ -70,7 +70,6 @@ TEST_CASE(
   CHECK(edited.starts_with(config + ":"));
   CHECK(edited.find("error: 'partitioner.params.cell_width' is 15.0, and the bundle was built with "
                     "10.0: build the bundle again") != std::string::npos);
-  REQUIRE(test::run("vantage-build", {config, "--quiet", "--set", "store.params.overwrite=true"})
-              .exit_code == 0);
+  REQUIRE(test::run("vantage-build", {config, "--quiet", "--overwrite"}).exit_code == 0);
   CHECK(localize({}).exit_code == 0);
 }

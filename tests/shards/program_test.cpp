@@ -100,10 +100,10 @@ TEST_CASE("shards: a bundle is replaced only if that is wanted, and other files 
   for (const char* program : {"vantage-build", "vantage-plan", "vantage-merge"}) {
     const auto refused = run(program, build);
     CHECK(refused.exit_code == 1);
-    CHECK_MESSAGE(refused.err.find("overwrite = true") != std::string::npos, refused.err);
+    CHECK_MESSAGE(refused.err.find("--overwrite") != std::string::npos, refused.err);
   }
   auto again = build;
-  again.insert(again.end(), {"--set", "store.params.overwrite=true"});
+  again.emplace_back("--overwrite");
   must_run("vantage-build", again);
   CHECK(test::bytes_of(town.path("bundle")) == before);
 }

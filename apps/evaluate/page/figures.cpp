@@ -9,6 +9,7 @@
 #include "evaluate/page/tables.hpp"
 #include "report/chart.hpp"
 #include "report/html.hpp"
+#include "terminal/counts.hpp"
 
 namespace vantage::page {
 namespace {
@@ -80,9 +81,9 @@ std::vector<std::string> region_dots(const Evaluation& e, const std::string& wha
       Row row{.name = name_of(r), .look = look_of(r), .beneath = !r.own(), .sample = {}};
       for (const RegionMean& mean : by_region(r.run->run, metric)) {
         row.sample.push_back(mean.mean);
-        row.tips.push_back(fmt::format("{}: {:.4g}, {} scans",
+        row.tips.push_back(fmt::format("{}: {:.4g}, {}",
                                        r.config->index.partition[mean.region].label, mean.mean,
-                                       mean.scans));
+                                       cli::counted(mean.scans, "scan")));
         all.push_back(mean.mean);
       }
       panel.rows.push_back(std::move(row));

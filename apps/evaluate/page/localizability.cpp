@@ -9,6 +9,7 @@
 #include "evaluate/page/plans.hpp"
 #include "report/html.hpp"
 #include "report/plan.hpp"
+#include "terminal/counts.hpp"
 #include "vantage/engine/localizer_params.hpp"
 
 namespace vantage::page {
@@ -50,12 +51,12 @@ std::string sites_svg(const Evaluation& e, const EvaluatedConfig& config,
   const Atlas& atlas = *config.atlas;
   const double limit = LocalizerParams{}.alert_limit;
   const Localizability all = localizability_of(atlas, limit);
-  std::string note = fmt::format("{} {} for {}", all.sites, all.sites == 1 ? "site" : "sites",
-                                 atlas.calibration.matcher.plugin);
+  std::string note =
+      fmt::format("{} for {}", cli::counted(all.sites, "site"), atlas.calibration.matcher.plugin);
   if (all.expected_error.count > 0) {
     note += fmt::format(", median {:.1f} cm", 100.0 * all.expected_error.median);
   }
-  note += fmt::format(", {} above {:g} m", all.beyond_limit, limit);
+  note += fmt::format(", {} above {:g} m", cli::grouped(all.beyond_limit), limit);
   std::string svg = plan_opening(config.name, note, window);
   if (!e.map.empty()) svg += "<use class=\"ground\" href=\"#map-of-sites\"/>\n";
   for (const Route& route : e.routes) {

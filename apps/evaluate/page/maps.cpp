@@ -82,11 +82,10 @@ Result<std::string> specimen_svg(const EvaluatedConfig& config, std::size_t numb
   const Region& region = config.index.partition[specimen.region];
   VANTAGE_TRY(const std::string png,
               report::height_picture(specimen.points, window, heights.low, heights.high));
-  std::string svg =
-      plan_opening(report::shortened(config.name, 26),
-                   fmt::format("region {}, {} points", report::shortened(region.label, 24),
-                               cli::grouped(specimen.points.size())),
-                   window);
+  std::string svg = plan_opening(report::shortened(config.name, 26),
+                                 fmt::format("region {}, {}", report::shortened(region.label, 24),
+                                             cli::counted(specimen.points.size(), "point")),
+                                 window);
   if (over_map) svg += "<use class=\"ground\" href=\"#map-of-specimens\"/>\n";
   svg += fmt::format("<image width=\"{:.0f}\" height=\"{:.1f}\" href=\"{}\"/>\n", window.width,
                      window.height(), png);
@@ -127,8 +126,9 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   const RunSummary& s = r.run->summary;
   std::string svg =
       plan_opening(title,
-                   fmt::format("{} scans, {} uncertain, {} lost, {} switches", s.scans,
-                               s.count("uncertain"), s.count("lost"), s.count("switched")),
+                   fmt::format("{}, {} uncertain, {} lost, {}", cli::counted(s.scans, "scan"),
+                               cli::grouped(s.count("uncertain")), cli::grouped(s.count("lost")),
+                               cli::counted(s.count("switched"), "switch", "switches")),
                    window);
   if (!e.map.empty())
     svg += fmt::format("<use class=\"ground\" href=\"#map-of-route{}\"/>\n", r.route);

@@ -4,6 +4,7 @@
 
 #include "evaluate/page/tables.hpp"
 #include "report/html.hpp"
+#include "terminal/counts.hpp"
 #include "vantage/evaluation/metrics.hpp"
 
 namespace vantage::page {
@@ -60,9 +61,9 @@ std::string method(const Evaluation& e) {
   for (std::size_t route = 0; route < e.routes.size(); ++route) {
     const auto runs = runs_of(e, route);
     const Run* run = runs.empty() ? nullptr : &runs.front().run->run;
-    html += fmt::format("<li>{}: {} scans, {} reference poses; stamps: {}</li>\n",
-                        escaped(e.routes[route].name), run == nullptr ? 0 : run->scans.size(),
-                        e.routes[route].reference.size(),
+    html += fmt::format("<li>{}: {}, {}; stamps: {}</li>\n", escaped(e.routes[route].name),
+                        cli::counted(run == nullptr ? 0 : run->scans.size(), "scan"),
+                        cli::counted(e.routes[route].reference.size(), "reference pose"),
                         escaped(run == nullptr ? "none" : run->stamp_rule));
   }
   html +=

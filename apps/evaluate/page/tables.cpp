@@ -118,10 +118,11 @@ std::vector<Block> blocks() {
           block_of("Match", {{MetricGroup::match, "mean over scans"}})};
 }
 
+std::string whole(double x) { return cli::grouped(static_cast<std::uint64_t>(std::llround(x))); }
+
 std::string shown(const Column& column, double value, const RunSummary& summary) {
   const Metric& m = *column.metric;
-  if (m.is(kShareOfScans)) return fmt::format("{:.0f} of {}", value, summary[m.key].count);
-  if (m.digits == 0) return cli::grouped(static_cast<std::uint64_t>(std::llround(value)));
+  if (m.is(kShareOfScans)) return whole(value) + " of " + cli::grouped(summary[m.key].count);
   return vantage::shown(m, value);
 }
 
@@ -193,8 +194,6 @@ Table table_of(const Block& block, const Evaluation& e) {
   return table;
 }
 
-std::string whole(double x) { return cli::grouped(static_cast<std::uint64_t>(std::llround(x))); }
-
 /// A number of a configuration that does not depend on the route.
 Cell config_cell(const EvaluatedConfig& c, const char* metric, double value, std::string text) {
   return {std::move(text),
@@ -244,11 +243,13 @@ std::string states_of(const std::vector<RouteRun>& routes) {
   std::size_t scans = 0;
   for (const RouteRun& r : routes) scans += r.summary.scans;
   const std::size_t lost = count_of("lost", routes);
-  std::string text = lost == 0 ? fmt::format("; none of {} scans lost", scans)
-                               : fmt::format("; {} of {} scans lost", lost, scans);
-  if (const auto n = count_of("uncertain", routes); n > 0) text += fmt::format(", {} uncertain", n);
+  std::string text =
+      lost == 0 ? fmt::format("; none of {} lost", cli::counted(scans, "scan"))
+                : fmt::format("; {} of {} lost", cli::grouped(lost), cli::counted(scans, "scan"));
+  if (const auto n = count_of("uncertain", routes); n > 0)
+    text += ", " + cli::grouped(n) + " uncertain";
   if (const auto n = count_of("misleading", routes); n > 0) {
-    text += fmt::format(", {} misleading", n);
+    text += ", " + cli::grouped(n) + " misleading";
   }
   return text + ".";
 }
@@ -263,7 +264,7 @@ std::string states_beside(const std::vector<RouteRun>& baseline, const std::vect
     const std::size_t n = count_of(state, baseline);
     if (n == count_of(state, own)) continue;
     text += text.empty() ? " with " : ", ";
-    text += n == 0 ? fmt::format("none {}", state) : fmt::format("{} {}", n, state);
+    text += n == 0 ? fmt::format("none {}", state) : fmt::format("{} {}", cli::grouped(n), state);
   }
   return text;
 }
@@ -278,8 +279,8 @@ std::string sentence(const Evaluation& e, const EvaluatedConfig& c) {
     text += fmt::format("the maps that scans used leave out {:.1f} % of the wide-area map’s points",
                         100.0 * *used);
   } else if (c.region_points.count == 0) {
-    text += fmt::format("{} region maps without points, ready to match against",
-                        cli::grouped(c.index.partition.size()));
+    text += fmt::format("{} without points, ready to match against",
+                        cli::counted(c.index.partition.size(), "region map"));
   } else {
     text += "no scan was matched";
   }

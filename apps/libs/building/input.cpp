@@ -79,8 +79,7 @@ Result<void> check_replaceable(const Config& config) {
       std::get<bool>(overwrite->data)) {
     return {};
   }
-  return fail(ErrorCode::already_exists,
-              "the bundle exists already: remove it, or set store.params.overwrite = true",
+  return fail(ErrorCode::already_exists, "exists already; --overwrite replaces an earlier bundle",
               SourceLocation{folder->string(), 0, 0});
 }
 
@@ -88,21 +87,31 @@ Result<void> check_replaceable(const Config& config) {
 
 void Options::add_to(CLI::App& app) {
   app.add_option("CONFIG", config, "configuration (TOML)")->required();
-  app.add_option("--memory", memory,
-                 "a tiled map that needs more is built part by part, within about this limit, in "
-                 "MiB or GiB")
+  app.add_option(
+         "--memory", memory,
+         "memory limit of the build, in MiB or GiB; a tiled map that needs more is built part "
+         "by part")
       ->capture_default_str();
-  app.add_option("--parts", parts,
-                 "folder for the finished regions of a tiled map, until they are merged; if left "
-                 "out, the bundle's with '.parts' behind its name")
+  app.add_option(
+         "--parts", parts,
+         "folder for the finished regions of a tiled map until they are merged; if left out, "
+         "'.parts' is appended to the bundle's name")
       ->type_name("DIR");
+  app.add_flag("--overwrite", overwrite,
+               "replace an earlier bundle: --set store.params.overwrite=true");
   common.add_to(app);
+}
+
+std::vector<std::string> Options::overrides() const {
+  std::vector<std::string> all = common.overrides;
+  if (overwrite) all.emplace_back("store.params.overwrite=true");
+  return all;
 }
 
 Result<Prepared> prepare(const Options& options, Reading reading) {
   const auto memory = cli::parse_memory(options.memory);
   if (!memory) return cli::usage_error(cli::not_memory(options.memory));
-  VANTAGE_TRY(Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(Config config, load_config(options.config, options.overrides()));
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, options.common.loader()));
   VANTAGE_TRY(WideAreaMap map, read_map(source, *memory, reading));

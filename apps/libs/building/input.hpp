@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "terminal/command_line.hpp"
 #include "vantage/engine/bundle_build.hpp"
@@ -19,9 +20,12 @@ struct Options {
   std::string config;
   std::string memory = "4GiB";
   std::filesystem::path parts;  ///< empty: beside the bundle
+  bool overwrite = false;       ///< a bundle that is there is replaced
   cli::CommonOptions common;
 
   void add_to(CLI::App& app);
+  /// What is set on the command line: --set, and the flags that stand for a key.
+  [[nodiscard]] std::vector<std::string> overrides() const;
 };
 
 /// The wide-area map: its points, or the tiles that a build reads part by part.

@@ -48,10 +48,9 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
   add("region maps", kept, fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6));
   std::cout << table.to_string(style);
   std::cout << fmt::format(
-      "\n{}{} viewpoints; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} "
-      "s\n",
-      report.ground_points > 0 ? cli::grouped(report.ground_points) + " ground points, " : "",
-      cli::grouped(report.viewpoints), report.seconds_partition, report.seconds_ground,
+      "\n{}{}; partition {:.2f} s, ground {:.2f} s, visibility {:.2f} s\n",
+      report.ground_points > 0 ? cli::counted(report.ground_points, "ground point") + ", " : "",
+      cli::counted(report.viewpoints, "viewpoint"), report.seconds_partition, report.seconds_ground,
       report.seconds_visibility);
   std::cout << fmt::format(
       "{:.1f} core-seconds for visibility, {:.3g} for each viewpoint and million points; peak "
@@ -60,41 +59,49 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
       cli::grouped((peak_memory() + 500'000) / 1'000'000));
   if (report.atlas_sites > 0) {
     std::cout << fmt::format(
-        "{} of the viewpoints are sites of the atlas: {:.1f} core-seconds for virtual scans\n",
-        cli::grouped(report.atlas_sites), report.core_seconds_atlas);
+        "{} of the viewpoints {} of the atlas: {:.1f} core-seconds for virtual scans\n",
+        cli::grouped(report.atlas_sites), cli::form(report.atlas_sites, "is a site", "are sites"),
+        report.core_seconds_atlas);
   }
   if (elements > 0) {
-    std::cout << fmt::format("prepared maps are stored: {} elements of the matcher\n",
-                             cli::grouped(elements));
+    std::cout << fmt::format("prepared maps are stored: {} of the matcher\n",
+                             cli::counted(elements, "element"));
   }
   if (map.dropped > 0) {
-    std::cout << fmt::format("{} map points with NaN or infinite coordinates were dropped\n",
-                             cli::grouped(map.dropped));
+    std::cout << fmt::format("{} with NaN or infinite coordinates {} dropped\n",
+                             cli::counted(map.dropped, "map point"),
+                             cli::form(map.dropped, "was", "were"));
   }
   if (map.unlisted_tiles > 0) {
     std::cout << fmt::format(
-        "{} files beside the map's tiles are not in the tiles' metadata and "
-        "were left out\n",
-        cli::grouped(map.unlisted_tiles));
+        "{} beside the map's tiles {} not in the tiles' metadata and {} left out\n",
+        cli::counted(map.unlisted_tiles, "file"), cli::form(map.unlisted_tiles, "is", "are"),
+        cli::form(map.unlisted_tiles, "was", "were"));
   }
   if (report.skipped_viewpoints > 0) {
-    std::cout << fmt::format("{} of the viewpoints would show too little new and were skipped\n",
-                             cli::grouped(report.skipped_viewpoints));
+    std::cout << fmt::format("{} of the viewpoints would show too little new and {} skipped\n",
+                             cli::grouped(report.skipped_viewpoints),
+                             cli::form(report.skipped_viewpoints, "was", "were"));
   }
   if (report.unreachable_viewpoints > 0) {
-    std::cout << fmt::format("{} viewpoints over ground that is not reachable were left out\n",
-                             cli::grouped(report.unreachable_viewpoints));
+    std::cout << fmt::format("{} over ground that is not reachable {} left out\n",
+                             cli::counted(report.unreachable_viewpoints, "viewpoint"),
+                             cli::form(report.unreachable_viewpoints, "was", "were"));
   }
   if (report.places_outside > 0) {
-    std::cout << fmt::format("{} places along the trajectory are in no region and were left out\n",
-                             cli::grouped(report.places_outside));
+    std::cout << fmt::format("{} along the trajectory {} in no region and {} left out\n",
+                             cli::counted(report.places_outside, "place"),
+                             cli::form(report.places_outside, "is", "are"),
+                             cli::form(report.places_outside, "was", "were"));
   }
   if (report.regions_without_viewpoints > 0) {
-    std::cout << fmt::format("{} regions hold no {}, so no viewpoint: their maps are empty\n",
-                             cli::grouped(report.regions_without_viewpoints),
+    const std::size_t regions = report.regions_without_viewpoints;
+    std::cout << fmt::format("{} {} no {}, so no viewpoint: {} empty\n",
+                             cli::counted(regions, "region"), cli::form(regions, "holds", "hold"),
                              report.ground_points == 0           ? "part of the trajectory"
                              : report.unreachable_viewpoints > 0 ? "reachable ground"
-                                                                 : "ground");
+                                                                 : "ground",
+                             cli::form(regions, "its map is", "their maps are"));
   }
 }
 

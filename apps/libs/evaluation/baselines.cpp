@@ -10,6 +10,7 @@
 #include <nanoflann.hpp>
 #include <utility>
 
+#include "vantage/engine/atlas.hpp"
 #include "vantage/engine/thinning.hpp"
 #include "vantage/kit/hash.hpp"
 #include "vantage/kit/kd_tree_points.hpp"
@@ -182,6 +183,10 @@ Result<MapIndex> BaselineStore::index() const noexcept {
 }
 Result<RegionMap> BaselineStore::get(RegionId region) const noexcept {
   return guarded([&] { return maps_.get(region, thinning_); });
+}
+Result<std::vector<std::byte>> BaselineStore::attachment(std::string_view name) const noexcept {
+  return name == Atlas::kAttachment ? MapStore::attachment(name)
+                                    : maps_.original().attachment(name);
 }
 
 }  // namespace vantage

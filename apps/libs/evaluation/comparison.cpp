@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "terminal/counts.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/statistics.hpp"
 
@@ -139,12 +140,14 @@ Result<Comparison> compare(ScanTable a, ScanTable b) {
 }
 
 std::string pairing_text(const Comparison& c) {
-  std::string text = fmt::format("{} scans in both", c.pairs.size());
+  std::string text = cli::counted(c.pairs.size(), "scan") + " in both";
   if (!c.only_a.empty()) {
-    text += fmt::format("; only in A: {} ({})", c.only_a.size(), stamps_text(c.only_a));
+    text +=
+        fmt::format("; only in A: {} ({})", cli::grouped(c.only_a.size()), stamps_text(c.only_a));
   }
   if (!c.only_b.empty()) {
-    text += fmt::format("; only in B: {} ({})", c.only_b.size(), stamps_text(c.only_b));
+    text +=
+        fmt::format("; only in B: {} ({})", cli::grouped(c.only_b.size()), stamps_text(c.only_b));
   }
   return text;
 }
@@ -158,16 +161,15 @@ std::vector<std::vector<std::string>> rows_of(const Comparison& c) {
                  ? std::string("0")
                  : (x > 0.0 ? sign : "") + rounded(*q.metric, x);
     };
-    rows.push_back({heading(*q.metric), std::to_string(q.pairs.size()), text(q.mean_a),
+    rows.push_back({heading(*q.metric), cli::grouped(q.pairs.size()), text(q.mean_a),
                     text(q.mean_b), text(q.difference, "+"),
                     fmt::format("{} .. {}", text(q.interval.low, "+"), text(q.interval.high, "+")),
                     q.share_better ? fmt::format("{:.1f}", 100.0 * *q.share_better) : ""});
   }
   for (const ComparedCount& n : c.counts) {
-    rows.push_back({heading(*n.metric), std::to_string(c.pairs.size()), std::to_string(n.a),
-                    std::to_string(n.b),
-                    fmt::format("{:+d}", static_cast<long long>(n.b) - static_cast<long long>(n.a)),
-                    "", ""});
+    rows.push_back(
+        {heading(*n.metric), cli::grouped(c.pairs.size()), cli::grouped(n.a), cli::grouped(n.b),
+         fmt::format("{:+d}", static_cast<long long>(n.b) - static_cast<long long>(n.a)), "", ""});
   }
   return rows;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "evaluation/degrees.hpp"
+#include "terminal/counts.hpp"
 
 namespace vantage {
 namespace {
@@ -84,7 +85,7 @@ constexpr std::array kMetrics{
              return tracked_beyond(s, s.alert_limit.metres, s.alert_limit.degrees);
            },
            kNotInFiles | kShareOfScans},
-    Metric{"recovered", "found again", &kNumber, 0, kNeither, G::scans, "sum", "",
+    Metric{"recovered", "relocalized", &kNumber, 0, kNeither, G::scans, "sum", "",
            "1 for the first tracked scan after lost ones",
            [](const RunScan& s) { return flag(s.report.recovered); }},
     Metric{"switched", "switches", &kNumber, 0, kNeither, G::scans, "sum", "sum",
@@ -262,8 +263,12 @@ std::string shown(const Metric& metric, double value) {
 }
 
 std::string rounded(const Metric& metric, double value) {
-  return metric.is(kSignificant) ? fmt::format("{:.{}g}", value, metric.digits)
-                                 : fmt::format("{:.{}f}", value, metric.digits);
+  if (metric.is(kSignificant)) return fmt::format("{:.{}g}", value, metric.digits);
+  if (metric.digits > 0 || !std::isfinite(value)) {
+    return fmt::format("{:.{}f}", value, metric.digits);
+  }
+  const auto whole = static_cast<std::uint64_t>(std::llround(std::abs(value)));
+  return (value < 0.0 && whole > 0 ? "-" : "") + cli::grouped(whole);
 }
 
 std::string_view name_in_gates(const Metric& metric) {

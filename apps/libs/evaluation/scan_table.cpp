@@ -124,7 +124,7 @@ Result<std::optional<double>> number(const CsvTable::Row& row, std::size_t colum
   if (cell.empty()) return std::optional<double>{};
   const auto value = io::parse_number<double>(cell);
   if (!value || !std::isfinite(*value)) {
-    return corrupt(io::quoted(cell) + " in column '" + name + "' is no finite number", file,
+    return corrupt(io::quoted(cell) + " in column '" + name + "' is not a finite number", file,
                    row.line);
   }
   return value;

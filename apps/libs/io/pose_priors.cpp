@@ -20,6 +20,7 @@
 #include "io/ros/topic_choice.hpp"
 #include "io/ros/transform_tree.hpp"
 #include "io/sensor_mount.hpp"
+#include "terminal/counts.hpp"
 
 namespace vantage::io {
 namespace {
@@ -83,9 +84,8 @@ bool says_something(const PosePrior& prior) {
 void note_left_out(PosePriors& found, std::uint64_t count, const std::string& topic,
                    std::string_view which) {
   if (count == 0) return;
-  found.notes.push_back(fmt::format("{} message{} of {} {} {} left out", count,
-                                    count == 1 ? "" : "s", topic, which,
-                                    count == 1 ? "was" : "were"));
+  found.notes.push_back(fmt::format("{} of {} {} {} left out", cli::counted(count, "message"),
+                                    topic, which, cli::form(count, "was", "were")));
 }
 
 Result<PosePriors> priors_in_file(const PriorSource& source, const SensorFrame& sensor,

@@ -61,15 +61,15 @@ Result<Place> named_place(const std::string& option, const std::string& named,
   if (!bag) {
     return fail(
         ErrorCode::not_found,
-        fmt::format("{} names neither a file nor a topic of the scans, because {} is no bag",
+        fmt::format("{} names neither a file nor a topic of the scans, because {} is not a bag",
                     option, scans.string()),
         SourceLocation{named, 0, 0});
   }
   if (!topic.empty()) {
-    return cli::usage_error(
-        fmt::format("{0} {1} is no file but a topic of the scans, so {0}-topic cannot name another "
-                    "one",
-                    option, named));
+    return cli::usage_error(fmt::format(
+        "{0} {1} is not a file but a topic of the scans, so {0}-topic cannot name another "
+        "one",
+        option, named));
   }
   return Place{scans, named};
 }
@@ -79,7 +79,7 @@ template <class Read>
 Result<Read> of_place(Result<Read> read, const Place& place, const std::string& named) {
   if (read || place.path == named) return read;
   return fail(std::move(read).error().during(
-      fmt::format("looking for {}, which is no file, among the topics of the scans", named)));
+      fmt::format("looking for {}, which is not a file, among the topics of the scans", named)));
 }
 
 /// Checks that options are not given without the one that they belong to.
@@ -117,9 +117,10 @@ Result<io::ImuRecording> read_imu(const InputOptions& options) {
 }  // namespace
 
 void ScanChoice::add_to(CLI::App& app) {
-  app.add_option("--stamp", stamped,
-                 "which of its points a scan is stamped for: first, middle or last; if left out, "
-                 "as the times of the points say")
+  app.add_option(
+         "--stamp", stamped,
+         "point of a scan to which its stamp belongs: first, middle or last; if left out, the "
+         "times of the points decide")
       ->transform(CLI::CheckedTransformer(
                       std::map<std::string, io::StampedPoint>{{"first", io::StampedPoint::first},
                                                               {"middle", io::StampedPoint::middle},
@@ -129,8 +130,8 @@ void ScanChoice::add_to(CLI::App& app) {
       ->type_name("first|middle|last");
   app.add_option(
          "--livox-tags", tags,
-         "points of a Livox to use: all if left out, or those whose tags call them normal and "
-         "not noise")
+         "points of a Livox to use: all (if left out), or those that are tagged as normal and not "
+         "as noise")
       ->transform(
           CLI::CheckedTransformer(
               std::map<std::string, io::Tags>{{"all", io::Tags::all}, {"normal", io::Tags::normal}},

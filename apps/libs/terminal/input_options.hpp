@@ -14,7 +14,7 @@ namespace vantage {
 
 /// The help of options that several programs share.
 inline constexpr const char* kPoseTopicHelp =
-    "its topic, if a bag has several; for transforms, with frames: /tf:map:base_link";
+    "topic in that bag, if it has several; for transforms, with frames: /tf:map:base_link";
 inline constexpr const char* kMountHelp =
     "pose of the sensor in the frame of the bag's poses, x,y,z,roll,pitch,yaw [m, rad], if no "
     "/tf_static contains it";
@@ -25,10 +25,11 @@ inline constexpr const char* kMapProjectorHelp =
     "Autoware's map_projector_info.yaml, for priors of NavSatFix; if left out, the one beside the "
     "map's files";
 
-inline constexpr const char* kImuTopicHelp = "its topic, if a bag has several of sensor_msgs/Imu";
+inline constexpr const char* kImuTopicHelp =
+    "topic of sensor_msgs/Imu in that bag, if it has several";
 inline constexpr const char* kImuByFrameHelp =
-    "frame k of KITTI's oxts has the stamp k / --rate, like scans without stamps; otherwise, "
-    "timestamps.txt has the stamps";
+    "frame k of KITTI's oxts gets the stamp k / --rate, like scans without stamps, instead of that "
+    "in timestamps.txt";
 
 /// The options of scans that say what their stamps and tags mean.
 struct ScanChoice {

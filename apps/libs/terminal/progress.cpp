@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "terminal/counts.hpp"
 #include "terminal/style.hpp"
 
 namespace vantage::cli {
@@ -26,10 +27,10 @@ double share_of(std::size_t done, std::size_t total) {
 }
 
 std::string numbers(std::size_t done, std::size_t total, double elapsed) {
-  if (total == 0) return fmt::format("{}  {}", done, duration(elapsed));
+  if (total == 0) return fmt::format("{}  {}", grouped(done), duration(elapsed));
   const double share = share_of(done, total);
-  std::string text = fmt::format("{}/{}  {} %  {}", done, total, static_cast<int>(100.0 * share),
-                                 duration(elapsed));
+  std::string text = fmt::format("{}/{}  {} %  {}", grouped(done), grouped(total),
+                                 static_cast<int>(100.0 * share), duration(elapsed));
   if (done > 0 && done < total) {
     text += fmt::format(", {} left", duration(elapsed / share - elapsed));
   }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "terminal/counts.hpp"
 #include "terminal/style.hpp"
 
 namespace vantage::cli {
@@ -34,9 +35,6 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
   std::size_t name_columns_;
 };
-
-/// 1234567 as "1,234,567".
-[[nodiscard]] std::string grouped(std::uint64_t number);
 
 /// Text of any origin on one line: control characters become spaces. Otherwise a line end in the
 /// text would end the comment that contains it.

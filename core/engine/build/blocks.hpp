@@ -23,7 +23,7 @@ struct RegionBlock {
 /// @param memory  for a block [bytes]
 /// @param bytes_a_point  of memory that the work takes
 /// Errors: `invalid_input` for a region that does not fit alone; it names the region and the memory
-/// that would do.
+/// required.
 [[nodiscard]] Result<std::vector<RegionBlock>> blocks_of(
     const MapParts& map, const Partition& partition, std::span<const std::uint32_t> regions,
     const std::vector<Bounds2>& areas, std::uint64_t memory, std::uint64_t bytes_a_point);

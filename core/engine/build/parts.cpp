@@ -90,7 +90,7 @@ Result<void> check_head(const io::InputFile& file, std::uint64_t key) {
   VANTAGE_CHECK(file.read(0, head));
   ByteReader from(std::as_bytes(std::span(head)));
   if (from.raw(kPartsFormat.size()) != kPartsFormat) {
-    return parts_error(ErrorCode::corrupt_data, "this is no file of parts of this version",
+    return parts_error(ErrorCode::corrupt_data, "this is not a file of parts of this version",
                        file.name());
   }
   if (from.number<std::uint64_t>() == key) return {};

@@ -83,7 +83,7 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
   const bool settled = known.compared && !adrift_;
   if (settled && report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
   if (1.0 - known.belief > params_.max_risk || !known.compared) {
-    return conclude(Tracking::uncertain, "other poses are not excluded yet");
+    return conclude(Tracking::uncertain, "other poses are not ruled out yet");
   }
   constexpr double kKnownSpeed = 1.0;  // [m/s]
   const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();

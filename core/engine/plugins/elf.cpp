@@ -80,7 +80,7 @@ std::string defect(const std::filesystem::path& file) {
   const std::string_view magic(ELFMAG, SELFMAG);
   in.read(reinterpret_cast<char*>(&header), sizeof header);
   if (error || std::string_view(reinterpret_cast<const char*>(header.e_ident), SELFMAG) != magic) {
-    return "is no shared library (it does not begin as an ELF file)";
+    return "is not a shared library (it does not begin as an ELF file)";
   }
   const ElfW(Ehdr) own = own_header();
   if (in &&
@@ -88,7 +88,7 @@ std::string defect(const std::filesystem::path& file) {
        header.e_ident[EI_DATA] != own.e_ident[EI_DATA] || header.e_machine != own.e_machine)) {
     return "is built for another processor";
   }
-  if (in && header.e_type != ET_DYN) return "is no shared library (its ELF type is another)";
+  if (in && header.e_type != ET_DYN) return "is not a shared library (its ELF type is another)";
   const std::string cut =
       "is cut short: its ELF headers promise more than its " + std::to_string(size) + " bytes";
   if (!in || header.e_phentsize != sizeof(ElfW(Phdr))) return cut;

@@ -120,7 +120,7 @@ Result<Checked> open_checked(const std::filesystem::path& file) {
     return fail(ErrorCode::not_found,
                 "no plugin file at " + file.string() + (missing ? "" : ": " + error.message()));
   }
-  if (!std::filesystem::is_regular_file(absolute, error)) return refuse(file, "is no file");
+  if (!std::filesystem::is_regular_file(absolute, error)) return refuse(file, "is not a file");
   if (const std::string defect = elf::defect(absolute); !defect.empty())
     return refuse(file, defect);
   // The bytes come first: opening a library of another ABI would run its constructors.

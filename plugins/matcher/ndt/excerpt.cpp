@@ -188,7 +188,7 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
   Eigen::Vector3d origin;
   for (Eigen::Index axis = 0; axis < 3; ++axis) origin[axis] = in.real();
   options.min_points = in.integer<std::uint32_t>();
-  if (!is_origin(origin)) return corrupt("its origin is no voxel");
+  if (!is_origin(origin)) return corrupt("its origin is not a voxel");
   if (options != wanted) {
     return fail(ErrorCode::invalid_input, "the stored NDT map was made with " + text(options) +
                                               "; this matcher has " + text(wanted));

@@ -50,7 +50,7 @@ Result<std::vector<std::byte>> decode_attachment(const BundleFormat& format,
     return fail(ErrorCode::corrupt_data, reason, SourceLocation{file.string(), 0, 0});
   };
   const std::string title = title_of(format);
-  if (!content.starts_with(title)) return corrupt("this is no attachment of a bundle");
+  if (!content.starts_with(title)) return corrupt("this is not an attachment of a bundle");
   std::uint64_t sum = 0;
   if (content.size() < title.size() + sizeof(sum)) return corrupt("the file is cut off");
   const std::string_view body = content.substr(0, content.size() - sizeof(sum));

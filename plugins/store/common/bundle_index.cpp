@@ -314,7 +314,7 @@ Result<BundleIndex> from_json(const BundleFormat& format, std::string_view text,
   if (reader.error()) return fail(*reader.error());
   auto index = bundle_of(std::move(content));
   reader.check(index.has_value(), "regions",
-               [&] { return " are no partition: " + index.error().message; });
+               [&] { return " are not a partition: " + index.error().message; });
   // Last: what is wrong by itself has a message that says more.
   std::uint64_t said = 0;
   reader.member(kChecksum, [&] { reader.checksum(said); });

@@ -239,7 +239,8 @@ Result<void> FolderStore::may_write(const fs::path& root) const {
   VANTAGE_CHECK(files_of_bundle(format_, root));
   if (overwrite_) return {};
   return fail(ErrorCode::already_exists,
-              "there is a bundle already; choose another root or set overwrite = true", at(root));
+              "there is a bundle already; overwrite = true (vantage build --overwrite) replaces it",
+              at(root));
 }
 
 Result<IndexedRegion> FolderStore::region_of(const OpenIndex& index, std::uint32_t r) const {

@@ -88,7 +88,7 @@ Result<void> remove_stale(const BundleFormat& format, const fs::path& path) {
   };
   std::error_code error;
   if (fs::symlink_status(path, error).type() != fs::file_type::directory) {
-    return keep("it is no folder");
+    return keep("it is not a folder");
   }
   VANTAGE_TRY(const auto names, names_in(path));
   const auto holds = [&](const char* name) {

@@ -73,7 +73,7 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
     return corrupt("the checksum of the file differs from the index: the file is damaged");
   }
   ByteReader reader(content);
-  if (reader.take(kTitle.size()) != kTitle) return corrupt("this is no region of a bundle");
+  if (reader.take(kTitle.size()) != kTitle) return corrupt("this is not a region of a bundle");
 
   RegionContent region;
   RegionMap& map = region.map;

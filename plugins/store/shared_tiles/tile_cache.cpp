@@ -35,7 +35,7 @@ Result<TileCache::TilePtr> read_tile(const TilePlace& place, const std::filesyst
   if (sum_of({bytes.data(), bytes.size()}).value() != place.checksum) {
     return corrupt("has another checksum than the region says: the file is damaged");
   }
-  if (!decode_tile(*tile)) return corrupt("is no tile");
+  if (!decode_tile(*tile)) return corrupt("is not a tile");
   return TileCache::TilePtr(std::move(tile));
 }
 

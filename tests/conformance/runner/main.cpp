@@ -22,6 +22,7 @@
 #include <sstream>
 
 #include "terminal/command_line.hpp"
+#include "terminal/counts.hpp"
 #include "vantage/conformance.hpp"
 
 namespace vantage {
@@ -314,13 +315,14 @@ Result<void> run(const Options& options) {
   if (options.json) {
     std::cout << to_json(subject, results).dump(2, ' ', false, kReplace) << '\n';
   } else {
-    std::cout << fmt::format("\n{} clauses: {} ok, {} failed, {} skipped\n", results.size(),
-                             count(Outcome::ok), count(Outcome::failed), count(Outcome::skipped));
+    std::cout << fmt::format("\n{}: {} ok, {} failed, {} skipped\n",
+                             cli::counted(results.size(), "clause"), count(Outcome::ok),
+                             count(Outcome::failed), count(Outcome::skipped));
   }
   if (const auto failed = count(Outcome::failed); failed > 0) {
     return fail(ErrorCode::invalid_input,
-                fmt::format("{} '{}' breaks {} of {} clauses", to_string(subject.info().kind),
-                            subject.info().name, failed, results.size()));
+                fmt::format("{} '{}' breaks {} of {}", to_string(subject.info().kind),
+                            subject.info().name, failed, cli::counted(results.size(), "clause")));
   }
   return {};
 }
@@ -333,7 +335,7 @@ TEST_CASE("conformance") {
 }
 
 int main(int argc, char** argv) {
-  CLI::App app("Holds a plugin to the contract of its kind, clause by clause.",
+  CLI::App app("Checks a plugin against the contract of its kind, clause by clause.",
                "vantage-conformance");
   vantage::Options options;
   app.add_option("PLUGIN", options.plugin, "plugin file (.so)");

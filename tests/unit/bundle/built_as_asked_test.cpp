@@ -9,6 +9,7 @@
 #include "support/real_data.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/bundle_build.hpp"
+#include "vantage/engine/localizer.hpp"
 
 using namespace vantage;
 
@@ -170,6 +171,32 @@ TEST_CASE("viewpoints along a trajectory: [ground] is not part of the bundle") {
   CHECK(built.open(kBuilt).empty());  // the source is left out
   CHECK(built.open(kBuilt, {"viewpoints.source=ground"}) ==
         otherwise("viewpoints.source", "\"ground\"", "\"trajectory\""));
+}
+
+TEST_CASE("maps prepared for another matcher are refused at opening") {
+  const Built built({"store.content=prepared"});
+  test::write_text(built.path("asked.toml"), kBuilt);
+  const auto opened = [&](const std::vector<std::string>& overrides) {
+    const Config config = load_config(built.path("asked.toml"), overrides).value();
+    return Localizer::open(config, test::built_plugins());
+  };
+  CHECK(opened({"store.content=prepared"}));
+  for (const std::string matcher : {"gicp", "icp"}) {
+    CAPTURE(matcher);
+    const auto refused = opened({"store.content=prepared", "matcher.plugin=" + matcher});
+    REQUIRE_FALSE(refused.has_value());
+    CHECK(refused.error().code == ErrorCode::invalid_config);
+    CHECK(refused.error().where->file == built.path("asked.toml"));
+    CHECK(to_string(refused.error()) ==
+          built.path("asked.toml").string() +
+              ": error: the bundle holds maps prepared for 'ndt', which this matcher cannot use: "
+              "the matcher cannot read a prepared map; expected the matcher that the bundle was "
+              "built with, or a bundle with store.content = \"points\" (while opening the bundle)");
+  }
+  // The same matcher with parameters for which nothing was prepared.
+  const auto other = opened({"store.content=prepared", "matcher.params.resolution=3"});
+  REQUIRE_FALSE(other.has_value());
+  CHECK(other.error().code == ErrorCode::invalid_config);
 }
 
 TEST_CASE("a bundle that keeps the prepared form says so") {

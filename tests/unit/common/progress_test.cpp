@@ -5,9 +5,9 @@
 using namespace vantage::cli;
 
 TEST_CASE("a line of progress: what is done, the time it took and what is left of it") {
-  CHECK(progress_line("scans", 300, 1000, 65.0) == "scans: 300/1000  30 %  1:05, 2:32 left");
+  CHECK(progress_line("scans", 300, 1000, 65.0) == "scans: 300/1,000  30 %  1:05, 2:32 left");
   CHECK(progress_line("scans", 1, 77, 0.4) == "scans: 1/77  1 %  0:00, 0:30 left");
-  CHECK(progress_line("scans", 10, 1000, 3600.0) == "scans: 10/1000  1 %  1:00:00, 99:00:00 left");
+  CHECK(progress_line("scans", 10, 1000, 3600.0) == "scans: 10/1,000  1 %  1:00:00, 99:00:00 left");
 }
 
 TEST_CASE("nothing is said of the time to go before the first and after the last") {
@@ -16,7 +16,7 @@ TEST_CASE("nothing is said of the time to go before the first and after the last
 }
 
 TEST_CASE("100 % is all of it, not nearly") {
-  CHECK(progress_line("q", 99'999, 100'000, 10.0) == "q: 99999/100000  99 %  0:10, 0:00 left");
+  CHECK(progress_line("q", 99'999, 100'000, 10.0) == "q: 99,999/100,000  99 %  0:10, 0:00 left");
 }
 
 TEST_CASE("the bar of a terminal fills from the left") {

@@ -82,4 +82,9 @@ TEST_CASE("thousands are told apart") {
   CHECK(grouped(999) == "999");
   CHECK(grouped(1000) == "1,000");
   CHECK(grouped(1234567) == "1,234,567");
+  CHECK(counted(0, "scan") == "0 scans");
+  CHECK(counted(1, "scan") == "1 scan");
+  CHECK(counted(1234, "scan") == "1,234 scans");
+  CHECK(counted(2, "switch", "switches") == "2 switches");
+  CHECK(form(1, "was", "were") == "was");
 }

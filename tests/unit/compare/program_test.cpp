@@ -23,7 +23,7 @@ TEST_CASE_FIXTURE(Runs, "compare prints both runs, which scans pair, and a row a
   const auto done = run("vantage-compare", {a, b});
   CHECK(done.exit_code == 0);
   CHECK(done.err.empty());
-  CHECK(done.out.find("1 scans in both; only in A: 1 (2 s); only in B: 1 (3 s)") !=
+  CHECK(done.out.find("1 scan in both; only in A: 1 (2 s); only in B: 1 (3 s)") !=
         std::string::npos);
   CHECK(std::regex_search(done.out, std::regex("\nerror \\[cm\\] +1 +[0-9]")));
 }

@@ -22,7 +22,7 @@ TEST_CASE("cells in quotes hold commas, quotes and line ends; lines are counted"
   CHECK(csv->rows[1].line == 4);
 }
 
-TEST_CASE("a table that is none is an error with its line") {
+TEST_CASE("a file that is no table is an error with its line") {
   const auto error = [](const char* text) {
     const auto csv = parse_csv(text, "f.csv");
     return csv ? std::string("no error") : to_string(csv.error());
@@ -74,12 +74,12 @@ TEST_CASE_FIXTURE(File, "what is no scans.csv is an error with its line") {
         "of this version: localize again if an earlier version wrote it");
   CHECK(error(tiny_csv({})) == "scans.csv:1: error: no scan");
   CHECK(error(tiny_csv({{.stamp = "1"}, {.stamp = "x"}})) ==
-        "scans.csv:3: error: 'x' in column 'stamp' is no finite number");
+        "scans.csv:3: error: 'x' in column 'stamp' is not a finite number");
   CHECK(error(tiny_csv({{.stamp = "1"}, {.stamp = "1"}})) ==
         "scans.csv:3: error: the stamp 1 is not after the one before, 1");
   CHECK(error(tiny_csv({{.stamp = ""}})) == "scans.csv:2: error: no stamp");
   CHECK(error(tiny_csv({{.stamp = "1", .error_m = "nan"}})) ==
-        "scans.csv:2: error: 'nan' in column 'error_m' is no finite number");
+        "scans.csv:2: error: 'nan' in column 'error_m' is not a finite number");
   CHECK(error(tiny_csv({{.stamp = "1", .tracking = "maybe"}})) ==
         "scans.csv:2: error: 'maybe' in column 'tracking'; expected tracked, uncertain or lost");
 }

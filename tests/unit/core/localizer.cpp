@@ -373,7 +373,7 @@ TEST_CASE("a prior that is no measurement is an error that says so, and changes 
     CHECK(report.error().code == ErrorCode::invalid_input);
     CHECK(report.error().message.find(why) != std::string::npos);
   };
-  refused({.T_map_sensor = pose_from_xyz_rpy({nan, 0, 0}, {0, 0, 0})}, "no rigid transform");
+  refused({.T_map_sensor = pose_from_xyz_rpy({nan, 0, 0}, {0, 0, 0})}, "not a rigid transform");
   refused({.T_map_sensor = {}, .sigma_translation = {1.0, -1.0, 1.0}}, "-1.000000");
   refused({.T_map_sensor = {}, .sigma_translation = {1.0, nan, 1.0}}, "positive");
   refused({.T_map_sensor = {}, .sigma_heading = 0.0}, "positive");
@@ -402,7 +402,7 @@ TEST_CASE("outside every region, or in one without a map, the last map is kept a
   CHECK(first.region == RegionId{0});
 }
 
-TEST_CASE("misuse is an error: no start, stamps that do not increase, a pose that is none") {
+TEST_CASE("misuse is an error: no start, stamps that do not increase, an invalid pose") {
   const World world;
   Localizer localizer = world.localizer();
   CHECK(localizer.localize({0.0, world.scan}).error().message ==

@@ -71,7 +71,7 @@ TEST_CASE("a pose that was not compared with the map is not tracked, whatever ri
   params.max_risk = 0.3;
   const ScanReport alone = judged(aligned(), {.belief = 0.9999, .elsewhere = 1e-4}, params);
   CHECK(alone.tracking == Tracking::uncertain);
-  CHECK(alone.reason == "other poses are not excluded yet");
+  CHECK(alone.reason == "other poses are not ruled out yet");
 }
 
 TEST_CASE("a scan without points says nothing: it is uncertain where the motion led") {

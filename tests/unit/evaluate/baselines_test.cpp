@@ -8,6 +8,10 @@
 #include <random>
 #include <set>
 
+#include "support/plugins.hpp"
+#include "support/real_data.hpp"
+#include "vantage/engine/atlas.hpp"
+
 using namespace vantage;
 
 namespace {
@@ -125,6 +129,27 @@ TEST_CASE("thinnings depend on the points, not on their order") {
         xs_of(turned, random_thinning(turned, all, 300)));
   CHECK(xs_of(map, voxel_thinning(map, all, 300)) ==
         xs_of(turned, voxel_thinning(turned, all, 300)));
+}
+
+TEST_CASE("baselines have the index of places of their original, and not its atlas") {
+  const test::TemporaryFolder folder;
+  const auto original =
+      test::plugin<MapStore>("pcd_tiles", "root = \"" + (folder.path() / "bundle").string() + "\"");
+  MapIndex index;
+  index.partition = Partition::from({{"all", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
+  REQUIRE(original->begin(index));
+  REQUIRE(
+      original->put(RegionId{0}, {.points = {{0.5, 0.5, 0.5}}, .viewpoints = {}, .prepared = {}}));
+  const std::vector<std::byte> places(3, std::byte{7}), atlas(4, std::byte{8});
+  REQUIRE(original->attach("places", places));
+  REQUIRE(original->attach(Atlas::kAttachment, atlas));
+  REQUIRE(original->commit());
+
+  const PointCloud map{{0.5, 0.5, 0.5}};
+  const BaselineMaps maps(*original, original->index().value(), map, VisibilityConfig{});
+  const BaselineStore store(maps, Thinning::random);
+  CHECK(store.attachment("places").value() == places);
+  CHECK(store.attachment(Atlas::kAttachment).error().code == ErrorCode::not_found);
 }
 
 TEST_CASE("voxel thinning copes with many points at one place") {

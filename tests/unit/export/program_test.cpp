@@ -103,18 +103,18 @@ TEST_CASE("vantage export autoware: what is exported is each point of the bundle
     CHECK(test::read_text(world.path("other/pointcloud_map_metadata.yaml")) ==
           test::read_text(world.path("tiles/pointcloud_map_metadata.yaml")));
   }
-  SUBCASE("nothing is overwritten without --force, and with it only an export") {
+  SUBCASE("nothing is overwritten without --overwrite, and with it only an export") {
     const auto second = run("vantage-export", {"autoware", config, "--out", out, "-q"});
     CHECK(second.exit_code == 1);
-    CHECK(second.err.find("--force") != std::string::npos);
+    CHECK(second.err.find("--overwrite") != std::string::npos);
     CHECK(run("vantage-export",
-              {"autoware", config, "--out", out, "-q", "--force", "--resolution", "10"})
+              {"autoware", config, "--out", out, "-q", "--overwrite", "--resolution", "10"})
               .exit_code == 0);
     CHECK(same_points(read_folder(out), world.map, 1e-4));
-    const auto bundle = run(
-        "vantage-export", {"autoware", config, "--out", world.path("b").string(), "-q", "--force"});
+    const auto bundle = run("vantage-export", {"autoware", config, "--out",
+                                               world.path("b").string(), "-q", "--overwrite"});
     CHECK(bundle.exit_code == 1);
-    CHECK(bundle.err.find("is no earlier export") != std::string::npos);
+    CHECK(bundle.err.find("is not an earlier export") != std::string::npos);
     CHECK(fs::exists(world.path("b/index.json")));
   }
   SUBCASE("a tile that is missing is told by build") {

@@ -52,7 +52,9 @@ BundleInfo info_with(std::optional<Atlas> atlas) {
   const MapIndex index = strips();
   BundleInfo info{.path = "maps/strips",
                   .bytes = 2'500'000,
+                  .files = {},
                   .summary = directory_of(index).value()->summary(),
+                  .matcher = {},
                   .atlas = std::move(atlas),
                   .labels = {}};
   for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
@@ -174,6 +176,43 @@ TEST_CASE("info: a folder is a bundle if a store opens it; scans are no bundle")
     REQUIRE_MESSAGE(none, to_string(none.error()));
     CHECK_FALSE(*none);
   }
+}
+
+TEST_CASE("info: a bundle of prepared maps, or of shared tiles, shows what it holds") {
+  const TemporaryFolder folder;
+  const std::filesystem::path place = folder.path() / "bundle";
+  MapIndex index = strips();
+  index.config = "schema = 1\n[matcher]\nplugin = \"ndt\"\n";
+  RegionMap west{.points = {}, .viewpoints = {{5, 5, 1}}, .prepared = {}};
+  SUBCASE("prepared maps only") {
+    west.prepared = {.bytes = std::vector<std::byte>(100), .elements = 1234};
+  }
+  SUBCASE("points") { west.points = {{1, 2, 3}, {2, 2, 3}, {3, 2, 3}}; }
+  const auto store = test::plugin<MapStore>("shared_tiles", "root = \"" + place.string() + "\"");
+  REQUIRE(store->begin(index));
+  REQUIRE(store->put(RegionId{0}, west));
+  REQUIRE(store->put(RegionId{1}, {}));
+  REQUIRE(store->commit());
+  const auto info = inspect_bundle(place, test::built_plugins());
+  REQUIRE_MESSAGE(info, to_string(info.error()));
+  const std::string text = to_text(**info, {});
+  const auto json = to_json(**info);
+  CAPTURE(text);
+  CHECK(has(text, "2 .region files 0.00 MB"));
+  CHECK(has(text, "tiles.bin 0.00 MB"));
+  if (west.points.empty()) {
+    CHECK(has(text, "content            prepared maps of ndt\n"));
+    CHECK(has(text, "elements a region  617, 1,234 in all"));
+    CHECK_FALSE(has(text, "points a region"));
+    CHECK(json["prepared_for"] == "ndt");
+    CHECK(json["region_elements"]["mean"] == 617.0);
+  } else {
+    CHECK(has(text, "content            points\n"));
+    CHECK(has(text, "points a region    2 (0 to 3)"));
+    CHECK_FALSE(has(text, "elements"));
+    CHECK(json["prepared_for"].is_null());
+  }
+  CHECK(json["files"].size() >= 3);
 }
 
 TEST_CASE("info: a damaged bundle is an error, not a folder of scans") {

@@ -246,7 +246,7 @@ TEST_CASE("transforms that lead nowhere are refused") {
   check_refused(messages, "/tf:map:base", corrupt, "more than 10000 pairs of frames");
 }
 
-TEST_CASE("a transform that is none is refused where it is needed") {
+TEST_CASE("an invalid transform is refused where it is needed") {
   Messages messages = robot();
   messages.push_back(transforms(kTfIndex, {{13, "base", "wheel", std::nan("")}}));
   messages.push_back(transforms(kTfStaticIndex, {{13, "base", "mast", 0, 0, std::nan("")}}));

@@ -447,7 +447,7 @@ TEST_CASE("McapWriter: what cannot be written") {
   refused(writer.write(channel, 3e9, "x"), "is no ROS time");
   const auto twice = writer.add_channel("/a", *schema_of("tf2_msgs/TFMessage"));
   REQUIRE_FALSE(twice);
-  check_clear(twice.error(), ErrorCode::invalid_input, "run.mcap", "/a is there already");
+  check_clear(twice.error(), ErrorCode::invalid_input, "run.mcap", "/a exists already");
   // None of it is in the file.
   REQUIRE(writer.commit());
   CHECK(opcodes_of(records_of_file(content_of(folder.path() / "run.mcap"))) ==

@@ -272,7 +272,7 @@ TEST_CASE("PointCloud2: what contradicts itself is refused") {
     cloud.fields.push_back({"y", 4});
     check_refused(cloud, "two fields are named y");
   }
-  SUBCASE("a type that is none") {
+  SUBCASE("an unknown type") {
     cloud.fields[0].datatype = 0;
     check_refused(cloud, "field x has the datatype 0");
     cloud.fields[0].datatype = 255;

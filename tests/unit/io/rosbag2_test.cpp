@@ -92,14 +92,14 @@ TEST_CASE("rosbag2: what is not a rosbag2") {
 
 TEST_CASE("rosbag2: rows of other types") {
   check_ends(open_rosbag2_sqlite, with("INSERT INTO messages VALUES(1, 1, 'noon', x'00')"), 0,
-             "message 1 has a topic_id or a timestamp that is no whole number");
+             "message 1 has a topic_id or a timestamp that is not a whole number");
   check_ends(open_rosbag2_sqlite, with("INSERT INTO messages VALUES(1, NULL, 5, x'00')"), 0,
-             "no whole number");
+             "not a whole number");
   check_ends(open_rosbag2_sqlite, with("INSERT INTO messages VALUES(4, 9, 5, x'00')"), 0,
              "message 4 has the topic_id 9");
   check_ends(open_rosbag2_sqlite,
              with("INSERT INTO messages VALUES(1, 1, 5, x'00'), (2, 1, 6, 'text')"), 1,
-             "message 2 has data that are no blob");
+             "message 2 has data that is not a blob");
   check_ends(open_rosbag2_sqlite, with("INSERT INTO messages VALUES(1, 1, 5, x'28B52FFD0000')"), 0,
              "message 1 cannot be decompressed");
   check_ends(open_rosbag2_sqlite, with("INSERT INTO topics VALUES(2, x'00', 't/msg/T', 'cdr')"), 0,

@@ -296,7 +296,7 @@ TEST_CASE("tiling: only a tiled map is replaced, and only if asked for") {
   put(world.path("map") / "notes.txt", "x");
   tiling_refused(world.files(), options, ErrorCode::already_exists, "map", "notes.txt");
   options.out = world.path("a.pcd");
-  tiling_refused(world.files(), options, ErrorCode::already_exists, "a.pcd", "no folder");
+  tiling_refused(world.files(), options, ErrorCode::already_exists, "a.pcd", "not a folder");
   options.out = world.path("other");
   fs::create_directory(world.path("other.partial"));
   put(world.path("other.partial") / "mine.txt", "x");

@@ -198,10 +198,10 @@ TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
   REQUIRE_FALSE(no_topic);
   CHECK(no_topic.error().message.find("there is no topic '/fix'") == 0);
   CHECK(to_string(no_topic.error())
-            .find("looking for /fix, which is no file, among the topics of the scans") !=
+            .find("looking for /fix, which is not a file, among the topics of the scans") !=
         std::string::npos);
   CHECK(message_of({.scans = scans, .prior = "/fix", .prior_topic = "/pose"})
-            .find("--prior /fix is no file but a topic of the scans") == 0);
+            .find("--prior /fix is not a file but a topic of the scans") == 0);
   CHECK(message_of({.scans = scans, .prior = (folder.path() / "none.tum").string()})
             .find("there is no topic") == 0);
   const auto no_file = InputOptions{.scans = scans, .prior = "none.tum"}.open();
@@ -287,9 +287,9 @@ TEST_CASE("inertial samples from a file, or from the bag of the scans") {
   };
   has(message_of({.scans = scans, .imu = scans.string()}), "choose one with --imu-topic: /imu");
   has(message_of({.scans = scans, .imu = "/none"}),
-      "looking for /none, which is no file, among the topics of the scans");
+      "looking for /none, which is not a file, among the topics of the scans");
   has(message_of({.scans = scans, .imu = "/imu", .imu_topic = "/other"}),
-      "--imu /imu is no file but a topic of the scans, so --imu-topic cannot name another one");
+      "--imu /imu is not a file but a topic of the scans, so --imu-topic cannot name another one");
   has(message_of({.scans = scans, .imu_topic = "/imu"}), "--imu-topic is given without --imu");
   has(message_of({.scans = scans, .imu_by_frame = true}), "--imu-by-frame is given without --imu");
   has(message_of({.scans = scans, .imu = csv.string(), .imu_by_frame = true}),

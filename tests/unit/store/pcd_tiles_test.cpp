@@ -466,7 +466,7 @@ TEST_CASE("the folder of a bundle under construction is only cleared if it is on
   }
   SUBCASE("a file") {
     write_text(partial, "mine");
-    check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, "no folder");
+    check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, "not a folder");
     CHECK(read_text(partial) == "mine");
   }
   SUBCASE("an empty folder, left by a run killed at its start") {
@@ -555,7 +555,7 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"g"), "16 hexadecimal digits");
   corrupt(replaced(good, "\"inf\"", "\"endless\""), "must be a number");
   corrupt(replaced(good, "\"inf\"", "1e999"), "damaged");
-  corrupt(replaced(good, "\"inf\"", "\"-inf\""), "no partition");
+  corrupt(replaced(good, "\"inf\"", "\"-inf\""), "not a partition");
 
   // A number or a text that is as good as the right one.
   const std::string checksum = "'checksum' is not that of the rest";

@@ -141,7 +141,7 @@ Result<McapWriter::ChannelId> McapWriter::add_channel(const std::string& topic,
                                                       const MessageSchema& schema) {
   if (std::any_of(channels_.begin(), channels_.end(),
                   [&](const Channel& channel) { return channel.topic == topic; })) {
-    return refuse(fmt::format("the topic {} is there already", topic));
+    return refuse(fmt::format("the topic {} exists already", topic));
   }
   if (channels_.size() == std::numeric_limits<ChannelId>::max()) {
     return refuse(fmt::format("{} is one topic too many for an MCAP file", topic));

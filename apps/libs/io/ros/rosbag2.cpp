@@ -316,7 +316,7 @@ class Rosbag2Reader final : public MessageReader {
     if (sqlite3_column_type(row, 1) != SQLITE_INTEGER ||
         sqlite3_column_type(row, 2) != SQLITE_INTEGER) {
       return damaged(
-          fmt::format("message {} has a topic_id or a timestamp that is no whole number", id));
+          fmt::format("message {} has a topic_id or a timestamp that is not a whole number", id));
     }
     const auto topic = topics_by_id_.find(sqlite3_column_int64(row, 1));
     if (topic == topics_by_id_.end()) {
@@ -349,7 +349,7 @@ class Rosbag2Reader final : public MessageReader {
     VANTAGE_TRY(const bool is_there, step(data_, activity));
     if (!is_there) return damaged(fmt::format("message {} is in an index only", id));
     if (sqlite3_column_type(data_.get(), 0) != SQLITE_BLOB) {
-      return damaged(fmt::format("message {} has data that are no blob", id));
+      return damaged(fmt::format("message {} has data that is not a blob", id));
     }
     const auto* const blob = static_cast<const char*>(sqlite3_column_blob(data_.get(), 0));
     const auto size = static_cast<std::size_t>(sqlite3_column_bytes(data_.get(), 0));

@@ -82,7 +82,7 @@ Result<void> check_taken_up(const fs::path& path) {
   };
   std::error_code error;
   if (fs::symlink_status(path, error).type() != fs::file_type::directory) {
-    return keep("it is no folder");
+    return keep("it is not a folder");
   }
   VANTAGE_TRY(const auto names, names_in(path));
   for (const std::string& name : names) {
@@ -102,7 +102,7 @@ Result<void> check_target(const fs::path& out, bool overwrite) {
   };
   std::error_code error;
   if (fs::symlink_status(out, error).type() != fs::file_type::directory) {
-    return keep("it is no folder");
+    return keep("it is not a folder");
   }
   VANTAGE_TRY(const auto names, names_in(out));
   for (const std::string& name : names) {

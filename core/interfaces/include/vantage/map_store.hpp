@@ -80,7 +80,7 @@ class VANTAGE_API MapStore {
   /// Errors: `not_found` if there is no bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
   /// The regions, each read when it is asked for. It stays usable without the store. The default
-  /// is `unsupported`: whoever asks reads the whole index.
+  /// is `unsupported`: the caller then reads the whole index.
   /// Errors: those of `index`; `unsupported`.
   [[nodiscard]] virtual Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept;
   /// The map of one region. Points and viewpoints come back in the order of `put`, in the precision

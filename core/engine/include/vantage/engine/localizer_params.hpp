@@ -108,11 +108,12 @@ struct LocalizerParams {
             "search_pause", &LocalizerParams::search_pause, "",
             "once the radius has reached its maximum, the search runs only at every n-th such scan",
             at_least(1)),
-        optional("search_budget", &LocalizerParams::search_budget, "ms",
-                 "a scan waits so long for the search that it needs; a later scan takes what a "
-                 "longer search finds. Left out: no limit, or 20 ms if live. Unless live, the time "
-                 "is counted in work, so that a recording gives the same result on any machine",
-                 non_negative),
+        optional(
+            "search_budget", &LocalizerParams::search_budget, "ms",
+            "longest time that a scan waits for a search; if the search takes longer, a later "
+            "scan gets its result. Left out: no limit, or 20 ms if live. Unless live, the "
+            "time is counted in work, so that a recording gives the same result on any machine",
+            non_negative),
         optional("live", &LocalizerParams::live, "",
                  "scans come as they are made: searches run in the background, so results depend "
                  "on timing"),

@@ -71,7 +71,7 @@ class ShardedBuild {
   [[nodiscard]] VANTAGE_API const Partition& partition() const noexcept;
   [[nodiscard]] VANTAGE_API std::uint64_t map_points() const noexcept;
   [[nodiscard]] VANTAGE_API std::uint64_t ground_points() const noexcept;
-  /// Errors: `invalid_input` for a shard that is none; those of reading the parts.
+  /// Errors: `invalid_input` for a shard that does not exist; those of reading the parts.
   [[nodiscard]] VANTAGE_API Result<ShardStatus> status(const Shard& shard) const;
 
   /// Builds some neighbouring regions that are not finished, without keeping them, and multiplies
@@ -80,9 +80,9 @@ class ShardedBuild {
 
   /// Builds the regions of a shard that no process has finished.
   /// @return  how many regions it built
-  /// Errors: `invalid_input` for a shard that is none, or for a region that does not fit into the
-  /// memory with what decides about it; `already_exists` while another process builds the shard;
-  /// those of build_region_maps.
+  /// Errors: `invalid_input` for a shard that does not exist, or for a region that does not fit
+  /// into the memory with what decides about it; `already_exists` while another process builds the
+  /// shard; those of build_region_maps.
   [[nodiscard]] VANTAGE_API Result<std::size_t> build(const Shard& shard,
                                                       const Progress& progress = {});
 

@@ -67,6 +67,7 @@ class BaselineMaps {
         map_(map),
         visibility_(std::move(visibility)) {}
 
+  [[nodiscard]] const MapStore& original() const noexcept { return original_; }
   [[nodiscard]] const MapIndex& index() const noexcept { return index_; }
   [[nodiscard]] Result<RegionMap> get(RegionId region, Thinning thinning) const;
   /// Whether the region's own map has all points within reach, so that there is nothing to choose.
@@ -95,6 +96,10 @@ class BaselineStore final : public MapStore {
   Result<void> commit() noexcept override;
   [[nodiscard]] Result<MapIndex> index() const noexcept override;
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override;
+  /// That of the original, such as the index of places of the wide-area map. Without it, the first
+  /// search would make the maps of all regions to index them. The atlas is of the original's maps.
+  [[nodiscard]] Result<std::vector<std::byte>> attachment(
+      std::string_view name) const noexcept override;
 
  private:
   const BaselineMaps& maps_;
