@@ -10,14 +10,23 @@ with what `./dev build` makes, HOME in a folder of its own, $DOCS_BUILD_DIR the 
     ```toml title="out/a.toml"       (any language) is saved under that name, where the reader stands
     <!-- not run: REASON -->         before a block: it is only checked (./dev NAME, options of vantage JOB, configs/)
     <!-- run instead: COMMAND -->    before a block: the same, and COMMAND is run in its place
-    <!-- output of: COMMAND -->      before a ```text block: it is what COMMAND prints; a line `...` stands for any lines.
-                                     --update writes what it prints
+    <!-- with data: FOLDER -->       before a ```sh block: it is run where the recorded data has this folder
+    ```text                          after a ```sh block: lines that this block prints; a line `...` stands for any lines
+    <!-- output of: COMMAND -->      before a ```text block: it is all that COMMAND prints, but for lines `...`
+    <!-- not compared: REASON -->    before a ```text block: it is only listed
     <!-- needs: FILE.md -->          what that file makes is used here: it runs first
+
+Every ```text block is compared: one that belongs to no command is a fault, one whose command is not run is listed.
+What depends on the machine is not compared: numbers before `s`, `ms`, `core-seconds`, `blocking` (scans that waited) or
+`MB` (of memory) in a sentence, and rows and columns of tables in [s] or [ms].
+--update writes what is printed; of the lines after a ```sh block, it replaces each by the printed line most like it,
+and keeps what is not compared.
 
 Commands in `code spans` are checked too, and configurations that are shown whole are parsed. Standard library only.
 """
 import argparse
 import dataclasses
+import difflib
 import glob
 import os
 import re
@@ -42,6 +51,9 @@ class Block:
     not_run: str = ""
     instead: str = ""
     output_of: str = ""
+    data: str = ""
+    not_compared: str = ""
+    printed_by: "Block | None" = None  # the ```sh block that prints this ```text block
 
     @property
     def place(self):
@@ -51,11 +63,11 @@ class Block:
 def fenced_blocks(file, text):
     """The fenced blocks of a Markdown text, with the comments before them."""
     blocks, notes, lines = [], {}, text.split("\n")
-    number = 0
+    number, shell = 0, None
     while number < len(lines):
         line = lines[number]
         fence = re.match(r"(\s*)(```+|~~~+)\s*([\w+-]*)(.*)$", line)
-        note = re.match(r"\s*<!--\s*(not run|run instead|output of):\s*(.*?)\s*-->\s*$", line)
+        note = re.match(r"\s*<!--\s*(not run|run instead|output of|with data|not compared):\s*(.*?)\s*-->\s*$", line)
         if fence:
             indent, mark, language, info = fence.groups()
             begin = number + 1
@@ -65,8 +77,13 @@ def fenced_blocks(file, text):
             body = "\n".join(inner.removeprefix(indent) for inner in lines[begin:number])
             title = re.search(r'title="([^"]+)"', info)
             blocks.append(Block(file, begin, language, title.group(1) if title else "", body + "\n", number + 1,
-                                notes.get("not run", ""), notes.get("run instead", ""), notes.get("output of", "")))
+                                notes.get("not run", ""), notes.get("run instead", ""), notes.get("output of", ""),
+                                notes.get("with data", ""), notes.get("not compared", "")))
             notes = {}
+            if language == "text":
+                blocks[-1].printed_by = shell
+            else:
+                shell = blocks[-1] if language == "sh" and not title else None
         elif note:
             notes[note.group(1)] = note.group(2)
         elif line.strip():
@@ -234,12 +251,66 @@ def script_of(blocks, work):
     return "\n".join(lines) + "\n", steps
 
 
-def agrees(shown, printed):
-    """Whether lines that are shown are those that were printed; `...` stands for any lines."""
-    parts = [re.escape(line.rstrip()) for line in shown.rstrip().split("\n")]
+def without_times(text):
+    """The lines of a text without what differs from run to run (`#`), and the spaces and rules that follow from it."""
+    lines, columns = [], []  # columns: (begin, end) of those of the table that hold times
+    for line in text.rstrip().split("\n"):
+        cells = [(match.start(), match.end(), match.group()) for match in re.finditer(r"\S+(?: \S+)*", line)]
+        if any(re.search(r"\[m?s\]$", cell) for _, _, cell in cells[1:]):
+            columns = [(begin, end) for begin, end, cell in cells if re.search(r"\[m?s\]$", cell)]
+        elif not cells:
+            columns = []
+        elif cells and re.search(r"\[m?s\]$", cells[0][2]):
+            line = line[:cells[0][1]] + re.sub(r"\d[\d.,]*", "#", line[cells[0][1]:])
+        else:
+            for begin, end, _ in reversed(cells):
+                if any(begin < last and first < end for first, last in columns) and not set(line[begin:end]) <= set("-"):
+                    line = line[:begin] + "#" + line[end:]
+        line = re.sub(r"\d[\d.,]*(?= (?:m?s|core-s|core-seconds|core-hours|blocking|MB)\b)", "#", line)
+        lines.append(re.sub(r"-{8,}", "---", re.sub(r" +", " ", line)).strip())
+    return "\n".join(lines)
+
+
+def agrees(shown, printed, whole=True):
+    """Whether lines that are shown are those that were printed, or with `whole` = False some of them in a row;
+    `...` stands for any lines."""
+    parts = [re.escape(line) for line in without_times(shown).split("\n")]
     pattern = "\n".join(".*?" if part == re.escape("...") else part for part in parts)
-    there = "\n".join(line.rstrip() for line in printed.rstrip().split("\n"))
-    return re.fullmatch(pattern, there, re.DOTALL) is not None
+    there = without_times(printed)
+    return re.search(rf"\A{pattern}\Z" if whole else rf"(?m:^){pattern}(?m:$)", there, re.DOTALL) is not None
+
+
+def with_old_times(line, settled, old):
+    """A printed line with the times of the one that was shown, if both have as many words."""
+    masks, before = settled.split(" "), old.split()
+    words = list(re.finditer(r"\S+", line))
+    if not len(words) == len(masks) == len(before):
+        return line
+    for word, mask, there in reversed(list(zip(words, masks, before))):
+        if mask == "#":
+            line = line[:word.start()] + there.rjust(len(word.group())) + line[word.end():]
+    return line
+
+
+def words_of(line):
+    """A line whose numbers, spaces and rules are all alike: what tells which line it is."""
+    return re.sub(r"-{8,}", "---", re.sub(r"\d[\d.,]*", "0", " ".join(line.split())))
+
+
+def nearest_lines(shown, printed):
+    """Shown lines, each replaced by the line most like it that was printed after those before it; None without one."""
+    there, begin, found = printed.rstrip().split("\n"), 0, []
+    settled = without_times(printed).split("\n")
+    for line in shown.rstrip().split("\n"):
+        if line.strip() in ("...", ""):
+            found.append(line)
+            continue
+        likeness = [difflib.SequenceMatcher(None, words_of(line), words_of(other)).ratio() for other in there[begin:]]
+        if not likeness or max(likeness) < 0.6:
+            return None
+        begin += likeness.index(max(likeness)) + 1
+        found.append(with_old_times(there[begin - 1], settled[begin - 1], line))
+    return "\n".join(found)
 
 
 def run_page(blocks, clone, environment, work):
@@ -337,7 +408,7 @@ class Runner:
         self.vantage = os.path.join(chosen.build, "bin/vantage")
         self.programs = Programs(chosen.root, self.vantage)
         self.clone = make_clone(chosen.root, chosen.build, chosen.data, folder)
-        self.faults, self.not_run, self.ran = [], [], 0
+        self.faults, self.not_run, self.not_compared, self.ran = [], [], [], 0
         self.environment = {key: value for key, value in os.environ.items() if not key.startswith("VANTAGE_")}
         self.environment.update(HOME=os.path.join(folder, "home"), CMAKE_GENERATOR="Ninja", LC_ALL="C.UTF-8",
                                 DOCS_BUILD_DIR=chosen.build, GIT_CEILING_DIRECTORIES=folder)
@@ -347,8 +418,16 @@ class Runner:
         blocks = fenced_blocks(name, text)
         self.faults += faults_of_page(name, text, blocks, self.chosen.root, self.programs)
         self.faults += [fault for block in blocks if (fault := fault_of_config(block, self.vantage, self.folder))]
+        for block in blocks:
+            if block.data and not os.path.isdir(os.path.join(self.chosen.data or "", block.data)):
+                block.not_run = f"there is no recorded data {block.data}"
         self.not_run += [f"{block.place}: {block.not_run or 'instead: ' + block.instead}" for block in blocks
                          if block.language == "sh" and (block.not_run or block.instead)]
+        shown = [block for block in blocks if block.language == "text" and not block.output_of]
+        self.faults += [f"{block.place}: error: no command prints this; say why with <!-- not compared: REASON -->"
+                        for block in shown if not (block.not_compared or block.printed_by)]
+        self.not_compared += [f"{block.place}: {block.not_compared or 'its command is not run'}" for block in shown
+                              if block.not_compared or block.printed_by and (block.printed_by.not_run or block.printed_by.instead)]
         began = time.monotonic()
         steps, printed, fault = run_page(blocks, self.clone, self.environment, os.path.join(self.folder, f"page{number}"))
         self.ran += len(steps)
@@ -357,17 +436,22 @@ class Runner:
         if fault:
             self.faults.append(fault)
         else:
-            self.compare(name, text, steps, printed)
+            self.compare(name, text, blocks, steps, printed)
 
-    def compare(self, name, text, steps, printed):
-        for block, there in reversed(list(zip(steps, printed))):  # from the end: lines before stay where they are
-            if block.output_of and not agrees(block.text, there):
-                if self.chosen.update:
-                    text = updated(text, block, there)
-                    print(f"{block.place}: updated")
-                else:
-                    self.faults.append(f"{block.place}: error: `{block.output_of}` prints something else "
-                                       f"(tests/docs/run_docs.py --update {name} writes it)\n{there}")
+    def compare(self, name, text, blocks, steps, printed):
+        for block in reversed(blocks):  # from the end: lines before stay where they are
+            whole, command = bool(block.output_of), block.output_of or "the block before"
+            source = block if whole else block.printed_by if not block.not_compared else None
+            index = next((i for i, step in enumerate(steps) if step is source), None)
+            if block.language != "text" or index is None or agrees(block.text, printed[index], whole):
+                continue
+            new = printed[index] if whole else nearest_lines(block.text, printed[index])
+            if self.chosen.update and new is not None:
+                text = updated(text, block, new)
+                print(f"{block.place}: updated")
+            else:
+                self.faults.append(f"{block.place}: error: `{command}` prints something else "
+                                   f"(tests/docs/run_docs.py --update {name} writes it)\n{printed[index]}")
         if self.chosen.update:
             write(os.path.join(self.chosen.root, name), text)
 
@@ -385,6 +469,8 @@ def main(words):
             runner.page(name, number)
     for line in runner.not_run:
         print("not run: " + line)
+    for line in runner.not_compared:
+        print("not compared: " + line)
     for fault in runner.faults:
         print(fault)
     print(f"{runner.ran} blocks run, {len(runner.not_run)} not run, {len(runner.faults)} faults")

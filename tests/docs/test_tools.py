@@ -95,7 +95,7 @@ class RunDocs(TemporaryRoot):
         self.fails("```sh\nif true\n```\n", "README.md")
 
     def test_other_languages_are_not_run(self):
-        self.assertIn("0 blocks run", self.passes("```text\nfalse\n```\n\n```\nfalse\n```\n"))
+        self.assertIn("0 blocks run", self.passes("```cpp\nfalse\n```\n\n```\nfalse\n```\n"))
 
     def test_a_file_is_one_shell_and_the_next_file_another(self):
         self.passes("```sh\nx=1; mkdir -p a; cd a\n```\n\n```sh\n[ $x = 1 ] && [ $(basename $PWD) = a ]\n```\n")
@@ -161,6 +161,42 @@ class RunDocs(TemporaryRoot):
         self.passes(before, "--update")
         self.assertEqual(read(self.root, "README.md"),
                          before.replace("```text\n```", "```text\none\ntwo\n```").replace("1\n2\n", "x\n"))
+
+    def test_lines_after_a_block_are_compared_with_what_it_prints(self):
+        block = "```sh\nprintf 'going on\\na 1\\nb 2\\nc 3\\nend\\n'\n```\n\nIt prints\n\n"
+        for shown in ("a 1\nb 2", "a 1\n...\nc 3", "going on\n...\nend", "c   3"):
+            self.passes(f"{block}```text\n{shown}\n```\n")
+        for shown in ("a 2", "a 1\nc 3", "b 2\n...\na 1", "b"):
+            self.fails(f"{block}```text\n{shown}\n```\n", "README.md:7: error: `the block before` prints something else")
+
+    def test_times_are_not_compared(self):
+        for shown, printed in (("made in 0.5 s, 3 of them", "made in 12.75 s, 3 of them"),
+                               ("x  align [ms]  y\n----------------\n1         0.75  4", "x  align [ms]  y\n----------------\n1        11.25  4"),
+                               ("align [ms]  1.0  2.0", "align [ms]  1.5     20.0"), ("4 switches, 0 blocking", "4 switches, 1 blocking")):
+            block = f"```sh\ncat <<'END'\n{printed}\nEND\n```\n"
+            self.passes(f"{block}```text\n{shown}\n```\n")
+            wrong = shown.replace("3 of", "5 of").replace("  4", "  5").replace("align [ms]  1.0", "other [ms]  1.0").replace("4 s", "5 s")
+            self.fails(f"{block}```text\n{wrong}\n```\n", "prints something else")
+
+    def test_update_replaces_lines_after_a_block_by_those_most_like_them_and_keeps_times(self):
+        before = "```sh\nprintf 'first\\nerror 2.5 of all\\nmade 7 in 3 s\\n'\n```\n```text\nerror 1 of all\n...\nmade 6 in 9 s\n```\n"
+        self.passes(before, "--update")
+        self.assertEqual(read(self.root, "README.md"), before.replace("error 1", "error 2.5").replace("made 6", "made 7"))
+
+    def test_every_shown_output_belongs_to_a_command_or_says_why_not(self):
+        self.fails("```text\na\n```\n", "README.md:1: error: no command prints this")
+        self.fails("```sh\necho a\n```\n```toml\nx = 1\n```\n```text\na\n```\n", "README.md:7: error: no command prints this")
+        self.assertIn("not compared: README.md:2: a sketch", self.passes("<!-- not compared: a sketch -->\n```text\na\n```\n"))
+        self.assertIn("not compared: README.md:5: its command is not run",
+                      self.passes("<!-- not run: no -->\n```sh\necho b\n```\n```text\na\n```\n"))
+
+    def test_a_block_that_needs_recorded_data_runs_where_they_are(self):
+        text = "<!-- with data: street -->\n```sh\necho b\n```\n```text\nb\n```\n"
+        out = self.passes(text)
+        self.assertIn("not run: README.md:2: there is no recorded data street", out)
+        self.assertIn("not compared: README.md:5: its command is not run", out)
+        write(self.root, "data/street/map", "")
+        self.assertIn("1 blocks run, 0 not run", self.passes(text, "--data", os.path.join(self.root, "data")))
 
     def test_a_page_that_is_needed_runs_first_and_once(self):
         code, out = self.run_pages(a="<!-- needs: z.md -->\n```sh\n[ $(wc -l <log) = 1 ]\n```\n", z="```sh\necho z >>log\n```\n")
