@@ -11,7 +11,7 @@
 #include "building/input.hpp"
 #include "checks/notes.hpp"
 #include "checks/trials.hpp"
-#include "info/lines.hpp"
+#include "info/map_lines.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/input_options.hpp"
 #include "terminal/table.hpp"
@@ -118,15 +118,9 @@ Result<void> check_scans(const Options& options, const Config& config,
 Lines lines_of(const Findings& findings) {
   const checks::MapFacts& map = findings.map;
   const Eigen::Vector3d extent = map.bulk.max - map.bulk.min;
-  Lines lines{
-      {"map", fmt::format("{} points over {:.1f} x {:.1f} x {:.1f} m", cli::grouped(map.points),
-                          extent.x(), extent.y(), extent.z())},
-      {"point spacing", fmt::format("{:.3f} m", map.spacing)},
-      {"up", map.up ? std::string(to_string(*map.up)) : std::string("cannot be told")},
-      {"flat ground", fmt::format("{:.0f} % of the ground plan", 100.0 * map.flat_share)},
-      {"rounding", map.rounding > 0.0 ? fmt::format("32-bit floats, {:.2g} m apart at {:.0f} m",
-                                                    map.rounding, map.farthest_coordinate)
-                                      : std::string("finer than 32-bit floats")}};
+  Lines lines{{"map", fmt::format("{} points over {:.1f} x {:.1f} x {:.1f} m",
+                                  cli::grouped(map.points), extent.x(), extent.y(), extent.z())}};
+  for (auto& line : lines_of(map)) lines.push_back(std::move(line));
   if (!findings.scans) return lines;
   const checks::ScanFacts& scans = *findings.scans;
   lines.emplace_back("ranges", fmt::format("half within {:.1f} m, 90 % within {:.1f} m",

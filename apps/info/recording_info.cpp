@@ -8,7 +8,9 @@
 #include <system_error>
 #include <utility>
 
+#include "checks/notes.hpp"
 #include "info/lines.hpp"
+#include "info/map_lines.hpp"
 #include "io/autoware_tiles.hpp"
 #include "io/formats.hpp"
 #include "io/ros/bag_scans.hpp"
@@ -114,11 +116,18 @@ Result<io::MapFiles> files_of_map(const fs::path& path) {
   return las ? found : io::MapFiles();
 }
 
+/// Fewer points are taken for a scan.
+constexpr std::size_t kFewestOfMap = 300'000;
+
 Result<RecordingInfo> inspect_map(RecordingInfo info) {
   PointsInfo points;
+  std::uint64_t most = kFewestOfMap;
   for (const fs::path& file : info.map_files) {
     VANTAGE_TRY(const auto cloud, io::read_point_cloud(file));
     points.add(cloud.points, cloud.dropped);
+    if (cloud.points.size() <= most) continue;
+    most = cloud.points.size();
+    info.map_facts = checks::measure_map(cloud.points);
   }
   info.map = points;
   return info;
@@ -368,6 +377,11 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
   if (!source) return fail(std::move(source).error());
   info.format = (*source)->describe().format;
   VANTAGE_TRY(info.scans, read_scans(**source, progress));
+  if (info.scans->count == 1 && info.scans->points.finite > kFewestOfMap &&
+      fs::is_regular_file(options.path, error)) {
+    VANTAGE_TRY(const auto cloud, io::read_point_cloud(options.path));
+    info.map_facts = checks::measure_map(cloud.points);
+  }
   return info;
 }
 
@@ -395,6 +409,12 @@ std::string to_text(const RecordingInfo& info, const cli::Style& style) {
     lines.emplace_back("fields", fmt::format("{}", fmt::join(info.map_fields, ", ")));
     lines.emplace_back("points", cli::grouped(info.map->finite));
     add_points(lines, *info.map);
+  }
+  if (info.map_facts) {
+    for (auto& line : lines_of(*info.map_facts)) lines.push_back(std::move(line));
+    for (const checks::Note& note : notes_on(*info.map_facts)) {
+      lines.emplace_back("note", note.what + ": " + note.advice);
+    }
   }
   if (!info.no_scans.empty()) lines.emplace_back("scans", info.no_scans);
   for (const ImuInfo& imu : info.imus) {
@@ -427,6 +447,12 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
     json["map"] = json_of(*info.map);
     json["map"]["files"] = info.map_files.size();
     json["map"]["fields"] = info.map_fields;
+  }
+  if (info.map_facts) {
+    for (const auto& [name, value] : lines_of(*info.map_facts)) json["measured"][name] = value;
+    for (const checks::Note& note : notes_on(*info.map_facts)) {
+      json["notes"].push_back({{"what", note.what}, {"advice", note.advice}});
+    }
   }
   if (!info.no_scans.empty()) json["no_scans"] = info.no_scans;
   if (!info.imus.empty()) {

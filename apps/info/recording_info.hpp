@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "checks/map_facts.hpp"
 #include "io/ros/message_reader.hpp"
 #include "terminal/style.hpp"
 #include "vantage/io/imu_io.hpp"
@@ -64,8 +65,10 @@ struct RecordingInfo {
   std::optional<PointsInfo> map;  ///< of a map
   std::vector<std::filesystem::path> map_files;
   std::vector<std::string> map_fields;  ///< of the first file's points
-  std::string no_scans;                 ///< why a bag has no readable scans; else empty
-  std::vector<ImuInfo> imus;            ///< one a topic of a bag; one of a file of samples
+  /// Of the file with the most points, if they are as many as a map has.
+  std::optional<checks::MapFacts> map_facts;
+  std::string no_scans;       ///< why a bag has no readable scans; else empty
+  std::vector<ImuInfo> imus;  ///< one a topic of a bag; one of a file of samples
 };
 
 /// Reads the whole recording. A bag without scans, or with several topics of scans and none chosen,

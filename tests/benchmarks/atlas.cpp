@@ -77,6 +77,7 @@ plugin = "keep_all"
 max_range = 60.0
 [store]
 plugin = "pcd_tiles"
+content = "points"
 params = {{ root = "{}", overwrite = true }}
 [matcher]
 plugin = "{}"

@@ -85,6 +85,7 @@ plugin = ")" + (cell_width > 0 ? "hpr" : "keep_all") +
                                   R"("
 [store]
 plugin = "pcd_tiles"
+content = "points"
 params = { root = ")" + bundle + R"(" }
 [matcher]
 plugin = "ndt"

@@ -76,6 +76,7 @@ plugin = "keep_all"
 max_range = 40.0
 [store]
 plugin = "pcd_tiles"
+content = "points"
 params = { root = "points" }
 [matcher]
 plugin = "ndt"

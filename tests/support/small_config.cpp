@@ -11,7 +11,10 @@ std::string to_text(const SmallConfig& config) {
                                     config.partitioner_params + " }\n") +
          section("ground", "plugin = \"pmf\"\n") + section("viewpoints", config.viewpoints) +
          section("visibility", config.visibility) +
-         section("store", "plugin = \"pcd_tiles\"\n" + config.store) +
+         section("store", "plugin = \"pcd_tiles\"\n" +
+                              (config.store.find("content") == std::string::npos
+                                   ? "content = \"points\"\n" + config.store
+                                   : config.store)) +
          section("matcher", config.matcher) + config.more;
 }
 

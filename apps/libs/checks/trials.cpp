@@ -67,7 +67,9 @@ Result<Fit> fit_of(const Bundle& bundle, const Config& config, const PluginLoade
   constexpr double kSweep = 0.2;  // after a stamp, the longest [s]
   Fit fit;
   fit.scans = scans.size();
-  VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
+  Config everywhere = config;  // the search has no limits
+  if (everywhere.localizer) everywhere.localizer->recovery_radius.reset();
+  VANTAGE_TRY(auto localizer, Localizer::open(bundle, everywhere, plugins));
   localizer.start_anywhere();
   std::vector<double> coverages, nvtls;
   for (std::size_t i = 0; i < scans.size(); ++i) {

@@ -88,7 +88,7 @@ constexpr std::array kMetrics{
     Metric{"recovered", "relocalized", &kNumber, 0, kNeither, G::scans, "sum", "",
            "1 for the first tracked scan after lost ones",
            [](const RunScan& s) { return flag(s.report.recovered); }},
-    Metric{"switched", "switches", &kNumber, 0, kNeither, G::scans, "sum", "sum",
+    Metric{"switched", "switches", &kNumber, 0, kNeither, G::scans, "sum", "",
            "1 if the region is not that of the scan before; sums leave out the first scan",
            [](const RunScan& s) { return flag(s.report.switched); }, kAfterFirst},
     Metric{"outside", "outside", &kNumber, 0, kLess, G::scans, "sum", "",
@@ -137,17 +137,17 @@ constexpr std::array kMetrics{
              return s.report.alignment ? count(s.report.alignment->iterations) : Value();
            },
            kTrackedOnly},
-    Metric{"fitness", "fitness", &kNumber, 4, kMore, G::match, "mean", "mean",
+    Metric{"fitness", "fitness", &kNumber, 4, kMore, G::match, "mean", "",
            "S_fitness (Eq. 12); a scan point without a voxel counts 0",
            [](const RunScan& s) { return score(s, &ScanScore::fitness); }, kTrackedOnly},
-    Metric{"nvtl", "NVTL", &kNumber, 3, kMore, G::match, "mean", "mean",
+    Metric{"nvtl", "NVTL", &kNumber, 3, kMore, G::match, "mean", "",
            "nearest voxel transformation likelihood: mean over the matched points of the "
            "likelihood of the best voxel",
            [](const RunScan& s) { return score(s, &ScanScore::nvtl); }, kTrackedOnly},
-    Metric{"coverage", "coverage", &kShare, 2, kMore, G::match, "mean", "mean",
+    Metric{"coverage", "coverage", &kShare, 2, kMore, G::match, "mean", "",
            "share of the scan's points that have a voxel in the map",
            [](const RunScan& s) { return score(s, &ScanScore::coverage); }, kTrackedOnly},
-    Metric{"lcp", "LCP", &kMillionth, 3, kMore, G::match, "mean", "mean",
+    Metric{"lcp", "LCP", &kMillionth, 3, kMore, G::match, "mean", "",
            "`fitness` divided by `map_points` (Eq. 13)",
            [](const RunScan& s) {
              return s.report.alignment && map_points(s) ? Value(s.report.lcp) : Value();
@@ -202,7 +202,7 @@ constexpr std::array kMetrics{
     Metric{"error_m", "error", &kLength, 2, kLess, G::error, "mean rmse median p95 max", "mean p95",
            "distance from the reference; trajectories are not aligned",
            [](const RunScan& s) { return error(s, &PoseError::metres); }, kTrackedOnly},
-    Metric{"error_deg", "error", &kAngle, 3, kLess, G::error, "mean rmse median p95 max", "mean",
+    Metric{"error_deg", "error", &kAngle, 3, kLess, G::error, "mean rmse median p95 max", "",
            "angle from the reference",
            [](const RunScan& s) { return error(s, &PoseError::degrees); }, kTrackedOnly},
     Metric{"held_bytes", "memory", &kBytes, 2, kLess, G::map, "max", "",
@@ -213,7 +213,7 @@ constexpr std::array kMetrics{
         "size of the map in use in the bundle",
         [](const RunScan& s) { return was_aligned(s) ? if_positive(count(s.map.bytes)) : Value(); },
         kOwnMaps},
-    Metric{"reduction_used", "reduction used", &kShare, 1, kMore, G::map, "mean", "mean",
+    Metric{"reduction_used", "reduction used", &kShare, 1, kMore, G::map, "mean", "",
            "share of the wide-area map's points that the map in use leaves out",
            [](const RunScan& s) {
              const Value points = map_points(s);

@@ -41,7 +41,7 @@ BuildParams BuildParams::from(const Config& config) {
   }
   params.thinning = config.thinning;
   if (config.store) {
-    params.content = config.store->content;
+    params.content = config.store->content.value_or(StoredContent::points);
     params.views = config.store->views;
   }
   if (const AtlasParams atlas = config.atlas.value_or(AtlasParams{});
@@ -60,7 +60,7 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
   VANTAGE_TRY(plugins.ground, ground_for(config, loader));
   VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
   VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
-  const bool prepares = store.content != StoredContent::points;
+  const bool prepares = store.content.value_or(StoredContent::points) != StoredContent::points;
   if (prepares || BuildParams::from(config).atlas) {
     VANTAGE_TRY(const auto matcher,
                 config.need(config.matcher, "matcher", "storing prepared region maps"));

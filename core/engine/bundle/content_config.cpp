@@ -4,7 +4,10 @@ namespace vantage {
 
 Config content_config(const Config& config) {
   Config content = config;
-  if (!config.store || config.store->content == StoredContent::points) content.matcher.reset();
+  if (!config.store ||
+      config.store->content.value_or(StoredContent::points) == StoredContent::points) {
+    content.matcher.reset();
+  }
   content.store.reset();
   content.localizer.reset();
   content.atlas.reset();

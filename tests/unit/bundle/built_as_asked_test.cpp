@@ -33,6 +33,7 @@ max_range = 30.0
 params = { alpha = 100.0 }
 [store]
 plugin = "pcd_tiles"
+content = "points"
 params = { root = "bundle" }
 [matcher]
 plugin = "ndt"

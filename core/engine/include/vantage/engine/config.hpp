@@ -105,7 +105,7 @@ constexpr auto enum_names(StoredContent) {
 struct StoreConfig {
   std::string plugin;
   std::optional<std::filesystem::path> library;
-  StoredContent content = StoredContent::points;
+  std::optional<StoredContent> content;
   bool views = false;
   Table params;
   SourceLocation where;
@@ -116,7 +116,9 @@ struct StoreConfig {
         optional("library", &StoreConfig::library, "", "plugin file, instead of searching"),
         optional("content", &StoreConfig::content, "",
                  "what a build stores for each region: its points, the map that the [matcher] "
-                 "prepares from the whole map around them, or both"),
+                 "prepares from the whole map around them, or both; if left out, prepared maps if "
+                 "the [matcher] makes them from a part of the map at a time (ndt), and points if "
+                 "not, or with views or [thinning]"),
         optional("views", &StoreConfig::views, "",
                  "each point is stored with the number of viewpoints of its region that see it"),
         optional("params", &StoreConfig::params, "", "parameters of the plugin"),

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "checks/map_facts.hpp"
+#include "info/lines.hpp"
+
+namespace vantage {
+
+/// What was measured of a map: spacing, up, ground, rounding.
+[[nodiscard]] Lines lines_of(const checks::MapFacts& map);
+
+}  // namespace vantage

@@ -1,0 +1,148 @@
+#include "checks/notes.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+namespace vantage::checks {
+namespace {
+
+MapFacts good_map() {
+  MapFacts map;
+  map.points = 1'000'000;
+  map.bulk.extend(Point(0.0, 0.0, 0.0));
+  map.bulk.extend(Point(150.0, 120.0, 10.0));
+  map.spacing = 0.11;
+  map.farthest_coordinate = 150.0;
+  map.rounding = 1.5e-5;
+  map.up = Direction{};
+  return map;
+}
+
+ScanFacts good_scans() {
+  ScanFacts scans;
+  scans.scans = 5;
+  for (int k = 0; k < 1000; ++k) scans.ranges.push_back(2.0 + 0.06 * k);
+  scans.below = GroundPlane{.distance = 1.75, .tilt = 0.02, .share = 0.7};
+  return scans;
+}
+
+Config config() {
+  Config config;
+  config.viewpoints = ViewpointParams{.sensor_height = 1.73};
+  config.visibility = VisibilityConfig{};
+  config.visibility->max_range = 60.0;
+  config.localizer = LocalizerParams{};
+  return config;
+}
+
+/// The only note; empty if there is none.
+std::string only(const std::vector<Note>& notes) {
+  REQUIRE(notes.size() <= 1);
+  return notes.empty() ? "" : notes.front().what + ": " + notes.front().advice;
+}
+
+TEST_CASE("right inputs give no note") {
+  CHECK(notes_on(good_map(), config()).empty());
+  CHECK(notes_on(good_scans(), config(), false).empty());
+}
+
+TEST_CASE("maps in other units, upside down, rounded") {
+  const auto note = [](auto change) {
+    MapFacts map = good_map();
+    change(map);
+    return only(notes_on(map, config()));
+  };
+  CHECK(note([](MapFacts& m) { m.spacing = 11.0; }).ends_with("seems to be in centimetres"));
+  CHECK(note([](MapFacts& m) { m.spacing = 110.0; }).ends_with("seems to be in millimetres"));
+  CHECK(note([](MapFacts& m) { m.spacing = 0.00011; }).ends_with("seems to be in kilometres"));
+  CHECK(note([](MapFacts& m) {
+          m.up = Direction{2, true};
+        }).find("in direction -z") != std::string::npos);
+  CHECK(note([](MapFacts& m) { m.up = std::nullopt; }).empty());
+  CHECK(note([](MapFacts& m) {
+          m.farthest_coordinate = 5'428'000.0;
+          m.rounding = 0.5;
+        }).starts_with("the map's coordinates reach 5,428,000 m, where 32-bit floats are 0.5 m"));
+}
+
+TEST_CASE("a configuration that does not suit the map") {
+  Config other = config();
+  other.visibility->params.entries.push_back({"point_spacing", {0.5, {}}, {}});
+  CHECK(only(notes_on(good_map(), other)).ends_with("set it to 0.11"));
+  other = config();
+  other.visibility->max_range = 1.0;
+  CHECK(only(notes_on(good_map(), other)).starts_with("visibility.max_range is 1 m"));
+}
+
+TEST_CASE("scans in other units or another frame, and without points") {
+  const auto note = [](auto change) {
+    ScanFacts scans = good_scans();
+    change(scans);
+    return only(notes_on(scans, config(), false));
+  };
+  const auto times = [](double factor) {
+    return [factor](ScanFacts& s) {
+      for (double& range : s.ranges) range *= factor;
+    };
+  };
+  CHECK(note(times(1000.0)).ends_with("seem to be in millimetres"));
+  CHECK(note(times(100.0)).ends_with("seem to be in centimetres"));
+  CHECK(note(times(0.001)).ends_with("seem to be in kilometres"));
+  CHECK(note([](ScanFacts& s) { s.eccentricity = 20.0; }).find("map's frame") != std::string::npos);
+  CHECK(note([](ScanFacts& s) { s.ranges.clear(); }).starts_with("5 scans were looked at"));
+}
+
+TEST_CASE("the sensor's height and tilt") {
+  const auto note = [](double height, double tilt, bool imu) {
+    ScanFacts scans = good_scans();
+    scans.below->distance = height;
+    scans.below->tilt = tilt;
+    return only(notes_on(scans, config(), imu));
+  };
+  CHECK(note(0.5, 0.0, false).ends_with("set it to 0.50"));
+  CHECK(note(5.7, 0.0, false).find("feet") != std::string::npos);
+  CHECK(note(1.9, 0.0, false).empty());
+  CHECK(note(1.75, 0.3, false).starts_with("the sensor is tilted by 17 degrees"));
+  CHECK(note(1.75, 0.3, true).empty());
+}
+
+TEST_CASE("a sensor that hangs upside down needs an IMU") {
+  ScanFacts scans = good_scans();
+  scans.above = scans.below;
+  scans.below->share = 0.1;
+  CHECK(only(notes_on(scans, config(), false)).starts_with("the scans show the ground above"));
+  CHECK(notes_on(scans, config(), true).empty());
+}
+
+TEST_CASE("limits that drop most points") {
+  Config other = config();
+  other.localizer->scan_max_range = 1.0;
+  CHECK(only(notes_on(good_scans(), other, false)).find("keep 0.0 % of the points") !=
+        std::string::npos);
+  other = config();
+  other.visibility->max_range = 20.0;
+  CHECK(only(notes_on(good_scans(), other, false)).starts_with("visibility.max_range is 20 m"));
+}
+
+TEST_CASE("times of points in another unit") {
+  ScanFacts scans = good_scans();
+  scans.timed = true;
+  scans.sweep = 0.1;
+  CHECK(notes_on(scans, config(), false).empty());
+  scans.sweep = 1e-7;
+  CHECK(only(notes_on(scans, config(), false)).starts_with("the times of a scan's points span"));
+}
+
+TEST_CASE("notes are kept in a bundle and read again") {
+  const std::vector<Note> notes{{"seen \"this\"", "do that"}, {"a", "b"}};
+  CHECK(decode(encode(notes)) == notes);
+  CHECK(decode(encode({})) == std::vector<Note>());
+  for (const std::string_view bad : {"", "{}", "[1]", "[{\"what\":1,\"advice\":\"b\"}]", "[{}]"}) {
+    CHECK_FALSE(decode(std::as_bytes(std::span(bad))));
+  }
+}
+
+}  // namespace
+}  // namespace vantage::checks

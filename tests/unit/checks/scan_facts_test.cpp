@@ -1,0 +1,95 @@
+#include "checks/scan_facts.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace vantage::checks {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// Ground 1.7 m below the sensor, and a wall 12 m ahead.
+PointCloud scene() {
+  PointCloud points;
+  for (double x = -25.0; x < 25.0; x += 0.5) {
+    for (double y = -25.0; y < 25.0; y += 0.5) points.emplace_back(x + 0.1, y + 0.1, -1.7);
+  }
+  for (double y = -8.0; y < 8.0; y += 0.25) {
+    for (double z = -1.7; z < 4.0; z += 0.25) points.emplace_back(12.0, y, z);
+  }
+  return points;
+}
+
+io::StampedScan scan_of(PointCloud points) {
+  io::StampedScan scan;
+  scan.points = std::move(points);
+  return scan;
+}
+
+ScanFacts facts_of(const PointCloud& points) {
+  ScanSurvey survey;
+  for (int k = 0; k < 3; ++k) survey.add(scan_of(points));
+  return survey.facts();
+}
+
+TEST_CASE("the ground below a tilted sensor") {
+  PointCloud points = scene();
+  const Eigen::Matrix3d tilt =
+      Eigen::AngleAxisd(8.0 * kDegree, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  for (Point& p : points) p = tilt * p;
+  const auto ground = find_ground(points, false);
+  REQUIRE(ground);
+  CHECK(ground->distance == doctest::Approx(1.7).epsilon(0.05));
+  CHECK(ground->tilt == doctest::Approx(8.0 * kDegree).epsilon(0.1));
+  CHECK(ground->share > 0.9);
+}
+
+TEST_CASE("the ground above a sensor that hangs upside down") {
+  PointCloud points = scene();
+  for (Point& p : points) p.z() = -p.z();
+  const ScanFacts facts = facts_of(points);
+  REQUIRE(facts.above);
+  CHECK(facts.above->distance == doctest::Approx(1.7).epsilon(0.05));
+  CHECK(facts.above->share > 0.9);
+  CHECK((!facts.below || facts.below->share < 0.2));
+}
+
+TEST_CASE("ranges") {
+  PointCloud points;
+  for (int k = 1; k <= 100; ++k) points.emplace_back(k, 0.0, 0.0);
+  const ScanFacts facts = facts_of(points);
+  CHECK(facts.range_at(0.5) == doctest::Approx(50.0).epsilon(0.03));
+  CHECK(facts.share_within(10.5, 20.5) == doctest::Approx(0.1));
+  CHECK(facts.share_within(200.0, 300.0) == 0.0);
+}
+
+TEST_CASE("scans in the map's frame lie far beside the sensor") {
+  CHECK(facts_of(scene()).eccentricity < 1.0);
+  PointCloud points = scene();
+  for (Point& p : points) p += Point(300.0, 200.0, 0.0);
+  CHECK(facts_of(points).eccentricity > 10.0);
+}
+
+TEST_CASE("times, empty scans, points that are no returns") {
+  ScanSurvey survey;
+  io::StampedScan scan = scan_of(scene());
+  scan.seconds.assign(scan.points.size(), 0.0F);
+  scan.seconds.back() = 0.1F;
+  scan.no_returns = scan.points.size();
+  survey.add(scan);
+  CHECK(survey.facts().timed);
+  CHECK(survey.facts().sweep == doctest::Approx(0.1));
+  CHECK(survey.facts().dropped_share == doctest::Approx(0.5));
+  survey.add(io::StampedScan{});
+  CHECK(survey.facts().empty == 1);
+  CHECK(survey.facts().timed);
+  survey.add(scan_of(scene()));
+  CHECK_FALSE(survey.facts().timed);
+  CHECK(ScanSurvey().facts().scans == 0);
+}
+
+}  // namespace
+}  // namespace vantage::checks
