@@ -120,7 +120,7 @@ Lines lines_of(const Findings& findings) {
   const Eigen::Vector3d extent = map.bulk.max - map.bulk.min;
   Lines lines{{"map", fmt::format("{} points over {:.1f} x {:.1f} x {:.1f} m",
                                   cli::grouped(map.points), extent.x(), extent.y(), extent.z())}};
-  for (auto& line : lines_of(map)) lines.push_back(std::move(line));
+  for (auto& line : map_lines(map)) lines.push_back(std::move(line));
   if (!findings.scans) return lines;
   const checks::ScanFacts& scans = *findings.scans;
   lines.emplace_back("ranges", fmt::format("half within {:.1f} m, 90 % within {:.1f} m",

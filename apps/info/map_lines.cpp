@@ -6,7 +6,7 @@
 
 namespace vantage {
 
-Lines lines_of(const checks::MapFacts& map) {
+Lines map_lines(const checks::MapFacts& map) {
   return {{"point spacing [m]", fmt::format("{:.3g}", map.spacing)},
           {"up", map.up ? std::string(to_string(*map.up)) : std::string("cannot be told")},
           {"flat ground", fmt::format("{:.0f} % of the ground plan", 100.0 * map.flat_share)},

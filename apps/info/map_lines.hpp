@@ -6,6 +6,6 @@
 namespace vantage {
 
 /// What was measured of a map: spacing, up, ground, rounding.
-[[nodiscard]] Lines lines_of(const checks::MapFacts& map);
+[[nodiscard]] Lines map_lines(const checks::MapFacts& map);
 
 }  // namespace vantage

@@ -411,7 +411,7 @@ std::string to_text(const RecordingInfo& info, const cli::Style& style) {
     add_points(lines, *info.map);
   }
   if (info.map_facts) {
-    for (auto& line : lines_of(*info.map_facts)) lines.push_back(std::move(line));
+    for (auto& line : map_lines(*info.map_facts)) lines.push_back(std::move(line));
     for (const checks::Note& note : notes_on(*info.map_facts)) {
       lines.emplace_back("note", note.what + ": " + note.advice);
     }
@@ -449,7 +449,7 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
     json["map"]["fields"] = info.map_fields;
   }
   if (info.map_facts) {
-    for (const auto& [name, value] : lines_of(*info.map_facts)) json["measured"][name] = value;
+    for (const auto& [name, value] : map_lines(*info.map_facts)) json["measured"][name] = value;
     for (const checks::Note& note : notes_on(*info.map_facts)) {
       json["notes"].push_back({{"what", note.what}, {"advice", note.advice}});
     }

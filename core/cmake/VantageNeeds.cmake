@@ -1,13 +1,9 @@
 # vantage_needs(<package> <what>)
 #
 # Finds a package that is not needed everywhere. Where it is not installed, <what> is left out: the rest
-# of the calling file is skipped. A build with tests must have it.
+# of the calling file is skipped.
 macro(vantage_needs package what)
-  if(VANTAGE_BUILD_TESTS)
-    find_package(${package} REQUIRED)
-  else()
-    find_package(${package} QUIET)
-  endif()
+  find_package(${package} QUIET)
   if(NOT ${package}_FOUND)
     message(STATUS "${what} is left out: ${package} is not installed")
     return()

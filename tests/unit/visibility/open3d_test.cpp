@@ -92,6 +92,14 @@ TEST_CASE("hpr equals Open3D with points at the viewpoint and several at one pla
   CHECK(all->size() > of_one_copy->size());
 }
 
+TEST_CASE("parameters of hpr_open3d") {
+  CHECK(error_of("hpr_open3d", "").empty());
+  CHECK(error_of("hpr_open3d", "alpha = 1").empty());
+  CHECK(error_of("hpr_open3d", "alpha = 0.5").find("alpha") != std::string::npos);
+  CHECK(error_of("hpr_open3d", "alpha = 1e7").find("alpha") != std::string::npos);
+  CHECK(error_of("hpr_open3d", "kernel = \"inversion\"").find("kernel") != std::string::npos);
+}
+
 TEST_CASE("hpr_open3d: alpha is 100 if left out") {
   const PointCloud cloud = ball(13, 2000, 20.0, 0.5);
   const auto left_out = seen_by("hpr_open3d", cloud, Point::Zero(), "");

@@ -38,14 +38,6 @@ TEST_CASE("parameters of hpr") {
   CHECK(mentions(error_of("hpr", "alhpa = 3.0"), "alpha"));
 }
 
-TEST_CASE("parameters of hpr_open3d") {
-  CHECK(error_of("hpr_open3d", "").empty());
-  CHECK(error_of("hpr_open3d", "alpha = 1").empty());
-  CHECK(error_of("hpr_open3d", "alpha = 0.5").find("alpha") != std::string::npos);
-  CHECK(error_of("hpr_open3d", "alpha = 1e7").find("alpha") != std::string::npos);
-  CHECK(error_of("hpr_open3d", "kernel = \"inversion\"").find("kernel") != std::string::npos);
-}
-
 TEST_CASE("keep_all has no parameters") {
   CHECK(error_of("keep_all", "").empty());
   CHECK(!error_of("keep_all", "max_range = 3.0").empty());
