@@ -7,6 +7,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "building/input.hpp"
 #include "checks/notes.hpp"
@@ -93,6 +95,25 @@ class WholeMap {
   Bundle bundle_;
 };
 
+/// Takes the map for one in feet. Its cells are too wide for sparse scans to fit, so that scaled
+/// scans show nothing.
+Result<std::optional<checks::Note>> try_feet(const Options& options,
+                                             const building::WideAreaMap& map,
+                                             std::span<const io::StampedScan> scans) {
+  constexpr double kFoot = 0.3048;  // [m]
+  building::WideAreaMap metric;
+  for (const Point& p : map.points) metric.points.push_back(kFoot * p);
+  for (const Point& p : map.trajectory) metric.trajectory.push_back(kFoot * p);
+  VANTAGE_TRY(const WholeMap whole, WholeMap::build(options, metric));
+  VANTAGE_TRY(const checks::Fit fit,
+              checks::fit_of(whole.bundle(), whole.config(), options.common.loader(), scans, {}));
+  if (2 * fit.tracked < scans.size()) return std::optional<checks::Note>();
+  return std::optional<checks::Note>(
+      {fmt::format("{} of {} scans are tracked if the map is taken as feet", fit.tracked,
+                   scans.size()),
+       "scans and map are in metres: multiply the map by 0.3048"});
+}
+
 Result<void> check_scans(const Options& options, const Config& config,
                          const building::WideAreaMap& map, Findings& findings) {
   VANTAGE_TRY(const auto inputs,
@@ -111,6 +132,9 @@ Result<void> check_scans(const Options& options, const Config& config,
               checks::fit_of(whole.bundle(), whole.config(), plugins, scans, samples_of(inputs)));
   VANTAGE_TRY(auto note,
               checks::try_changes(whole.bundle(), whole.config(), plugins, scans, *findings.fit));
+  if (!note && 2 * findings.fit->tracked < scans.size()) {
+    VANTAGE_TRY(note, try_feet(options, map, scans));
+  }
   if (note) findings.add({*std::move(note)});
   return {};
 }

@@ -55,7 +55,9 @@ class Site {
                     const Point& by = Point::Zero()) const {
     const std::filesystem::path folder = path(name);
     std::filesystem::create_directories(folder);
-    auto source = io::open_scans({.path = path("world/scans")});
+    io::ScanOptions options;
+    options.path = path("world/scans");
+    auto source = io::open_scans(options);
     REQUIRE(source);
     std::ofstream times(folder / "times.txt");
     for (int k = 0;; ++k) {

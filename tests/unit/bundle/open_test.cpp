@@ -118,7 +118,8 @@ TEST_CASE("a bundle that [store] names: a missing table says what needs it") {
   config.file = "c.toml";
   CHECK(message(Bundle::open(config, two_stores(), "exporting")) ==
         "c.toml: error: missing table [store], which exporting needs");
-  config.store = StoreConfig{.plugin = "pcd_tiles", .library = {}, .params = {}, .where = {}};
+  config.store =
+      StoreConfig{.plugin = "pcd_tiles", .library = {}, .content = {}, .params = {}, .where = {}};
   config.store->params = test::table("root = \"" + (folder.path() / "b").string() + "\"");
   CHECK(message(Bundle::open(config, two_stores(), "exporting")).find("`vantage build` makes it") !=
         std::string::npos);
