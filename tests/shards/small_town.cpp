@@ -46,8 +46,10 @@ std::string SmallTown::config(const TownConfig& config) const {
       "schema = 1\n[map]\nfiles = [\"tiles\"]\ntrajectory = \"driven.tum\"\n[partitioner]\n" +
       config.partitioner + "\n[ground]\n" + config.ground + "\n[viewpoints]\n" + config.viewpoints +
       "\n[visibility]\n" + config.visibility + "\n[store]\n" + config.store +
-      "\nparams = { root = \"bundle\"" +
-      " }\n[matcher]\nplugin = \"ndt\"\nparams = { resolution = 2.0 }\n" + config.more;
+      (config.store.find("content") == std::string::npos ? "\ncontent = \"points\"" : "") +
+      "\nparams = { root = \"bundle\" }\n[matcher]\nplugin = \"ndt\"\nparams = { resolution = 2.0 "
+      "}\n" +
+      config.more;
   write_text(path("town.toml"), text);
   return path("town.toml");
 }

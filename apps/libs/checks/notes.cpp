@@ -51,7 +51,7 @@ const double* number_in(const Table& params, std::string_view key) {
 }  // namespace
 
 std::vector<Note> notes_on(const MapFacts& map) {
-  constexpr double kSparsest = 0.6, kDensest = 0.002;  // spacing of maps that are in metres [m]
+  constexpr double kSparsest = 1.5, kDensest = 0.002;  // spacing of maps that are in metres [m]
   constexpr double kTypical = 0.1;
   constexpr double kCoarsest = 0.005;  // rounding that costs no accuracy [m]
   std::vector<Note> notes;

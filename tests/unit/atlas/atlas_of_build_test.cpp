@@ -89,6 +89,7 @@ voxel_size = 0.5
 plugin = "keep_all"
 max_range = 60.0
 [store]
+content = "points"
 plugin = "pcd_tiles"
 params = { root = ")" + bundle.string() +
                                R"(", overwrite = true }

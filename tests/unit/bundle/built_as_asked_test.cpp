@@ -33,13 +33,12 @@ max_range = 30.0
 params = { alpha = 100.0 }
 [store]
 plugin = "pcd_tiles"
-content = "points"
 params = { root = "bundle" }
 [matcher]
 plugin = "ndt"
 )";
 
-/// A map of 40 m x 40 m and the bundle that `kBuilt` makes of it.
+/// A map of 40 m x 40 m and the bundle that `kBuilt` makes of it, with points.
 class Built {
  public:
   explicit Built(std::vector<std::string> overrides = {}) {
@@ -50,6 +49,7 @@ class Built {
     }
     const PointCloud drive{{1, 10, 1}, {20, 10, 1}, {39, 10, 1}};
     test::write_text(folder_.path() / "built.toml", kBuilt);
+    overrides.insert(overrides.begin(), "store.content=points");
     const auto config = load_config(folder_.path() / "built.toml", overrides);
     REQUIRE_MESSAGE(config, to_string(config.error()));
     auto build = BundleBuild::prepare(*config, test::built_plugins());
