@@ -193,7 +193,12 @@ Result<int> run(const Options& options) {
   } else {
     std::cout << to_text(lines_of(findings), options.common.style());
     print(std::cout, findings.notes);
-    if (findings.notes.empty()) std::cout << "nothing suspicious\n";
+    if (findings.notes.empty()) {
+      const bool found = !findings.fit || findings.fit->tracked > 0;
+      std::cout << (found ? "nothing suspicious\n"
+                          : "nothing suspicious was measured, but none of these scans was found in "
+                            "the map: it may be of another place, or they are too few to tell\n");
+    }
   }
   return findings.notes.empty() ? 0 : 1;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "json_schema.hpp"
@@ -106,11 +107,15 @@ Result<void> check_plugin(const Options& options) {
   return {};
 }
 
-/// The prefix below which this program is installed.
-std::string installation() {
+/// The prefix below which this program is installed; none if it runs where it was built, from where
+/// other projects cannot use it.
+std::optional<std::string> installation() {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? "WHERE_VANTAGE_IS" : program.parent_path().parent_path().string();
+  if (error) return std::nullopt;
+  const auto prefix = program.parent_path().parent_path();
+  if (std::filesystem::exists(prefix / "CMakeCache.txt", error)) return std::nullopt;
+  return prefix.string();
 }
 
 Result<void> new_plugin(const Options& options) {
@@ -124,9 +129,11 @@ Result<void> new_plugin(const Options& options) {
   VANTAGE_CHECK(write_plugin_project(kind, options.name, options.out));
   if (options.quiet) return {};
   const std::string folder = "'" + (options.out / "").parent_path().string() + "'";
+  const auto prefix = installation();
   std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
-            << "  cmake -S " << folder << " -B " << folder << "/build"
-            << " -G Ninja -DCMAKE_PREFIX_PATH='" << installation() << "'\n"
+            << (prefix ? "" : "  ./dev install ~/vantage-sdk    # in the folder of Vantage's sources\n")
+            << "  cmake -S " << folder << " -B " << folder << "/build -G Ninja -DCMAKE_PREFIX_PATH="
+            << (prefix ? "'" + *prefix + "'" : "\"$HOME/vantage-sdk\"") << "\n"
             << "  cmake --build " << folder << "/build && ctest --test-dir " << folder
             << "/build\n";
   return {};

@@ -144,6 +144,14 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
                                  metres(*range), metres(reach)),
                      "regions lack what the sensor sees: give the reach of the sensor"});
   }
+  constexpr double kManyTimes = 10.0;
+  if (const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
+      range && *range > kManyTimes * reach) {
+    notes.push_back({fmt::format("visibility.max_range is {}, and nine in ten points of the scans "
+                                 "are within {}",
+                                 metres(*range), metres(reach)),
+                     "is it in metres? Give the reach of the sensor"});
+  }
   constexpr double kGround = 0.4, kNoGround = 0.25;  // shares of square metres
   const auto share = [](const std::optional<GroundPlane>& plane) {
     return plane ? plane->share : 0.0;
