@@ -131,7 +131,8 @@ Result<void> new_plugin(const Options& options) {
   const std::string folder = "'" + (options.out / "").parent_path().string() + "'";
   const auto prefix = installation();
   std::cerr << folder << " is a " << options.kind << " plugin. Build and test it:\n"
-            << (prefix ? "" : "  ./dev install ~/vantage-sdk    # in the folder of Vantage's sources\n")
+            << (prefix ? ""
+                       : "  ./dev install ~/vantage-sdk    # in the folder of Vantage's sources\n")
             << "  cmake -S " << folder << " -B " << folder << "/build -G Ninja -DCMAKE_PREFIX_PATH="
             << (prefix ? "'" + *prefix + "'" : "\"$HOME/vantage-sdk\"") << "\n"
             << "  cmake --build " << folder << "/build && ctest --test-dir " << folder

@@ -105,9 +105,9 @@ std::vector<Note> notes_on(const MapFacts& map, const Config& config) {
 }
 
 std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool imu) {
-  constexpr double kFarthest = 400.0, kNearest = 1.5;  // within which 90 % of the points lie [m]
+  constexpr double kFarthest = 400.0, kNearest = 0.5;  // within which 90 % of the points lie [m]
   constexpr double kTypical = 40.0;                    // [m]
-  constexpr double kAside = 3.0;
+  constexpr double kAside = 3.0, kFarAside = 20.0;     // eccentricity; [m]
   std::vector<Note> notes;
   if (scans.scans == 0) return notes;
   if (scans.ranges.empty()) {
@@ -116,7 +116,7 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
     return notes;
   }
   const double reach = scans.range_at(0.9);
-  if (scans.eccentricity > kAside) {
+  if (scans.eccentricity > kAside && scans.range_at(0.5) > kFarAside) {
     notes.push_back({"the points of a scan lie all on one side of the sensor, far away",
                      "they seem to be in the map's frame; give scans in the sensor's frame"});
     return notes;
@@ -144,7 +144,7 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
                                  metres(*range), metres(reach)),
                      "regions lack what the sensor sees: give the reach of the sensor"});
   }
-  constexpr double kManyTimes = 10.0;
+  constexpr double kManyTimes = 100.0;
   if (const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
       range && *range > kManyTimes * reach) {
     notes.push_back({fmt::format("visibility.max_range is {}, and nine in ten points of the scans "
@@ -185,7 +185,7 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
                        "set localizer.gravity = \"unknown\""});
     }
   }
-  constexpr double kShortestSweep = 0.005, kLongestSweep = 1.0;  // [s]
+  constexpr double kShortestSweep = 1e-4, kLongestSweep = 1.0;  // [s]
   if (scans.timed && (scans.sweep < kShortestSweep || scans.sweep > kLongestSweep)) {
     notes.push_back({fmt::format("the times of a scan's points span {:.3g} s", scans.sweep),
                      "a sweep takes 0.05 to 0.2 s; set localizer.undistort = false, or mend the "
