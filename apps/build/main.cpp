@@ -81,9 +81,12 @@ Result<void> build_shard(const Options& options) {
 Result<void> note_suspicions(building::Prepared& prepared, const Options& options) {
   if (prepared.map.tiles) return {};  // `vantage check` looks at a sample
   VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
-  const auto notes = notes_on(checks::measure_map(prepared.map.points), config);
-  checks::print(std::cerr, notes);
-  if (!notes.empty()) prepared.build.attach(checks::kNotesAttachment, checks::encode(notes));
+  const checks::MapFacts map = checks::measure_map(prepared.map.points);
+  checks::print(std::cerr, notes_on(map, config));
+  // What concerns the configuration is of no use on the robot.
+  if (const auto notes = notes_on(map); !notes.empty()) {
+    prepared.build.attach(checks::kNotesAttachment, checks::encode(notes));
+  }
   return {};
 }
 

@@ -10,6 +10,8 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "docs/site")]
 
+os.environ.pop("VANTAGE_DATA_DIR", None)  # --data of the tests decides
+
 import links  # noqa: E402
 import make_site  # noqa: E402
 import run_docs  # noqa: E402
