@@ -76,14 +76,13 @@ Result<void> build_shard(const Options& options) {
   return {};
 }
 
-/// Says what is suspicious about the map. The bundle keeps it, so that localization can say it,
-/// too.
+/// Says what is suspicious about the map. The bundle keeps what concerns the map alone, so that
+/// localization can say it, too.
 Result<void> note_suspicions(building::Prepared& prepared, const Options& options) {
   if (prepared.map.tiles) return {};  // `vantage check` looks at a sample
   VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
   const checks::MapFacts map = checks::measure_map(prepared.map.points);
   checks::print(std::cerr, notes_on(map, config));
-  // What concerns the configuration is of no use on the robot.
   if (const auto notes = notes_on(map); !notes.empty()) {
     prepared.build.attach(checks::kNotesAttachment, checks::encode(notes));
   }

@@ -6,13 +6,13 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <span>
 
 #include "building/input.hpp"
 #include "checks/notes.hpp"
 #include "checks/trials.hpp"
+#include "evaluation/degrees.hpp"
 #include "info/map_lines.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/input_options.hpp"
@@ -24,11 +24,6 @@ namespace vantage {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// So many scans in a row are compared with the map.
-constexpr std::size_t kInARow = 10;
-/// Facts about scans come from one in ten of the first fifty.
-constexpr std::size_t kEvery = 10, kAmong = 50;
 
 struct Options : building::Options {
   InputOptions inputs;
@@ -52,7 +47,7 @@ Result<PointCloud> sample_of(const io::TiledMap& tiles) {
   const std::uint64_t step = tiles.points() / kEnough + 1;
   PointCloud points;
   for (std::size_t i = 0; i < tiles.tiles().size(); i += step) {
-    VANTAGE_TRY(const PointCloud some, tiles.read(tiles.cells_of(tiles.tiles()[i].index)));
+    VANTAGE_TRY(const PointCloud some, tiles.read(tiles.tiles()[i].index));
     points.insert(points.end(), some.begin(), some.end());
   }
   return points;
@@ -67,13 +62,11 @@ class WholeMap {
                 io::OutputFolder::create(place, io::OutputFolder::Existing::refuse));
     auto overrides = options.common.overrides;
     const std::string root = (folder.path() / "bundle").string();
-    for (const std::string& text :
-         {std::string("partitioner={plugin=\"whole_map\"}"),
-          std::string("visibility={plugin=\"keep_all\"}"),
-          fmt::format("store={{plugin=\"pcd_tiles\",params={{root={}}}}}", quoted(root)),
-          std::string("atlas={max_sites=0}")}) {
-      overrides.push_back(text);
-    }
+    overrides.insert(
+        overrides.end(),
+        {"partitioner={plugin=\"whole_map\"}", "visibility={plugin=\"keep_all\"}",
+         fmt::format("store={{plugin=\"pcd_tiles\",params={{root={}}}}}", quoted(root)),
+         "atlas={max_sites=0}"});
     VANTAGE_TRY(Config config, load_config(options.config, overrides));
     config.thinning.reset();
     const PluginLoader plugins = options.common.loader();
@@ -118,10 +111,10 @@ Result<void> check_scans(const Options& options, const Config& config,
                          const building::WideAreaMap& map, Findings& findings) {
   VANTAGE_TRY(const auto inputs,
               options.inputs.open(config.map ? config.map->files : std::vector<fs::path>()));
-  VANTAGE_TRY(auto scans, first_scans(inputs, kAmong));
+  VANTAGE_TRY(auto scans, first_scans(inputs, checks::ScanSurvey::kAmong));
   checks::ScanSurvey survey;
-  for (std::size_t i = 0; i < scans.size(); i += kEvery) survey.add(scans[i]);
-  if (scans.size() > kInARow) scans.resize(kInARow);
+  for (const io::StampedScan& scan : scans) survey.offer(scan);
+  if (scans.size() > checks::kScansToTry) scans.resize(checks::kScansToTry);
   findings.scans = survey.facts();
   findings.add(notes_on(*findings.scans, config, inputs.imu.has_value()));
   if (!findings.notes.empty() || !config.matcher || map.tiles) return {};
@@ -152,13 +145,13 @@ Lines lines_of(const Findings& findings) {
   lines.emplace_back("times of points",
                      scans.timed ? fmt::format("yes, {:.3f} s a sweep", scans.sweep)
                                  : std::string("none: sweeps of a moving sensor stay distorted"));
-  lines.emplace_back(
-      "ground below",
-      scans.below ? fmt::format("{:.2f} m, tilted by {:.1f} degrees, {:.0f} % of the "
-                                "square metres around",
-                                scans.below->distance, scans.below->tilt * 180.0 / std::numbers::pi,
-                                100.0 * scans.below->share)
-                  : std::string("none seen"));
+  lines.emplace_back("ground below",
+                     scans.below
+                         ? fmt::format("{:.2f} m, tilted by {:.1f} degrees, {:.0f} % of the "
+                                       "square metres around",
+                                       scans.below->distance, scans.below->tilt * kDegrees,
+                                       100.0 * scans.below->share)
+                         : std::string("none seen"));
   if (findings.fit) {
     lines.emplace_back("in the map", fmt::format("{} of the first {} scans are tracked, from an "
                                                  "unknown start; coverage {:.2f}",
@@ -184,11 +177,8 @@ Result<int> run(const Options& options) {
     VANTAGE_CHECK(check_scans(options, config, prepared.map, findings));
   }
   if (options.common.json) {
-    nlohmann::ordered_json result{{"notes", nlohmann::ordered_json::array()}};
+    nlohmann::ordered_json result{{"notes", to_json(findings.notes)}};
     for (const auto& [name, value] : lines_of(findings)) result[name] = value;
-    for (const checks::Note& note : findings.notes) {
-      result["notes"].push_back({{"what", note.what}, {"advice", note.advice}});
-    }
     std::cout << result.dump(2) << '\n';
   } else {
     std::cout << to_text(lines_of(findings), options.common.style());

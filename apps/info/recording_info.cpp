@@ -450,8 +450,8 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
   }
   if (info.map_facts) {
     for (const auto& [name, value] : map_lines(*info.map_facts)) json["measured"][name] = value;
-    for (const checks::Note& note : notes_on(*info.map_facts)) {
-      json["notes"].push_back({{"what", note.what}, {"advice", note.advice}});
+    if (const auto notes = notes_on(*info.map_facts); !notes.empty()) {
+      json["notes"] = checks::to_json(notes);
     }
   }
   if (!info.no_scans.empty()) json["no_scans"] = info.no_scans;

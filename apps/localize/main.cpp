@@ -133,8 +133,7 @@ Result<void> note_suspicions(const RunSummary& summary, const checks::ScanFacts&
   for (checks::Note& note : notes_on(scans, config, inputs.imu.has_value()))
     notes.push_back(std::move(note));
   if (notes.empty() && 10 * summary.tracked < 9 * summary.scans) {
-    constexpr std::size_t kInARow = 10;
-    VANTAGE_TRY(const auto first, first_scans(inputs, kInARow));
+    VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
     VANTAGE_TRY(const checks::Fit fit,
                 checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
     VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
@@ -185,16 +184,14 @@ Result<void> run(const Options& options) {
   }
   std::optional<RunWriter> writer;  // from the first scan on: a run without one leaves nothing
   RunSummarizer summarizer(options.out);
-  checks::ScanSurvey survey;  // of one in ten of the first fifty scans
+  checks::ScanSurvey survey;
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));
   }
-  std::size_t taken = 0;
   const auto take = [&](const io::StampedScan& scan, const RunScan& result) -> Result<void> {
     if (recorder) VANTAGE_CHECK(recorder->add(scan, result));
-    if (taken < 50 && taken % 10 == 0) survey.add(scan);
-    ++taken;
+    survey.offer(scan);
     if (!writer) {
       VANTAGE_TRY(writer, RunWriter::create(options.out));
     }

@@ -23,13 +23,7 @@ class Car {
                                        "drive.speed=8", "--set", "drive.still_start=0", "--set",
                                        "drive.stops=0", "--set", "imu.clock_offset=0.35"});
     REQUIRE_MESSAGE(made.exit_code == 0, made.err);
-    write_text(path("config.toml"),
-               to_text({.files = R"(["world/map.pcd"])",
-                        .partitioner = "whole_map",
-                        .partitioner_params = "",
-                        .viewpoints = "voxel_size = 5.0\nsensor_height = 1.0\n",
-                        .visibility = "plugin = \"keep_all\"\nmax_range = 100.0\n",
-                        .store = "content = \"prepared\"\nparams = { root = \"maps\" }\n"}));
+    write_text(path("config.toml"), to_text(whole_world()));
     const Finished built = test::run("vantage-build", {path("config.toml"), "--quiet"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
   }

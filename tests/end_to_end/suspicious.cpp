@@ -33,14 +33,10 @@ class Site {
                    "--quiet", "--set", "seed=31", "--set", "drive.length=12", "--set",
                    "drive.scan_every=3", "--set", "lidar.motion_distortion=false"});
     REQUIRE_MESSAGE(made.exit_code == 0, made.err);
-    write_text(path("config.toml"),
-               to_text({.files = R"(["world/map.pcd"])",
-                        .partitioner = "whole_map",
-                        .partitioner_params = "",
-                        .viewpoints = "voxel_size = 5.0\nsensor_height = 1.0\n",
-                        .visibility = "plugin = \"keep_all\"\nmax_range = 100.0\n",
-                        .store = "params = { root = \"maps\" }\n",
-                        .more = "[atlas]\nmax_sites = 0\n"}));
+    SmallConfig config = whole_world();
+    config.store = "params = { root = \"maps\" }\n";
+    config.more = "[atlas]\nmax_sites = 0\n";
+    write_text(path("config.toml"), to_text(config));
     const Finished built = test::run("vantage-build", {path("config.toml"), "--quiet"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
     REQUIRE(built.err.find("note:") == std::string::npos);

@@ -11,11 +11,20 @@ std::string to_text(const SmallConfig& config) {
                                     config.partitioner_params + " }\n") +
          section("ground", "plugin = \"pmf\"\n") + section("viewpoints", config.viewpoints) +
          section("visibility", config.visibility) +
-         section("store", "plugin = \"pcd_tiles\"\n" +
-                              (config.store.find("content") == std::string::npos
-                                   ? "content = \"points\"\n" + config.store
-                                   : config.store)) +
+         section("store",
+                 "plugin = \"pcd_tiles\"\n" + (config.store.find("content") == std::string::npos
+                                                   ? "content = \"points\"\n" + config.store
+                                                   : config.store)) +
          section("matcher", config.matcher) + config.more;
+}
+
+SmallConfig whole_world() {
+  return {.files = R"(["world/map.pcd"])",
+          .partitioner = "whole_map",
+          .partitioner_params = "",
+          .viewpoints = "voxel_size = 5.0\nsensor_height = 1.0\n",
+          .visibility = "plugin = \"keep_all\"\nmax_range = 100.0\n",
+          .store = "content = \"prepared\"\nparams = { root = \"maps\" }\n"};
 }
 
 PointCloud small_square() {

@@ -17,6 +17,9 @@ struct SmallConfig {
   std::string more{};  ///< further sections
 };
 
+/// The whole map of a simulated world in the folder `world`, for a VLP-16.
+[[nodiscard]] SmallConfig whole_world();
+
 /// The whole file. Sections that are empty are left out.
 [[nodiscard]] std::string to_text(const SmallConfig& config);
 

@@ -7,8 +7,10 @@
 #include <limits>
 #include <numbers>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "checks/median.hpp"
 #include "vantage/kit/hash.hpp"
 
 namespace vantage::checks {
@@ -101,9 +103,7 @@ double spacing_of(PointsView map, const Bounds3& bulk) {
     }
     spacings.push_back(radius * std::sqrt(std::numbers::pi / kNeighbours));
   }
-  std::nth_element(spacings.begin(), spacings.begin() + static_cast<std::ptrdiff_t>(places / 2),
-                   spacings.end());
-  return spacings[places / 2];
+  return median_of(std::move(spacings));
 }
 
 /// The columns of points along an axis, and how things in them stand on what is flat.
@@ -149,10 +149,7 @@ class Columns {
         }
       }
       if (heights.size() < kFewest) continue;
-      std::nth_element(heights.begin(),
-                       heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2),
-                       heights.end());
-      const double level = heights[heights.size() / 2];
+      const double level = median_of(heights);
       ends.lower += std::abs(span.low - level) < near ? 1 : 0;
       ends.upper += std::abs(span.high - level) < near ? 1 : 0;
     }

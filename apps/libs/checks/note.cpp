@@ -9,10 +9,14 @@ void print(std::ostream& out, std::span<const Note> notes) {
   for (const Note& note : notes) out << "note: " << note.what << ": " << note.advice << '\n';
 }
 
-std::vector<std::byte> encode(std::span<const Note> notes) {
+nlohmann::ordered_json to_json(std::span<const Note> notes) {
   auto list = nlohmann::ordered_json::array();
   for (const Note& note : notes) list.push_back({{"what", note.what}, {"advice", note.advice}});
-  const std::string text = list.dump();
+  return list;
+}
+
+std::vector<std::byte> encode(std::span<const Note> notes) {
+  const std::string text = to_json(notes).dump();
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   return {bytes, bytes + text.size()};
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ struct Note {
 
 /// One line a note: "note: WHAT: ADVICE".
 void print(std::ostream& out, std::span<const Note> notes);
+
+[[nodiscard]] nlohmann::ordered_json to_json(std::span<const Note> notes);
 
 /// The name under which a bundle keeps what was noticed when it was built.
 inline constexpr const char* kNotesAttachment = "notes";

@@ -4,17 +4,16 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <variant>
 
-#include "terminal/table.hpp"
+#include "evaluation/degrees.hpp"
+#include "terminal/counts.hpp"
 
 namespace vantage::checks {
 namespace {
 
 constexpr double kShortestRange = 5.0;  // of a LiDAR [m]
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// The unit in which a length that should be about `typical` metres is `seen`.
 std::string_view unit_of(double seen, double typical) {
@@ -137,16 +136,15 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
            fmt::format("half of the points are farther than {}", metres(scans.range_at(0.5)))});
     }
   }
-  if (const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
-      range && *range >= kShortestRange && *range < 0.5 * reach) {
+  constexpr double kManyTimes = 100.0;
+  const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
+  if (range && *range >= kShortestRange && *range < 0.5 * reach) {
     notes.push_back({fmt::format("visibility.max_range is {}, and a tenth of the scans' points are "
                                  "farther than {}",
                                  metres(*range), metres(reach)),
                      "regions lack what the sensor sees: give the reach of the sensor"});
   }
-  constexpr double kManyTimes = 100.0;
-  if (const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
-      range && *range > kManyTimes * reach) {
+  if (range && *range > kManyTimes * reach) {
     notes.push_back({fmt::format("visibility.max_range is {}, and nine in ten points of the scans "
                                  "are within {}",
                                  metres(*range), metres(reach)),

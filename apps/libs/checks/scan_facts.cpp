@@ -85,6 +85,12 @@ double ScanFacts::share_within(double least, double most) const {
   return static_cast<double>(to - from) / static_cast<double>(ranges.size());
 }
 
+void ScanSurvey::offer(const io::StampedScan& scan) {
+  constexpr std::size_t kEvery = 10;
+  if (offered_ < kAmong && offered_ % kEvery == 0) add(scan);
+  ++offered_;
+}
+
 void ScanSurvey::add(const io::StampedScan& scan) {
   constexpr std::size_t kMostRanges = 20'000;
   sums_.timed = (sums_.scans == 0 || sums_.timed) && (scan.points.empty() || !scan.seconds.empty());

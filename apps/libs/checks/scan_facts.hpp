@@ -47,10 +47,15 @@ struct ScanFacts {
 /// Measures scans, one after the other, and keeps none of them.
 class ScanSurvey {
  public:
+  /// Of the scans that are offered, one in ten of so many first ones is measured.
+  static constexpr std::size_t kAmong = 50;
+
+  void offer(const io::StampedScan& scan);
   void add(const io::StampedScan& scan);
   [[nodiscard]] ScanFacts facts() const;
 
  private:
+  std::size_t offered_ = 0;
   ScanFacts sums_;
   std::uint64_t points_ = 0, dropped_ = 0;
   std::vector<double> sweeps_, eccentricities_;

@@ -16,6 +16,9 @@
 
 namespace vantage::checks {
 
+/// So many scans in a row show whether scans fit a map.
+inline constexpr std::size_t kScansToTry = 10;
+
 /// How some scans fit a map when the sensor may be anywhere at the first of them.
 struct Fit {
   std::size_t scans = 0, tracked = 0;

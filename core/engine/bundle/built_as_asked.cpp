@@ -193,4 +193,28 @@ Result<void> check_built_as_asked(const Config& asked, const BundleSummary& bund
                     .context = {}});
 }
 
+Result<void> check_prepared_for(const Bundle& bundle, const ScanMatcher& matcher) {
+  const RegionDirectory& directory = *bundle.directory();
+  if (directory.summary().sum.elements == 0) return {};
+  for (std::uint32_t r = 0; r < directory.summary().regions; ++r) {
+    VANTAGE_TRY(const DirectoryEntry entry, directory.entry(RegionId{r}));
+    if (entry.summary.elements == 0) continue;
+    const auto map = bundle.get(RegionId{r});
+    if (!map || map->prepared.bytes.empty()) return {};  // told where the region is needed
+    const auto target = matcher.restore(map->prepared.bytes);
+    if (target || target.error().code == ErrorCode::too_few_matches) return {};
+    const auto& built = bundle.built_with();
+    const std::string expected = built && built->matcher ? "'" + built->matcher->plugin + "'"
+                                                         : std::string("another matcher");
+    return fail(Error{.code = ErrorCode::invalid_config,
+                      .message = "the bundle holds maps prepared for " + expected +
+                                 ", which this matcher cannot use: " + target.error().message +
+                                 "; expected the matcher that the bundle was built with, or a "
+                                 "bundle with store.content = \"points\"",
+                      .where = SourceLocation{bundle.name(), 0, 0},
+                      .context = {"opening the bundle"}});
+  }
+  return {};
+}
+
 }  // namespace vantage

@@ -1,9 +1,11 @@
 #pragma once
 
+#include "vantage/engine/bundle.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/region_directory.hpp"
 #include "vantage/result.hpp"
+#include "vantage/scan_matcher.hpp"
 
 namespace vantage {
 
@@ -13,5 +15,10 @@ namespace vantage {
 /// Error: `invalid_config` that names the key and both values, at the place of the key.
 [[nodiscard]] Result<void> check_built_as_asked(const Config& asked, const BundleSummary& bundle,
                                                 const PluginLoader& plugins);
+
+/// Whether a matcher can use the prepared maps of a bundle: it restores the first of them. A bundle
+/// of points is for every matcher, and a damaged map is told where it is needed.
+/// Error: `invalid_config` that names the matcher that the bundle was built with.
+[[nodiscard]] Result<void> check_prepared_for(const Bundle& bundle, const ScanMatcher& matcher);
 
 }  // namespace vantage

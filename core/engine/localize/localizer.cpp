@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bundle/built_as_asked.hpp"
 #include "localize/belief.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/regions_ahead.hpp"
@@ -397,35 +398,6 @@ struct Localizer::State {
   }
 };
 
-namespace {
-
-/// Prepared maps are of one matcher: another one must be refused before the first scan.
-Result<void> check_prepared(const Bundle& bundle, const ScanMatcher& matcher) {
-  const RegionDirectory& directory = *bundle.directory();
-  if (directory.summary().sum.elements == 0) return {};
-  for (std::uint32_t r = 0; r < directory.summary().regions; ++r) {
-    VANTAGE_TRY(const DirectoryEntry entry, directory.entry(RegionId{r}));
-    if (entry.summary.elements == 0) continue;
-    const auto map = bundle.get(RegionId{r});
-    if (!map || map->prepared.bytes.empty()) return {};  // told where the region is needed
-    const auto target = matcher.restore(map->prepared.bytes);
-    if (target || target.error().code == ErrorCode::too_few_matches) return {};
-    const auto& built = bundle.built_with();
-    const std::string expected = built && built->matcher ? "'" + built->matcher->plugin + "'"
-                                                         : std::string("another matcher");
-    return fail(Error{.code = ErrorCode::invalid_config,
-                      .message = "the bundle holds maps prepared for " + expected +
-                                 ", which this matcher cannot use: " + target.error().message +
-                                 "; expected the matcher that the bundle was built with, or a "
-                                 "bundle with store.content = \"points\"",
-                      .where = SourceLocation{bundle.name(), 0, 0},
-                      .context = {"opening the bundle"}});
-  }
-  return {};
-}
-
-}  // namespace
-
 Localizer::Localizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
@@ -437,7 +409,7 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
   if (all.empty_regions == all.regions) {
     return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
   }
-  VANTAGE_CHECK(check_prepared(bundle, *matcher));
+  VANTAGE_CHECK(check_prepared_for(bundle, *matcher));
   // A program may have set what a file could not.
   VANTAGE_TRY(const LocalizerParams checked, parse<LocalizerParams>(to_table(params)));
   return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), checked, model));

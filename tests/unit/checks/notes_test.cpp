@@ -37,7 +37,7 @@ Config config() {
   return config;
 }
 
-/// The only note; empty if there is none.
+/// Requires one note at most, and returns its text.
 std::string only(const std::vector<Note>& notes) {
   REQUIRE(notes.size() <= 1);
   return notes.empty() ? "" : notes.front().what + ": " + notes.front().advice;
