@@ -132,13 +132,6 @@ std::vector<std::string> lines(const Evaluation& e, const std::string& what,
                metric);
 }
 
-/// Up to 1, logarithmic. Risks below 1e-9 are drawn at the lower end.
-Axis risk_axis(const std::vector<double>& risks) {
-  double least = 0.1;
-  for (const double risk : risks) least = std::min(least, std::max(risk, 1e-9));
-  return report::logarithmic_axis("integrity risk, less is better", least, 1.0);
-}
-
 /// The cumulative distribution of a metric over one run.
 Curve cumulative_curve(const MapRun& r, std::string_view metric) {
   return {name_of(r), look_of(r),
@@ -183,11 +176,6 @@ std::vector<std::string> cumulative_of_baselines(const Evaluation& e, const Axis
 
 bool has_reference(const Evaluation& e) { return !everything(e, "error_m").empty(); }
 
-/// Puts figures side by side if each has only one panel.
-std::string side_by_side(const std::string& figures) {
-  return "<div class=\"figures\">\n" + figures + "</div>\n";
-}
-
 constexpr const char* kReading =
     "Box: middle half of the scans with the median; whiskers: to the last scan within 1.5 boxes; "
     "dots: beyond; diamond: mean. Baselines with equal numbers of points are below their "
@@ -205,7 +193,7 @@ std::string alignment_figures(const Evaluation& e) {
                      fmt::format("Fig. 10 a. Alignment time. {}", kReading), "fig10a-align");
   figures += report::figure(lines(e, "T_align along the route", "T_align [ms]", "align_ms", true),
                             "Fig. 10 b. Alignment time along the route.", "fig10b-align");
-  return html + side_by_side(figures);
+  return html + report::side_by_side(figures);
 }
 
 std::string fitness_figures(const Evaluation& e) {
@@ -228,7 +216,7 @@ std::string fitness_figures(const Evaluation& e) {
   return "<p><strong>Fitness alone rewards deleting map.</strong> A scan point with no voxel near "
          "it scores 0 in S<sub>fitness</sub> (Eq. 12), which is more than a badly matched point "
          "gets. Coverage, NVTL and error beside it show what was lost.</p>\n" +
-         side_by_side(figures);
+         report::side_by_side(figures);
 }
 
 std::string lcp_figures(const Evaluation& e) {
@@ -243,7 +231,7 @@ std::string lcp_figures(const Evaluation& e) {
          "map raises a positive LCP and lowers a negative one, so baselines of equal size have "
          "about the same LCP. It reflects the size of a map more than the choice of its "
          "points.</p>\n" +
-         side_by_side(figures);
+         report::side_by_side(figures);
 }
 
 std::string error_figures(const Evaluation& e) {
@@ -268,7 +256,7 @@ std::string error_figures(const Evaluation& e) {
                             fmt::format("Position error. {}", kReading), "error-position");
   figures += report::figure(boxes(e, "Rotation error", "error [°]", "error_deg", true),
                             "Rotation error.", "error-rotation");
-  return html + side_by_side(figures) + against;
+  return html + report::side_by_side(figures) + against;
 }
 
 std::string motion_figures(const Evaluation& e) {
@@ -287,7 +275,7 @@ std::string motion_figures(const Evaluation& e) {
   if (figures.empty()) return "<p>No scan was matched near a prediction.</p>\n";
   return "<p>The prediction is where earlier scans, odometry and IMU put the sensor. An IMU or "
          "odometry makes it better; what matters is the error after matching.</p>\n" +
-         side_by_side(figures);
+         report::side_by_side(figures);
 }
 
 std::string risk_figures(const Evaluation& e) {
@@ -297,7 +285,7 @@ std::string risk_figures(const Evaluation& e) {
          "beyond the alert limit. The localizer knows no reference: compare the risk with the "
          "error.</p>\n" +
          report::figure(
-             lines(e, "Integrity risk along the route", risk_axis(risks), "risk"),
+             lines(e, "Integrity risk along the route", report::risk_axis(risks), "risk"),
              "Integrity risk of every scan that has a pose, tracked or not. A gap in a curve is a "
              "scan without a pose.",
              "risk-way");

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evaluate/page/error_classes.hpp"
 #include "evaluate/page/maps.hpp"
-#include "evaluate/page/plans.hpp"
 #include "report/html.hpp"
 #include "report/plan.hpp"
 #include "terminal/counts.hpp"
@@ -57,12 +57,12 @@ std::string sites_svg(const Evaluation& e, const EvaluatedConfig& config,
     note += fmt::format(", median {:.1f} cm", 100.0 * all.expected_error.median);
   }
   note += fmt::format(", {} above {:g} m", cli::grouped(all.beyond_limit), limit);
-  std::string svg = plan_opening(config.name, note, window);
+  std::string svg = report::plan_opening(config.name, note, window);
   if (!e.map.empty()) svg += "<use class=\"ground\" href=\"#map-of-sites\"/>\n";
   for (const Route& route : e.routes) {
     std::string points;
     for (const auto& moment : route.reference) {
-      points += polyline_point(moment.pose.translation.head<2>(), window);
+      points += report::polyline_point(moment.pose.translation.head<2>(), window);
     }
     svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", points);
   }
@@ -78,20 +78,18 @@ std::string sites_svg(const Evaluation& e, const EvaluatedConfig& config,
       links += fmt::format("<path class=\"alike\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\"/>\n", x, y,
                            window.x(to.x()), window.y(to.y()));
     }
-    const std::string tip =
-        "<title>" + report::escaped(site_tip(site, config.index.partition[site.region].label)) +
-        "</title>";
+    const std::string tip = site_tip(site, config.index.partition[site.region].label);
     if (!site.precision) {
-      dots += fmt::format("<path class=\"lost\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\">{}</path>\n",
-                          x - 4.0, y - 4.0, tip);
+      dots += report::plan_cross(site.position.head<2>(), window, tip);
       continue;
     }
     ticks += weak_tick(*site.precision, x, y, radius);
-    dots += fmt::format(
-        "<circle class=\"site e{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\">{}</circle>\n",
-        error_class_of(100.0 * site.precision->expected_error), x, y, radius, tip);
+    dots += report::plan_dot(
+        site.position.head<2>(), window,
+        fmt::format("site e{}", error_class_of(100.0 * site.precision->expected_error)), radius,
+        tip);
   }
-  return svg + links + ticks + dots + report::scale_bar(window) + plan_end();
+  return svg + links + ticks + dots + report::scale_bar(window) + report::plan_end();
 }
 
 std::string sites_legend() {
@@ -104,7 +102,7 @@ std::string sites_legend() {
 }  // namespace
 
 Result<std::string> localizability(const Evaluation& e) {
-  Extent extent;
+  report::Extent extent;
   for (const EvaluatedConfig& config : e.configs) {
     if (!config.atlas) continue;
     for (const Site& site : config.atlas->sites) extent.see(site.position.head<2>());
@@ -113,16 +111,14 @@ Result<std::string> localizability(const Evaluation& e) {
   for (const Route& route : e.routes) {
     for (const auto& moment : route.reference) extent.see(moment.pose.translation.head<2>());
   }
-  const double border = std::clamp(0.06 * (extent.high - extent.low).maxCoeff(), 10.0, 40.0);
-  const PlanWindow window =
-      report::window_around(extent.low, extent.high, border, 40.0, 560.0, 520.0);
+  const PlanWindow window = report::window_of_drive(extent);
   std::string html =
       "<p>How well a sensor can be localized, wherever it stands: measured with virtual scans when "
       "the bundle was built, without any drive.</p>\n" +
       sites_legend();
   if (!e.map.empty()) {
     VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
-    html += shared_picture("map-of-sites", window, png);
+    html += report::shared_picture("map-of-sites", window, png);
   }
   std::vector<std::string> panels;
   std::string without;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "evaluate/page/plans.hpp"
+#include "evaluate/page/error_classes.hpp"
 #include "evaluate/page/samples.hpp"
 #include "evaluate/page/tables.hpp"
 #include "report/chart.hpp"
@@ -19,12 +19,15 @@ namespace vantage::page {
 namespace {
 
 using report::escaped;
+using report::Extent;
+using report::plan_end;
+using report::plan_opening;
 using report::PlanWindow;
 
 std::string borders(const Partition& partition, const PlanWindow& window) {
   std::string d;
   for (const Region& region : partition.regions()) d += report::outline(region.footprint, window);
-  return d.empty() ? "" : fmt::format("<path class=\"border\" d=\"{}\"/>\n", d);
+  return report::border_path(d);
 }
 
 // ---- Fig. 9
@@ -135,7 +138,7 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   svg += borders(r.config->index.partition, window);
   std::string reference;
   for (const auto& moment : e.routes[r.route].reference) {
-    reference += polyline_point(moment.pose.translation.head<2>(), window);
+    reference += report::polyline_point(moment.pose.translation.head<2>(), window);
   }
   svg += fmt::format("<polyline class=\"reference\" points=\"{}\"/>\n", reference);
   const std::vector<double> way = distances(run);
@@ -149,37 +152,26 @@ std::string trajectory_svg(const Evaluation& e, const MapRun& r, const PlanWindo
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const RunScan& scan = run.scans[i];
     if (!scan.report.has_pose) continue;
-    const auto& p = scan.report.T_map_scan.translation;
-    const double x = window.x(p.x()), y = window.y(p.y());
-    const std::string tip = "<title>" + escaped(tip_of(run, i, way[i])) + "</title>";
+    const Eigen::Vector2d p = scan.report.T_map_scan.translation.head<2>();
+    const std::string tip = tip_of(run, i, way[i]);
     if (scan.report.tracking == Tracking::lost) {
-      above += fmt::format("<path class=\"lost\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\">{}</path>\n",
-                           x - 4.0, y - 4.0, tip);
+      above += report::plan_cross(p, window, tip);
       continue;
     }
-    if (scan.report.switched && i > 0) {
-      above += fmt::format(
-          "<circle class=\"switch\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\">{}</circle>\n", x, y,
-          ring, tip);
-    }
+    if (scan.report.switched && i > 0) above += report::plan_ring(p, window, ring, tip);
     if (scan.report.tracking == Tracking::uncertain) {
-      above +=
-          fmt::format("<path class=\"uncertain\" d=\"M{:.1f} {:.1f}l4 4l-4 4l-4 -4z\">{}</path>\n",
-                      x, y - 4.0, tip);
+      above += report::plan_rhomb(p, window, tip);
       continue;
     }
     const Number error = shown_value("error_m", scan);
-    svg += fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\">{}</circle>\n",
-                       error ? fmt::format("e{}", error_class_of(*error)) : "unknown", x, y, tip);
+    svg += report::plan_dot(
+        p, window, error ? fmt::format("e{}", error_class_of(*error)) : "unknown", 2.3, tip);
   }
   return svg + above + report::scale_bar(window) + plan_end();
 }
 
 std::string trajectory_legend() {
-  return "<p class=\"legend\">" + error_class_legend() +
-         "<span><i class=\"dot ringed\"></i>map switched</span> <span><i "
-         "class=\"rhomb\">◇</i>scan uncertain</span> <span><i class=\"cross\">✕</i>scan "
-         "lost</span> <span><i class=\"bar\"></i>region border</span></p>\n";
+  return "<p class=\"legend\">" + error_class_legend() + report::legend_of_drive() + "</p>\n";
 }
 
 PlanWindow window_of_route(const Evaluation& e, std::size_t route) {
@@ -192,9 +184,7 @@ PlanWindow window_of_route(const Evaluation& e, std::size_t route) {
       if (is_tracked(scan)) extent.see(scan.report.T_map_scan.translation.head<2>());
     }
   }
-  if (extent.empty()) extent.see(Eigen::Vector2d::Zero());
-  const double border = std::clamp(0.06 * (extent.high - extent.low).maxCoeff(), 10.0, 40.0);
-  return report::window_around(extent.low, extent.high, border, 40.0, 560.0, 520.0);
+  return report::window_of_drive(extent);
 }
 
 }  // namespace
@@ -233,7 +223,7 @@ Result<std::string> region_maps(const Evaluation& e) {
       escaped(e.routes.empty() ? "" : e.routes.front().name));
   if (!e.map.empty()) {
     VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
-    html += shared_picture("map-of-specimens", window, png);
+    html += report::shared_picture("map-of-specimens", window, png);
   }
   std::vector<std::string> panels;
   for (std::size_t c = 0; c < e.configs.size(); ++c) {
@@ -259,7 +249,7 @@ Result<std::string> trajectories(const Evaluation& e) {
     if (e.routes.size() > 1) html += "<h3>" + escaped(e.routes[route].name) + "</h3>\n";
     if (!e.map.empty()) {
       VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));
-      html += shared_picture(fmt::format("map-of-route{}", route), window, png);
+      html += report::shared_picture(fmt::format("map-of-route{}", route), window, png);
     }
     std::vector<std::string> panels;
     for (const MapRun& r : runs_of(e, route)) {

@@ -316,6 +316,12 @@ Axis axis_over(std::string label, std::span<const double> sample, bool from_zero
   return linear_axis(std::move(label), from_zero ? std::min(0.0, low) : low, high, most);
 }
 
+Axis risk_axis(std::span<const double> risks) {
+  double least = 0.1;
+  for (const double risk : risks) least = std::min(least, std::max(risk, 1e-9));
+  return logarithmic_axis("integrity risk, less is better", least, 1.0);
+}
+
 Box box_of(std::span<const double> sample) {
   const std::vector<double> values = sorted_finite(sample);
   Box box{.count = values.size(), .outliers = {}};

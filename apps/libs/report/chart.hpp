@@ -36,6 +36,9 @@ struct Axis {
 [[nodiscard]] Axis axis_over(std::string label, std::span<const double> sample, bool from_zero,
                              std::size_t most = 6);
 
+/// An axis for integrity risks: logarithmic, up to 1. Risks below 1e-9 are drawn at its lower end.
+[[nodiscard]] Axis risk_axis(std::span<const double> risks);
+
 /// A sample as a box (Tukey): quartiles, linear between neighbours; whiskers extend to the last
 /// values within 1.5 box lengths of the box.
 struct Box {

@@ -104,6 +104,10 @@ std::string figure(const std::vector<std::string>& svg, std::string_view caption
   return html + fmt::format("</div><figcaption>{}</figcaption></figure>\n", caption);
 }
 
+std::string side_by_side(const std::string& figures) {
+  return "<div class=\"figures\">\n" + figures + "</div>\n";
+}
+
 std::string to_html(const Page& page) {
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"

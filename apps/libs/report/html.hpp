@@ -52,6 +52,9 @@ struct Table {
 [[nodiscard]] std::string figure(const std::vector<std::string>& svg, std::string_view caption,
                                  std::string_view file);
 
+/// Puts figures side by side if each has only one panel, and the page is wide enough.
+[[nodiscard]] std::string side_by_side(const std::string& figures);
+
 struct Section {
   std::string id;     ///< letters
   std::string title;  ///< as text

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <map>
 
+#include "report/chart.hpp"
+#include "report/html.hpp"
 #include "report/points.hpp"
 
 namespace vantage::report {
@@ -191,6 +193,79 @@ PlanWindow window_around(const Eigen::Vector2d& low, const Eigen::Vector2d& high
   if (window.height() > most_height) window.width *= most_height / window.height();
   window.width = std::round(window.width);
   return window;
+}
+
+PlanWindow window_of_drive(const Extent& drive) {
+  Extent extent = drive;
+  if (extent.empty()) extent.see(Eigen::Vector2d::Zero());
+  const double border = std::clamp(0.06 * (extent.high - extent.low).maxCoeff(), 10.0, 40.0);
+  return window_around(extent.low, extent.high, border, 40.0, 560.0, 520.0);
+}
+
+std::string plan_opening(const std::string& title, const std::string& note,
+                         const PlanWindow& window) {
+  constexpr double kHead = 26.0;
+  std::string svg = fmt::format(
+      "<svg class=\"plan\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\" "
+      "xmlns=\"http://www.w3.org/2000/svg\">\n",
+      window.width, window.height() + kHead, escaped(title));
+  svg += fmt::format(
+      "<text class=\"title\" x=\"2\" y=\"16\">{}<tspan class=\"soft\" "
+      "dx=\"8\">{}</tspan></text>\n",
+      escaped(shortened(title, 40)), escaped(note));
+  svg += fmt::format("<svg y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.1f}\">\n", kHead, window.width,
+                     window.height());
+  return svg + fmt::format("<rect class=\"frame\" width=\"{:.0f}\" height=\"{:.1f}\"/>\n",
+                           window.width, window.height());
+}
+
+std::string plan_end() { return "</svg></svg>\n"; }
+
+std::string shared_picture(const std::string& id, const PlanWindow& window,
+                           const std::string& png) {
+  return fmt::format(
+      "<svg width=\"0\" height=\"0\" class=\"shared\" aria-hidden=\"true\"><defs><image id=\"{}\" "
+      "width=\"{:.0f}\" height=\"{:.1f}\" href=\"{}\" "
+      "style=\"image-rendering:auto\"/></defs></svg>\n",
+      id, window.width, window.height(), png);
+}
+
+std::string polyline_point(const Eigen::Vector2d& p, const PlanWindow& window) {
+  return fmt::format("{:.1f},{:.1f} ", window.x(p.x()), window.y(p.y()));
+}
+
+std::string border_path(const std::string& outlines) {
+  return outlines.empty() ? "" : fmt::format("<path class=\"border\" d=\"{}\"/>\n", outlines);
+}
+
+std::string plan_dot(const Eigen::Vector2d& p, const PlanWindow& window, const std::string& look,
+                     double radius, const std::string& tip) {
+  return fmt::format(
+      "<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"><title>{}</title></circle>\n",
+      look, window.x(p.x()), window.y(p.y()), radius, escaped(tip));
+}
+
+std::string plan_ring(const Eigen::Vector2d& p, const PlanWindow& window, double radius,
+                      const std::string& tip) {
+  return plan_dot(p, window, "switch", radius, tip);
+}
+
+std::string plan_rhomb(const Eigen::Vector2d& p, const PlanWindow& window, const std::string& tip) {
+  return fmt::format(
+      "<path class=\"uncertain\" d=\"M{:.1f} {:.1f}l4 4l-4 4l-4 -4z\"><title>{}</title></path>\n",
+      window.x(p.x()), window.y(p.y()) - 4.0, escaped(tip));
+}
+
+std::string plan_cross(const Eigen::Vector2d& p, const PlanWindow& window, const std::string& tip) {
+  return fmt::format(
+      "<path class=\"lost\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\"><title>{}</title></path>\n",
+      window.x(p.x()) - 4.0, window.y(p.y()) - 4.0, escaped(tip));
+}
+
+std::string legend_of_drive() {
+  return "<span><i class=\"dot ringed\"></i>map switched</span> <span><i "
+         "class=\"rhomb\">◇</i>scan uncertain</span> <span><i class=\"cross\">✕</i>scan "
+         "lost</span> <span><i class=\"bar\"></i>region border</span>";
 }
 
 Result<std::string> density_picture(PointsView points, const PlanWindow& window) {
