@@ -119,6 +119,10 @@ constexpr std::array kMetrics{
            "time of weighing the poses that are followed, and of comparing them",
            [](const RunScan& s) { return if_positive(milliseconds(s.report.seconds_verdict)); },
            kNotInOldFiles},
+    Metric{"scan_ms", "whole scan", &kTime, 2, kLess, G::time, "mean p95 max", "",
+           "time of the whole scan, from its points to its pose",
+           [](const RunScan& s) { return if_positive(milliseconds(s.seconds)); },
+           kOwnMaps | kNotInOldFiles},
     Metric{"load_ms", "load", &kTime, 2, kLess, G::time, "mean max", "",
            "time to load the map of the new region, in any thread",
            [](const RunScan& s) {

@@ -195,10 +195,13 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
   const double sweep =
       scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
   VANTAGE_CHECK(motion.until(scan.stamp + sweep, localizer));
+  const auto begin = std::chrono::steady_clock::now();
   auto report = localizer.localize(
       {.stamp = scan.stamp, .points = scan.points, .seconds = scan.seconds, .prior = prior});
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   if (!report) return fail(std::move(report).error().during("localizing " + scan.name));
   RunScan done{.report = *std::move(report),
+               .seconds = took.count(),
                .dropped_by_reader = scan.dropped,
                .reference = {},
                .error = {},

@@ -68,6 +68,7 @@ struct AlertLimit {
 /// One localized scan of a run.
 struct RunScan {
   ScanReport report;
+  double seconds = 0.0;                 ///< from the points to the report
   std::uint64_t dropped_by_reader = 0;  ///< points in the file that are no measurements
   std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
