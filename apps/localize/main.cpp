@@ -9,6 +9,7 @@
 #include "checks/trials.hpp"
 #include "evaluation/json.hpp"
 #include "io/text.hpp"
+#include "localize/run_page.hpp"
 #include "localize/run_recorder.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/input_options.hpp"
@@ -18,6 +19,7 @@
 #include "vantage/evaluation/clock_offset.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run_files.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage {
 namespace {
@@ -25,16 +27,10 @@ namespace {
 struct Options {
   std::string config, initial_pose, imu_offset;
   std::optional<double> speed;
-  std::filesystem::path out, mcap;
+  std::filesystem::path out, mcap, html;
   InputOptions inputs;
   cli::CommonOptions common;
 };
-
-void print_priors(const PriorUse& prior, std::size_t scans) {
-  std::cout << fmt::format("{} of {} had a prior from {}\n", cli::grouped(prior.scans),
-                           cli::counted(scans, "scan"), prior.source);
-  for (const std::string& note : prior.notes) std::cout << note << '\n';
-}
 
 /// What is to be said of a calibration that does not fit.
 Result<std::string> note_on_calibration(const Bundle& bundle, const Config& config,
@@ -57,45 +53,57 @@ std::string relocalized(std::size_t times) {
                     : fmt::format(", relocalized {} times", cli::grouped(times));
 }
 
-void print_summary(const RunInfo& run, const RunSummary& s, const std::filesystem::path& out,
-                   const cli::Style& style) {
-  std::cout << fmt::format("{} ({}): {} tracked, {} uncertain, {} lost{}; {}, {} blocking\n",
-                           cli::counted(s.scans, "scan"), run.stamp_rule, cli::grouped(s.tracked),
-                           cli::grouped(s.count("uncertain")), cli::grouped(s.count("lost")),
-                           relocalized(s.count("recovered")),
-                           cli::counted(s.count("switched"), "region switch", "region switches"),
-                           cli::grouped(s.count("blocked")));
+/// What there is to say of a run, a sentence each.
+std::vector<std::string> remarks_on(const RunInfo& run, const RunSummary& s) {
+  std::vector<std::string> remarks;
+  remarks.push_back(
+      fmt::format("{} ({}): {} tracked, {} uncertain, {} lost{}; {}, {} blocking",
+                  cli::counted(s.scans, "scan"), run.stamp_rule, cli::grouped(s.tracked),
+                  cli::grouped(s.count("uncertain")), cli::grouped(s.count("lost")),
+                  relocalized(s.count("recovered")),
+                  cli::counted(s.count("switched"), "region switch", "region switches"),
+                  cli::grouped(s.count("blocked"))));
   if (run.timed == 0) {
-    std::cout << "the points have no times: sweeps of a moving sensor stay distorted\n";
+    remarks.push_back("the points have no times: sweeps of a moving sensor stay distorted");
   }
   if (run.skipped.not_later > 0) {
-    std::cout << fmt::format("{} stamped no later than the one before {} skipped\n",
-                             cli::counted(run.skipped.not_later, "scan"),
-                             cli::form(run.skipped.not_later, "was", "were"));
+    remarks.push_back(fmt::format("{} stamped no later than the one before {} skipped",
+                                  cli::counted(run.skipped.not_later, "scan"),
+                                  cli::form(run.skipped.not_later, "was", "were")));
   }
   if (run.skipped.incomplete > 0) {
-    std::cout << fmt::format("{} at the ends of the recording {} skipped\n",
-                             cli::counted(run.skipped.incomplete, "incomplete sweep"),
-                             cli::form(run.skipped.incomplete, "was", "were"));
+    remarks.push_back(fmt::format("{} at the ends of the recording {} skipped",
+                                  cli::counted(run.skipped.incomplete, "incomplete sweep"),
+                                  cli::form(run.skipped.incomplete, "was", "were")));
   }
-  if (run.prior) print_priors(*run.prior, s.scans);
+  if (run.prior) {
+    remarks.push_back(fmt::format("{} of {} had a prior from {}", cli::grouped(run.prior->scans),
+                                  cli::counted(s.scans, "scan"), run.prior->source));
+    remarks.insert(remarks.end(), run.prior->notes.begin(), run.prior->notes.end());
+  }
   if (run.speed) {
-    std::cout << fmt::format(
-        "replayed {} times faster than recorded: scans late by {:.1f} ms at most\n", *run.speed,
-        1e3 * run.seconds_late);
+    remarks.push_back(
+        fmt::format("replayed {} times faster than recorded: scans late by {:.1f} ms at most",
+                    *run.speed, 1e3 * run.seconds_late));
   }
   if (const std::size_t outside = s.count("outside"); outside > 0) {
-    std::cout << fmt::format(
-        "{} began outside every region that has a map; the last map was kept\n",
-        cli::counted(outside, "scan"));
+    remarks.push_back(
+        fmt::format("{} began outside every region that has a map; the last map was kept",
+                    cli::counted(outside, "scan")));
   }
+  return remarks;
+}
+
+void print_summary(const std::vector<std::string>& remarks, const RunSummary& s,
+                   const std::filesystem::path& out, const cli::Style& style) {
+  for (const std::string& remark : remarks) std::cout << remark << '\n';
   cli::TextTable table({"", "mean", "median", "p95", "p99", "max"});
   for (const Metric* metric : metrics_by_group()) {
-    if (metric->is_count()) continue;
     const Statistics x = s[metric->key];
+    if (metric->is_count() || x.count == 0) continue;
     std::vector<std::string> row{heading(*metric)};
     for (const double value : {x.mean, x.median, x.p95, x.p99, x.max}) {
-      row.push_back(x.count > 0 ? shown(*metric, value) : "-");
+      row.push_back(shown(*metric, value));
     }
     table.add(std::move(row));
   }
@@ -125,10 +133,11 @@ Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundl
   return {};
 }
 
-/// Says what is suspicious, and looks for the cause if most scans were not tracked.
-Result<void> note_suspicions(const RunSummary& summary, const checks::ScanFacts& scans,
-                             const Bundle& bundle, const Config& config, const RunInputs& inputs,
-                             const PluginLoader& plugins) {
+/// What is suspicious; looks for the cause if most scans were not tracked.
+Result<std::vector<checks::Note>> suspicions(const RunSummary& summary,
+                                             const checks::ScanFacts& scans, const Bundle& bundle,
+                                             const Config& config, const RunInputs& inputs,
+                                             const PluginLoader& plugins) {
   VANTAGE_TRY(auto notes, checks::notes_in(bundle));
   for (checks::Note& note : notes_on(scans, config, inputs.imu.has_value()))
     notes.push_back(std::move(note));
@@ -148,8 +157,14 @@ Result<void> note_suspicions(const RunSummary& summary, const checks::ScanFacts&
            "the first pose is wrong; give --initial-pose auto"});
     }
   }
-  checks::print(std::cerr, notes);
-  return {};
+  return notes;
+}
+
+/// A file in a folder that is made if need be.
+Result<io::OutputFile> create_with_folder(const std::filesystem::path& path) {
+  std::error_code ignored;  // creating the file says what is wrong
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
+  return io::OutputFile::create(path);
 }
 
 Result<void> run(const Options& options) {
@@ -182,8 +197,14 @@ Result<void> run(const Options& options) {
     VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
     std::cerr << note;
   }
+  const double max_risk = localizer.params().max_risk;
+  std::optional<io::OutputFile> html;
+  if (!options.html.empty()) {
+    VANTAGE_TRY(html, create_with_folder(options.html));
+  }
   std::optional<RunWriter> writer;  // from the first scan on: a run without one leaves nothing
   RunSummarizer summarizer(options.out);
+  RunPage page(options.out);
   checks::ScanSurvey survey;
   std::optional<RunRecorder> recorder;
   if (!options.mcap.empty()) {
@@ -196,6 +217,7 @@ Result<void> run(const Options& options) {
       VANTAGE_TRY(writer, RunWriter::create(options.out));
     }
     VANTAGE_CHECK(summarizer.add(result));
+    if (html) VANTAGE_CHECK(page.add(result));
     return writer->add(result);
   };
   RunInfo run;
@@ -209,13 +231,28 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const RunSummary summary, summarizer.summary());
   VANTAGE_CHECK(writer->commit(run, summary));
   if (recorder) VANTAGE_CHECK(recorder->commit());
+  const std::vector<std::string> remarks = remarks_on(run, summary);
   if (options.common.json) {
     std::cout << to_json(run, summary).dump(2) << '\n';
   } else {
-    print_summary(run, summary, options.out, options.common.style());
+    print_summary(remarks, summary, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';
   }
-  VANTAGE_CHECK(note_suspicions(summary, survey.facts(), bundle, config, inputs, plugins));
+  VANTAGE_TRY(const auto notes,
+              suspicions(summary, survey.facts(), bundle, config, inputs, plugins));
+  checks::print(std::cerr, notes);
+  if (html) {
+    VANTAGE_TRY(const std::string text, page.html({.run = run,
+                                                   .summary = summary,
+                                                   .remarks = remarks,
+                                                   .notes = notes,
+                                                   .regions = *bundle.directory(),
+                                                   .max_risk = max_risk,
+                                                   .reference = inputs.reference.has_value()}));
+    VANTAGE_CHECK(html->write(text));
+    VANTAGE_CHECK(html->commit());
+    if (!options.common.json) std::cout << "report: " << options.html.string() << '\n';
+  }
   if (run.failure) {
     return fail(Error(*run.failure)
                     .during(fmt::format("after {}, {} written", cli::counted(summary.scans, "scan"),
@@ -256,7 +293,10 @@ int main(int argc, char** argv) {
   app.add_option(
          "--mcap", options.mcap,
          "also record the run as an MCAP file, to be opened in Foxglove: map, scans, poses, "
-         "diagnostics")
+         "diagnostics; and beside it a layout, FILE with the suffix .foxglove.json")
+      ->type_name("FILE");
+  app.add_option("--html", options.html,
+                 "write a page about the run: verdict, drive, risk, fit, times, memory")
       ->type_name("FILE");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

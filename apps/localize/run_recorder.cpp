@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "localize/diagnostics.hpp"
+#include "localize/foxglove_layout.hpp"
+#include "localize/run_topics.hpp"
 #include "terminal/counts.hpp"
 #include "vantage/evaluation/metrics.hpp"
 
@@ -17,8 +19,6 @@ namespace {
 using io::ros::Diagnostic;
 using io::ros::Header;
 
-constexpr const char* kMapFrame = "map";
-constexpr const char* kScanFrame = "lidar";
 constexpr const char* kNoMaps = "the bundle holds prepared maps only, no points";
 // float32 is exact to 1 mm up to 16 km.
 constexpr double kFarFromOrigin = 10'000.0;
@@ -66,19 +66,26 @@ void add_metrics(Values& values, const RunScan& scan) {
 
 }  // namespace
 
-RunRecorder::RunRecorder(std::string name, io::ros::McapWriter writer, Bundle bundle)
+RunRecorder::RunRecorder(std::string name, io::ros::McapWriter writer, io::OutputFile layout,
+                         Bundle bundle)
     : name_(std::move(name)),
       writer_(std::move(writer)),
+      layout_(std::move(layout)),
       bundle_(std::move(bundle)),
       origin_(origin_of(bundle_.directory()->summary().map_bounds)),
       has_maps_(bundle_.has_points()) {}
+
+std::filesystem::path RunRecorder::layout_of(std::filesystem::path recording) {
+  return recording.replace_extension(".foxglove.json");
+}
 
 Result<RunRecorder> RunRecorder::create(const std::filesystem::path& path, Bundle bundle,
                                         const std::string& config) {
   std::error_code ignored;  // creating the file says what is wrong
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
   VANTAGE_TRY(auto writer, io::ros::McapWriter::create(path));
-  RunRecorder recorder(path.string(), std::move(writer), std::move(bundle));
+  VANTAGE_TRY(auto layout, io::OutputFile::create(layout_of(path)));
+  RunRecorder recorder(path.string(), std::move(writer), std::move(layout), std::move(bundle));
   VANTAGE_CHECK(recorder.describe(config));
   return recorder;
 }
@@ -88,20 +95,20 @@ Result<void> RunRecorder::describe(const std::string& config) {
                                                  {"origin_x", fmt::format("{}", origin_.x())},
                                                  {"origin_y", fmt::format("{}", origin_.y())},
                                                  {"origin_z", fmt::format("{}", origin_.z())},
-                                                 {"map", has_maps_ ? "/map" : kNoMaps}}));
+                                                 {"map", has_maps_ ? topics::kMap : kNoMaps}}));
   const auto add = [&](auto& channel, const char* topic, const char* type) -> Result<void> {
     VANTAGE_TRY(const auto schema, io::ros::schema_of(type));
     VANTAGE_TRY(channel, writer_.add_channel(topic, schema));
     return {};
   };
-  if (has_maps_) VANTAGE_CHECK(add(channels_.map, "/map", "sensor_msgs/PointCloud2"));
-  VANTAGE_CHECK(add(channels_.scan, "/scan", "sensor_msgs/PointCloud2"));
-  VANTAGE_CHECK(add(channels_.pose, "/pose", "geometry_msgs/PoseStamped"));
-  VANTAGE_CHECK(add(channels_.pose_with_covariance, "/pose_with_covariance",
+  if (has_maps_) VANTAGE_CHECK(add(channels_.map, topics::kMap, "sensor_msgs/PointCloud2"));
+  VANTAGE_CHECK(add(channels_.scan, topics::kScan, "sensor_msgs/PointCloud2"));
+  VANTAGE_CHECK(add(channels_.pose, topics::kPose, "geometry_msgs/PoseStamped"));
+  VANTAGE_CHECK(add(channels_.pose_with_covariance, topics::kPoseWithCovariance,
                     "geometry_msgs/PoseWithCovarianceStamped"));
-  VANTAGE_CHECK(add(channels_.region, "/region", "std_msgs/String"));
-  VANTAGE_CHECK(add(channels_.tf, "/tf", "tf2_msgs/TFMessage"));
-  return add(channels_.diagnostics, "/diagnostics", "diagnostic_msgs/DiagnosticArray");
+  VANTAGE_CHECK(add(channels_.region, topics::kRegion, "std_msgs/String"));
+  VANTAGE_CHECK(add(channels_.tf, topics::kTf, "tf2_msgs/TFMessage"));
+  return add(channels_.diagnostics, topics::kDiagnostics, "diagnostic_msgs/DiagnosticArray");
 }
 
 Result<void> RunRecorder::add(const io::StampedScan& scan, const RunScan& result) {
@@ -165,7 +172,7 @@ Result<void> RunRecorder::add_diagnostics(const RunScan& result) {
   values.add("origin_m", text_of(origin_));
   if (!has_maps_) values.add("map", std::string(kNoMaps));
   const std::array diagnostics{Diagnostic{.level = level_of(report),
-                                          .name = "vantage: localization",
+                                          .name = kStatusName,
                                           .message = message_of(report),
                                           .values = std::move(values).take()}};
   VANTAGE_TRY(const auto message,
@@ -173,7 +180,11 @@ Result<void> RunRecorder::add_diagnostics(const RunScan& result) {
   return writer_.write(channels_.diagnostics, report.stamp, message);
 }
 
-Result<void> RunRecorder::commit() { return writer_.commit(); }
+Result<void> RunRecorder::commit() {
+  VANTAGE_CHECK(layout_.write(foxglove_layout(has_maps_)));
+  VANTAGE_CHECK(writer_.commit());
+  return layout_.commit();
+}
 
 std::string RunRecorder::summary() const {
   std::string line = fmt::format("recorded in {}: {}, ", name_, cli::counted(scans_, "scan"));
@@ -181,6 +192,7 @@ std::string RunRecorder::summary() const {
       has_maps_ ? cli::counted(maps_, "region map") : fmt::format("no region maps ({})", kNoMaps);
   if (!origin_.isZero(0.0))
     line += fmt::format("; {} m subtracted from all places", text_of(origin_));
+  line += fmt::format("\nlayout for Foxglove: {}", layout_of(name_).string());
   return line;
 }
 

@@ -10,6 +10,7 @@
 #include "vantage/engine/bundle.hpp"
 #include "vantage/evaluation/run.hpp"
 #include "vantage/io/scan_source.hpp"
+#include "vantage/kit/atomic_file.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -25,20 +26,27 @@ namespace vantage {
 /// Clouds contain float32. If the map reaches 10 km or more from its origin, whole metres are
 /// subtracted from everything in the frame "map"; the metadata record "vantage" and the diagnostics
 /// say how many.
+///
+/// A layout with which Foxglove shows all of this is written beside the recording.
 class RunRecorder {
  public:
+  /// "run.foxglove.json" for "run.mcap".
+  [[nodiscard]] static std::filesystem::path layout_of(std::filesystem::path recording);
+
   /// @param bundle  of the run: the region maps are read from it
   /// @param config  the file of the run's configuration
-  /// Errors: those of McapWriter::create, after the file's folder was created if need be.
+  /// Errors: those of McapWriter::create and OutputFile::create, after the file's folder was
+  /// created if need be.
   [[nodiscard]] static Result<RunRecorder> create(const std::filesystem::path& path, Bundle bundle,
                                                   const std::string& config);
 
   /// Errors: those of McapWriter::write and MapStore::get.
   [[nodiscard]] Result<void> add(const io::StampedScan& scan, const RunScan& result);
-  /// Puts the file in place; call once, at the end. Errors: those of McapWriter::commit.
+  /// Puts the files in place; call once, at the end. Errors: those of McapWriter::commit and
+  /// OutputFile.
   [[nodiscard]] Result<void> commit();
 
-  /// A line that says what was recorded where, and what was left out.
+  /// Says what was recorded where, and what was left out.
   [[nodiscard]] std::string summary() const;
 
  private:
@@ -47,7 +55,7 @@ class RunRecorder {
                                    region = 0, tf = 0, diagnostics = 0;
   };
 
-  RunRecorder(std::string name, io::ros::McapWriter writer, Bundle bundle);
+  RunRecorder(std::string name, io::ros::McapWriter writer, io::OutputFile layout, Bundle bundle);
   [[nodiscard]] Result<void> describe(const std::string& config);
   [[nodiscard]] Result<void> add_map(double stamp, RegionId region);
   [[nodiscard]] Result<void> add_scan(const io::StampedScan& scan);
@@ -56,6 +64,7 @@ class RunRecorder {
 
   std::string name_;
   io::ros::McapWriter writer_;
+  io::OutputFile layout_;
   Bundle bundle_;
   Channels channels_;
   Point origin_ = Point::Zero();  // of the frame "map" in the map's own coordinates [m]

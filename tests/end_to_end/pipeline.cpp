@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
+#include "io/ros/message_reader.hpp"
 #include "world.hpp"
 
 namespace fs = std::filesystem;
@@ -338,5 +340,114 @@ TEST_CASE("--initial-pose and --odometry stand in for the reference") {
   const auto reference = io::read_trajectory(street.folder() / "reference.tum").value();
   for (std::size_t i = 0; i < reference.size(); ++i) {
     CHECK((estimated[i].pose.translation - reference[i].pose.translation).norm() < 0.2);
+  }
+}
+
+namespace {
+
+/// All texts in a layout that name a topic or a part of its messages.
+void collect_paths(const nlohmann::json& json, std::set<std::string>& paths) {
+  if (json.is_string() && json.get<std::string>().starts_with('/')) paths.insert(json);
+  if (!json.is_structured()) return;
+  for (const auto& [key, value] : json.items()) {
+    if (json.is_object() && key.starts_with('/')) paths.insert(key);
+    collect_paths(value, paths);
+  }
+}
+
+/// The panels that a part of the window has.
+void collect_panels(const nlohmann::json& part, std::set<std::string>& panels) {
+  if (part.is_string()) {
+    panels.insert(part);
+    return;
+  }
+  collect_panels(part.at("first"), panels);
+  collect_panels(part.at("second"), panels);
+}
+
+}  // namespace
+
+TEST_CASE("localize: a page about the run, and a recording with its layout for Foxglove") {
+  const test::Street street;
+  const std::string config = street.write_config("L10.toml", 10, "maps/L10");
+  REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
+  const auto localize = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{config,  "--scans",          street.path("scans"),
+                                       "--out", street.path("run"), "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return test::run("vantage-localize", arguments);
+  };
+  const std::string start = "--initial-pose=10.1,-0.1,1.0,0,0,0.12";
+  const auto holds = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+
+  SUBCASE("without a reference") {
+    const fs::path page = street.folder() / "pages/run.html";
+    const fs::path recording = street.folder() / "recordings/run.mcap";
+    const auto done = localize({start, "--html", page.string(), "--mcap", recording.string()});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    // Rows without a number are left out.
+    CHECK(holds(done.out, "coverage [%]"));
+    CHECK_FALSE(holds(done.out, "error ["));
+    CHECK_FALSE(holds(done.out, " - "));
+    CHECK(holds(done.out, "report: " + page.string()));
+
+    const std::string html = test::read_text(page);
+    for (const std::string id : {"verdict", "drive", "risk", "fit", "times", "memory"}) {
+      CHECK_MESSAGE(holds(html, "<section id=\"" + id + "\">"), id);
+    }
+    const auto scans =
+        nlohmann::json::parse(test::read_text(street.folder() / "run/summary.json"))["scans"];
+    for (const std::string state : {"tracked", "uncertain", "lost"}) {
+      CHECK_MESSAGE(holds(html, "data-metric=\"scans." + state + "\" data-value=\"" +
+                                    scans[state].dump() + "\""),
+                    state);
+    }
+    CHECK(holds(html, "Without a reference"));
+    CHECK(files_in(page.parent_path()) == std::vector<fs::path>{"run.html"});
+
+    const auto bag = io::ros::open_bag(recording);
+    REQUIRE(bag);
+    std::set<std::string> topics;
+    for (const auto& topic : (*bag)->topics()) topics.insert(topic.name);
+    const auto layout =
+        nlohmann::json::parse(test::read_text(street.folder() / "recordings/run.foxglove.json"));
+    std::set<std::string> paths, panels, configured;
+    collect_paths(layout, paths);
+    CHECK(paths.size() > 8);
+    const std::string header = test::read_text(street.folder() / "run/scans.csv");
+    std::set<std::string> shown;
+    for (const std::string& path : paths) {
+      const std::string topic = path.substr(0, path.find('.'));
+      CHECK_MESSAGE(topics.contains(topic), path);
+      shown.insert(topic);
+      const std::string key = "{key==\"";
+      if (const auto at = path.find(key); at != std::string::npos) {
+        const auto begin = at + key.size();
+        const std::string metric = path.substr(begin, path.find('"', begin) - begin);
+        CHECK_MESSAGE(holds(header, "," + metric + ","), path);
+      }
+    }
+    CHECK(shown == std::set<std::string>{"/diagnostics", "/map", "/pose", "/region", "/scan"});
+    collect_panels(layout.at("layout"), panels);
+    for (const auto& [panel, unused] : layout.at("configById").items()) configured.insert(panel);
+    CHECK(panels == configured);
+  }
+  SUBCASE("with a reference, and without a recording") {
+    const auto done = localize(
+        {"--reference", street.path("reference.tum"), "--html", street.path("run/run.html")});
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    CHECK(holds(done.out, "error [cm]"));
+    CHECK(holds(test::read_text(street.folder() / "run/run.html"),
+                "This page does not use it: <code>vantage evaluate</code>"));
+    CHECK(files_in(street.folder() / "run") ==
+          std::vector<fs::path>{"run.html", "scans.csv", "summary.json", "trajectory.tum"});
+  }
+  SUBCASE("a page that cannot be written is told before any scan is localized") {
+    const auto done = localize({start, "--html", street.path("map.pcd/run.html")});
+    CHECK(done.exit_code == 1);
+    CHECK_MESSAGE(holds(done.err, "map.pcd/run.html"), done.err);
+    CHECK_FALSE(fs::exists(street.folder() / "run"));
   }
 }

@@ -121,6 +121,21 @@ rows.forEach((row, i) => {
 
 for (const level of levels) assert.ok(seenLevels.has(Number(level)), `level ${level} is missing`);
 
+// The layout beside the recording: every plotted path leads to numbers.
+const layout = JSON.parse(await readFile(file.replace(/\.mcap$/, ".foxglove.json"), "utf8"));
+const view = layout.configById["3D!view"];
+for (const topic of Object.keys(view.topics)) assert.ok(schemas[topic], topic);
+assert.equal(view.followTf, messagesOf("/tf")[0].value.transforms[0].child_frame_id);
+const plots = Object.entries(layout.configById).filter(([panel]) => panel.startsWith("Plot!"));
+assert.equal(plots.length, 3);
+for (const { value } of plots.flatMap(([, plot]) => plot.paths)) {
+  const [, topic, key] = /^(\/\w+)\.status\[0\]\.values\[:\]\{key=="(\w+)"\}\.value$/.exec(value);
+  const found = messagesOf(topic).flatMap((message) =>
+    message.value.status[0].values.filter((one) => one.key === key).map((one) => +one.value));
+  assert.ok(found.every(Number.isFinite), value);
+  assert.ok(found.length > 0 || key === "search_ms", value);
+}
+
 // ASCII and binary PCD say how many points they have in their head.
 const files = (await readdir(scans)).filter((name) => name.endsWith(".pcd")).sort();
 assert.equal(files.length, rows.length);
