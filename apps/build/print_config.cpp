@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "building/input.hpp"
 #include "terminal/table.hpp"
 
 namespace vantage {
@@ -30,6 +31,24 @@ Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
   if (config.store) VANTAGE_CHECK(add(PluginKind::store, config.store->choice()));
   VANTAGE_CHECK(add(PluginKind::matcher, config.matcher));
   return docs;
+}
+
+/// Leaves out what a build measures, so that the text means the same as what was written.
+void leave_out_measured(Table& table, const Config& config) {
+  const auto leave_out = [&](const char* section, const Table* written) {
+    if (written == nullptr || written->find(building::kMeasured) != nullptr) return;
+    for (Entry& entry : table.entries) {
+      if (entry.key != section) continue;
+      for (Entry& inner : std::get<Table>(entry.value.data).entries) {
+        if (inner.key != "params") continue;
+        std::erase_if(std::get<Table>(inner.value.data).entries,
+                      [](const Entry& e) { return e.key == building::kMeasured; });
+      }
+    }
+  };
+  leave_out("partitioner", config.partitioner ? &config.partitioner->params : nullptr);
+  leave_out("ground", config.ground ? &config.ground->params : nullptr);
+  leave_out("visibility", config.visibility ? &config.visibility->params : nullptr);
 }
 
 /// As `to_toml`, with a comment for each key that is left out.
@@ -65,7 +84,8 @@ Result<std::string> printed_config(Config config, const PluginLoader& loader) {
   config.viewpoints = config.viewpoints.value_or(ViewpointParams{});
   config.localizer = config.localizer.value_or(LocalizerParams{});
   VANTAGE_TRY(const std::string text, effective_config(config, loader));
-  VANTAGE_TRY(const Table table, parse_toml(text, config.file));
+  VANTAGE_TRY(Table table, parse_toml(text, config.file));
+  leave_out_measured(table, config);
   VANTAGE_TRY(const auto docs, documentation_of(config, loader));
   return commented_toml(table, docs, "");
 }

@@ -41,18 +41,6 @@ struct Findings {
   }
 };
 
-/// The points of some tiles, evenly chosen.
-Result<PointCloud> sample_of(const io::TiledMap& tiles) {
-  constexpr std::uint64_t kEnough = 4'000'000;
-  const std::uint64_t step = tiles.points() / kEnough + 1;
-  PointCloud points;
-  for (std::size_t i = 0; i < tiles.tiles().size(); i += step) {
-    VANTAGE_TRY(const PointCloud some, tiles.read(tiles.tiles()[i].index));
-    points.insert(points.end(), some.begin(), some.end());
-  }
-  return points;
-}
-
 /// A bundle of the whole map, for the time of a check.
 class WholeMap {
  public:
@@ -92,7 +80,8 @@ class WholeMap {
 /// scans show nothing.
 Result<std::optional<checks::Note>> try_feet(const Options& options,
                                              const building::WideAreaMap& map,
-                                             std::span<const io::StampedScan> scans) {
+                                             std::span<const io::StampedScan> scans,
+                                             const checks::Fit& as_they_are) {
   constexpr double kFoot = 0.3048;  // [m]
   building::WideAreaMap metric;
   for (const Point& p : map.points) metric.points.push_back(kFoot * p);
@@ -100,11 +89,27 @@ Result<std::optional<checks::Note>> try_feet(const Options& options,
   VANTAGE_TRY(const WholeMap whole, WholeMap::build(options, metric));
   VANTAGE_TRY(const checks::Fit fit,
               checks::fit_of(whole.bundle(), whole.config(), options.common.loader(), scans, {}));
-  if (2 * fit.tracked < scans.size()) return std::optional<checks::Note>();
+  if (!finds_more(fit, as_they_are)) return std::optional<checks::Note>();
   return std::optional<checks::Note>(
-      {fmt::format("{} of {} scans are tracked if the map is taken as feet", fit.tracked,
-                   scans.size()),
+      {fmt::format("{} of {} scans are found if the map is taken as feet, and {} if it is not",
+                   fit.found, fit.scans, as_they_are.found),
        "scans and map are in metres: multiply the map by 0.3048"});
+}
+
+/// Localizes the scans in the map, and says what that shows.
+Result<std::optional<checks::Note>> compare(const Options& options,
+                                            const building::WideAreaMap& map,
+                                            std::span<const io::StampedScan> scans,
+                                            std::span<const ImuSample> imu, Findings& findings) {
+  const PluginLoader plugins = options.common.loader();
+  VANTAGE_TRY(const WholeMap whole, WholeMap::build(options, map));
+  VANTAGE_TRY(const checks::Fit fit,
+              checks::fit_of(whole.bundle(), whole.config(), plugins, scans, imu));
+  findings.fit = fit;
+  VANTAGE_TRY(auto note, checks::try_changes(whole.bundle(), whole.config(), plugins, scans, fit));
+  if (note || 2 * fit.found >= scans.size()) return note;
+  VANTAGE_TRY(note, try_feet(options, map, scans, fit));
+  return note ? note : checks::note_on_place(fit);
 }
 
 Result<void> check_scans(const Options& options, const Config& config,
@@ -116,19 +121,16 @@ Result<void> check_scans(const Options& options, const Config& config,
   for (const io::StampedScan& scan : scans) survey.offer(scan);
   if (scans.size() > checks::kScansToTry) scans.resize(checks::kScansToTry);
   findings.scans = survey.facts();
-  findings.add(notes_on(*findings.scans, config, inputs.imu.has_value()));
-  if (!findings.notes.empty() || !config.matcher || map.tiles) return {};
-  if (!options.common.quiet) std::cerr << "comparing scans with the map\n";
-  VANTAGE_TRY(const WholeMap whole, WholeMap::build(options, map));
-  const PluginLoader plugins = options.common.loader();
-  VANTAGE_TRY(findings.fit,
-              checks::fit_of(whole.bundle(), whole.config(), plugins, scans, samples_of(inputs)));
-  VANTAGE_TRY(auto note,
-              checks::try_changes(whole.bundle(), whole.config(), plugins, scans, *findings.fit));
-  if (!note && 2 * findings.fit->tracked < scans.size()) {
-    VANTAGE_TRY(note, try_feet(options, map, scans));
+  const bool imu = inputs.imu.has_value(), suspected = !findings.notes.empty();
+  auto notes = notes_on(*findings.scans, config, imu);
+  if (!suspected && notes.empty() && config.matcher && !map.tiles) {
+    if (!options.common.quiet) std::cerr << "comparing scans with the map\n";
+    VANTAGE_TRY(auto note, compare(options, map, scans, samples_of(inputs), findings));
+    if (note) notes.push_back(*std::move(note));
   }
-  if (note) findings.add({*std::move(note)});
+  // Wrong axes make heights wrong, and feet also ranges.
+  if (!findings.fit || notes.empty()) findings.add(notes_on_sensor(*findings.scans, config, imu));
+  findings.add(std::move(notes));
   return {};
 }
 
@@ -153,10 +155,10 @@ Lines lines_of(const Findings& findings) {
                                        100.0 * scans.below->share)
                          : std::string("none seen"));
   if (findings.fit) {
-    lines.emplace_back("in the map", fmt::format("{} of the first {} scans are tracked, from an "
-                                                 "unknown start; coverage {:.2f}",
-                                                 findings.fit->tracked, findings.fit->scans,
-                                                 findings.fit->coverage));
+    lines.emplace_back(
+        "in the map",
+        fmt::format("{} of the first {} scans are found, from an unknown start; coverage {:.2f}",
+                    findings.fit->found, findings.fit->scans, findings.fit->coverage));
   }
   return lines;
 }
@@ -167,7 +169,7 @@ Result<int> run(const Options& options) {
   VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
   Findings findings;
   if (prepared.map.tiles) {
-    VANTAGE_TRY(const PointCloud sample, sample_of(*prepared.map.tiles));
+    VANTAGE_TRY(const PointCloud sample, building::sample_of(*prepared.map.tiles));
     findings.map = checks::measure_map(sample);
   } else {
     findings.map = checks::measure_map(prepared.map.points);
@@ -183,12 +185,7 @@ Result<int> run(const Options& options) {
   } else {
     std::cout << to_text(lines_of(findings), options.common.style());
     print(std::cout, findings.notes);
-    if (findings.notes.empty()) {
-      const bool found = !findings.fit || findings.fit->tracked > 0;
-      std::cout << (found ? "nothing suspicious\n"
-                          : "nothing suspicious was measured, but none of these scans was found in "
-                            "the map: it may be of another place, or they are too few to tell\n");
-    }
+    if (findings.notes.empty()) std::cout << "nothing suspicious\n";
   }
   return findings.notes.empty() ? 0 : 1;
 }

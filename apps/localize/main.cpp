@@ -133,29 +133,44 @@ Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundl
   return {};
 }
 
+/// Tries why most scans were not tracked.
+Result<std::optional<checks::Note>> cause_of_loss(const Bundle& bundle, const Config& config,
+                                                  const RunInputs& inputs,
+                                                  const PluginLoader& plugins,
+                                                  std::size_t tracked) {
+  VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
+  VANTAGE_TRY(const checks::Fit fit,
+              checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
+  VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
+  if (!note && tracked == 0) note = checks::note_on_place(fit);
+  if (note || inputs.start_anywhere || 2 * fit.tracked < first.size()) return note;
+  const Eigen::Vector3d& at = fit.first_tracked->translation;
+  return std::optional<checks::Note>(
+      {fmt::format("looked for anywhere, the sensor is found at x {:.1f}, y {:.1f}, z {:.1f} at "
+                   "scan {}",
+                   at.x(), at.y(), at.z(), fit.first + 1),
+       "the first pose is wrong; give --initial-pose auto"});
+}
+
 /// What is suspicious; looks for the cause if most scans were not tracked.
 Result<std::vector<checks::Note>> suspicions(const RunSummary& summary,
                                              const checks::ScanFacts& scans, const Bundle& bundle,
                                              const Config& config, const RunInputs& inputs,
                                              const PluginLoader& plugins) {
+  const bool imu = inputs.imu.has_value();
   VANTAGE_TRY(auto notes, checks::notes_in(bundle));
-  for (checks::Note& note : notes_on(scans, config, inputs.imu.has_value()))
-    notes.push_back(std::move(note));
+  const auto add = [&](std::vector<checks::Note> more) {
+    notes.insert(notes.end(), more.begin(), more.end());
+  };
+  add(notes_on(scans, config, imu));
+  std::optional<checks::Note> cause;
   if (notes.empty() && 10 * summary.tracked < 9 * summary.scans) {
-    VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
-    VANTAGE_TRY(const checks::Fit fit,
-                checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
-    VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
-    if (note) {
-      notes.push_back(*std::move(note));
-    } else if (2 * fit.tracked >= first.size() && !inputs.start_anywhere) {
-      const Eigen::Vector3d& at = fit.first_tracked->translation;
-      notes.push_back(
-          {fmt::format("looked for anywhere, the sensor is found at x {:.1f}, y {:.1f}, "
-                       "z {:.1f} at scan {}",
-                       at.x(), at.y(), at.z(), fit.first + 1),
-           "the first pose is wrong; give --initial-pose auto"});
-    }
+    VANTAGE_TRY(cause, cause_of_loss(bundle, config, inputs, plugins, summary.tracked));
+  }
+  if (cause) {
+    notes.push_back(*std::move(cause));
+  } else {
+    add(notes_on_sensor(scans, config, imu));
   }
   return notes;
 }

@@ -114,6 +114,7 @@ TEST_CASE("check: the right inputs, and a dozen that are not") {
   named(site.check(right, site.map("cm.pcd", 100.0 * as_is)), "seems to be in centimetres");
   named(site.check(right, site.map("mm.pcd", 1000.0 * as_is)), "seems to be in millimetres");
   named(site.check(right, site.map("feet.pcd", as_is / 0.3048)), "multiply the map by 0.3048");
+  named(site.check(right, site.map("mirrored.pcd", rows(kX, -kY, kZ))), "when they are mirrored");
   named(site.check(right, site.map("down.pcd", rows(kX, kY, -kZ))), "in direction -z");
   named(site.check(right, site.map("turned.pcd", rows(kX, -kY, -kZ))), "in direction -z");
   named(site.check(right, site.map("y_up.pcd", rows(kX, kZ, -kY))), "in direction +y");
@@ -123,7 +124,7 @@ TEST_CASE("check: the right inputs, and a dozen that are not") {
   named(site.check(site.scans("camera", rows(-kY, -kZ, kX))), "axes are those of a camera");
   named(site.check(site.scans("hung", rows(kX, -kY, -kZ))), "ground above the sensor");
   named(site.check(site.scans("millimetres", 1000.0 * as_is)), "seem to be in millimetres");
-  named(site.check(site.scans("feet", as_is / 0.3048)), "in feet?");
+  named(site.check(site.scans("feet", as_is / 0.3048)), "multiply the scans by 0.3048");
   named(site.check(site.scans("aligned", as_is, {300.0, 200.0, 0.0})), "map's frame");
   named(site.check(right, "viewpoints.sensor_height=1.9"), "set it to 1.0");
   named(site.check(right, "visibility.max_range=1"), "visibility.max_range is 1 m");
@@ -165,6 +166,42 @@ TEST_CASE("a bundle remembers what its build noticed") {
   CHECK_MESSAGE(holds(built.err, "in direction -z"), built.err);
   const Finished run = site.localize(site.path("world/scans"), {"--initial-pose=auto"});
   CHECK_MESSAGE(holds(run.err, "in direction -z"), run.err);
+}
+
+TEST_CASE("a point_spacing that is left out is measured, the same for every way to build") {
+  const Site site;
+  const auto build = [&](const std::string& map, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{site.path("config.toml"), "--overwrite",
+                                       "--set=visibility={plugin=\"surface\",max_range=20}",
+                                       "--set=map.files=[\"" + site.path(map) + "\"]"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished built = test::run("vantage-build", arguments);
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    return built.err;
+  };
+  const auto index = [&] {
+    std::ifstream in(site.path("maps/index.json"));
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string measured = "point_spacing 0.1";  // configs/simulate/demo.toml: 0.16
+  const std::string told = build("world/map.pcd", {});
+  CHECK_MESSAGE(holds(told, measured), told);
+  CHECK_MESSAGE(holds(told, " m, measured"), told);
+  const std::string from_file = index();
+  CHECK_MESSAGE(holds(from_file, "point_spacing = 0.1"), from_file);
+
+  const Finished tiled = test::run(
+      "vantage-tile", {site.path("world/map.pcd"), "--out", site.path("tiles"), "--quiet"});
+  REQUIRE_MESSAGE(tiled.exit_code == 0, tiled.err);
+  build("tiles", {});
+  const auto line = [](const std::string& text) {
+    return text.substr(text.find("point_spacing = "), 20);
+  };
+  CHECK(line(index()) == line(from_file));
+
+  const std::string given = build("world/map.pcd", {"--set=visibility.params.point_spacing=0.3"});
+  CHECK_MESSAGE(!holds(given, "measured"), given);
+  CHECK_MESSAGE(holds(index(), "point_spacing = 0.3"), index());
 }
 
 }  // namespace

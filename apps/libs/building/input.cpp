@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <iostream>
 #include <utility>
 #include <variant>
 
+#include "checks/map_facts.hpp"
+#include "io/text.hpp"
 #include "terminal/size.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -53,6 +57,63 @@ Result<WideAreaMap> read_map(const MapSource& source, std::uint64_t memory, Read
   return map;
 }
 
+/// The spacing of a map, to two digits; 0 if it has too few points. What a tiled map is measured by
+/// does not depend on how much of it is in memory.
+Result<double> spacing_of(const WideAreaMap& map, const MapSource& source) {
+  VANTAGE_TRY(const io::MapFiles found, io::map_files(source.files));
+  double spacing = 0.0;
+  if (found.files.size() == 1 && io::is_tiled_map(found.files.front())) {
+    VANTAGE_TRY(const auto tiles, io::TiledMap::open(found.files.front()));
+    VANTAGE_TRY(PointCloud sample, sample_of(tiles));
+    io::into_canonical_order(sample);
+    spacing = checks::spacing_of(sample);
+  } else {
+    spacing = checks::spacing_of(map.points);
+  }
+  return io::parse_number<double>(fmt::format("{:.2g}", spacing)).value_or(0.0);
+}
+
+/// The sections of plugins that work on the points of the map.
+template <class F>
+Result<void> for_each_map_plugin(Config& config, const F& f) {
+  if (config.partitioner)
+    VANTAGE_CHECK(f(PluginKind::partitioner, *config.partitioner, config.partitioner->params));
+  if (config.ground) VANTAGE_CHECK(f(PluginKind::ground, *config.ground, config.ground->params));
+  if (config.visibility) {
+    VANTAGE_CHECK(
+        f(PluginKind::visibility, config.visibility->choice(), config.visibility->params));
+  }
+  return {};
+}
+
+/// Sets the parameters `point_spacing` that are left out.
+/// @return  whether there was one
+Result<bool> set_spacing(Config& config, const WideAreaMap& map, const MapSource& source,
+                         const cli::CommonOptions& common) {
+  const PluginLoader plugins = common.loader();
+  double spacing = 0.0;
+  bool set = false;
+  const auto fill = [&](PluginKind kind, PluginChoice choice, Table& params) -> Result<void> {
+    if (params.find(kMeasured) != nullptr) return {};
+    VANTAGE_TRY(const auto docs, plugins.parameters(kind, choice));
+    if (std::ranges::none_of(docs, [&](const ParameterDoc& doc) { return doc.key == kMeasured; })) {
+      return {};
+    }
+    if (spacing == 0.0) {
+      VANTAGE_TRY(spacing, spacing_of(map, source));
+    }
+    choice.params.entries.push_back({kMeasured, {spacing, params.where}, params.where});
+    // A map in another unit has a spacing that no plugin takes, and a note of its own.
+    if (spacing == 0.0 || !plugins.effective_params(kind, choice)) return {};
+    params = std::move(choice.params);
+    set = true;
+    return {};
+  };
+  VANTAGE_CHECK(for_each_map_plugin(config, fill));
+  if (set && !common.quiet) std::cerr << fmt::format("{} {:g} m, measured\n", kMeasured, spacing);
+  return set;
+}
+
 /// The folder of the bundle, for a store that has one.
 std::optional<fs::path> bundle_of(const Config& config) {
   const Value* const root = config.store ? config.store->params.find("root") : nullptr;
@@ -85,6 +146,17 @@ Result<void> check_replaceable(const Config& config) {
 
 }  // namespace
 
+Result<PointCloud> sample_of(const io::TiledMap& tiles) {
+  constexpr std::uint64_t kEnough = 4'000'000;
+  const std::uint64_t step = tiles.points() / kEnough + 1;
+  PointCloud points;
+  for (std::size_t i = 0; i < tiles.tiles().size(); i += step) {
+    VANTAGE_TRY(const PointCloud some, tiles.read(tiles.tiles()[i].index));
+    points.insert(points.end(), some.begin(), some.end());
+  }
+  return points;
+}
+
 void Options::add_to(CLI::App& app) {
   app.add_option("CONFIG", config, "configuration (TOML)")->required();
   app.add_option(
@@ -115,6 +187,10 @@ Result<Prepared> prepare(const Options& options, Reading reading) {
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, options.common.loader()));
   VANTAGE_TRY(WideAreaMap map, read_map(source, *memory, reading));
+  VANTAGE_TRY(const bool measured, set_spacing(config, map, source, options.common));
+  if (measured) {
+    VANTAGE_TRY(build, BundleBuild::prepare(config, options.common.loader()));
+  }
   fs::path parts = options.parts;
   if (map.tiles) VANTAGE_CHECK(check_replaceable(config));
   if (parts.empty() && map.tiles) {

@@ -37,6 +37,14 @@ struct WideAreaMap {
   PointCloud trajectory;
 };
 
+/// The parameter of plugins that is measured in the map if it is left out: the distance between
+/// neighbouring points.
+inline constexpr const char* kMeasured = "point_spacing";
+
+/// The points of some tiles, evenly chosen: all of them up to 4 million. The same for every build
+/// of the tiles. Errors: those of TiledMap::read.
+[[nodiscard]] Result<PointCloud> sample_of(const io::TiledMap& tiles);
+
 /// A build that is ready to run.
 struct Prepared {
   Config config;
@@ -52,7 +60,9 @@ enum class Reading : std::uint8_t {
   never,
 };
 
-/// Loads configuration and plugins, and reads the map.
+/// Loads configuration and plugins, and reads the map. A `point_spacing` that is left out of the
+/// configuration, and that its plugin has, is measured in the map and set; a line on stderr says
+/// so. It is the same whether a tiled map is read as a whole, in parts or in shards.
 /// Errors: a usage error for a wrong --memory; those of the configuration and of the files;
 /// `invalid_input` with Reading::never for a map that is not tiled.
 [[nodiscard]] Result<Prepared> prepare(const Options& options, Reading reading);

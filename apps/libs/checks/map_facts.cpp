@@ -58,7 +58,7 @@ double width_for(double count, const Bounds3& bulk, std::size_t points) {
   return std::sqrt(count * extent[1] * extent[2] / static_cast<double>(points));
 }
 
-double spacing_of(PointsView map, const Bounds3& bulk) {
+double spacing_within(PointsView map, const Bounds3& bulk) {
   constexpr std::size_t kPlaces = 256, kNeighbours = 8, kFewest = 100;
   const double width = width_for(16.0, bulk, map.size());
   if (map.size() < kFewest || !(width > 0.0)) return 0.0;
@@ -209,6 +209,10 @@ std::string_view to_string(const Direction& direction) noexcept {
   return kNames[static_cast<std::size_t>(direction.axis)][direction.negative ? 1 : 0];
 }
 
+double spacing_of(PointsView map) {
+  return map.empty() ? 0.0 : spacing_within(map, bulk_of(some_of(map)));
+}
+
 MapFacts measure_map(PointsView map) {
   MapFacts facts;
   facts.points = map.size();
@@ -224,7 +228,7 @@ MapFacts measure_map(PointsView map) {
     const auto largest = static_cast<float>(facts.farthest_coordinate);
     facts.rounding = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   }
-  facts.spacing = spacing_of(map, facts.bulk);
+  facts.spacing = spacing_within(map, facts.bulk);
   find_up(some, facts);
   return facts;
 }

@@ -35,6 +35,10 @@ struct MapFacts {
   double flat_share = 0.0;
 };
 
+/// MapFacts::spacing alone. The result depends on the order of the points.
+/// @param map  N points [m]; finite
+[[nodiscard]] double spacing_of(PointsView map);
+
 /// Measures a map. Looks at some of the points; takes about a second for 40 million. The result
 /// does not depend on the number of threads.
 /// @param map  N points [m]; finite

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <variant>
@@ -15,8 +18,12 @@ namespace {
 
 constexpr double kShortestRange = 5.0;  // of a LiDAR [m]
 
-/// The unit in which a length that should be about `typical` metres is `seen`.
-std::string_view unit_of(double seen, double typical) {
+/// A length, and what it is about if it is in metres.
+struct Length {
+  double seen, typical;
+};
+/// The unit in which lengths seem to be that are not in metres.
+std::string_view unit_of(std::initializer_list<Length> lengths) {
   struct Unit {
     std::string_view name;
     double metres;
@@ -26,13 +33,16 @@ std::string_view unit_of(double seen, double typical) {
   const Unit* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const Unit& unit : kUnits) {
-    const double off = std::abs(std::log(seen * unit.metres / typical));
+    double off = 0.0;
+    for (const Length& length : lengths) {
+      off += std::abs(std::log(length.seen * unit.metres / length.typical));
+    }
     if (off < least) {
       least = off;
       best = &unit;
     }
   }
-  return best->name;
+  return best == nullptr ? kUnits[0].name : best->name;
 }
 
 /// "1,234" for large numbers, and three digits for small ones.
@@ -47,12 +57,17 @@ const double* number_in(const Table& params, std::string_view key) {
   return value == nullptr ? nullptr : std::get_if<double>(&value->data);
 }
 
+constexpr double kGround = 0.4, kNoGround = 0.25;  // shares of square metres
+
+double share_of(const std::optional<GroundPlane>& plane) { return plane ? plane->share : 0.0; }
+bool shows(const std::optional<GroundPlane>& plane) { return share_of(plane) > kGround; }
+
 }  // namespace
 
 std::vector<Note> notes_on(const MapFacts& map) {
   constexpr double kSparsest = 1.5, kDensest = 0.002;  // spacing of maps that are in metres [m]
-  constexpr double kTypical = 0.1;
-  constexpr double kCoarsest = 0.005;  // rounding that costs no accuracy [m]
+  constexpr double kTypical = 0.1, kHeight = 15.0;  // of a map from its lowest to its highest point
+  constexpr double kCoarsest = 0.005;               // rounding that costs no accuracy [m]
   std::vector<Note> notes;
   const Eigen::Vector3d extent = map.bulk.max - map.bulk.min;
   if (map.spacing > kSparsest || (map.spacing > 0.0 && map.spacing < kDensest)) {
@@ -60,7 +75,8 @@ std::vector<Note> notes_on(const MapFacts& map) {
         {fmt::format("the map's points lie {} apart, over {} x {} x {}", metres(map.spacing),
                      metres(extent.x()), metres(extent.y()), metres(extent.z())),
          fmt::format("maps are in metres; this one seems to be in {}",
-                     unit_of(map.spacing, kTypical))});
+                     unit_of({{map.spacing, kTypical},
+                              {std::max(extent.minCoeff(), map.spacing), kHeight}}))});
     return notes;
   }
   if (map.up && *map.up != Direction{}) {
@@ -103,15 +119,21 @@ std::vector<Note> notes_on(const MapFacts& map, const Config& config) {
   return notes;
 }
 
-std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool imu) {
+std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {
   constexpr double kFarthest = 400.0, kNearest = 0.5;  // within which 90 % of the points lie [m]
   constexpr double kTypical = 40.0;                    // [m]
   constexpr double kAside = 3.0, kFarAside = 20.0;     // eccentricity; [m]
+  constexpr double kFewest = 300.0;                    // points of a scan
   std::vector<Note> notes;
   if (scans.scans == 0) return notes;
   if (scans.ranges.empty()) {
     notes.push_back({fmt::format("{} scans were looked at, and none has a point", scans.scans),
                      "choose another topic, or record again"});
+    return notes;
+  }
+  if (scans.points < kFewest) {
+    notes.push_back({fmt::format("a scan has {:.0f} points", scans.points),
+                     "give whole sweeps: so few points fit anywhere"});
     return notes;
   }
   const double reach = scans.range_at(0.9);
@@ -123,9 +145,31 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
   if (reach > kFarthest || reach < kNearest) {
     notes.push_back(
         {fmt::format("nine in ten points of the scans are within {}", metres(reach)),
-         fmt::format("scans are in metres; these seem to be in {}", unit_of(reach, kTypical))});
+         fmt::format("scans are in metres; these seem to be in {}", unit_of({{reach, kTypical}}))});
     return notes;
   }
+  if (scans.empty > 0) {
+    notes.push_back(
+        {fmt::format("{} of {} scans that were looked at have no point", scans.empty, scans.scans),
+         "the sensor or the driver lost sweeps, or they are cut in pieces"});
+  }
+  if (shows(scans.above) && share_of(scans.below) < kNoGround && !imu) {
+    notes.push_back({"the scans show the ground above the sensor",
+                     "the sensor hangs upside down, which --imu would tell, or its z axis points "
+                     "down: z must point up"});
+  }
+  constexpr double kShortestSweep = 1e-4, kLongestSweep = 1.0;  // [s]
+  if (scans.timed && (scans.sweep < kShortestSweep || scans.sweep > kLongestSweep)) {
+    notes.push_back({fmt::format("the times of a scan's points span {:.3g} s", scans.sweep),
+                     "a sweep takes 0.05 to 0.2 s; set localizer.undistort = false, or mend the "
+                     "unit of the times"});
+  }
+  return notes;
+}
+
+std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool imu) {
+  std::vector<Note> notes = notes_on(scans, imu);
+  if (!notes.empty() || scans.ranges.empty()) return notes;
   if (config.localizer) {
     const LocalizerParams& params = *config.localizer;
     const double most = params.scan_max_range.value_or(std::numeric_limits<double>::infinity());
@@ -136,7 +180,14 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
            fmt::format("half of the points are farther than {}", metres(scans.range_at(0.5)))});
     }
   }
-  constexpr double kManyTimes = 100.0;
+  return notes;
+}
+
+std::vector<Note> notes_on_sensor(const ScanFacts& scans, const Config& config, bool imu) {
+  std::vector<Note> notes;
+  if (scans.ranges.empty() || !notes_on(scans, imu).empty()) return notes;
+  const double reach = scans.range_at(0.9), farthest = scans.range_at(0.999);
+  constexpr double kCut = 1.0 / 3.0;
   const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
   if (range && *range >= kShortestRange && *range < 0.5 * reach) {
     notes.push_back({fmt::format("visibility.max_range is {}, and a tenth of the scans' points are "
@@ -144,50 +195,33 @@ std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool im
                                  metres(*range), metres(reach)),
                      "regions lack what the sensor sees: give the reach of the sensor"});
   }
-  if (range && *range > kManyTimes * reach) {
-    notes.push_back({fmt::format("visibility.max_range is {}, and nine in ten points of the scans "
-                                 "are within {}",
-                                 metres(*range), metres(reach)),
-                     "is it in metres? Give the reach of the sensor"});
+  if (range && farthest < kCut * *range) {
+    notes.push_back({fmt::format("visibility.max_range is {}, and the scans end at {}",
+                                 metres(*range), metres(farthest)),
+                     "were the scans cut, or is it not in metres? If they are whole, give the "
+                     "reach of the sensor"});
   }
-  constexpr double kGround = 0.4, kNoGround = 0.25;  // shares of square metres
-  const auto share = [](const std::optional<GroundPlane>& plane) {
-    return plane ? plane->share : 0.0;
-  };
-  if (share(scans.above) > kGround && share(scans.below) < kNoGround) {
-    if (!imu) {
-      notes.push_back({"the scans show the ground above the sensor",
-                       "the sensor hangs upside down, which --imu would tell, or its z axis points "
-                       "down: z must point up"});
-    }
-  } else if (share(scans.below) > kGround) {
-    const double height = scans.below->distance;
-    if (config.viewpoints && config.viewpoints->source == ViewpointSource::ground) {
-      const double given = config.viewpoints->sensor_height;
-      if (std::abs(height - given) > std::max(0.3, 0.35 * height)) {
-        constexpr double kFoot = 0.3048, kHigh = 3.0;  // [m]
-        const bool feet = height > kHigh && std::abs(height * kFoot - given) < 0.15 * given;
-        notes.push_back(
-            {fmt::format("the scans see the ground {} below the sensor, and "
-                         "viewpoints.sensor_height is {}",
-                         metres(height), metres(given)),
-             feet ? std::string("are the scans in feet? If not, give the height that they show")
-                  : fmt::format("set it to {:.2f}", height)});
-      }
-    }
-    constexpr double kTilted = 10.0;  // [deg]
-    const double tilt = scans.below->tilt * kDegrees;
-    if (tilt > kTilted && !imu &&
-        !(config.localizer && config.localizer->gravity == Gravity::unknown)) {
-      notes.push_back({fmt::format("the sensor is tilted by {:.0f} degrees", tilt),
-                       "set localizer.gravity = \"unknown\""});
+  if (!shows(scans.below)) return notes;
+  const double height = scans.below->distance;
+  if (config.viewpoints && config.viewpoints->source == ViewpointSource::ground) {
+    const double given = config.viewpoints->sensor_height;
+    if (std::abs(height - given) > std::max(0.3, 0.35 * height)) {
+      constexpr double kFoot = 0.3048, kHigh = 3.0;  // [m]
+      const bool feet = height > kHigh && std::abs(height * kFoot - given) < 0.15 * given;
+      notes.push_back(
+          {fmt::format("the scans see the ground {} below the sensor, and "
+                       "viewpoints.sensor_height is {}",
+                       metres(height), metres(given)),
+           feet ? std::string("are the scans in feet? If not, give the height that they show")
+                : fmt::format("set it to {:.2f}", height)});
     }
   }
-  constexpr double kShortestSweep = 1e-4, kLongestSweep = 1.0;  // [s]
-  if (scans.timed && (scans.sweep < kShortestSweep || scans.sweep > kLongestSweep)) {
-    notes.push_back({fmt::format("the times of a scan's points span {:.3g} s", scans.sweep),
-                     "a sweep takes 0.05 to 0.2 s; set localizer.undistort = false, or mend the "
-                     "unit of the times"});
+  constexpr double kTilted = 10.0;  // [deg]
+  const double tilt = scans.below->tilt * kDegrees;
+  if (tilt > kTilted && !imu &&
+      !(config.localizer && config.localizer->gravity == Gravity::unknown)) {
+    notes.push_back({fmt::format("the sensor is tilted by {:.0f} degrees", tilt),
+                     "set localizer.gravity = \"unknown\""});
   }
   return notes;
 }

@@ -14,9 +14,16 @@ namespace vantage::checks {
 /// What of a configuration does not suit its map.
 /// @param config  with the defaults of its plugins filled in, as `with_defaults` returns it
 [[nodiscard]] std::vector<Note> notes_on(const MapFacts& map, const Config& config);
-/// What is suspicious about scans, and about a configuration for them.
+/// What is suspicious about scans by themselves: unit, frame, up, times, what is missing.
 /// @param imu  the sensor has an IMU, which knows where up is
+[[nodiscard]] std::vector<Note> notes_on(const ScanFacts& scans, bool imu);
+/// The same, or, if there is nothing, what keeps a configuration from using the scans.
 [[nodiscard]] std::vector<Note> notes_on(const ScanFacts& scans, const Config& config, bool imu);
+/// What the ranges and the ground of the scans say against the sensor that a configuration
+/// describes. Scans with other axes or in feet show another sensor: rule that out first. Nothing
+/// for scans that have notes.
+[[nodiscard]] std::vector<Note> notes_on_sensor(const ScanFacts& scans, const Config& config,
+                                                bool imu);
 
 /// The configuration with the defaults of its plugins. Errors: those of effective_config.
 [[nodiscard]] Result<Config> with_defaults(const Config& config, const PluginLoader& plugins);

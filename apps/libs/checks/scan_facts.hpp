@@ -20,13 +20,14 @@ struct GroundPlane {
 /// sensor lie in, to 0.1 m. Planes tilted by more than 30 degrees do not count.
 /// @param scan   N points, sensor frame [m]
 /// @param above  look for a plane above the sensor, with the highest points
-/// None if there are too few points.
+/// None if there are too few points, or if half of the plane is not below (above) the sensor.
 [[nodiscard]] std::optional<GroundPlane> find_ground(PointsView scan, bool above);
 
 /// What some scans of a recording say about it.
 struct ScanFacts {
   std::size_t scans = 0;       ///< that were looked at
   std::size_t empty = 0;       ///< of these, without a point
+  double points = 0.0;         ///< median of those that have some
   bool timed = false;          ///< the points of all of them have times
   double sweep = 0.0;          ///< median time from the first to the last point of a scan [s]
   double dropped_share = 0.0;  ///< of the points: no returns and coordinates that are not finite
@@ -58,7 +59,7 @@ class ScanSurvey {
   std::size_t offered_ = 0;
   ScanFacts sums_;
   std::uint64_t points_ = 0, dropped_ = 0;
-  std::vector<double> sweeps_, eccentricities_;
+  std::vector<double> sizes_, sweeps_, eccentricities_;
   std::vector<GroundPlane> below_, above_;
 };
 

@@ -59,31 +59,37 @@ std::vector<Change> changes() {
   };
 }
 
-}  // namespace
+/// A localizer that looks everywhere.
+Result<Localizer> open_everywhere(const Bundle& bundle, Config config,
+                                  const PluginLoader& plugins) {
+  if (config.localizer) config.localizer->recovery_radius.reset();
+  return Localizer::open(bundle, config, plugins);
+}
 
-Result<Fit> fit_of(const Bundle& bundle, const Config& config, const PluginLoader& plugins,
-                   std::span<const io::StampedScan> scans, std::span<const ImuSample> imu,
-                   const std::optional<Eigen::Matrix3d>& change) {
+/// @param change    is applied to the points, 3 x 3
+/// @param patience  the trial ends after so many scans if none of them was found
+Result<Fit> fit_with(Localizer& localizer, const Eigen::Matrix3d& change,
+                     std::span<const io::StampedScan> scans, std::span<const ImuSample> imu,
+                     std::size_t patience) {
   constexpr double kSweep = 0.2;  // after a stamp, the longest [s]
+  constexpr double kApart = 1.0;  // motion says nothing over so much time [s]
+  // Chosen on ten single scans of a campus: six had less, and nearly all at wrong poses more.
+  constexpr double kFound = 0.1;
   Fit fit;
-  fit.scans = scans.size();
-  Config everywhere = config;  // the search has no limits
-  if (everywhere.localizer) everywhere.localizer->recovery_radius.reset();
-  VANTAGE_TRY(auto localizer, Localizer::open(bundle, everywhere, plugins));
-  localizer.start_anywhere();
   std::vector<double> coverages, nvtls;
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    PointCloud points = scans[i].points;
-    if (change) {
-      for (Point& p : points) p = *change * p;
-    } else {
-      for (; !imu.empty() && imu.front().stamp < scans[i].stamp + kSweep; imu = imu.subspan(1)) {
-        VANTAGE_CHECK(localizer.add(imu.front()));
-      }
+  for (std::size_t i = 0; i < scans.size() && (i < patience || fit.found > 0); ++i) {
+    const io::StampedScan& scan = scans[i];
+    if (i == 0 || scan.stamp - scans[i - 1].stamp > kApart) localizer.start_anywhere();
+    PointCloud points = scan.points;
+    for (Point& p : points) p = change * p;
+    for (; !imu.empty() && imu.front().stamp < scan.stamp + kSweep; imu = imu.subspan(1)) {
+      VANTAGE_CHECK(localizer.add(imu.front()));
     }
-    VANTAGE_TRY(const ScanReport report,
-                localizer.localize(
-                    {.stamp = scans[i].stamp, .points = points, .seconds = scans[i].seconds}));
+    VANTAGE_TRY(
+        const ScanReport report,
+        localizer.localize({.stamp = scan.stamp, .points = points, .seconds = scan.seconds}));
+    ++fit.scans;
+    if (report.has_pose && report.risk <= kFound) ++fit.found;
     if (report.tracking == Tracking::tracked) {
       ++fit.tracked;
       if (!fit.first_tracked) {
@@ -100,22 +106,42 @@ Result<Fit> fit_of(const Bundle& bundle, const Config& config, const PluginLoade
   return fit;
 }
 
+}  // namespace
+
+Result<Fit> fit_of(const Bundle& bundle, const Config& config, const PluginLoader& plugins,
+                   std::span<const io::StampedScan> scans, std::span<const ImuSample> imu) {
+  VANTAGE_TRY(auto localizer, open_everywhere(bundle, config, plugins));
+  return fit_with(localizer, Eigen::Matrix3d::Identity(), scans, imu, scans.size());
+}
+
+std::optional<Note> note_on_place(const Fit& fit) {
+  constexpr std::size_t kFewest = 3;
+  if (fit.scans < kFewest || fit.found > 1) return std::nullopt;
+  return Note{fmt::format("{} of the first {} scans is found in the map, also not mirrored, turned "
+                          "or scaled",
+                          fit.found == 0 ? "none" : "one", fit.scans),
+              "is it the map of this place?"};
+}
+
 Result<std::optional<Note>> try_changes(const Bundle& bundle, const Config& config,
                                         const PluginLoader& plugins,
                                         std::span<const io::StampedScan> scans,
                                         const Fit& as_they_are) {
   // A right pose fits two to three times as well as a wrong one. Small scans fit anywhere, so they
   // have to be tracked as well.
-  constexpr double kClear = 1.5;
+  constexpr double kClear = 1.5, kBetter = 1.1;
+  constexpr std::size_t kPatience = 4;  // scans
+  VANTAGE_TRY(auto localizer, open_everywhere(bundle, config, plugins));
   std::optional<Change> best;
   Fit best_fit;
   for (Change& change : changes()) {
-    VANTAGE_TRY(const Fit fit, fit_of(bundle, config, plugins, scans, {}, change.matrix));
+    VANTAGE_TRY(const Fit fit, fit_with(localizer, change.matrix, scans, {}, kPatience));
     const std::size_t enough = change.scales() ? (scans.size() + 1) / 2 : 1;
-    if (fit.tracked < std::max(enough, as_they_are.tracked) ||
-        fit.goodness() < kClear * as_they_are.goodness() || fit.goodness() <= best_fit.goodness()) {
-      continue;
-    }
+    const bool fits = fit.goodness() >= kClear * as_they_are.goodness() &&
+                      fit.tracked >= std::max(enough, as_they_are.tracked);
+    const bool finds = fit.goodness() >= kBetter * as_they_are.goodness() && fit.found >= enough &&
+                       finds_more(fit, as_they_are);
+    if ((!fits && !finds) || fit.goodness() <= best_fit.goodness()) continue;
     best = std::move(change);
     best_fit = fit;
   }

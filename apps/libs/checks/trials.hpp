@@ -21,25 +21,34 @@ inline constexpr std::size_t kScansToTry = 10;
 
 /// How some scans fit a map when the sensor may be anywhere at the first of them.
 struct Fit {
-  std::size_t scans = 0, tracked = 0;
+  std::size_t scans = 0;  ///< that were tried
+  std::size_t tracked = 0;
+  std::size_t found = 0;  ///< their risk is at most 0.1; a single scan is hardly ever tracked
   double coverage = 0.0;  ///< median over the scans that have a pose
   double nvtl = 0.0;      ///< the same
   [[nodiscard]] double goodness() const { return coverage * nvtl; }
   std::optional<Pose> first_tracked;  ///< T_map_scan
   std::size_t first = 0;              ///< the number of that scan
 };
-/// @param imu     its samples, in order of time; may be empty
-/// @param change  is applied to the points, 3 x 3; with one, the IMU is left out
+/// Scans that follow each other by more than a second are looked for one by one.
+/// @param imu  its samples, in order of time; may be empty
 /// Errors: those of the localizer.
 [[nodiscard]] Result<Fit> fit_of(const Bundle& bundle, const Config& config,
                                  const PluginLoader& plugins,
                                  std::span<const io::StampedScan> scans,
-                                 std::span<const ImuSample> imu,
-                                 const std::optional<Eigen::Matrix3d>& change = std::nullopt);
+                                 std::span<const ImuSample> imu);
+
+/// Whether scans are found with a change that are not without it: three more of them.
+[[nodiscard]] inline bool finds_more(const Fit& changed, const Fit& unchanged) {
+  return changed.found >= unchanged.found + 3;
+}
+
+/// The note on scans that are found nowhere, whatever is changed: none or one of at least three.
+[[nodiscard]] std::optional<Note> note_on_place(const Fit& fit);
 
 /// Tries what users get wrong: mirrored axes, a sensor upside down, other axes, feet, centimetres
-/// and millimetres. The note names the change with which the scans fit the map clearly better; none
-/// if they do with no change.
+/// and millimetres, without an IMU. The note names the change with which the scans fit the map
+/// clearly better; none if they do with no change.
 /// @param as_they_are  the result of fit_of without a change
 [[nodiscard]] Result<std::optional<Note>> try_changes(const Bundle& bundle, const Config& config,
                                                       const PluginLoader& plugins,

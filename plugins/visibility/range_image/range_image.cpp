@@ -131,7 +131,8 @@ struct Params {
                  "points nearer than this are not seen and do not occlude", non_negative),
         optional("point_spacing", &Params::point_spacing, "m",
                  "distance between neighbouring map points on a surface: each covers a square of "
-                 "this width, so that no point is seen through the gaps",
+                 "this width, so that no point is seen through the gaps; if left out, `vantage "
+                 "build` measures it in the map",
                  non_negative),
         optional("tolerance", &Params::tolerance, "m",
                  "how far behind the nearest point of its pixel a point is still seen",

@@ -98,7 +98,7 @@ struct Params {
                  between(-200.0, 30.0)),
         optional("point_spacing", &Params::point_spacing, "m",
                  "distance between neighbouring points on the map's surfaces; an element is 2.5 "
-                 "times as wide",
+                 "times as wide; if left out, `vantage build` measures it in the map",
                  between(0.01, 10.0)),
         optional("thickness", &Params::thickness, "m",
                  "thickness of the map's surfaces, including noise; thicker elements are clutter "

@@ -23,6 +23,7 @@ MapFacts good_map() {
 ScanFacts good_scans() {
   ScanFacts scans;
   scans.scans = 5;
+  scans.points = 20'000.0;
   for (int k = 0; k < 1000; ++k) scans.ranges.push_back(2.0 + 0.06 * k);
   scans.below = GroundPlane{.distance = 1.75, .tilt = 0.02, .share = 0.7};
   return scans;
@@ -46,6 +47,7 @@ std::string only(const std::vector<Note>& notes) {
 TEST_CASE("right inputs give no note") {
   CHECK(notes_on(good_map(), config()).empty());
   CHECK(notes_on(good_scans(), config(), false).empty());
+  CHECK(notes_on_sensor(good_scans(), config(), false).empty());
 }
 
 TEST_CASE("maps in other units, upside down, rounded") {
@@ -54,9 +56,17 @@ TEST_CASE("maps in other units, upside down, rounded") {
     change(map);
     return only(notes_on(map, config()));
   };
-  CHECK(note([](MapFacts& m) { m.spacing = 11.0; }).ends_with("seems to be in centimetres"));
-  CHECK(note([](MapFacts& m) { m.spacing = 110.0; }).ends_with("seems to be in millimetres"));
-  CHECK(note([](MapFacts& m) { m.spacing = 0.00011; }).ends_with("seems to be in kilometres"));
+  const auto times = [](double factor, double spacing = 0.11) {
+    return [factor, spacing](MapFacts& m) {
+      m.spacing = factor * spacing;
+      m.bulk.min *= factor;
+      m.bulk.max *= factor;
+    };
+  };
+  CHECK(note(times(100.0)).ends_with("seems to be in centimetres"));
+  CHECK(note(times(1000.0)).ends_with("seems to be in millimetres"));
+  CHECK(note(times(0.001)).ends_with("seems to be in kilometres"));
+  CHECK(note(times(100.0, 0.4)).ends_with("seems to be in centimetres"));  // a sparse map
   CHECK(note([](MapFacts& m) {
           m.up = Direction{2, true};
         }).find("in direction -z") != std::string::npos);
@@ -92,6 +102,8 @@ TEST_CASE("scans in other units or another frame, and without points") {
   CHECK(note(times(0.001)).ends_with("seem to be in kilometres"));
   CHECK(note([](ScanFacts& s) { s.eccentricity = 20.0; }).find("map's frame") != std::string::npos);
   CHECK(note([](ScanFacts& s) { s.ranges.clear(); }).starts_with("5 scans were looked at"));
+  CHECK(note([](ScanFacts& s) { s.empty = 2; }).starts_with("2 of 5 scans"));
+  CHECK(note([](ScanFacts& s) { s.points = 40.0; }).starts_with("a scan has 40 points"));
 }
 
 TEST_CASE("the sensor's height and tilt") {
@@ -99,7 +111,7 @@ TEST_CASE("the sensor's height and tilt") {
     ScanFacts scans = good_scans();
     scans.below->distance = height;
     scans.below->tilt = tilt;
-    return only(notes_on(scans, config(), imu));
+    return only(notes_on_sensor(scans, config(), imu));
   };
   CHECK(note(0.5, 0.0, false).ends_with("set it to 0.50"));
   CHECK(note(5.7, 0.0, false).find("feet") != std::string::npos);
@@ -123,7 +135,11 @@ TEST_CASE("limits that drop most points") {
         std::string::npos);
   other = config();
   other.visibility->max_range = 20.0;
-  CHECK(only(notes_on(good_scans(), other, false)).starts_with("visibility.max_range is 20 m"));
+  CHECK(only(notes_on_sensor(good_scans(), other, false))
+            .starts_with("visibility.max_range is 20 m, and a tenth"));
+  other.visibility->max_range = 300.0;
+  CHECK(only(notes_on_sensor(good_scans(), other, false)).find("the scans end at 61.9 m") !=
+        std::string::npos);
 }
 
 TEST_CASE("times of points in another unit") {

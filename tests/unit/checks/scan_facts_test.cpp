@@ -57,6 +57,18 @@ TEST_CASE("the ground above a sensor that hangs upside down") {
   CHECK((!facts.below || facts.below->share < 0.2));
 }
 
+TEST_CASE("scans without their ground show none") {
+  PointCloud slope, few;  // of what stands on the ground, from 0.3 m above the sensor on
+  for (double x = -20.0; x < 20.0; x += 0.5) {
+    for (double y = -20.0; y < 20.0; y += 0.5) slope.emplace_back(x, y, 4.0 + 0.15 * x);
+  }
+  CHECK_FALSE(find_ground(slope, false));
+  for (double x = 5.0; x < 12.0; x += 1.0) {
+    for (double y = -3.0; y < 3.0; y += 1.0) few.emplace_back(x, y, -1.7);
+  }
+  CHECK_FALSE(find_ground(few, false));
+}
+
 TEST_CASE("ranges") {
   PointCloud points;
   for (int k = 1; k <= 100; ++k) points.emplace_back(k, 0.0, 0.0);
