@@ -240,6 +240,46 @@ TEST_CASE("graded and thinned maps are the same for any number of threads, and l
   CHECK(summary["error_m"]["mean"] < 0.1);
 }
 
+TEST_CASE(
+    "a selector keeps a region within its bytes, for any number of threads, and it localizes") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 10, "unused");
+  constexpr std::uintmax_t kBytes = 4000, kFrame = 1500;  // of the file around it: its viewpoints
+  const auto build = [&](const std::string& jobs, const std::string& selector) {
+    const auto built = test::run(
+        "vantage-build",
+        {config, "--jobs", jobs, "--quiet", "--set", "store.content=prepared", "--set",
+         "selector.plugin=" + selector, "--set", "selector.max_bytes=" + std::to_string(kBytes),
+         "--set", "store.params.root=" + street.path(selector + jobs)});
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  };
+  for (const char* jobs : {"1", "2"}) build(jobs, "contribution");
+  check_same_files(street.folder() / "contribution1", street.folder() / "contribution2");
+  for (const char* selector : {"contribution", "random", "fullest"}) {
+    CAPTURE(selector);
+    if (selector != std::string("contribution")) build("1", selector);
+    const fs::path bundle = street.path(selector + std::string("1"));
+    for (const fs::path& file : files_in(bundle)) {
+      if (file.extension() == ".pcd") CHECK(fs::file_size(bundle / file) < kBytes + kFrame);
+    }
+    const auto localized = street.localize(
+        config, selector,
+        {"--quiet", "--set", "store.params.root=" + bundle.string(), "--set",
+         "store.content=prepared", "--set", "selector.plugin=" + std::string(selector), "--set",
+         "selector.max_bytes=" + std::to_string(kBytes)});
+    REQUIRE_MESSAGE(localized.exit_code == 0, localized.err);
+    const auto summary =
+        nlohmann::json::parse(test::read_text(street.folder() / selector / "summary.json"));
+    check_tracked(summary);
+    MESSAGE(selector << ": mean error " << summary["error_m"]["mean"].get<double>() << " m");
+    CHECK(summary["error_m"]["mean"] < 0.05);
+  }
+  const auto wrong = test::run("vantage-build", {config, "--set", "selector.plugin=random", "--set",
+                                                 "selector.max_bytes=4000"});
+  CHECK(wrong.exit_code != 0);
+  CHECK(wrong.err.find("[selector] chooses elements of prepared maps") != std::string::npos);
+}
+
 TEST_CASE("every partitioner makes maps to localize in, and budget keeps its budget") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 10, "unused");

@@ -54,6 +54,10 @@ TEST_CASE("kitti_street, pieces of surface: as good as the whole map, also 5,000
   if (const auto data = real_data("kitti_street")) check_street(*data, "surface", 0.025, 0.1);
 }
 
+TEST_CASE("kitti_street, 20 kB a region: every scan localized, also 5,000,000 m away") {
+  if (const auto data = real_data("kitti_street")) check_street(*data, "small", 0.03, 0.1);
+}
+
 TEST_CASE("kitti_street without its ground, viewpoints along the drive: every scan localized") {
   if (const auto data = real_data("kitti_street")) {
     check_street(*data, "from_trajectory", 0.06, 0.1, true);

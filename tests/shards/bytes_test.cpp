@@ -76,6 +76,10 @@ TEST_CASE("shards: the same bytes with every plugin that works part by part") {
   with(&TownConfig::store, "plugin = \"shared_tiles\"\ncontent = \"both\"");
   with(&TownConfig::store, "plugin = \"pcd_tiles\"\ncontent = \"prepared\"");
   with(&TownConfig::more, "[thinning]\nvoxel_size = 0.8\n");
+  TownConfig chosen = usual;
+  chosen.store = "plugin = \"pcd_tiles\"\ncontent = \"prepared\"";
+  chosen.more = "[selector]\nplugin = \"contribution\"\nshare = 0.3\nscans = 4\n";
+  configs.push_back(chosen);
   for (const TownConfig& config : configs) {
     CAPTURE(config.partitioner);
     CAPTURE(config.ground);

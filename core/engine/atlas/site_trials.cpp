@@ -97,10 +97,11 @@ Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
   std::vector<Result<void>> outcomes(trials.sites_.size());
   tbb::parallel_for(std::size_t{0}, trials.sites_.size(), [&](std::size_t s) {
     SiteState& site = trials.sites_[s];
-    outcomes[s] = hits_at(site.place.position).and_then([&](PointCloud&& hits) {
-      site.hits = std::move(hits);
-      return trials.look_around(site, places);
-    });
+    outcomes[s] =
+        hits_at(site.place.position, VirtualLidar::Aim::nearest).and_then([&](PointCloud&& hits) {
+          site.hits = std::move(hits);
+          return trials.look_around(site, places);
+        });
   });
   for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
   for (std::size_t s = 0; s < trials.sites_.size(); ++s) {

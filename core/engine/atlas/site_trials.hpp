@@ -2,12 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "atlas/sites.hpp"
+#include "atlas/virtual_lidar.hpp"
 #include "localize/evidence.hpp"
 #include "places/place_index.hpp"
 #include "vantage/engine/atlas.hpp"
@@ -23,9 +23,6 @@ namespace vantage {
 /// or on the order of the regions.
 class SiteTrials {
  public:
-  /// The points that a VirtualLidar at a place hits. It may be asked from several threads at once.
-  using HitsAt = std::function<Result<PointCloud>(const Point&)>;
-
   /// Makes the scans of all sites, and looks for places from which they may seem to come.
   /// @param places   of the map; none: no wrong starts
   /// @param matcher  borrowed

@@ -23,12 +23,12 @@ namespace vantage {
 namespace {
 
 /// The points that virtual scans hit. The index over the map is made at the first scan.
-SiteTrials::HitsAt hits_in(PointsView map, double max_range) {
+HitsAt hits_in(PointsView map, double max_range) {
   const auto lidar = std::make_shared<std::optional<VirtualLidar>>();
   const auto made = std::make_shared<std::once_flag>();
-  return [=](const Point& sensor) -> Result<PointCloud> {
+  return [=](const Point& sensor, VirtualLidar::Aim aim) -> Result<PointCloud> {
     std::call_once(*made, [&] { lidar->emplace(map, max_range); });
-    return (*lidar)->hits(sensor);
+    return (*lidar)->hits(sensor, aim);
   };
 }
 
@@ -62,10 +62,10 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   const double seconds_partition = stopwatch.seconds();
 
   // Visibility (Sec. 2.3, Eqs. 6-10), condensed and stored region by region.
-  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
+  const HitsAt hits_at = hits_in(map, params.max_range);
+  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params, hits_at));
   if (auto index = PlaceIndex::of(map)) plan.places = *std::move(index);
-  VANTAGE_TRY(BundleWriter writer,
-              BundleWriter::begin(plan, plugins, params, hits_in(map, params.max_range)));
+  VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params, hits_at));
   std::vector<std::uint32_t> all(plan.partition.size());
   std::iota(all.begin(), all.end(), 0U);
   Meter meter(meter_start(plan), progress);

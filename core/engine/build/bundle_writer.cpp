@@ -37,8 +37,7 @@ Result<bool> keep_attachment(MapStore& store, std::string_view name,
 }  // namespace
 
 Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& plugins,
-                                         const BuildParams& params,
-                                         const SiteTrials::HitsAt& hits_at) {
+                                         const BuildParams& params, const HitsAt& hits_at) {
   BundleWriter writer(plan, plugins);
   writer.attachments_ = &params.attachments;
   writer.report_ = report_of(plan);
@@ -51,8 +50,7 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
   return writer;
 }
 
-Result<void> BundleWriter::prepare_atlas(const BuildParams& params,
-                                         const SiteTrials::HitsAt& hits_at) {
+Result<void> BundleWriter::prepare_atlas(const BuildParams& params, const HitsAt& hits_at) {
   // A site costs less than a fifth of the visibility of so many viewpoints.
   constexpr std::size_t kViewpointsASite = 20;
   if (plan_->places) {

@@ -21,8 +21,7 @@ class BundleWriter {
   /// @param hits_at  only used during this call
   /// Errors: those of the store, of `hits_at` and of the matcher.
   [[nodiscard]] static Result<BundleWriter> begin(const BuildPlan& plan, BuildPlugins& plugins,
-                                                  const BuildParams& params,
-                                                  const SiteTrials::HitsAt& hits_at);
+                                                  const BuildParams& params, const HitsAt& hits_at);
 
   /// Stores a region, runs the atlas's trials in it, and counts what it cost.
   /// @param map    of the indices that `finished` has
@@ -35,8 +34,7 @@ class BundleWriter {
 
  private:
   BundleWriter(const BuildPlan& plan, BuildPlugins& plugins) : plan_(&plan), plugins_(&plugins) {}
-  [[nodiscard]] Result<void> prepare_atlas(const BuildParams& params,
-                                           const SiteTrials::HitsAt& hits_at);
+  [[nodiscard]] Result<void> prepare_atlas(const BuildParams& params, const HitsAt& hits_at);
 
   const BuildPlan* plan_;
   BuildPlugins* plugins_;

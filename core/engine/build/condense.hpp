@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "build/selection.hpp"
 #include "build/sight.hpp"
 #include "vantage/engine/build.hpp"
 #include "vantage/map_store.hpp"
@@ -17,6 +19,7 @@ struct Condensed {
   ViewCounts stored = {};     ///< map points after thinning
   IndexList observable = {};  ///< map points before thinning, if a matcher needs them
   std::size_t skipped = 0;    ///< viewpoints that were not evaluated
+  PreparedMap prepared = {};  ///< if a selector has chosen its elements
 };
 
 /// A region as it is stored, its points by their indices.
@@ -39,15 +42,19 @@ class Condenser {
   /// All arguments are borrowed.
   /// Errors: those of ScanMatcher::prepare; `unsupported` for a matcher that cannot store its maps:
   /// the build fails here, before hours of visibility.
+  /// @param hits_at  of virtual scans, for a selector
   [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
-                                              const BuildParams& params);
+                                              const BuildParams& params, HitsAt hits_at);
 
   /// For regions that nothing is seen from: no matcher is needed.
   [[nodiscard]] static Condenser of_nothing(const BuildParams& params) {
     return Condenser({}, params);
   }
 
-  [[nodiscard]] Condensed thin(Observable observable) const;
+  /// Thins the points, and chooses the elements of the prepared map that are kept.
+  /// @param viewpoints  of the region, map frame [m]
+  [[nodiscard]] Result<Condensed> thin(Observable observable,
+                                       std::span<const Point> viewpoints) const;
 
   /// Has the matcher prepare the region, and leaves out what is not stored.
   [[nodiscard]] Result<Finished> finish(Condensed condensed) const;
@@ -57,6 +64,8 @@ class Condenser {
 
   PointsView map_;
   const BuildParams& params_;
+  const Selector* selector_ = nullptr;  // none: prepared maps keep all elements
+  HitsAt hits_at_;
   PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
 };
 

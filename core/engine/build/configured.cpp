@@ -44,6 +44,13 @@ BuildParams BuildParams::from(const Config& config) {
     params.content = config.store->content.value_or(StoredContent::points);
     params.views = config.store->views;
   }
+  if (const auto& s = config.selector) {
+    params.selection = {.max_bytes = s->max_bytes,
+                        .share = s->share,
+                        .scans = s->scans,
+                        .lowest = s->lowest,
+                        .highest = s->highest};
+  }
   if (const AtlasParams atlas = config.atlas.value_or(AtlasParams{});
       config.matcher && atlas.max_sites > 0) {
     params.atlas = atlas;
@@ -66,6 +73,9 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
                 config.need(config.matcher, "matcher", "storing prepared region maps"));
     VANTAGE_TRY(plugins.matcher, loader.load<ScanMatcher>(matcher));
     VANTAGE_TRY(plugins.matcher_choice, MatcherChoice::of(matcher, loader));
+  }
+  if (config.selector) {
+    VANTAGE_TRY(plugins.selector, loader.load<Selector>(config.selector->choice()));
   }
   return plugins;
 }

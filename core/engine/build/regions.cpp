@@ -64,9 +64,10 @@ class Run {
     const auto inside =
         regions_.inside.begin.empty() ? std::span<const std::uint32_t>{} : regions_.inside[k];
     const RegionProgress of_region(meter_, viewpoints.size());
-    auto condensed = sight_.observable(inside, viewpoints, &of_region).map([&](auto&& observable) {
-      return condenser_.thin(std::move(observable));
-    });
+    auto condensed =
+        sight_.observable(inside, viewpoints, &of_region).and_then([&](auto&& observable) {
+          return condenser_.thin(std::move(observable), viewpoints);
+        });
     if (condensed)
       of_region.advanced(viewpoints.size());  // viewpoints that the plugin did not report
     ++seen_;

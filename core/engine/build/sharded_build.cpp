@@ -126,7 +126,7 @@ struct ShardedBuild::State {
   Result<void> build_block(const RegionBlock& block, Meter& meter, const Keep& keep) const;
   Result<void> merge_block(const RegionBlock& block, const Parts& parts, Meter& meter,
                            BundleWriter& writer);
-  [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor) const;
+  [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor, VirtualLidar::Aim aim) const;
 };
 
 Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
@@ -227,9 +227,12 @@ Result<void> ShardedBuild::State::build_block(const RegionBlock& block, Meter& m
   const PointCloud& points = part.points;
   const Groups inside =
       among_own_points() ? points_inside(block, points, plan.partition) : Groups{};
-  VANTAGE_TRY(const Condenser condenser, points.empty()
-                                             ? Result<Condenser>(Condenser::of_nothing(*params))
-                                             : Condenser::over(points, *plugins, *params));
+  VANTAGE_TRY(const Condenser condenser,
+              points.empty() ? Result<Condenser>(Condenser::of_nothing(*params))
+                             : Condenser::over(points, *plugins, *params,
+                                               [this](const Point& sensor, VirtualLidar::Aim aim) {
+                                                 return hits_at(sensor, aim);
+                                               }));
   Sight sight(points, plan.limits, plugins->visibility, *params);
   return build_regions({block.regions, plan.viewpoints, inside}, plan.partition, sight, condenser,
                        meter, [&](std::uint32_t region, Condensed condensed) -> Result<void> {
@@ -262,12 +265,12 @@ Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Pa
   return {};
 }
 
-Result<PointCloud> ShardedBuild::State::hits_at(const Point& sensor) const {
+Result<PointCloud> ShardedBuild::State::hits_at(const Point& sensor, VirtualLidar::Aim aim) const {
   const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
   const double range = std::min(params->max_range, VirtualLidar::kFarthestReturn);
   // 1 m more for the neighbours of the points.
   VANTAGE_TRY(const MapPart around, map->read(with_margin(here, range + 1.0)));
-  return VirtualLidar(around.points, params->max_range).hits(sensor);
+  return VirtualLidar(around.points, params->max_range).hits(sensor, aim);
 }
 
 ShardedBuild::ShardedBuild(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
@@ -377,7 +380,9 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
   VANTAGE_TRY(const auto blocks, state.blocks(state.order, kBytesAMergedPoint));
   VANTAGE_TRY(BundleWriter writer,
               BundleWriter::begin(state.plan, *state.plugins, *state.params,
-                                  [&](const Point& sensor) { return state.hits_at(sensor); }));
+                                  [&](const Point& sensor, VirtualLidar::Aim aim) {
+                                    return state.hits_at(sensor, aim);
+                                  }));
   Meter meter(meter_start(state.plan), progress);
   for (const RegionBlock& block : blocks) {
     VANTAGE_CHECK(state.merge_block(block, parts, meter, writer));

@@ -51,7 +51,7 @@ struct Level {
   double height;           // mean
 };
 
-struct Range {
+struct LevelRange {
   std::size_t begin, end;
 };
 
@@ -71,7 +71,8 @@ class Levels {
       }
       level.height = lowest.z + sum / static_cast<double>(level.end - level.begin);
       k = level.end;
-      Range& column = columns_.try_emplace(level.column, Range{all_.size(), 0}).first->second;
+      LevelRange& column =
+          columns_.try_emplace(level.column, LevelRange{all_.size(), 0}).first->second;
       all_.push_back(level);
       column.end = all_.size();
     }
@@ -98,9 +99,9 @@ class Levels {
   }
 
  private:
-  [[nodiscard]] Range in(const Column& column) const {
+  [[nodiscard]] LevelRange in(const Column& column) const {
     const auto found = columns_.find(column);
-    return found == columns_.end() ? Range{0, 0} : found->second;
+    return found == columns_.end() ? LevelRange{0, 0} : found->second;
   }
 
   /// Connects a level with the levels around it that come later; earlier ones connect themselves.
@@ -140,7 +141,7 @@ class Levels {
 
   double max_step_;
   std::vector<Level> all_;
-  std::unordered_map<Column, Range, ColumnHash> columns_;
+  std::unordered_map<Column, LevelRange, ColumnHash> columns_;
   std::vector<std::size_t> parent_;
 };
 

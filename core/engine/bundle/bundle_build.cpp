@@ -14,7 +14,8 @@ namespace {
 /// the map at a time; views and thinning concern points.
 Result<Config> with_content(Config config, const PluginLoader& plugins) {
   if (!config.store || config.store->content) return config;
-  config.store->content = StoredContent::points;
+  config.store->content = config.selector ? StoredContent::prepared : StoredContent::points;
+  if (config.selector) return config;
   if (!config.matcher || config.store->views || config.thinning) return config;
   VANTAGE_TRY(const auto matcher, plugins.load<ScanMatcher>(*config.matcher));
   if (std::isfinite(matcher->reach())) config.store->content = StoredContent::prepared;

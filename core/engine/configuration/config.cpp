@@ -112,8 +112,8 @@ Result<void> apply_override(Table& root, const std::string& text) {
 /// Calls f(kind, section) for the table of each kind of plugin, whether it is there or not.
 template <class C, class F>
 void for_each_plugin_section(C& config, const F& f) {
-  constexpr std::tuple kSections{&Config::partitioner, &Config::ground, &Config::visibility,
-                                 &Config::store, &Config::matcher};
+  constexpr std::tuple kSections{&Config::partitioner, &Config::ground,  &Config::visibility,
+                                 &Config::store,       &Config::matcher, &Config::selector};
   static_assert(std::tuple_size_v<decltype(kSections)> == kPluginKinds);
   for_each_kind([&]<class Interface>(const Kind<Interface>& kind) {
     f(kind, config.*std::get<static_cast<std::size_t>(kind_of<Interface>())>(kSections));
@@ -202,7 +202,22 @@ Result<void> StoreConfig::validate() const {
                  "'views' are stored with points, but content = \"prepared\" stores no points");
 }
 
+Result<void> SelectorConfig::validate() const {
+  if (!(lowest < highest)) {
+    return fail_at({"lowest", "highest"}, "'lowest' must be below 'highest'");
+  }
+  if (max_bytes.has_value() != share.has_value()) return {};
+  return fail_at({"max_bytes", "share"},
+                 max_bytes ? "'max_bytes' and 'share' both say how much is kept; give one of them"
+                           : "a selector needs 'max_bytes' or 'share'");
+}
+
 Result<void> Config::validate() const {
+  if (selector && store && store->content == StoredContent::points) {
+    return fail_at({"selector"},
+                   "[selector] chooses elements of prepared maps, but [store] content = \"points\" "
+                   "stores none");
+  }
   const bool counted = (visibility && visibility->min_views > 1) || (store && store->views);
   if (counted && viewpoints && viewpoints->min_gain > 0.0) {
     return fail_at(

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "places/bit_coder.hpp"
 #include "places/place_index.hpp"
 #include "places/voxel_rows.hpp"
+#include "vantage/kit/bit_coder.hpp"
 #include "vantage/kit/checksum.hpp"
 
 namespace vantage {

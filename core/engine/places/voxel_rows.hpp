@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "places/bit_coder.hpp"
+#include "vantage/kit/bit_coder.hpp"
 
 namespace vantage {
 

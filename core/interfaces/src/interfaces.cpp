@@ -25,6 +25,7 @@
 #include "vantage/partitioner.hpp"
 #include "vantage/region_directory.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/selector.hpp"
 #include "vantage/visibility.hpp"
 
 namespace vantage {
@@ -42,6 +43,7 @@ MapStore::~MapStore() = default;
 RegionDirectory::~RegionDirectory() = default;
 ScanMatcher::~ScanMatcher() = default;
 MatchTarget::~MatchTarget() = default;
+Selector::~Selector() = default;
 
 const char* to_string(Termination termination) noexcept {
   switch (termination) {
@@ -80,6 +82,21 @@ Result<std::vector<std::byte>> MapStore::attachment(std::string_view name) const
 
 Result<PreparedMap> MatchTarget::excerpt(PointsView /*seen*/) const noexcept {
   return fail(ErrorCode::unsupported, "the matcher cannot store a prepared map");
+}
+
+Result<std::vector<MapElement>> MatchTarget::elements_at(PointsView /*seen*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher does not tell its elements");
+}
+
+Result<std::vector<Pull>> MatchTarget::pulls(PointsView /*scan*/,
+                                             const Pose& /*T_map_scan*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher does not tell what its elements do");
+}
+
+Result<PreparedMap> MatchTarget::excerpt_of(
+    std::span<const std::uint32_t> /*seen*/,
+    std::span<const std::uint32_t> /*kept*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the matcher cannot store some of its elements");
 }
 
 Result<std::unique_ptr<MatchTarget>> ScanMatcher::restore(

@@ -9,6 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "occupancy.hpp"
+#include "vantage/kit/bit_coder.hpp"
+
 namespace vantage::ndt {
 namespace {
 
@@ -16,6 +19,9 @@ constexpr std::array<char, 4> kMagic{'V', 'N', 'D', 'T'};
 constexpr std::uint16_t kVersion = 1;
 constexpr std::size_t kHeader = 56, kChecksum = 8;
 constexpr std::size_t kLeastCell = 21;
+constexpr std::uint16_t kWhole = 0, kSome = 1;  // forms of what follows the header
+// Of `encode_some`: bits of a cell's numbers and of its exponent.
+constexpr unsigned kNumber = 12, kExponent = 5, kNumbers = 9;
 
 /// Every step is a bijection of the sum, so a change within eight bytes is always detected.
 std::uint64_t checksum(std::span<const std::byte> bytes) {
@@ -55,6 +61,9 @@ class Writer {
     for (; value >= 0x80U; value >>= 7U) byte((value & 0x7FU) | 0x80U);
     byte(value);
   }
+  void bytes(std::span<const std::byte> some) {
+    bytes_.insert(bytes_.end(), some.begin(), some.end());
+  }
   [[nodiscard]] std::vector<std::byte> finish() && {
     integer(checksum(bytes_));
     return std::move(bytes_);
@@ -87,6 +96,13 @@ class Reader {
     good_ = false;
     return 0;
   }
+  /// So many bytes, or none if there are fewer.
+  [[nodiscard]] std::span<const std::byte> bytes(std::size_t count) {
+    good_ = good_ && count <= left();
+    if (!good_) return {};
+    at_ += count;
+    return bytes_.subspan(at_ - count, count);
+  }
   [[nodiscard]] std::size_t left() const noexcept { return bytes_.size() - at_; }
   [[nodiscard]] bool good() const noexcept { return good_; }
 
@@ -100,6 +116,41 @@ class Reader {
   std::size_t at_ = 0;
   bool good_ = true;
 };
+
+/// Numbers of a few bits, one after the other, the lowest bit first.
+class BitWriter {
+ public:
+  void number(std::uint32_t value, unsigned bits) {
+    for (unsigned i = 0; i < bits; ++i, ++used_) {
+      if (used_ % 8 == 0) bytes_.push_back(std::byte{0});
+      if ((value >> i & 1U) != 0) bytes_.back() |= std::byte(1U << used_ % 8);
+    }
+  }
+  [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+  std::size_t used_ = 0;
+};
+/// Precondition: no more bits are read than there are.
+class BitReader {
+ public:
+  explicit BitReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  [[nodiscard]] std::uint32_t number(unsigned bits) {
+    std::uint32_t value = 0;
+    for (unsigned i = 0; i < bits; ++i, ++used_) {
+      value |= (std::to_integer<std::uint32_t>(bytes_[used_ / 8]) >> used_ % 8 & 1U) << i;
+    }
+    return value;
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t used_ = 0;
+};
+constexpr std::size_t bytes_of_cells(std::size_t cells) {
+  return (cells * (kNumbers * kNumber + kExponent) + 7) / 8;
+}
 
 std::string text(const VoxelOptions& o) {
   return "resolution " + std::to_string(o.resolution) + " m, min_points_per_voxel " +
@@ -144,17 +195,27 @@ std::vector<std::uint32_t> gaussians_at(const VoxelMap& map, PointsView seen) {
   return which;
 }
 
-std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t> which) {
-  Writer out(kHeader + kChecksum + which.size() * (kLeastCell + 3));
+namespace {
+
+Writer begun(const VoxelMap& map, const VoxelMap::Part& part, std::uint16_t form,
+             std::size_t cells) {
+  Writer out(kHeader + kChecksum + part.keys.size() * (kLeastCell + 3));
   for (const char c : kMagic) out.integer(c);
   out.integer(kVersion);
-  out.integer(std::uint16_t{0});
+  out.integer(form);
   out.real(map.options().resolution);
   out.real(map.options().eigenvalue_floor);
-  const VoxelMap::Part part = map.part(which);
   for (Eigen::Index axis = 0; axis < 3; ++axis) out.real(part.origin_voxel[axis]);
   out.integer(map.options().min_points);
-  out.integer(static_cast<std::uint32_t>(which.size()));
+  out.integer(static_cast<std::uint32_t>(cells));
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t> which) {
+  const VoxelMap::Part part = map.part(which);
+  Writer out = begun(map, part, kWhole, which.size());
   VoxelKey before = 0;
   for (const auto& [key, i] : part.keys) {
     const Cell& cell = map.cells()[i];
@@ -166,6 +227,77 @@ std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t
   }
   return std::move(out).finish();
 }
+
+std::vector<std::byte> encode_some(const VoxelMap& map, std::span<const std::uint32_t> which,
+                                   std::span<const std::uint32_t> kept) {
+  const VoxelMap::Part part = map.part(which);
+  std::vector<VoxelKey> keys;
+  BitEncoder flags;
+  Chance is_kept;
+  BitWriter cells;
+  std::size_t count = 0;
+  for (const auto& [key, i] : part.keys) {
+    keys.push_back(key);
+    if (!flags.code(is_kept, std::ranges::binary_search(kept, i))) continue;
+    ++count;
+    const Cell& cell = map.cells()[i];
+    each_field(cell, [&](auto x) {
+      constexpr auto kDropped = 16 - kNumber;
+      cells.number(static_cast<std::uint16_t>(x) >> kDropped, kNumber);
+    });
+    cells.number(cell.exponent, kExponent);
+  }
+  Writer out = begun(map, part, kSome, count);
+  const std::vector<std::byte> code = encode_occupancy(keys), chosen = std::move(flags).finish();
+  out.integer(static_cast<std::uint32_t>(keys.size()));
+  out.integer(static_cast<std::uint32_t>(code.size()));
+  out.integer(static_cast<std::uint32_t>(chosen.size()));
+  out.bytes(code);
+  out.bytes(chosen);
+  out.bytes(cells.bytes());
+  return std::move(out).finish();
+}
+
+namespace {
+
+/// What follows the header of `encode_some`.
+Result<VoxelMap> decode_some(Reader& in, const VoxelOptions& options, const Eigen::Vector3d& origin,
+                             std::uint32_t size) {
+  const auto voxels = in.integer<std::uint32_t>();
+  const auto code_size = in.integer<std::uint32_t>(), flags_size = in.integer<std::uint32_t>();
+  const auto code = in.bytes(code_size), flags = in.bytes(flags_size);
+  const auto cells_bytes = in.bytes(bytes_of_cells(size));
+  if (!in.good() || in.left() != 0) return corrupt("its parts do not have the sizes it says");
+  const auto occupied = decode_occupancy(code, voxels);
+  if (!occupied) return corrupt("its voxels cannot be decoded");
+  BitDecoder kept(flags);
+  Chance is_kept;
+  std::vector<VoxelKey> keys, bare;
+  for (const VoxelKey key : *occupied) {
+    if (!is_voxel(key)) return corrupt("a voxel is out of range");
+    (kept.code(is_kept, false) ? keys : bare).push_back(key);
+  }
+  if (keys.size() != size || !kept.is_at_end()) {
+    return corrupt("it keeps other voxels than it says");
+  }
+  BitReader bits(cells_bytes);
+  std::vector<Cell> cells(size);
+  for (Cell& cell : cells) {
+    each_field(cell, [&](auto& x) {
+      constexpr unsigned kDropped = 16 - kNumber;
+      const std::uint32_t middle = bits.number(kNumber) << kDropped | 1U << (kDropped - 1);
+      x = static_cast<std::remove_reference_t<decltype(x)>>(middle);
+    });
+    cell.exponent = static_cast<std::uint8_t>(bits.number(kExponent));
+    cell.points = options.min_points;
+  }
+  if (cells.empty()) {
+    return fail(ErrorCode::too_few_matches, "the stored NDT map keeps no voxels");
+  }
+  return VoxelMap(options, origin, std::move(keys), std::move(cells), std::move(bare));
+}
+
+}  // namespace
 
 Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wanted) {
   if (bytes.size() < kHeader + kChecksum) return corrupt("it is cut short");
@@ -181,7 +313,8 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
     return corrupt("its format is " + std::to_string(version) + ", not " +
                    std::to_string(kVersion));
   }
-  if (in.integer<std::uint16_t>() != 0) return corrupt("a reserved field is set");
+  const auto form = in.integer<std::uint16_t>();
+  if (form != kWhole && form != kSome) return corrupt("its form is " + std::to_string(form));
   VoxelOptions options;
   options.resolution = in.real();
   options.eigenvalue_floor = in.real();
@@ -194,6 +327,7 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
                                               "; this matcher has " + text(wanted));
   }
   const auto size = in.integer<std::uint32_t>();
+  if (form == kSome) return decode_some(in, options, origin, size);
   if (size > in.left() / kLeastCell) return corrupt("it promises more voxels than it has");
 
   std::vector<VoxelKey> keys(size);

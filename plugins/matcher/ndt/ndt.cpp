@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 #include "excerpt.hpp"
 #include "newton.hpp"
 #include "objective.hpp"
+#include "pulls.hpp"
 #include "pyramid.hpp"
 #include "vantage/kit/plugin_of.hpp"
 
@@ -198,6 +200,45 @@ class NdtTarget final : public MatchTarget {
       if (!seen.empty()) VANTAGE_CHECK(check_points(seen, "what is seen"));
       const std::vector<std::uint32_t> which = gaussians_at(objective_.map(), seen);
       return PreparedMap{.bytes = encode(objective_.map(), which), .elements = which.size()};
+    });
+  }
+
+  [[nodiscard]] Result<std::vector<MapElement>> elements_at(
+      PointsView seen) const noexcept override {
+    return guarded([&]() -> Result<std::vector<MapElement>> {
+      if (!seen.empty()) VANTAGE_CHECK(check_points(seen, "what is seen"));
+      std::vector<MapElement> elements;
+      const VoxelMap& map = objective_.map();
+      for (const std::uint32_t i : gaussians_at(map, seen)) {
+        elements.push_back(
+            {.number = i, .middle = map.mean_of(i), .points = map.cells()[i].points});
+      }
+      return elements;
+    });
+  }
+
+  [[nodiscard]] Result<std::vector<Pull>> pulls(PointsView scan,
+                                                const Pose& T_map_scan) const noexcept override {
+    return guarded([&]() -> Result<std::vector<Pull>> {
+      VANTAGE_CHECK(check_points(scan, "the scan"));
+      return pulls_on(objective_, scan, T_map_scan);
+    });
+  }
+
+  [[nodiscard]] Result<PreparedMap> excerpt_of(
+      std::span<const std::uint32_t> seen,
+      std::span<const std::uint32_t> kept) const noexcept override {
+    return guarded([&]() -> Result<PreparedMap> {
+      const auto ascends = [](std::span<const std::uint32_t> numbers) {
+        return std::ranges::adjacent_find(numbers, std::greater_equal()) == numbers.end();
+      };
+      if (!ascends(seen) || !ascends(kept) || !std::ranges::includes(seen, kept) ||
+          (!seen.empty() && seen.back() >= elements())) {
+        return fail(ErrorCode::invalid_input,
+                    "the numbers of elements do not ascend, or are not those of elements");
+      }
+      return PreparedMap{.bytes = encode_some(objective_.map(), seen, kept),
+                         .elements = kept.size()};
     });
   }
 

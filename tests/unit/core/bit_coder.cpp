@@ -1,4 +1,4 @@
-#include "places/bit_coder.hpp"
+#include "vantage/kit/bit_coder.hpp"
 
 #include <doctest/doctest.h>
 

@@ -13,12 +13,13 @@
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/selector.hpp"
 #include "vantage/visibility.hpp"
 
 namespace vantage {
 
 /// What a plugin does. The value is the position in `kKinds` and in `AnyFactory`.
-enum class PluginKind : std::uint8_t { partitioner, ground, visibility, store, matcher };
+enum class PluginKind : std::uint8_t { partitioner, ground, visibility, store, matcher, selector };
 
 /// Everything that depends on the kind of a plugin.
 template <class I>
@@ -42,6 +43,8 @@ inline constexpr std::tuple kKinds{
     Kind<MapStore>{PluginKind::store, "store", "MapStore", "vantage/map_store.hpp", "Store"},
     Kind<ScanMatcher>{PluginKind::matcher, "matcher", "ScanMatcher", "vantage/scan_matcher.hpp",
                       "Matcher"},
+    Kind<Selector>{PluginKind::selector, "selector", "Selector", "vantage/selector.hpp",
+                   "Selector"},
 };
 inline constexpr std::size_t kPluginKinds = std::tuple_size_v<decltype(kKinds)>;
 

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "vantage/api.hpp"
+#include "vantage/map_element.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/prepared_map.hpp"
@@ -74,6 +76,28 @@ class VANTAGE_API MatchTarget {
   /// @param seen  N map points, map frame [m]; every element that one of them belongs to is kept
   /// Errors: `unsupported` (the default); `invalid_input` for a non-finite point.
   [[nodiscard]] virtual Result<PreparedMap> excerpt(PointsView seen) const noexcept;
+
+  /// The elements that the points belong to, ascending by number, each once. Elements are numbered
+  /// from 0 to `elements()`.
+  /// @param seen  N map points, map frame [m]
+  /// Errors: `unsupported` (the default); `invalid_input` for a non-finite point.
+  [[nodiscard]] virtual Result<std::vector<MapElement>> elements_at(PointsView seen) const noexcept;
+
+  /// What each element does to the pose of a scan at that pose: the objective that `align`
+  /// minimizes is a sum over elements, and these are the derivatives of its terms. Elements that do
+  /// nothing are left out.
+  /// @return  ascending by element
+  /// Errors: `unsupported` (the default); otherwise as `score`.
+  [[nodiscard]] virtual Result<std::vector<Pull>> pulls(PointsView scan,
+                                                        const Pose& T_map_scan) const noexcept;
+
+  /// As `excerpt`, but of those elements only some are kept. Of the others, a matcher may keep what
+  /// a score needs, so that the scores resemble those of the whole excerpt.
+  /// @param seen  numbers of elements as `elements_at` returns them
+  /// @param kept  some of them, ascending
+  /// Errors: `unsupported` (the default); `invalid_input` for numbers that are not so.
+  [[nodiscard]] virtual Result<PreparedMap> excerpt_of(
+      std::span<const std::uint32_t> seen, std::span<const std::uint32_t> kept) const noexcept;
 };
 
 /// Matches scans to maps (Sec. 2.4, 3.3).

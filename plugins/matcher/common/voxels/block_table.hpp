@@ -7,10 +7,11 @@ namespace vantage::ndt {
 
 /// A block of 4 x 4 x 4 voxels, with one bit for each voxel that has a Gaussian. Gaussians lie in
 /// the order of blocks and bits, so the number of a voxel's Gaussian is `first` plus the number of
-/// set bits below its own.
+/// set bits below its own. A slot of the table without a bit in either mask is free.
 struct Block {
   std::uint64_t key = 0;
-  std::uint64_t voxels = 0;  ///< 0: a free slot of the table
+  std::uint64_t voxels = 0;
+  std::uint64_t bare = 0;  ///< voxels that are known to be occupied, whose Gaussian was not kept
   std::uint32_t first = 0;
 };
 
@@ -43,10 +44,12 @@ static inline std::uint64_t slot_of(std::uint64_t block, std::uint32_t shift) {
   return (block * 0x9E3779B97F4A7C15U) >> shift;
 }
 
+static inline bool is_free(const Block& block) { return (block.voxels | block.bare) == 0; }
+
 /// The block with that key, or a free slot, which has no voxels.
 static inline const Block& block_at(const BlockTable& table, std::uint64_t key) {
   std::uint64_t slot = slot_of(key, table.shift);
-  while (table.slots[slot].voxels != 0 && table.slots[slot].key != key) {
+  while (!is_free(table.slots[slot]) && table.slots[slot].key != key) {
     slot = (slot + 1) & table.mask;
   }
   return table.slots[slot];

@@ -25,7 +25,12 @@ struct Map {
   const Row* rows = nullptr;
   const float* zz = nullptr;
   std::uint32_t nothing = 0;  ///< the number of that extra Gaussian
+  bool has_bare = false;      ///< some voxels are known to be occupied, but have no Gaussian
 };
+
+/// Kinds of points of a scan in a map with bare voxels: in an occupied voxel, or only beside one.
+/// The points of a kind that meet Gaussians stand for all of the kind.
+inline constexpr std::size_t kKinds = 2;
 
 /// The voxels that a point is compared with, as steps from its own voxel.
 struct Search {
@@ -40,7 +45,10 @@ struct alignas(32) Batch {
   float x[kBatch], y[kBatch], z[kBatch];  ///< sensor frame
   std::int32_t voxel[3][kBatch];          ///< kUnknown: not looked up yet
   float found[kBatch];                    ///< how many Gaussians the neighbourhood has
-  std::uint32_t used;                     ///< bit s: at least one point has a Gaussian at step s
+  // Only for maps with bare voxels.
+  float compared[kKinds][kBatch];  ///< 1 for a point of this kind that stands for the kind, or 0
+  std::int32_t kind[kBatch];       ///< kKinds: in neither
+  std::uint32_t used;              ///< bit s: at least one point has a Gaussian at step s
 };
 inline constexpr std::int32_t kUnknown = INT32_MIN;
 /// A point here is in no map, whatever the pose.
@@ -72,10 +80,13 @@ struct Quadratic {
 };
 /// The sums over some batches, without the factors d1 and d2.
 struct Sums {
-  double value;                   ///< sum of exp(...)
-  double mean;                    ///< of each point's mean over its Gaussians
-  double best;                    ///< of each point's best
-  double matched;                 ///< points with at least one Gaussian
+  double value;    ///< sum of exp(...)
+  double mean;     ///< of each point's mean over its Gaussians
+  double best;     ///< of each point's best
+  double matched;  ///< points with at least one Gaussian
+  /// Only for maps with bare voxels: points of each kind, those compared, and their `best` and
+  /// `mean`.
+  double of_kind[kKinds], compared[kKinds], best_of_kind[kKinds], mean_of_kind[kKinds];
   double gradient[3], torque[9];  ///< g and g y^T
   Quadratic positive, negative;
 };

@@ -90,6 +90,12 @@ class Lookup {
       batch.voxel[2][lane] = z;
       find(x, y, z);
       batch.found[lane] = found_;
+      if (map_.has_bare) {
+        batch.kind[lane] = static_cast<std::int32_t>(kind_);
+        for (std::size_t kind = 0; kind < kKinds; ++kind) {
+          batch.compared[kind][lane] = kind == kind_ && compared_ ? 1.0F : 0.0F;
+        }
+      }
       for (std::uint32_t s = 0; s < search_.size; ++s) lists[s].of[lane] = last_[s];
     }
     batch.used = 0;
@@ -108,6 +114,8 @@ class Lookup {
     y_ = y;
     z_ = z;
     found_ = 0.0F;
+    kind_ = kKinds;
+    compared_ = false;
     const std::uint32_t ux = static_cast<std::uint32_t>(x) + static_cast<std::uint32_t>(kHalfRange);
     const std::uint32_t uy = static_cast<std::uint32_t>(y) + static_cast<std::uint32_t>(kHalfRange);
     const std::uint32_t uz = static_cast<std::uint32_t>(z) + static_cast<std::uint32_t>(kHalfRange);
@@ -119,6 +127,7 @@ class Lookup {
     }
     const std::uint64_t own = key_of_shifted(ux, uy, uz) >> 6U;
     const Block& own_block = block_at(map_.blocks, own);
+    bool beside = false;
     for (std::uint32_t s = 0; s < search_.size; ++s) {
       const std::uint64_t key =
           key_of_shifted(ux + static_cast<std::uint32_t>(search_.steps[s][0]),
@@ -128,6 +137,16 @@ class Lookup {
       const std::uint32_t gaussian = gaussian_in(block, key & 63U);
       last_[s] = gaussian == kNoGaussian ? map_.nothing : gaussian;
       found_ += gaussian == kNoGaussian ? 0.0F : 1.0F;
+      beside |= ((block.voxels | block.bare) >> (key & 63U) & 1U) != 0;
+    }
+    if (!map_.has_bare) return;
+    const std::uint64_t bit = std::uint64_t{1} << (key_of_shifted(ux, uy, uz) & 63U);
+    if (((own_block.voxels | own_block.bare) & bit) != 0) {
+      kind_ = 0;
+      compared_ = (own_block.voxels & bit) != 0;
+    } else if (beside) {
+      kind_ = 1;
+      compared_ = found_ > 0.0F;
     }
   }
 
@@ -135,6 +154,8 @@ class Lookup {
   const Search& search_;
   std::int32_t x_ = kUnknown, y_ = kUnknown, z_ = kUnknown;
   float found_ = 0.0F;
+  std::size_t kind_ = kKinds;
+  bool compared_ = false;  // the point stands for its kind
   std::uint32_t last_[27] = {};
 };
 
@@ -173,6 +194,8 @@ inline void add_to_pose(const Symmetric& A, Floats a, Floats b, Floats c, Quadra
 
 struct SumLanes {
   Floats value{}, mean{}, best{}, matched{};
+  Floats of_kind[kKinds] = {}, compared[kKinds] = {}, best_of_kind[kKinds] = {},
+         mean_of_kind[kKinds] = {};
   Floats gradient[3] = {}, torque[9] = {};
   QuadraticLanes positive, negative;
 };
@@ -188,6 +211,12 @@ void write(const SumLanes& from, Sums& to) {
   to.mean = sum_of(from.mean);
   to.best = sum_of(from.best);
   to.matched = sum_of(from.matched);
+  for (std::size_t kind = 0; kind < kKinds; ++kind) {
+    to.of_kind[kind] = sum_of(from.of_kind[kind]);
+    to.compared[kind] = sum_of(from.compared[kind]);
+    to.best_of_kind[kind] = sum_of(from.best_of_kind[kind]);
+    to.mean_of_kind[kind] = sum_of(from.mean_of_kind[kind]);
+  }
   for (int i = 0; i < 3; ++i) to.gradient[i] = sum_of(from.gradient[i]);
   for (int i = 0; i < 9; ++i) to.torque[i] = sum_of(from.torque[i]);
   write(from.positive, to.positive);
@@ -271,10 +300,19 @@ inline void add(const Task& task, const Placed& at, const Batch& batch, std::siz
   }
   if constexpr (!kWithinEdge) found = load(batch.found + lane);
   const Ints matched = found > floats(0.0F);
+  const Floats mean = value / larger(found, floats(1.0F));
   sums.value += value;
   sums.matched += masked(matched, floats(1.0F));
-  sums.mean += value / larger(found, floats(1.0F));
+  sums.mean += mean;
   sums.best += masked(matched, best);
+  if (task.map.has_bare) {
+    for (std::size_t kind = 0; kind < kKinds; ++kind) {
+      const Floats compared = load(batch.compared[kind] + lane);
+      sums.compared[kind] += compared;
+      sums.best_of_kind[kind] += masked(compared > floats(0.0F), best);
+      sums.mean_of_kind[kind] += compared * mean;
+    }
+  }
   if constexpr (kTerms == Terms::score) return;
   const Floats g[3] = {gx, gy, gz};
   for (int row = 0; row < 3; ++row) {
@@ -285,6 +323,15 @@ inline void add(const Task& task, const Placed& at, const Batch& batch, std::siz
   add_to_pose(positive, at.y[0], at.y[1], at.y[2], sums.positive);
   if constexpr (kTerms == Terms::everything) {
     add_to_pose(negative, at.y[0], at.y[1], at.y[2], sums.negative);
+  }
+}
+
+inline void count_kinds(const Batch& batch, SumLanes& sums) {
+  for (std::size_t lane = 0; lane < kBatch; lane += kLanes) {
+    const Ints of = load(batch.kind + lane);
+    for (std::size_t kind = 0; kind < kKinds; ++kind) {
+      sums.of_kind[kind] += masked(of == ints(static_cast<std::int32_t>(kind)), floats(1.0F));
+    }
   }
 }
 
@@ -307,6 +354,7 @@ void run(const Task& task, std::size_t first, std::size_t last, Sums& sums) {
       }
     }
     if (any(changed)) lookup.refill(batch, lists, now);
+    if (task.map.has_bare) count_kinds(batch, lanes);
     if (batch.used == 0) continue;
     for (std::size_t part = 0; part < kBatch / kLanes; ++part) {
       add<kTerms, kWithinEdge>(task, at[part], batch, part * kLanes, lists, lanes);

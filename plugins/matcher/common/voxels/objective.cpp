@@ -85,6 +85,30 @@ Matrix6 matrix_of(const kernel::Quadratic& sum, double per_edge) {
   return matrix;
 }
 
+/// Scan points near a voxel that is occupied, or 0 if hardly one of them is near a Gaussian.
+double matched_in(const kernel::Sums& sums, bool has_bare) {
+  constexpr double kFew = 10.0;
+  if (!has_bare) return sums.matched;
+  return sums.matched < kFew ? 0.0 : sums.of_kind[0] + sums.of_kind[1];
+}
+
+/// The score that the whole map would give, from the points of each kind that were compared.
+ScanScore estimate_of(const kernel::Sums& sums, const NdtCoefficients& d, std::size_t points) {
+  double matched = 0.0, best = 0.0, mean = 0.0;
+  for (std::size_t kind = 0; kind < kernel::kKinds; ++kind) {
+    matched += sums.of_kind[kind];
+    if (!(sums.compared[kind] > 0.0)) continue;
+    const double each_stands_for = sums.of_kind[kind] / sums.compared[kind];
+    best += each_stands_for * sums.best_of_kind[kind];
+    mean += each_stands_for * sums.mean_of_kind[kind];
+  }
+  if (points == 0 || !(matched > 0.0)) return {};
+  const double n = static_cast<double>(points);
+  return {.fitness = (-d.d1 * mean - d.d3 * matched) / n,
+          .nvtl = std::abs(d.d1) * best / matched,
+          .coverage = matched / n};
+}
+
 ScanScore score_of(const kernel::Sums& sums, const NdtCoefficients& d, std::size_t points) {
   ScanScore score;
   if (points == 0 || !(sums.matched > 0.0)) return score;
@@ -128,6 +152,7 @@ void Objective::begin(PointsView scan, Workspace& workspace) const {
       const std::size_t i = b * kernel::kBatch + lane;
       batch.x[lane] = batch.y[lane] = batch.z[lane] = kernel::kNowhere;
       for (auto& axis : batch.voxel) axis[lane] = kernel::kUnknown;
+      batch.kind[lane] = kernel::kKinds;
       if (i >= scan.size()) continue;
       const Eigen::Vector3d p = scan[i] * per_edge;
       if (!(p.cwiseAbs().maxCoeff() < kFarthest)) continue;
@@ -169,8 +194,9 @@ Derivatives Objective::derivatives(const Pose& T_local_scan, Workspace& workspac
 
   Derivatives total;
   total.value = d1 * sums.value;
-  total.matched = static_cast<std::size_t>(sums.matched);
-  total.score = score_of(sums, coefficients_, workspace.points_);
+  total.matched = static_cast<std::size_t>(matched_in(sums, !map_.bare().empty()));
+  total.score = map_.bare().empty() ? score_of(sums, coefficients_, workspace.points_)
+                                    : estimate_of(sums, coefficients_, workspace.points_);
   if (extent.terms == kernel::Terms::score) return total;
 
   // The sum of y x g is the antisymmetric part of torque. The symmetric part is what the second

@@ -41,8 +41,9 @@ struct Derivatives {
   /// quadratic that touches the objective here and is nowhere below it (apart from the rotation's
   /// curvature).
   Matrix6 majorizer = Matrix6::Zero();
-  std::size_t matched = 0;  ///< scan points with at least one Gaussian
-  ScanScore score;          ///< Eq. 12 and its companions, at the same pose
+  /// Scan points with at least one Gaussian; in a map with bare voxels, near an occupied voxel.
+  std::size_t matched = 0;
+  ScanScore score;  ///< Eq. 12 and its companions, at the same pose
 };
 
 /// How much of the objective is computed.
@@ -80,6 +81,8 @@ class Objective {
             kernel::Evaluate evaluate = kernel::fastest());
 
   [[nodiscard]] const VoxelMap& map() const noexcept { return map_; }
+  [[nodiscard]] const NdtCoefficients& coefficients() const noexcept { return coefficients_; }
+  [[nodiscard]] const kernel::Search& search() const noexcept { return search_; }
   [[nodiscard]] Pose to_local(Pose T_map_scan) const noexcept;
   [[nodiscard]] Pose to_map(Pose T_local_scan) const noexcept;
 

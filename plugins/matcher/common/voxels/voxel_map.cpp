@@ -169,6 +169,17 @@ Gaussians gaussians_of(const Voxels& voxels, const VoxelOptions& options) {
   return found;
 }
 
+/// A cell of which nothing is known but that it has points.
+Cell evenly_filled(std::uint32_t points) {
+  // The standard deviation of a uniform distribution is 1 / sqrt(12) = 0.577 / 2 edges.
+  constexpr std::uint16_t kDiagonal = 37837;
+  return {.mean = {32768, 32768, 32768},
+          .lower = {},
+          .diagonal = {kDiagonal, kDiagonal, kDiagonal},
+          .exponent = 1,
+          .points = points};
+}
+
 /// @param keys   counted from `origin_voxel`
 /// @param which  of the keys
 VoxelMap::Part centred(const Eigen::Vector3d& origin_voxel, std::span<const VoxelKey> keys,
@@ -255,14 +266,20 @@ VoxelMap VoxelMap::merged() const {
                                            static_cast<std::uint32_t>(odd.y()),
                                            static_cast<std::uint32_t>(odd.z())};
   Voxels voxels;
-  for (std::size_t i = 0; i < keys_.size(); ++i) {
-    const auto [x, y, z] = shifted_of(keys_[i]);
+  const auto add = [&](VoxelKey key, const Cell& cell) {
+    const auto [x, y, z] = shifted_of(key);
     const std::uint32_t a = x + shift[0], b = y + shift[1], c = z + shift[2];
     constexpr std::uint32_t kHalf = kHalfRange;  // even: it does not change which half
     voxels[key_of_shifted((a + kHalf) >> 1U, (b + kHalf) >> 1U, (c + kHalf) >> 1U)].add(
-        cells_[i],
+        cell,
         {static_cast<double>(a & 1U), static_cast<double>(b & 1U), static_cast<double>(c & 1U)});
+  };
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    Cell cell = cells_[i];
+    if (!bare_.empty()) cell.points = options_.min_points;
+    add(keys_[i], cell);
   }
+  for (const VoxelKey key : bare_) add(key, evenly_filled(options_.min_points));
   VoxelOptions options = options_;
   options.resolution *= 2.0;
   auto [keys, cells] = gaussians_of(voxels, options);
@@ -274,11 +291,12 @@ VoxelMap::Part VoxelMap::part(std::span<const std::uint32_t> which) const {
 }
 
 VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
-                   std::vector<VoxelKey> keys, std::vector<Cell> cells)
+                   std::vector<VoxelKey> keys, std::vector<Cell> cells, std::vector<VoxelKey> bare)
     : options_(options),
       origin_voxel_(origin_voxel),
       keys_(std::move(keys)),
       cells_(std::move(cells)),
+      bare_(std::move(bare)),
       rows_(cells_.size() + 1),
       zz_(cells_.size() + 1, 1.0F) {
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -297,24 +315,34 @@ VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_vo
       .mean = {1e15F, 0.0F, 0.0F}, .xx = 1.0F, .xy = 0.0F, .xz = 0.0F, .yy = 1.0F, .yz = 0.0F};
 
   std::size_t blocks = 0;
-  for (std::size_t i = 0; i < keys_.size(); ++i) {
-    if (i == 0 || keys_[i] >> 6U != keys_[i - 1] >> 6U) ++blocks;
+  for (const auto& voxels : {std::span<const VoxelKey>(keys_), std::span<const VoxelKey>(bare_)}) {
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+      if (i == 0 || voxels[i] >> 6U != voxels[i - 1] >> 6U) ++blocks;
+    }
   }
   blocks_.resize(std::bit_ceil(2 * blocks + 2));
   shift_ = static_cast<std::uint32_t>(64 - std::countr_zero(blocks_.size()));
-  Block* block = nullptr;
+  const auto block_of = [&](VoxelKey key) -> Block& {
+    return blocks_[static_cast<std::size_t>(&block_at(table(), key >> 6U) - blocks_.data())];
+  };
   for (std::size_t i = 0; i < keys_.size(); ++i) {
-    if (block == nullptr || block->key != keys_[i] >> 6U) {
-      block = blocks_.data() + (&block_at(table(), keys_[i] >> 6U) - blocks_.data());
-      *block = {.key = keys_[i] >> 6U, .voxels = 0, .first = static_cast<std::uint32_t>(i)};
+    Block& block = block_of(keys_[i]);
+    if (is_free(block)) {
+      block = {
+          .key = keys_[i] >> 6U, .voxels = 0, .bare = 0, .first = static_cast<std::uint32_t>(i)};
     }
-    block->voxels |= std::uint64_t{1} << (keys_[i] & 63U);
+    block.voxels |= std::uint64_t{1} << (keys_[i] & 63U);
+  }
+  for (const VoxelKey key : bare_) {
+    Block& block = block_of(key);
+    block.key = key >> 6U;
+    block.bare |= std::uint64_t{1} << (key & 63U);
   }
 }
 
 std::size_t VoxelMap::bytes() const noexcept {
   const auto of = [](const auto& vector) { return vector.capacity() * sizeof(vector[0]); };
-  return of(keys_) + of(cells_) + of(blocks_) + of(rows_) + of(zz_);
+  return of(keys_) + of(cells_) + of(bare_) + of(blocks_) + of(rows_) + of(zz_);
 }
 
 VoxelKey VoxelMap::key_of(const Point& p) const noexcept {
@@ -326,6 +354,11 @@ VoxelKey VoxelMap::key_of(const Point& p) const noexcept {
                         static_cast<std::uint32_t>(index.z()));
 }
 
+Point VoxelMap::mean_of(std::uint32_t gaussian) const noexcept {
+  return (origin_voxel_ + corner_of(keys_[gaussian]) + gaussian_of(cells_[gaussian]).mean) *
+         options_.resolution;
+}
+
 Eigen::Vector3d VoxelMap::corner_of(VoxelKey key) noexcept {
   const auto [x, y, z] = shifted_of(key);
   return {x - kShift, y - kShift, z - kShift};
@@ -335,7 +368,8 @@ kernel::Map VoxelMap::view() const noexcept {
   return {.blocks = table(),
           .rows = rows_.data(),
           .zz = zz_.data(),
-          .nothing = static_cast<std::uint32_t>(cells_.size())};
+          .nothing = static_cast<std::uint32_t>(cells_.size()),
+          .has_bare = !bare_.empty()};
 }
 
 }  // namespace vantage::ndt

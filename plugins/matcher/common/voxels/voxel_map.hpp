@@ -43,12 +43,15 @@ class VoxelMap {
 
   /// Makes a map from parts that were checked before.
   /// @param keys   ascending, one for each cell
+  /// @param bare   voxels that are occupied and whose Gaussian was not kept; ascending, none of
+  ///               `keys`
   VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
-           std::vector<VoxelKey> keys, std::vector<Cell> cells);
+           std::vector<VoxelKey> keys, std::vector<Cell> cells, std::vector<VoxelKey> bare = {});
 
   /// The same map in voxels of twice the edge, each the sum of the Gaussians in its eight voxels:
   /// mean and covariance are those of all their points, up to the rounding of cells and raised
-  /// eigenvalues. A restored map therefore has the coarse voxels of the map that was stored.
+  /// eigenvalues. A restored map therefore has the coarse voxels of the map that was stored. In a
+  /// map with bare voxels, each of its voxels counts the same, and a bare one as evenly filled.
   [[nodiscard]] VoxelMap merged() const;
 
   [[nodiscard]] const VoxelOptions& options() const noexcept { return options_; }
@@ -58,6 +61,9 @@ class VoxelMap {
   [[nodiscard]] Point origin() const noexcept { return origin_voxel_ * options_.resolution; }
   [[nodiscard]] std::span<const VoxelKey> keys() const noexcept { return keys_; }
   [[nodiscard]] std::span<const Cell> cells() const noexcept { return cells_; }
+  /// The mean of a Gaussian, map frame [m].
+  [[nodiscard]] Point mean_of(std::uint32_t gaussian) const noexcept;
+  [[nodiscard]] std::span<const VoxelKey> bare() const noexcept { return bare_; }
   /// Memory that the map holds.
   [[nodiscard]] std::size_t bytes() const noexcept;
 
@@ -90,6 +96,7 @@ class VoxelMap {
   Eigen::Vector3d origin_voxel_;
   std::vector<VoxelKey> keys_;
   std::vector<Cell> cells_;
+  std::vector<VoxelKey> bare_;
   // The same Gaussians in the form that the kernel reads.
   std::vector<Block> blocks_;
   std::uint32_t shift_ = 0;

@@ -92,9 +92,12 @@ struct MatcherClaims {
     return {};
   }
 };
+struct SelectorClaims {
+  static constexpr auto schema() { return std::tuple{}; }
+};
 /// The index is the kind.
-using Claims =
-    std::variant<PartitionerClaims, GroundClaims, VisibilityClaims, StoreClaims, MatcherClaims>;
+using Claims = std::variant<PartitionerClaims, GroundClaims, VisibilityClaims, StoreClaims,
+                            MatcherClaims, SelectorClaims>;
 
 inline constexpr std::uint32_t kDefaultSeed = 20260101;
 

@@ -28,8 +28,17 @@ struct BuildPlugins {
   PluginPtr<GroundFilter> ground;  ///< none if viewpoints come from the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
+  PluginPtr<Selector> selector;    ///< none: prepared maps keep all their elements
   PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps or an atlas are stored
   MatcherChoice matcher_choice;    ///< of `matcher`
+};
+
+/// How much of a prepared map a selector keeps; one of the two.
+struct SelectionBudget {
+  std::optional<std::uint32_t> max_bytes;
+  std::optional<double> share;
+  std::size_t scans = 16;                 ///< virtual scans at a region's viewpoints
+  double lowest = -23.0, highest = 15.0;  ///< elevations of the sensor's rays [deg]
 };
 
 /// The parameters of the build itself, apart from those of the plugins.
@@ -41,10 +50,12 @@ struct BuildParams {
   std::uint32_t min_views = 1;
   std::optional<ThinningParams> thinning;  ///< applied to the points that are kept
   StoredContent content = StoredContent::points;
+  SelectionBudget selection;         ///< for BuildPlugins::selector
   bool views = false;                ///< whether points are stored with their view counts
   std::optional<AtlasParams> atlas;  ///< none: no atlas is made; it needs a matcher
   std::string effective_config;      ///< stored in the bundle
-  /// Bytes that the bundle keeps by name, see MapStore::attach. A store of regions only leaves them.
+  /// Bytes that the bundle keeps by name, see MapStore::attach. A store of regions only leaves
+  /// them.
   std::vector<std::pair<std::string, std::vector<std::byte>>> attachments;
 
   /// The parameters in a configuration; leaves `effective_config` empty.

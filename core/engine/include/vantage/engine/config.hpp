@@ -128,6 +128,42 @@ struct StoreConfig {
   [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
 };
 
+/// [selector]: which elements of prepared maps are kept, and how many.
+struct SelectorConfig {
+  std::string plugin;
+  std::optional<std::filesystem::path> library;
+  std::optional<std::uint32_t> max_bytes;
+  std::optional<double> share;
+  std::uint32_t scans = 16;
+  double lowest = -23.0, highest = 15.0;
+  Table params;
+  SourceLocation where;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &SelectorConfig::plugin, "", "name of the selector"),
+        optional("library", &SelectorConfig::library, "", "plugin file, instead of searching"),
+        optional("max_bytes", &SelectorConfig::max_bytes, "bytes",
+                 "a region's prepared map takes at most so many; it keeps one element at least",
+                 at_least(1)),
+        optional("share", &SelectorConfig::share, "",
+                 "instead of max_bytes: the share of a region's elements that is kept",
+                 Range{.min = 0.0, .max = 1.0, .min_open = true}),
+        optional("scans", &SelectorConfig::scans, "",
+                 "virtual scans at the region's viewpoints that the choice is made with",
+                 at_least(1)),
+        optional("lowest", &SelectorConfig::lowest, "deg",
+                 "elevation of the sensor's lowest ray: what it cannot see does not count",
+                 between(-90, 90)),
+        optional("highest", &SelectorConfig::highest, "deg",
+                 "elevation of the sensor's highest ray", between(-90, 90)),
+        optional("params", &SelectorConfig::params, "", "parameters of the plugin"),
+    };
+  }
+  [[nodiscard]] VANTAGE_API Result<void> validate() const;
+  [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
+};
+
 /// A whole configuration file. A program asks for the tables that it needs with `need`.
 struct Config {
   std::int64_t schema_version = 1;
@@ -137,6 +173,7 @@ struct Config {
   std::optional<VisibilityConfig> visibility;
   std::optional<ThinningParams> thinning;
   std::optional<StoreConfig> store;
+  std::optional<SelectorConfig> selector;
   std::optional<PluginChoice> matcher;
   std::optional<LocalizerParams> localizer;
   std::optional<AtlasParams> atlas;
@@ -160,6 +197,8 @@ struct Config {
                  "how region maps are thinned after that; no thinning if left out"),
         optional("store", &Config::store, "", "where the bundle of region maps is kept",
                  Source{{}, "Yagi et al. 2026, Sec. 2.3"}),
+        optional("selector", &Config::selector, "",
+                 "which elements of prepared maps are kept; all if left out"),
         optional("matcher", &Config::matcher, "", "how scans are matched",
                  Source{{}, "Yagi et al. 2026, Sec. 3.3"}),
         optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",

@@ -128,4 +128,18 @@ class ScanMatcherOf final : public MadeOf<ScanMatcherOf<P>, ScanMatcher, P> {
   }
 };
 
+/// @tparam P  parameters with
+///     Result<std::vector<std::uint32_t>> order(const RegionElements& region,
+///                                              std::size_t most) const;
+template <class P>
+class SelectorOf final : public MadeOf<SelectorOf<P>, Selector, P> {
+ public:
+  using MadeOf<SelectorOf<P>, Selector, P>::MadeOf;
+  [[nodiscard]] Result<std::vector<std::uint32_t>> order(const RegionElements& region,
+                                                         std::size_t most) const noexcept override {
+    return guarded(
+        [&]() -> Result<std::vector<std::uint32_t>> { return this->params_.order(region, most); });
+  }
+};
+
 }  // namespace vantage

@@ -1,0 +1,49 @@
+// Orders elements by lot, but for the clause to be broken.
+#include <algorithm>
+#include <atomic>
+
+#include "breaks.hpp"
+
+namespace vantage::broken {
+namespace {
+
+class Broken final : public Selector {
+ public:
+  struct Params {
+    static constexpr auto schema() { return std::tuple{}; }
+  };
+  static Result<std::unique_ptr<Selector>> create(const Params& /*params*/) {
+    VANTAGE_TRY(auto selector, sound<Selector>("random", {}));
+    return std::make_unique<Broken>(std::move(selector));
+  }
+  explicit Broken(PluginPtr<Selector> selector) : selector_(std::move(selector)) {}
+
+  [[nodiscard]] Result<std::vector<std::uint32_t>> order(const RegionElements& region,
+                                                         std::size_t most) const noexcept override {
+    return guarded([&]() -> Result<std::vector<std::uint32_t>> {
+      if (breaks("E4") && region.scans.empty()) {
+        return fail(ErrorCode::invalid_input, "no scans");
+      }
+      VANTAGE_TRY(auto order, selector_->order(region, most));
+      // The first again, in place of the last, as if it had been drawn with replacement.
+      if (breaks("E1") && order.size() > 1 && order.size() == most) order.back() = order.front();
+      if (breaks("E2") && order.size() < most && !order.empty()) order.pop_back();
+      // The best of those that are kept, in the order of the map.
+      if (breaks("E3") && most > 20) std::ranges::sort(order);
+      if (breaks("E5") && calls_++ % 2 == 1) std::ranges::reverse(order);
+      if (breaks("E6") && Crowded(inside_)) std::ranges::reverse(order);
+      return order;
+    });
+  }
+
+ private:
+  PluginPtr<Selector> selector_;
+  mutable std::atomic<int> inside_ = 0;
+  mutable std::atomic<unsigned> calls_ = 0;
+};
+
+}  // namespace
+}  // namespace vantage::broken
+
+VANTAGE_PLUGIN(vantage::Selector, vantage::broken::Broken, vantage_broken_name,
+               "a selector that breaks one clause");
