@@ -75,7 +75,7 @@ class Choice {
   std::vector<ScanState> scans_;
 };
 
-/// Elements whose pulls on the poses cancel, and that hold the poses.
+/// Elements that fix the poses of scans, and whose errors cancel.
 struct Contribution {
   std::uint32_t candidates = 64;
   double noise = 0.1;
@@ -129,5 +129,4 @@ struct Contribution {
 }  // namespace vantage::contribution
 
 VANTAGE_PLUGIN(vantage::Selector, vantage::SelectorOf<vantage::contribution::Contribution>,
-               "contribution",
-               "elements that hold the pose of a scan and whose pulls on it cancel");
+               "contribution", "elements that fix the pose of a scan and whose errors cancel");

@@ -14,7 +14,7 @@
 #include "scenes.hpp"
 #include "support/plugins.hpp"
 
-namespace vantage {
+namespace vantage::some_elements {
 namespace {
 
 const Pose kTruth = pose_from_xyz_rpy({0.4, -0.3, 1.0}, {0.02, -0.01, 0.7});
@@ -118,12 +118,10 @@ TEST_CASE("with a part of its elements a map scores nearly as with all, and alig
     const ScanScore score = some->score(scan, kTruth).value();
     CHECK(score.coverage == doctest::Approx(expected.coverage).epsilon(1e-9));
     CHECK(score.nvtl == doctest::Approx(expected.nvtl).epsilon(0.1));
-    CHECK(score.fitness == doctest::Approx(expected.fitness).epsilon(0.15));
     // A wrong pose does not look better than with all elements.
     Pose wrong = kTruth;
     wrong.translation += Point(2.0, 1.0, 0.0);
-    CHECK(some->score(scan, wrong)->nvtl <
-          doctest::Approx(whole->score(scan, wrong)->nvtl).epsilon(0.25));
+    CHECK(some->score(scan, wrong)->nvtl < 1.25 * whole->score(scan, wrong)->nvtl);
     const auto alignment = some->align(scan, test::disturbed(kTruth, 0.3, 2.0, random));
     REQUIRE(alignment);
     CHECK((alignment->T_map_scan.translation - kTruth.translation).norm() < 0.03);
@@ -179,4 +177,4 @@ TEST_CASE("elements are told with their places, and a point that is not finite i
   CHECK(whole->pulls(bad, kTruth).error().code == ErrorCode::invalid_input);
 }
 
-}  // namespace vantage
+}  // namespace vantage::some_elements
