@@ -21,7 +21,7 @@ vantage=$work/prefix/bin/vantage
   fail "the moved installation does not find its own plugins"
 grep -rIl -e "$build" -e "$work/first" "$work/prefix" && fail "the files above name a build folder"
 
-for kind in partitioner ground visibility store matcher; do
+for kind in partitioner ground visibility store matcher selector; do
   [ -d "$here/../../apps/plugins/templates/$kind" ] || fail "no template for a $kind plugin"
   say "a new $kind plugin: my_$kind"
   project=$work/projects/my_$kind
