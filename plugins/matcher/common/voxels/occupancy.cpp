@@ -71,9 +71,10 @@ Node beside(Node node, std::size_t axis, std::uint32_t step) noexcept {
 /// it on the level above.
 /// @param is_wanted  (node, level): whether the node is occupied; only asked by an encoder
 /// @return           the occupied voxels; no value if there are more than `most` nodes in a level
-template <class Coder, class IsWanted>
+template <class Coder, class IsWanted, class IsCutOff>
 std::optional<std::vector<Node>> code_octree(Coder& coder, std::size_t most,
-                                             const IsWanted& is_wanted) {
+                                             const IsWanted& is_wanted,
+                                             const IsCutOff& is_cut_off) {
   constexpr std::uint32_t kBack = ~std::uint32_t{0};
   std::vector<Node> nodes{Node{0, 0, 0}};
   Nodes above;
@@ -83,6 +84,7 @@ std::optional<std::vector<Node>> code_octree(Coder& coder, std::size_t most,
     std::vector<Node> next;
     Nodes here;
     for (const Node& node : nodes) {
+      if (is_cut_off()) return std::nullopt;  // a decoder would go on with bits that are not there
       unsigned after = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         after |= (above.has(beside(node, axis, 1)) ? 1U : 0U) << axis;
@@ -123,15 +125,19 @@ std::vector<std::byte> encode_occupancy(std::span<const std::uint64_t> keys) {
     }
   }
   BitEncoder encoder;
-  (void)code_octree(encoder, keys.size(),
-                    [&](const Node& node, unsigned level) { return wanted[level].has(node); });
+  (void)code_octree(
+      encoder, keys.size(),
+      [&](const Node& node, unsigned level) { return wanted[level].has(node); },
+      [] { return false; });
   return std::move(encoder).finish();
 }
 
 std::optional<std::vector<std::uint64_t>> decode_occupancy(std::span<const std::byte> bytes,
                                                            std::size_t count) {
   BitDecoder decoder(bytes);
-  const auto voxels = code_octree(decoder, count, [](const Node&, unsigned) { return false; });
+  const auto voxels = code_octree(
+      decoder, count, [](const Node&, unsigned) { return false; },
+      [&] { return decoder.is_cut_off(); });
   if (!voxels || voxels->size() != count || !decoder.is_at_end()) return std::nullopt;
   std::vector<std::uint64_t> keys;
   keys.reserve(count);
