@@ -119,16 +119,15 @@ Point direction_of(std::size_t ray) {
           std::sin(elevation)};
 }
 
-/// Calls use(ray, candidate) for every ray that passes a point closely enough.
+/// Calls use(ray, up, aside) for every ray that passes the point closely enough, with the ray's
+/// distance from it in rings and columns.
 template <class Use>
-void for_each_ray(const std::vector<Candidate>& candidates, const Use& use) {
-  for (const Candidate& c : candidates) {
-    for (int around = c.first_column; around <= c.last_column; ++around) {
-      const int column = (around + kColumns) % kColumns;
-      for (int ring = c.first_ring; ring <= c.last_ring; ++ring) {
-        use(static_cast<std::size_t>(ring * kColumns + column), c, ring - c.elevation,
-            around - c.azimuth);
-      }
+void for_each_ray(const Candidate& c, const Use& use) {
+  for (int around = c.first_column; around <= c.last_column; ++around) {
+    const int column = (around + kColumns) % kColumns;
+    for (int ring = c.first_ring; ring <= c.last_ring; ++ring) {
+      use(static_cast<std::size_t>(ring * kColumns + column), ring - c.elevation,
+          around - c.azimuth);
     }
   }
 }
@@ -145,7 +144,11 @@ PointCloud VirtualLidar::hits(const Point& sensor, Aim aim) const {
     return (map_[k] - sensor).head<2>().squaredNorm() > range_ * range_;
   });
   const double reach = reach_in(map_, plan_, within);
-  std::vector<Candidate> candidates;
+  constexpr std::size_t kRays = std::size_t{kRings} * kColumns;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::vector<double> nearest(kRays, kNone);
+  std::vector<std::uint32_t> point(kRays, 0);
+  std::vector<Candidate> candidates;  // for a second look
   for (const std::uint32_t k : within) {
     const Point to = map_[k] - sensor;
     const double plan = to.head<2>().norm();
@@ -165,22 +168,18 @@ PointCloud VirtualLidar::hits(const Point& sensor, Aim aim) const {
     const auto from = static_cast<int>(std::ceil(azimuth - wide / kColumnStep));
     const auto end =
         std::min(from + kColumns - 1, static_cast<int>(std::floor(azimuth + wide / kColumnStep)));
-    if (from > end) continue;
-    candidates.push_back({range, elevation / kRingStep, azimuth, first, last, from, end, k});
+    const Candidate c{range, elevation / kRingStep, azimuth, first, last, from, end, k};
+    for_each_ray(c, [&](std::size_t ray, double, double) {
+      if (range >= nearest[ray]) return;
+      nearest[ray] = range;
+      point[ray] = k;
+    });
+    if (aim == Aim::middle) candidates.push_back(c);
   }
-  constexpr std::size_t kRays = std::size_t{kRings} * kColumns;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  std::vector<double> nearest(kRays, kNone);
-  std::vector<std::uint32_t> point(kRays, 0);
-  for_each_ray(candidates, [&](std::size_t ray, const Candidate& c, double, double) {
-    if (c.range >= nearest[ray]) return;
-    nearest[ray] = c.range;
-    point[ray] = c.point;
-  });
-  if (aim == Aim::middle) {
-    constexpr double kSameSurface = 0.5;  // [m]
-    std::vector<double> least(kRays, kNone);
-    for_each_ray(candidates, [&](std::size_t ray, const Candidate& c, double up, double aside) {
+  constexpr double kSameSurface = 0.5;  // [m]
+  std::vector<double> least(aim == Aim::middle ? kRays : 0, kNone);
+  for (const Candidate& c : candidates) {
+    for_each_ray(c, [&](std::size_t ray, double up, double aside) {
       if (c.range > nearest[ray] + kSameSurface) return;
       const double offset =
           up * up * kRingStep * kRingStep + aside * aside * kColumnStep * kColumnStep;

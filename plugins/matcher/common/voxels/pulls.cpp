@@ -32,6 +32,14 @@ Term term_of(const Gaussian& gaussian, const Eigen::Vector3d& q, const Eigen::Ve
   return term;
 }
 
+/// A Gaussian that points meet.
+struct Met {
+  Gaussian gaussian;
+  Point mean;  // map frame [m]
+  Term sum{.gradient = Vector6::Zero(), .hessian = Matrix6::Zero()};
+  bool pulls = false;  // at least one of them is near enough
+};
+
 }  // namespace
 
 std::vector<Pull> pulls_on(const Objective& objective, PointsView scan, const Pose& T_map_scan) {
@@ -39,8 +47,8 @@ std::vector<Pull> pulls_on(const Objective& objective, PointsView scan, const Po
   const kernel::Search& search = objective.search();
   const double edge = map.options().resolution, per_edge = 1.0 / edge;
   const Eigen::Matrix3d R = T_map_scan.rotation.normalized().toRotationMatrix();
-  std::vector<Term> sums;
-  std::vector<std::uint32_t> place(map.cells().size(), kNoGaussian);  // in `sums`
+  std::vector<Met> met;
+  std::vector<std::uint32_t> place(map.cells().size(), kNoGaussian);  // in `met`
   for (const Point& p : scan) {
     const Eigen::Vector3d y = R * p;
     const Point at = y + T_map_scan.translation;
@@ -50,24 +58,24 @@ std::vector<Pull> pulls_on(const Objective& objective, PointsView scan, const Po
       const VoxelKey key = map.key_of(at + offset);
       const std::uint32_t i = key == kNoVoxel ? kNoGaussian : map.find(key);
       if (i == kNoGaussian) continue;
-      const Gaussian gaussian = gaussian_of(map.cells()[i]);
-      const Eigen::Vector3d q = (at - map.mean_of(i)) * per_edge;
-      if (search.within_edge && !(q.squaredNorm() < 1.0)) continue;
-      const Term term = term_of(gaussian, q, y, objective.coefficients(), per_edge);
       if (place[i] == kNoGaussian) {
-        place[i] = static_cast<std::uint32_t>(sums.size());
-        sums.push_back(term);
-        continue;
+        place[i] = static_cast<std::uint32_t>(met.size());
+        met.push_back({.gaussian = gaussian_of(map.cells()[i]), .mean = map.mean_of(i)});
       }
-      sums[place[i]].gradient += term.gradient;
-      sums[place[i]].hessian += term.hessian;
+      Met& here = met[place[i]];
+      const Eigen::Vector3d q = (at - here.mean) * per_edge;
+      if (search.within_edge && !(q.squaredNorm() < 1.0)) continue;
+      const Term term = term_of(here.gaussian, q, y, objective.coefficients(), per_edge);
+      here.sum.gradient += term.gradient;
+      here.sum.hessian += term.hessian;
+      here.pulls = true;
     }
   }
   std::vector<Pull> result;
-  result.reserve(sums.size());
+  result.reserve(met.size());
   for (std::uint32_t i = 0; i < place.size(); ++i) {
-    if (place[i] == kNoGaussian) continue;
-    const Term& sum = sums[place[i]];
+    if (place[i] == kNoGaussian || !met[place[i]].pulls) continue;
+    const Term& sum = met[place[i]].sum;
     Pull pull{.element = i};
     std::size_t k = 0;
     for (Eigen::Index row = 0; row < 6; ++row) {

@@ -325,18 +325,19 @@ VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_vo
   const auto block_of = [&](VoxelKey key) -> Block& {
     return blocks_[static_cast<std::size_t>(&block_at(table(), key >> 6U) - blocks_.data())];
   };
+  Block* block = nullptr;
   for (std::size_t i = 0; i < keys_.size(); ++i) {
-    Block& block = block_of(keys_[i]);
-    if (is_free(block)) {
-      block = {
+    if (block == nullptr || block->key != keys_[i] >> 6U) {
+      block = &block_of(keys_[i]);
+      *block = {
           .key = keys_[i] >> 6U, .voxels = 0, .bare = 0, .first = static_cast<std::uint32_t>(i)};
     }
-    block.voxels |= std::uint64_t{1} << (keys_[i] & 63U);
+    block->voxels |= std::uint64_t{1} << (keys_[i] & 63U);
   }
   for (const VoxelKey key : bare_) {
-    Block& block = block_of(key);
-    block.key = key >> 6U;
-    block.bare |= std::uint64_t{1} << (key & 63U);
+    Block& of_bare = block_of(key);
+    of_bare.key = key >> 6U;
+    of_bare.bare |= std::uint64_t{1} << (key & 63U);
   }
 }
 
