@@ -224,7 +224,7 @@ TEST_CASE("a seed whose distance is beyond all numbers still owns the map") {
 TEST_CASE("what makes no regions is refused") {
   const PointCloud map{{0, 0, 0}, {100, 100, 0}};
   const std::vector<Seed> seed{{{0, 0}, {0, 0}, 0}};
-  refuses(partition_by_nearest({}, seed, names(1), {}), "no points");
+  refuses(partition_by_nearest(PointCloud{}, seed, names(1), {}), "no points");
   refuses(partition_by_nearest(map, {}, names(1), {}), "no seed");
   refuses(partition_by_nearest(map, seed, {}, {}), "names region 0");
   const std::vector<Seed> bad{{{0, std::nan("")}, {0, 0}, 0}};
