@@ -75,7 +75,11 @@ TEST_CASE("build: missing, cut, empty and all-NaN maps") {
   const std::string whole = test::read_text(map);
 
   fs::remove(map);
-  CHECK(has(failure(small.build()), map.string()));
+  CHECK(failure(small.build()) == small.config + ":3:10: error: " + map.string() +
+                                      ": there is no such file, expected a point cloud or a folder "
+                                      "of them");
+  CHECK(failure(small.build({"--set", "map.files=[\"none.pcd\"]"}))
+            .starts_with("--set map.files=[\"none.pcd\"]: error: "));
   test::write_text(map, whole.substr(0, whole.size() - 100));
   CHECK(has(failure(small.build()), map.string()));
   test::write_text(map, "");
