@@ -4,6 +4,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "building/input.hpp"
@@ -89,6 +90,16 @@ Result<void> note_suspicions(building::Prepared& prepared, const Options& option
   return {};
 }
 
+/// Says what follows from a configuration without a matcher.
+void note_no_matcher(const Config& config) {
+  if (config.matcher) return;
+  const checks::Note note{
+      "the configuration has no [matcher]: the bundle gets points, but no prepared maps and no "
+      "atlas, and `vantage localize` needs one",
+      "add the lines `[matcher]` and `plugin = \"ndt\"`"};
+  checks::print(std::cerr, std::span(&note, 1));
+}
+
 /// Plans, builds all regions that are not finished, and merges.
 Result<BuildReport> build_of_tiles(building::Prepared& prepared, const Options& options) {
   const io::TiledParts parts(*prepared.map.tiles);
@@ -112,6 +123,7 @@ Result<void> run(const Options& options) {
   if (!options.shard.empty()) return build_shard(options);
   VANTAGE_TRY(auto prepared, building::prepare(options, building::Reading::if_they_fit));
   VANTAGE_CHECK(note_suspicions(prepared, options));
+  if (!options.common.quiet) note_no_matcher(prepared.config);
   // A partitioner may take longer than everything else, and cannot report its progress.
   if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
   BuildReport report;

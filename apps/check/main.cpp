@@ -57,6 +57,7 @@ class WholeMap {
          "atlas={max_sites=0}"});
     VANTAGE_TRY(Config config, load_config(options.config, overrides));
     config.thinning.reset();
+    config.selector.reset();
     const PluginLoader plugins = options.common.loader();
     VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
     VANTAGE_CHECK(build.run(map.points, map.trajectory));

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "templates.hpp"
+#include "text.hpp"
 
 namespace vantage {
 namespace {
@@ -124,6 +125,7 @@ Result<void> write_plugin_project(PluginKind kind, const std::string& name,
   const std::map<std::string, std::string> values{{"name", name},
                                                   {"Class", class_name(name, kind)},
                                                   {"kind", to_string(kind)},
+                                                  {"keys", documentation::keys_of_section(kind)},
                                                   {"version", VANTAGE_MAJOR_MINOR}};
   Result<void> done{};
   for (const templates::File& file : templates::files()) {

@@ -76,10 +76,16 @@ std::string comment(const ParameterDoc& p) {
 
 }  // namespace
 
+std::string keys_of_section(PluginKind kind) {
+  if (kind != PluginKind::selector) return "";
+  return "max_bytes = 20_000  # of each region's prepared map; or the share of its elements: share "
+         "= 0.2\n";
+}
+
 std::string toml_template(const PluginInfo& plugin) {
   const std::string kind = to_string(plugin.kind);
-  std::string text = fmt::format("# {}\n[{}]\nplugin = {}\n", cli::one_line(plugin.summary), kind,
-                                 to_toml(Value{plugin.name, {}}));
+  std::string text = fmt::format("# {}\n[{}]\nplugin = {}\n{}", cli::one_line(plugin.summary), kind,
+                                 to_toml(Value{plugin.name, {}}), keys_of_section(plugin.kind));
   if (plugin.parameters.empty()) return text;
   text += fmt::format("\n[{}.params]\n", kind);
   for (const ParameterDoc& p : plugin.parameters) {

@@ -16,6 +16,10 @@ namespace vantage::documentation {
 /// A plugin and its parameters for a person.
 [[nodiscard]] std::string description(const PluginInfo& plugin);
 
+/// The keys that a section of a configuration needs besides the plugin's name: lines of TOML, to
+/// start from; empty for most kinds.
+[[nodiscard]] std::string keys_of_section(PluginKind kind);
+
 /// A section of a configuration file to start from. Defaults are written as comments. A required
 /// value has a wrong type, so that a program refuses it, with its place, until the user fills it
 /// in.

@@ -11,6 +11,7 @@
 #include "vantage/engine/config.hpp"
 
 using namespace vantage;
+namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 namespace {
@@ -213,6 +214,8 @@ TEST_CASE("describe --toml: a template fails at what must be filled in; else it 
     if (required == plugin.parameters.end()) {
       REQUIRE_MESSAGE(as_it_is, to_string(as_it_is.error()));
       CHECK(to_toml(*as_it_is) == to_toml(defaults_of(plugin)));
+      const auto config = parse_toml("schema = 1\n" + toml, "c.toml").and_then(parse_config);
+      CHECK_MESSAGE(config, to_string(config.error()));
     } else {
       REQUIRE_FALSE(as_it_is);
       CHECK(as_it_is.error().code == ErrorCode::invalid_config);
@@ -240,6 +243,23 @@ TEST_CASE("describe --toml: a template fails at what must be filled in; else it 
       if (!p.required && !p.default_value) CHECK(has(toml, "# " + p.key + " = "));
     }
   }
+}
+
+TEST_CASE("new: the section that a project's README shows is complete") {
+  const test::TemporaryFolder folder;
+  for_each_kind([&](const auto& kind) {
+    CAPTURE(kind.name);
+    const fs::path project = folder.path() / kind.name;
+    const auto made = test::run("vantage-plugins",
+                                {"new", std::string(kind.name), "mine", "--out", project.string()});
+    REQUIRE_MESSAGE(made.exit_code == 0, made.err);
+    const std::string readme = test::read_text(project / "README.md");
+    const std::size_t from = readme.find("```toml\n") + 8;
+    const std::string section = readme.substr(from, readme.find("```", from) - from);
+    CAPTURE(section);
+    const auto config = parse_toml("schema = 1\n" + section, "c.toml").and_then(parse_config);
+    CHECK_MESSAGE(config, to_string(config.error()));
+  });
 }
 
 TEST_CASE("describe: --json and --toml exclude each other") {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "support/small_map.hpp"
 #include "support/text.hpp"
@@ -75,7 +76,11 @@ TEST_CASE("build: missing, cut, empty and all-NaN maps") {
   const std::string whole = test::read_text(map);
 
   fs::remove(map);
-  CHECK(has(failure(small.build()), map.string()));
+  CHECK(failure(small.build()) == small.config + ":3:10: error: " + map.string() +
+                                      ": there is no such file, expected a point cloud or a folder "
+                                      "of them");
+  CHECK(failure(small.build({"--set", "map.files=[\"none.pcd\"]"}))
+            .starts_with("--set map.files=[\"none.pcd\"]: error: "));
   test::write_text(map, whole.substr(0, whole.size() - 100));
   CHECK(has(failure(small.build()), map.string()));
   test::write_text(map, "");
@@ -109,6 +114,28 @@ TEST_CASE("build: NaN points are dropped and counted, the rest is used") {
   const auto report = nlohmann::json::parse(done.out);
   CHECK(report["dropped_points"] == 3);
   CHECK(report["map_points"] == 400);
+}
+
+TEST_CASE("build: a configuration without a matcher gets one note") {
+  const auto notes = [](const std::string& matcher, const std::vector<std::string>& more) {
+    const test::SmallMap small({.viewpoints = "", .matcher = matcher});
+    std::vector<std::string> arguments{small.config};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto built = test::run("vantage-build", arguments);
+    CHECK_MESSAGE(built.exit_code == 0, built.err);
+    std::string found;
+    std::istringstream lines(built.err);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("note: ")) found += line + '\n';
+    }
+    return found;
+  };
+  CHECK(notes("", {}) ==
+        "note: the configuration has no [matcher]: the bundle gets points, but no prepared maps "
+        "and no atlas, and `vantage localize` needs one: add the lines `[matcher]` and `plugin = "
+        "\"ndt\"`\n");
+  CHECK(notes("", {"--quiet"}).empty());
+  CHECK(notes("plugin = \"ndt\"\n", {}).empty());
 }
 
 TEST_CASE("build: an existing bundle is not touched without overwrite") {

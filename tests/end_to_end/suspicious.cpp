@@ -78,9 +78,12 @@ class Site {
     return "map.files=[\"" + path(name) + "\"]";
   }
 
-  [[nodiscard]] Finished check(const std::string& scans, const std::string& set = {}) const {
+  [[nodiscard]] Finished check(const std::string& scans, const std::string& set = {},
+                               const std::string& set_too = {}) const {
     std::vector<std::string> arguments{path("config.toml"), "--quiet", "--scans", scans};
-    if (!set.empty()) arguments.insert(arguments.end(), {"--set", set});
+    for (const std::string& change : {set, set_too}) {
+      if (!change.empty()) arguments.insert(arguments.end(), {"--set", change});
+    }
     return test::run("vantage-check", arguments);
   }
   [[nodiscard]] Finished localize(const std::string& scans,
@@ -129,6 +132,13 @@ TEST_CASE("check: the right inputs, and a dozen that are not") {
   named(site.check(right, "viewpoints.sensor_height=1.9"), "set it to 1.0");
   named(site.check(right, "visibility.max_range=1"), "visibility.max_range is 1 m");
   named(site.check(right, "localizer.scan_max_range=1"), "of the points");
+  const auto selecting = [&](const std::string& highest) {
+    return site.check(
+        right, "store.content=prepared",
+        "selector={plugin=\"contribution\",max_bytes=20000,lowest=-15,highest=" + highest + "}");
+  };
+  CHECK(holds(selecting("15").out, "nothing suspicious"));
+  named(selecting("2"), "points lie between -15.0 and 15.0");
   const Finished negative = site.check(right, "viewpoints.sensor_height=-1.73");
   CHECK(negative.exit_code == 1);
   CHECK(holds(negative.err, "'sensor_height' must be >= 0 m"));

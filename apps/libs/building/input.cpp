@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <iostream>
+#include <span>
 #include <utility>
 #include <variant>
 
@@ -24,13 +25,46 @@ namespace fs = std::filesystem;
 /// What a build in memory takes for each map point, at least [bytes].
 constexpr std::uint64_t kBytesInMemory = 88;
 
-Result<WideAreaMap> read_map(const MapSource& source, std::uint64_t memory, Reading reading) {
+/// An error about a file that [map] names, at the line that names it.
+/// @param named  the key's value, or an element of it; none if a program made the configuration
+tl::unexpected<Error> at_line(const Value* named, Error error) {
+  if (named == nullptr || !error.where || error.code != ErrorCode::not_found) {
+    return fail(std::move(error));
+  }
+  error.message = error.where->file + ": " + error.message;
+  error.where = named->where;
+  return fail(std::move(error));
+}
+
+/// What [map] says under a key; none if a program made the configuration.
+const Value* in_map(const Config& config, std::string_view key) {
+  const Value* const map = config.written.find("map");
+  const auto* const table = map != nullptr ? std::get_if<Table>(&map->data) : nullptr;
+  return table != nullptr ? table->find(key) : nullptr;
+}
+
+Result<io::MapFiles> map_files(const Config& config, const MapSource& source) {
+  auto found = io::map_files(source.files);
+  if (found) return found;
+  const Value* named = in_map(config, "files");
+  const auto* const names = named != nullptr ? std::get_if<Array>(&named->data) : nullptr;
+  for (std::size_t i = 0; names != nullptr && i < source.files.size(); ++i) {
+    if (io::map_files(std::span(source.files).subspan(i, 1))) continue;
+    named = &names->at(i);
+    break;
+  }
+  return at_line(named, std::move(found).error());
+}
+
+Result<WideAreaMap> read_map(const Config& config, const MapSource& source, std::uint64_t memory,
+                             Reading reading) {
   WideAreaMap map;
-  VANTAGE_TRY(const io::MapFiles found, io::map_files(source.files));
+  VANTAGE_TRY(const io::MapFiles found, map_files(config, source));
   map.unlisted_tiles = found.unlisted_tiles;
   if (source.trajectory) {
-    VANTAGE_TRY(const auto trajectory, io::read_trajectory(*source.trajectory));
-    for (const auto& moment : trajectory) map.trajectory.push_back(moment.pose.translation);
+    auto trajectory = io::read_trajectory(*source.trajectory);
+    if (!trajectory) return at_line(in_map(config, "trajectory"), std::move(trajectory).error());
+    for (const auto& moment : *trajectory) map.trajectory.push_back(moment.pose.translation);
   }
   if (found.files.size() == 1 && io::is_tiled_map(found.files.front())) {
     VANTAGE_TRY(auto tiles, io::TiledMap::open(found.files.front()));
@@ -186,7 +220,7 @@ Result<Prepared> prepare(const Options& options, Reading reading) {
   VANTAGE_TRY(Config config, load_config(options.config, options.overrides()));
   VANTAGE_TRY(const auto source, config.need(config.map, "map", "building region maps"));
   VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, options.common.loader()));
-  VANTAGE_TRY(WideAreaMap map, read_map(source, *memory, reading));
+  VANTAGE_TRY(WideAreaMap map, read_map(config, source, *memory, reading));
   VANTAGE_TRY(const bool measured, set_spacing(config, map, source, options.common));
   if (measured) {
     VANTAGE_TRY(build, BundleBuild::prepare(config, options.common.loader()));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -61,6 +62,29 @@ constexpr double kGround = 0.4, kNoGround = 0.25;  // shares of square metres
 
 double share_of(const std::optional<GroundPlane>& plane) { return plane ? plane->share : 0.0; }
 bool shows(const std::optional<GroundPlane>& plane) { return share_of(plane) > kGround; }
+
+/// What the elevations of the scans' points say against those that a selector takes for visible.
+std::optional<Note> note_on_elevations(const ScanFacts& scans, const SelectorConfig& selector) {
+  // On the recorded street (HDL-64, -24.8 to 2 degrees), a hundredth of the points lies below -21.5
+  // and a thousandth below -23.6; a hundredth lies above 2.6 and a thousandth above 3.4.
+  constexpr double kOutside = 3.0, kEmpty = 5.0;  // [deg]
+  // Under open sky, and where the ground was removed, points end before the rays do. If it is the
+  // rays that end, many points lie near the end.
+  constexpr double kManyAbove = 0.1, kNearTop = 0.05, kAtOnce = 4.0;  // shares; [deg]
+  if (scans.elevations.empty()) return std::nullopt;
+  const auto at = [&](double share) { return scans.elevation_at(share) * kDegrees; };
+  const double bottom = at(0.001), top = at(0.999);
+  const bool outside =
+      at(0.01) < selector.lowest - kOutside || at(0.99) > selector.highest + kOutside;
+  const bool empty_below = bottom > selector.lowest + kEmpty && shows(scans.below);
+  const bool empty_above = top < selector.highest - kEmpty && at(1.0 - kManyAbove) > 0.0 &&
+                           top - at(1.0 - kNearTop) < kAtOnce;
+  if (!outside && !empty_below && !empty_above) return std::nullopt;
+  return Note{fmt::format("selector.lowest is {:g} degrees and highest {:g}, and the scans' points "
+                          "lie between {:.1f} and {:.1f}",
+                          selector.lowest, selector.highest, bottom, top),
+              "give the elevations of the sensor's lowest and highest rays"};
+}
 
 }  // namespace
 
@@ -200,6 +224,9 @@ std::vector<Note> notes_on_sensor(const ScanFacts& scans, const Config& config, 
                                  metres(*range), metres(farthest)),
                      "were the scans cut, or is it not in metres? If they are whole, give the "
                      "reach of the sensor"});
+  }
+  if (config.selector) {
+    if (auto note = note_on_elevations(scans, *config.selector)) notes.push_back(*std::move(note));
   }
   if (!shows(scans.below)) return notes;
   const double height = scans.below->distance;

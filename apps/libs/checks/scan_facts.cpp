@@ -43,6 +43,13 @@ PointCloud lowest_around(PointsView scan, double sign) {
   return points;
 }
 
+/// The value that a share of the others is below; 0 without values.
+double value_at(const std::vector<double>& ascending, double share) {
+  if (ascending.empty()) return 0.0;
+  const auto last = static_cast<double>(ascending.size() - 1);
+  return ascending[static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * last)];
+}
+
 }  // namespace
 
 std::optional<GroundPlane> find_ground(PointsView scan, bool above) {
@@ -81,11 +88,9 @@ std::optional<GroundPlane> find_ground(PointsView scan, bool above) {
   return best;
 }
 
-double ScanFacts::range_at(double share) const {
-  if (ranges.empty()) return 0.0;
-  const auto last = static_cast<double>(ranges.size() - 1);
-  return ranges[static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * last)];
-}
+double ScanFacts::range_at(double share) const { return value_at(ranges, share); }
+
+double ScanFacts::elevation_at(double share) const { return value_at(elevations, share); }
 
 double ScanFacts::share_within(double least, double most) const {
   if (ranges.empty()) return 0.0;
@@ -102,6 +107,7 @@ void ScanSurvey::offer(const io::StampedScan& scan) {
 
 void ScanSurvey::add(const io::StampedScan& scan) {
   constexpr std::size_t kMostRanges = 20'000;
+  constexpr double kNearest = 1.0;  // of elevations: nearer points may be the robot [m]
   sums_.timed = (sums_.scans == 0 || sums_.timed) && (scan.points.empty() || !scan.seconds.empty());
   ++sums_.scans;
   points_ += scan.points.size();
@@ -112,7 +118,11 @@ void ScanSurvey::add(const io::StampedScan& scan) {
   }
   const std::size_t step = (scan.points.size() + kMostRanges - 1) / kMostRanges;
   for (std::size_t i = 0; i < scan.points.size(); i += step) {
-    sums_.ranges.push_back(scan.points[i].norm());
+    const Point& p = scan.points[i];
+    sums_.ranges.push_back(p.norm());
+    if (sums_.ranges.back() > kNearest) {
+      sums_.elevations.push_back(std::atan2(p.z(), p.head<2>().norm()));
+    }
   }
   sizes_.push_back(static_cast<double>(scan.points.size()));
   eccentricities_.push_back(eccentricity_of(scan.points));
@@ -130,6 +140,7 @@ ScanFacts ScanSurvey::facts() const {
   facts.sweep = median_of(sweeps_);
   facts.eccentricity = median_of(eccentricities_);
   std::sort(facts.ranges.begin(), facts.ranges.end());
+  std::sort(facts.elevations.begin(), facts.elevations.end());
   if (dropped_ > 0) {
     facts.dropped_share = static_cast<double>(dropped_) / static_cast<double>(dropped_ + points_);
   }

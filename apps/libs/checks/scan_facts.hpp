@@ -36,11 +36,15 @@ struct ScanFacts {
   double eccentricity = 0.0;
   /// Ranges of up to 20,000 of their points each, ascending [m].
   std::vector<double> ranges;
+  /// Elevations of those of these points that are farther away than 1 m, ascending [rad].
+  std::vector<double> elevations;
   /// Medians over the scans that show such a plane; none if fewer than half of them do.
   std::optional<GroundPlane> below, above;
 
   /// The range that a share of the points is below [m]; 0 without points.
   [[nodiscard]] double range_at(double share) const;
+  /// The elevation that a share of the points is below [rad]; 0 without elevations.
+  [[nodiscard]] double elevation_at(double share) const;
   /// The share of points whose range is in [least, most].
   [[nodiscard]] double share_within(double least, double most) const;
 };

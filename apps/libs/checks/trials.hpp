@@ -42,6 +42,9 @@ struct Fit {
 [[nodiscard]] inline bool finds_more(const Fit& changed, const Fit& unchanged) {
   return changed.found >= unchanged.found + 3;
 }
+/// Whether scans fit a map clearly better with a change than without it.
+/// @param enough  so many scans have to be tracked or found with the change
+[[nodiscard]] bool fits_better(const Fit& changed, const Fit& unchanged, std::size_t enough);
 
 /// The note on scans that are found nowhere, whatever is changed: none or one of at least three.
 [[nodiscard]] std::optional<Note> note_on_place(const Fit& fit);

@@ -209,7 +209,7 @@ constexpr std::array kMetrics{
     Metric{"error_deg", "error", &kAngle, 3, kLess, G::error, "mean rmse median p95 max", "",
            "angle from the reference",
            [](const RunScan& s) { return error(s, &PoseError::degrees); }, kTrackedOnly},
-    Metric{"held_bytes", "memory", &kBytes, 2, kLess, G::map, "max", "",
+    Metric{"held_bytes", "maps in memory", &kBytes, 2, kLess, G::map, "max", "",
            "memory of all maps that are ready to match against",
            [](const RunScan& s) { return count(s.report.held_bytes); }},
     Metric{

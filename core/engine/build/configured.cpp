@@ -1,10 +1,12 @@
 // What a configuration says about a build.
+#include <string>
 #include <string_view>
 #include <variant>
 
 #include "build/viewpoint_origin.hpp"
 #include "vantage/engine/build.hpp"
 #include "vantage/overloaded.hpp"
+#include "vantage/scan_matcher.hpp"
 
 namespace vantage {
 namespace {
@@ -27,6 +29,33 @@ Result<PluginPtr<GroundFilter>> ground_for(const Config& config, const PluginLoa
                                [&](const OverReachableGround&) { return load(); },
                                [&](const AlongTrajectory&) { return none(); }},
                     origin_of(config.viewpoints.value_or(ViewpointParams{})));
+}
+
+/// A square metre of level ground.
+PointCloud made_ground() {
+  constexpr int kPoints = 20;     // a side
+  constexpr double kStep = 0.05;  // [m]
+  PointCloud ground;
+  for (int i = 0; i < kPoints * kPoints; ++i) {
+    ground.emplace_back(kStep * (i % kPoints), kStep * (i / kPoints), 0.0);
+  }
+  return ground;
+}
+
+/// Refuses a matcher that does not offer what a build stores, before a map is read: it has to
+/// prepare made ground. If it cannot, the build finds out.
+Result<void> check_offer(const ScanMatcher& matcher, const PluginChoice& choice, bool selects) {
+  const auto target = matcher.prepare(made_ground());
+  if (!target) return {};
+  const auto offered = selects ? (*target)->excerpt_of({}, {}) : (*target)->excerpt({});
+  if (offered || offered.error().code != ErrorCode::unsupported) return {};
+  const std::string named = "[matcher] plugin = \"" + choice.plugin + "\" ";
+  return fail(ErrorCode::invalid_config,
+              named + (selects ? "cannot store some of its elements, which [selector] asks for: "
+                                 "leave [selector] out, or name a matcher that can, as ndt"
+                               : "cannot store prepared maps, which [store] content asks for: set "
+                                 "it to \"points\", or name a matcher that can, as ndt"),
+              choice.where);
 }
 
 }  // namespace
@@ -73,6 +102,9 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
                 config.need(config.matcher, "matcher", "storing prepared region maps"));
     VANTAGE_TRY(plugins.matcher, loader.load<ScanMatcher>(matcher));
     VANTAGE_TRY(plugins.matcher_choice, MatcherChoice::of(matcher, loader));
+  }
+  if (prepares) {
+    VANTAGE_CHECK(check_offer(*plugins.matcher, *config.matcher, config.selector.has_value()));
   }
   if (config.selector) {
     VANTAGE_TRY(plugins.selector, loader.load<Selector>(config.selector->choice()));

@@ -3,7 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "evaluation/degrees.hpp"
 
 namespace vantage::checks {
 namespace {
@@ -118,6 +121,47 @@ TEST_CASE("the sensor's height and tilt") {
   CHECK(note(1.9, 0.0, false).empty());
   CHECK(note(1.75, 0.3, false).starts_with("the sensor is tilted by 17 degrees"));
   CHECK(note(1.75, 0.3, true).empty());
+}
+
+TEST_CASE("elevations of a selector that are not those of the sensor's rays") {
+  const auto note = [](double lowest, double highest, std::vector<double> points,
+                       bool ground = true) {
+    Config other = config();
+    other.selector = SelectorConfig{};
+    other.selector->lowest = lowest;
+    other.selector->highest = highest;
+    ScanFacts scans = good_scans();
+    if (!ground) scans.below.reset();
+    for (double& elevation : points) elevation /= kDegrees;
+    scans.elevations = std::move(points);
+    return only(notes_on_sensor(scans, other, false));
+  };
+  // As many points at each of 16 rays, and fewer at those from 0 degrees on.
+  const auto rays = [](double from, double step, int above) {
+    std::vector<double> points;
+    for (int k = 0; k < 16; ++k) {
+      const double elevation = from + k * step;
+      points.insert(points.end(), elevation < 0.0 ? 500 : above, elevation);
+    }
+    return points;
+  };
+  const auto vlp16 = rays(-15.0, 2.0, 300), hdl64 = rays(-24.8, 26.8 / 15.0, 500);
+  CHECK(note(-15.0, 15.0, vlp16).empty());
+  CHECK(note(-24.8, 2.0, hdl64).empty());
+  CHECK(note(-17.5, 17.5, vlp16).empty());
+  CHECK(
+      note(-15.0, 15.0, hdl64) ==
+      "selector.lowest is -15 degrees and highest 15, and the scans' points lie between -24.8 and "
+      "2.0: give the elevations of the sensor's lowest and highest rays");
+  CHECK(!note(-15.0, 10.0, vlp16).empty());
+  CHECK(!note(-10.0, 15.0, vlp16).empty());
+  CHECK(!note(-15.0, 52.0, vlp16).empty());
+  CHECK(!note(-25.0, 15.0, vlp16).empty());
+  CHECK(!note(-24.8, 15.0, hdl64).empty());
+  // The ground was removed, or there is nothing above the sensor.
+  CHECK(note(-25.0, 15.0, vlp16, false).empty());
+  CHECK(note(-15.0, 15.0, rays(-15.0, 1.0, 20)).empty());
+  CHECK(note(-15.0, 15.0, {}).empty());
 }
 
 TEST_CASE("a sensor that hangs upside down needs an IMU") {

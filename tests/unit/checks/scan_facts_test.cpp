@@ -78,6 +78,16 @@ TEST_CASE("ranges") {
   CHECK(facts.share_within(200.0, 300.0) == 0.0);
 }
 
+TEST_CASE("elevations, but not those of the robot itself") {
+  PointCloud points(50, Point(0.0, 0.1, 0.9));
+  for (int k = 0; k < 100; ++k) points.emplace_back(0.0, -10.0, 0.1 * k);
+  const ScanFacts facts = facts_of(points);
+  CHECK(facts.elevation_at(0.0) == 0.0);
+  CHECK(facts.elevation_at(0.5) == doctest::Approx(std::atan(0.5)).epsilon(0.03));
+  CHECK(facts.elevation_at(1.0) == doctest::Approx(std::atan(0.99)));
+  CHECK(ScanFacts{}.elevation_at(0.5) == 0.0);
+}
+
 TEST_CASE("scans in the map's frame lie far beside the sensor") {
   CHECK(facts_of(scene()).eccentricity < 1.0);
   PointCloud points = scene();
