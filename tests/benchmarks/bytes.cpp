@@ -144,7 +144,7 @@ Way chosen_by(const std::string& selector, const Options& options) {
   return way;
 }
 
-/// Points of the regions, all of them and thinned.
+/// Points, all that a configuration keeps and thinned.
 Way points_of(std::string name, const char* file, const Options& options) {
   Way way{std::move(name), file};
   for (const double voxel : options.voxels) {
@@ -156,11 +156,12 @@ Way points_of(std::string name, const char* file, const Options& options) {
 
 /// @param cells  whether the matcher stores what it prepares
 std::vector<Way> ways(const Options& options, bool cells) {
-  std::vector<Way> all{points_of("points: surface", "surface.toml", options),
+  std::vector<Way> all{points_of("points: whole map", "wide.toml", options),
+                       points_of("points: surface", "surface.toml", options),
                        points_of("points: hpr", "L20.toml", options)};
   if (!cells) return all;
   all.push_back(
-      {"all cells", "surface.toml", {{.text = "", .draws = {{"store.content=prepared"}}}}});
+      {"cells: surface", "surface.toml", {{.text = "", .draws = {{"store.content=prepared"}}}}});
   for (const std::string& selector : options.selectors) all.push_back(chosen_by(selector, options));
   return all;
 }
@@ -324,9 +325,8 @@ Result<Measured> measure(const Recording& recording, const Options& options, Kno
                                "tracked", "lost", "align [ms]", "build [s]"});
   Bench bench(recording, options, known);
   Measured all{.title = recording.title};
-  VANTAGE_TRY(all.whole, bench.measure({"whole map, points", "wide.toml"}, {}));
-  const auto cells = bench.measure({"whole map, cells", "wide.toml"},
-                                   {.text = "", .draws = {{"store.content=prepared"}}});
+  const Size kept_as_cells{"", {{"store.content=prepared"}}};
+  const auto cells = bench.measure({"cells: whole map", "wide.toml"}, kept_as_cells);
   if (!cells && cells.error().code != ErrorCode::unsupported) return fail(cells.error());
   for (const Way& way : ways(options, cells.has_value())) {
     Line line{way.name, {}};
@@ -335,6 +335,7 @@ Result<Measured> measure(const Recording& recording, const Options& options, Kno
     }
     all.lines.push_back(std::move(line));
   }
+  all.whole = all.lines.front().rows.front();
   return all;
 }
 
@@ -378,10 +379,11 @@ Panel panel_of(const Measured& measured) {
                                           1e-6 * measured.whole.bytes, measured.whole.error)}},
       true};
   double least = measured.whole.error, most = 2.0 * least;
-  const Row* all_cells = nullptr;
+  const Row* all_cells = nullptr;  // nothing is chosen
   for (const Line& line : measured.lines) {
-    if (line.name == "all cells") all_cells = &line.rows.front();
+    if (line.name == "cells: surface") all_cells = &line.rows.front();
     for (const Row& row : line.rows) {
+      if (row.tracked == 0) continue;
       least = std::min(least, row.least);
       most = std::max(most, row.most);
     }
@@ -391,6 +393,7 @@ Panel panel_of(const Measured& measured) {
     for (const Line& line : measured.lines) {
       if (line.name != name) continue;
       for (const Row& row : line.rows) {
+        if (row.tracked == 0) continue;
         curve.marks.push_back(
             {row.bytes, row.error, "", row.least, row.most, row.tracked < row.scans});
       }
@@ -413,7 +416,7 @@ std::string plotted(const std::vector<Measured>& all, const Options& options) {
   std::vector<Panel> panels;
   for (const Measured& measured : all) panels.push_back(panel_of(measured));
   return to_svg(
-      panels, 340.0 * static_cast<double>(panels.size()), 440.0,
+      panels, std::max(620.0, 340.0 * static_cast<double>(panels.size())), 440.0,
       fmt::format("Curves of cells end at all cells. Hollow: not all scans were tracked. Band: {} "
                   "draws of random cells.",
                   options.seeds));
@@ -455,8 +458,8 @@ void declare(Arguments& arguments, Options& options) {
              CLI::PositiveNumber)
       ->delimiter(',');
   arguments
-      .shown("--voxels", options.voxels, "a region's points are thinned to one for each of these",
-             "M,...", CLI::PositiveNumber)
+      .shown("--voxels", options.voxels, "points are thinned to one for each of these", "M,...",
+             CLI::PositiveNumber)
       ->delimiter(',');
   arguments.shown("--seeds", options.seeds, "draws of the selector random", "N",
                   CLI::PositiveNumber);
