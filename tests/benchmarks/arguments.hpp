@@ -40,14 +40,6 @@ class Arguments {
     shown("--scan-voxel", metres, "scans are thinned to voxels of this edge", "M",
           CLI::PositiveNumber);
   }
-  void bundles(std::filesystem::path& points, std::filesystem::path& cells) {
-    add("--points", points,
-        "configuration of a built bundle of points; if left out, "
-        "configs/kitti_street/L20.toml is built into a temporary folder",
-        "CONFIG", CLI::ExistingFile);
-    add("--cells", cells, "the same with store.content = \"prepared\"", "CONFIG",
-        CLI::ExistingFile);
-  }
   void svg(std::filesystem::path& file) { add("--svg", file, "where to write the plot", "FILE"); }
 
   [[nodiscard]] CLI::App& app() noexcept { return app_; }

@@ -1,5 +1,5 @@
 // The basin of a matcher on the recorded street: from how far off it finds the reference, against
-// the whole map, region maps of points and region maps of cells.
+// the whole map, region maps of points, of cells, and of the cells that contribute.
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -17,8 +17,10 @@
 #include "plot.hpp"
 #include "ready_map.hpp"
 #include "starts.hpp"
+#include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "terminal/command_line.hpp"
+#include "vantage/engine/bundle.hpp"
 #include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::benchmarks {
@@ -26,7 +28,7 @@ namespace {
 
 struct Options {
   std::string matcher = "ndt";
-  std::filesystem::path points, cells;  // configurations of built bundles; empty: L20 is built
+  std::vector<double> kilobytes{20, 80};  // of a region's chosen cells
   std::size_t every = 4, directions = 8;
   std::vector<double> metres{0.25, 0.5, 1.0, 1.5, 2.0, 3.0};
   std::vector<double> degrees{1.0, 2.0, 5.0, 10.0, 15.0, 20.0};
@@ -138,20 +140,24 @@ void print_times(const std::vector<NamedMap>& maps, const std::vector<Frame>& fr
 
 // ---- maps
 
-Result<ReadyMap> regions(const std::filesystem::path& config, StoredContent content,
+/// The region maps that a configuration of the street makes of it.
+/// @param file       in configs/kitti_street
+/// @param overrides  of it
+Result<ReadyMap> regions(const char* file, std::vector<std::string> overrides,
                          const MatcherOption& option, const PluginPtr<ScanMatcher>& matcher,
-                         const std::filesystem::path& map) {
+                         const PointCloud& map) {
   const test::TemporaryFolder folder;
-  std::vector<std::string> overrides;
-  if (config.empty()) {
-    VANTAGE_TRY(overrides, build_L20(map, folder.path() / "bundle", content, option));
-  }
-  VANTAGE_TRY(const auto store, open_bundle(config.empty() ? kL20 : config, overrides, content));
-  return ReadyMap::of_bundle(store, matcher);
+  for (std::string& more : option.overrides()) overrides.push_back(std::move(more));
+  overrides.push_back("store.params.root=" + (folder.path() / "bundle").string());
+  VANTAGE_TRY(const Config config,
+              load_config(std::filesystem::path(VANTAGE_SOURCE_DIR) / "configs/kitti_street" / file,
+                          overrides));
+  VANTAGE_CHECK(build_bundle(config, map));
+  VANTAGE_TRY(const Bundle bundle, Bundle::open(config, test::built_plugins(), "the benchmark"));
+  return ReadyMap::of_bundle(bundle.store(), matcher);
 }
 
-Result<std::vector<NamedMap>> maps(const PointCloud& map, const std::filesystem::path& map_file,
-                                   const Options& options) {
+Result<std::vector<NamedMap>> maps(const PointCloud& map, const Options& options) {
   const MatcherOption option = MatcherOption::from(options.matcher);
   VANTAGE_TRY(const auto matcher, option.load());
   VANTAGE_TRY(auto target, matcher->prepare(map));
@@ -160,13 +166,19 @@ Result<std::vector<NamedMap>> maps(const PointCloud& map, const std::filesystem:
 
   std::vector<NamedMap> all;
   all.push_back({"whole map", ReadyMap::everywhere(in_library_of(matcher, std::move(target)))});
-  VANTAGE_TRY(auto points,
-              regions(options.points, StoredContent::points, option, matcher, map_file));
-  all.push_back({"region map, points", std::move(points)});
-  if (stores_cells) {
-    VANTAGE_TRY(auto cells,
-                regions(options.cells, StoredContent::prepared, option, matcher, map_file));
-    all.push_back({"region map, cells", std::move(cells)});
+  const auto add = [&](std::string name, const char* file,
+                       std::vector<std::string> overrides) -> Result<void> {
+    std::cerr << fmt::format("building {}: {}\n", file, name);
+    VANTAGE_TRY(auto made, regions(file, std::move(overrides), option, matcher, map));
+    all.push_back({std::move(name), std::move(made)});
+    return {};
+  };
+  VANTAGE_CHECK(add("region map, points", "L20.toml", {"store.content=points"}));
+  if (!stores_cells) return all;
+  VANTAGE_CHECK(add("region map, cells", "L20.toml", {"store.content=prepared"}));
+  for (const double kilobytes : options.kilobytes) {
+    VANTAGE_CHECK(add(fmt::format("contribution, {:g} kB", kilobytes), "small.toml",
+                      {fmt::format("selector.max_bytes={:.0f}", 1e3 * kilobytes)}));
   }
   return all;
 }
@@ -250,7 +262,7 @@ Result<void> run(Options options) {
   options.degrees = from_zero(std::move(options.degrees));
   VANTAGE_TRY(Drive drive, load_drive(*folder, options.scan_voxel));
   keep_every(options.every, drive.frames);
-  VANTAGE_TRY(const auto all, maps(drive.map, *folder / "map.pcd", options));
+  VANTAGE_TRY(const auto all, maps(drive.map, options));
   std::vector<Grid> grids;
   for (const NamedMap& map : all) grids.push_back(grid(map.map, drive.frames, options));
 
@@ -269,8 +281,8 @@ void declare(Arguments& arguments, Options& options) {
   arguments.program(
       "./dev bench basin",
       "From how far off a matcher finds the pose, on the recorded street, against the whole map "
-      "and against its region maps of points and of cells; and how long an alignment takes: "
-      "markdown tables and a plot.");
+      "and against its region maps of points, of cells and of the cells that contribute; and how "
+      "long an alignment takes: markdown tables and a plot.");
   const CLI::Validator even(
       [](const std::string& text) {
         return (text.back() - '0') % 2 == 0 ? std::string() : std::string("it must be even");
@@ -279,7 +291,10 @@ void declare(Arguments& arguments, Options& options) {
   arguments.shown("--matcher", options.matcher,
                   "which, and with which parameters: 'ndt: resolution = 2.0; neighbours = ...'",
                   "PLUGIN[:PARAMS]");
-  arguments.bundles(options.points, options.cells);
+  arguments
+      .shown("--kilobytes", options.kilobytes,
+             "sizes of a region's map of the cells that contribute", "KB,...", CLI::PositiveNumber)
+      ->delimiter(',');
   arguments.shown("--every", options.every, "every N-th of the 77 scans", "N", CLI::PositiveNumber);
   arguments
       .shown("--metres", options.metres, "how far starts are moved", "M,M,...", CLI::PositiveNumber)

@@ -3,24 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iostream>
-#include <string_view>
 #include <utility>
 
 #include "support/plugins.hpp"
-#include "support/process.hpp"
+#include "vantage/engine/bundle_build.hpp"
 
 namespace vantage::benchmarks {
-namespace {
-
-std::string_view name_of(StoredContent content) {
-  for (const auto& [name, value] : enum_names(content)) {
-    if (value == content) return name;
-  }
-  return {};
-}
-
-}  // namespace
 
 MatcherOption MatcherOption::from(const std::string& text) {
   const std::size_t colon = text.find(':');
@@ -33,6 +21,12 @@ Result<PluginPtr<ScanMatcher>> MatcherOption::load() const {
   VANTAGE_TRY(const Table table, parse_toml(params, "--matcher"));
   return test::built_plugins().load<ScanMatcher>(
       PluginChoice{.plugin = name, .library = {}, .params = table, .where = {}});
+}
+
+std::vector<std::string> MatcherOption::overrides() const {
+  std::string inline_table = params;
+  std::ranges::replace(inline_table, '\n', ',');
+  return {"matcher.plugin=" + name, fmt::format("matcher.params={{{}}}", inline_table)};
 }
 
 ReadyMap ReadyMap::everywhere(PluginPtr<MatchTarget> target) {
@@ -71,52 +65,9 @@ Result<Alignment> ReadyMap::align(PointsView scan, const Pose& T_map_scan_guess)
   return region->target->align(scan, T_map_scan_guess);
 }
 
-Result<void> check_content(const MapIndex& index, StoredContent content) {
-  std::uint64_t points = 0, elements = 0;
-  for (const RegionSummary& region : index.regions) {
-    points += region.points;
-    elements += region.elements;
-  }
-  const bool wants_points = content == StoredContent::points;
-  if ((points > 0) == wants_points && (elements > 0) == !wants_points) return {};
-  return fail(
-      ErrorCode::invalid_input,
-      fmt::format("the bundle keeps {} points and {} prepared elements; wanted is one built "
-                  "with store.content = \"{}\"",
-                  points, elements, name_of(content)));
-}
-
-Result<PluginPtr<MapStore>> open_bundle(const std::filesystem::path& config,
-                                        const std::vector<std::string>& overrides,
-                                        StoredContent content) {
-  VANTAGE_TRY(const Config loaded, load_config(config, overrides));
-  VANTAGE_TRY(const StoreConfig chosen, loaded.need(loaded.store, "store", "the benchmark"));
-  VANTAGE_TRY(auto store, test::built_plugins().load<MapStore>(chosen.choice()));
-  VANTAGE_TRY(const MapIndex index, store->index());
-  if (auto checked = check_content(index, content); !checked) {
-    return fail(std::move(checked).error().during("opening the bundle of " + config.string()));
-  }
-  return store;
-}
-
-Result<std::vector<std::string>> build_L20(const std::filesystem::path& map,
-                                           const std::filesystem::path& bundle,
-                                           StoredContent content, const MatcherOption& matcher) {
-  std::string params = matcher.params;
-  std::ranges::replace(params, '\n', ',');
-  std::vector<std::string> overrides{fmt::format("map.files=[\"{}\"]", map.string()),
-                                     fmt::format("store.params.root={}", bundle.string()),
-                                     fmt::format("store.content={}", name_of(content)),
-                                     "matcher.plugin=" + matcher.name,
-                                     fmt::format("matcher.params={{{}}}", params)};
-  std::vector<std::string> arguments{kL20, "--quiet"};
-  for (const std::string& override : overrides) {
-    arguments.insert(arguments.end(), {"--set", override});
-  }
-  std::cerr << fmt::format("building {} with store.content = \"{}\"\n", kL20, name_of(content));
-  const test::Finished built = test::run("vantage-build", arguments);
-  if (built.exit_code != 0) return fail(ErrorCode::internal, "vantage-build: " + built.err);
-  return overrides;
+Result<BuildReport> build_bundle(const Config& config, PointsView map) {
+  VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, test::built_plugins()));
+  return build.run(map, {});
 }
 
 }  // namespace vantage::benchmarks

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "vantage/engine/build.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/region_maps.hpp"
@@ -21,6 +20,8 @@ struct MatcherOption {
   [[nodiscard]] static MatcherOption from(const std::string& text);
   /// Errors: those of the loader, of params that are no TOML or that the plugin refuses.
   [[nodiscard]] Result<PluginPtr<ScanMatcher>> load() const;
+  /// What puts it into a configuration.
+  [[nodiscard]] std::vector<std::string> overrides() const;
 };
 
 /// A map made ready for matching: one target for everywhere, or one for each region.
@@ -46,24 +47,8 @@ class ReadyMap {
   std::vector<std::shared_ptr<const ReadyRegion>> regions_;  // nullptr: empty
 };
 
-/// Errors: `invalid_input` for a bundle that keeps anything but `content`, or nothing.
-/// @param content  points or prepared
-[[nodiscard]] Result<void> check_content(const MapIndex& index, StoredContent content);
-
-/// The bundle of a configuration.
-/// Errors: those of the configuration, of the store and of `check_content`.
-[[nodiscard]] Result<PluginPtr<MapStore>> open_bundle(const std::filesystem::path& config,
-                                                      const std::vector<std::string>& overrides,
-                                                      StoredContent content);
-
-/// The recorded street in regions of 20 m by hpr, configs/kitti_street/L20.toml, built by
-/// `vantage-build` into a folder: what to add to the configuration to open it.
-/// @param content  points or prepared
-/// Errors: `internal` with what the program said.
-[[nodiscard]] Result<std::vector<std::string>> build_L20(const std::filesystem::path& map,
-                                                         const std::filesystem::path& bundle,
-                                                         StoredContent content,
-                                                         const MatcherOption& matcher);
-inline constexpr const char* kL20 = VANTAGE_SOURCE_DIR "/configs/kitti_street/L20.toml";
+/// Builds the bundle of a configuration, whose [store] says where, from a map in memory [m].
+/// Errors: those of BundleBuild.
+[[nodiscard]] Result<BuildReport> build_bundle(const Config& config, PointsView map);
 
 }  // namespace vantage::benchmarks

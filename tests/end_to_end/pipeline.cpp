@@ -255,7 +255,7 @@ TEST_CASE(
   };
   for (const char* jobs : {"1", "2"}) build(jobs, "contribution");
   check_same_files(street.folder() / "contribution1", street.folder() / "contribution2");
-  for (const char* selector : {"contribution", "random", "fullest"}) {
+  for (const char* selector : {"contribution", "random", "fullest", "grid"}) {
     CAPTURE(selector);
     if (selector != std::string("contribution")) build("1", selector);
     const fs::path bundle = street.path(selector + std::string("1"));

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <string>
+#include <vector>
 
 namespace vantage::benchmarks {
 namespace {
@@ -45,6 +46,43 @@ TEST_CASE("on a logarithmic axis equal ratios are equal distances") {
   Panel logarithmic = panel({{10, 0}});
   logarithmic.x = {"size [kB]", ticks({1, 100}), true};
   CHECK(polyline(to_svg({logarithmic})) == polyline(to_svg({panel({{5, 0}})})));
+}
+
+TEST_CASE("names at the curves replace the legend, and do not cover each other") {
+  Panel named = panel({{0, 50}, {10, 40}});
+  named.curves.push_back({"other", {{0, 50}, {10, 90}}});
+  const auto heights = [](const std::string& svg) {
+    std::vector<double> all;
+    for (const char* name : {">a &lt; b<", ">other<"}) {
+      REQUIRE(count(svg, name) == 1);
+      const auto at = svg.rfind("y=\"", svg.find(name));
+      all.push_back(std::stod(svg.substr(at + 3)));
+    }
+    return all;
+  };
+  const auto legend = heights(to_svg({named}));
+  CHECK(legend[0] == legend[1]);
+  named.names = true;
+  const auto beside = heights(to_svg({named}));
+  CHECK(beside[0] - beside[1] >= 12.0);
+}
+
+TEST_CASE("a band spans the marks' ranges, and a hollow mark is not filled") {
+  const std::string plain = to_svg({panel({{0, 50}, {10, 40}})});
+  CHECK(count(plain, "<polygon") == 0);
+  const std::string svg = to_svg({panel({{0, 50, "", 40, 60, true}, {10, 40}})});
+  CHECK(count(svg, "<polygon") == 1);
+  CHECK(count(svg, "fill=\"#fff\" stroke=\"#1f5fa8\"") == 1);
+  CHECK(count(plain, "fill=\"#fff\" stroke=\"#1f5fa8\"") == 0);
+}
+
+TEST_CASE("a level is a line over the panel with its text; a note is below") {
+  Panel with = panel({{0, 0}});
+  with.levels = {{50, "half"}};
+  const std::string svg = to_svg({with}, 900, 420, "a note");
+  CHECK(count(svg, ">half<") == 1);
+  CHECK(count(svg, ">a note<") == 1);
+  CHECK(count(svg, "<line") == count(to_svg({panel({{0, 0}})}), "<line") + 1);
 }
 
 TEST_CASE("ticks are written short") {

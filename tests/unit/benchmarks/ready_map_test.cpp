@@ -20,20 +20,11 @@ TEST_CASE("a mistake in a matcher's parameters is an error") {
   }
 }
 
-TEST_CASE("a bundle of something else than was asked for is refused") {
-  MapIndex points, cells, both, nothing;
-  points.regions = {{.points = 7}, {}};
-  cells.regions = {{.elements = 3}, {}};
-  both.regions = {{.points = 7, .elements = 3}};
-  nothing.regions = {{}};
-  CHECK(check_content(points, StoredContent::points));
-  CHECK(check_content(cells, StoredContent::prepared));
-  for (const MapIndex& index : {cells, both, nothing}) {
-    CHECK_FALSE(check_content(index, StoredContent::points));
-  }
-  for (const MapIndex& index : {points, both, nothing}) {
-    CHECK_FALSE(check_content(index, StoredContent::prepared));
-  }
+TEST_CASE("a matcher's parameters go into a configuration as they were given") {
+  const auto overrides = MatcherOption::from("ndt: resolution = 2.0; min_points = 7").overrides();
+  CHECK(overrides ==
+        std::vector<std::string>{"matcher.plugin=ndt",
+                                 "matcher.params={ resolution = 2.0, min_points = 7}"});
 }
 
 }  // namespace
