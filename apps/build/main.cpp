@@ -52,6 +52,7 @@ class Told {
 Result<void> build_shard(const Options& options) {
   VANTAGE_TRY(const Shard shard, building::parse_shard(options.shard));
   VANTAGE_TRY(auto prepared, building::prepare(options, building::Reading::never));
+  VANTAGE_CHECK(building::read_scans(prepared, options.common.quiet));
   const io::TiledParts parts(*prepared.map.tiles);
   VANTAGE_TRY(ShardedBuild build, building::open_shards(prepared, parts));
   std::size_t built = 0;
@@ -124,6 +125,7 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(auto prepared, building::prepare(options, building::Reading::if_they_fit));
   VANTAGE_CHECK(note_suspicions(prepared, options));
   if (!options.common.quiet) note_no_matcher(prepared.config);
+  VANTAGE_CHECK(building::read_scans(prepared, options.common.quiet));
   // A partitioner may take longer than everything else, and cannot report its progress.
   if (!options.common.quiet) std::cerr << "cutting the map into regions\n";
   BuildReport report;

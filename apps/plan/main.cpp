@@ -25,6 +25,7 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const ShardedBuild build, building::open_shards(prepared, parts));
   BuildEstimate estimate;
   if (!options.no_estimate) {
+    VANTAGE_CHECK(building::read_scans(prepared, options.common.quiet));
     if (!options.common.quiet) std::cerr << "building a sample\n";
     VANTAGE_TRY(estimate, build.estimate());
   }

@@ -77,9 +77,16 @@ bool includes(const Words& all, const Words& some) {
   return std::includes(all.begin(), all.end(), some.begin(), some.end());
 }
 
+/// The viewer is left out where there is no Open3D.
+bool has_view() {
+  static const bool has = std::filesystem::exists(VANTAGE_PROGRAM_DIR "/vantage-view");
+  if (!has) MESSAGE("SKIPPED: the options of vantage-view, which this system's build leaves out");
+  return has;
+}
+
 void check_offers(const Shell& shell) {
   {  // jobs
-    CHECK(includes(shell.offered({""}), {"build", "evaluate", "plugins", "view", "completion"}));
+    CHECK(includes(shell.offered({""}), {"build", "evaluate", "plugins", "completion"}));
     CHECK(shell.offered({"bu"}) == Words{"build"});
     CHECK(shell.offered({"--v"}) == Words{"--version"});
   }
@@ -95,9 +102,12 @@ void check_offers(const Shell& shell) {
     CHECK(shell.offered({"plugins", "list", "--t"}).empty());
   }
   {  // choices
-    CHECK(shell.offered({"view", "--color", ""}) ==
-          Words{"height", "localizability", "region", "views"});
-    CHECK(shell.offered({"view", "b", "--color", "v"}) == Words{"views"});
+    if (has_view()) {
+      CHECK(includes(shell.offered({""}), {"view"}));
+      CHECK(shell.offered({"view", "--color", ""}) ==
+            Words{"height", "localizability", "region", "views"});
+      CHECK(shell.offered({"view", "b", "--color", "v"}) == Words{"views"});
+    }
     CHECK(shell.offered({"completion", ""}) == Words{"bash", "zsh"});
   }
   {  // plugins and their kinds
@@ -126,6 +136,7 @@ TEST_CASE("zsh is offered jobs, options, choices, plugins and files") {
 }
 
 TEST_CASE("a value after = is completed too") {
+  if (!has_view()) return;
   // bash makes three words of it, zsh one.
   CHECK(Shell("bash").offered({"view", "--color", "=", "re"}) == Words{"region"});
   CHECK(Shell("bash").offered({"view", "--color", "="}) ==

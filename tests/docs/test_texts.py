@@ -6,6 +6,7 @@ usage: test_texts.py BUILD_DIR
 import glob
 import os
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -18,8 +19,9 @@ NO_TEXTS = {f"tests/config/bad/{name}.toml" for name in ("binary", "utf16")}  # 
 
 def files_of_project():
     """Those that git tracks; in a copy without git, those that are no build and no result."""
-    tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, check=False)
-    if tracked.returncode == 0:
+    git = shutil.which("git")
+    tracked = git and subprocess.run([git, "-C", ROOT, "ls-files", "-z"], capture_output=True, check=False)
+    if tracked and tracked.returncode == 0:
         return [name for name in tracked.stdout.decode().split("\0") if name]
     found = []
     for folder, folders, names in os.walk(ROOT):

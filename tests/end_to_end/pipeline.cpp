@@ -256,7 +256,7 @@ TEST_CASE(
   for (const char* jobs : {"1", "2"}) build(jobs, "contribution");
   check_same_files(street.folder() / "contribution1", street.folder() / "contribution2");
   for (const char* selector : {"contribution", "random", "fullest", "grid"}) {
-    CAPTURE(selector);
+    CAPTURE(std::string(selector));
     if (selector != std::string("contribution")) build("1", selector);
     const fs::path bundle = street.path(selector + std::string("1"));
     for (const fs::path& file : files_in(bundle)) {
@@ -271,13 +271,64 @@ TEST_CASE(
     const auto summary =
         nlohmann::json::parse(test::read_text(street.folder() / selector / "summary.json"));
     check_tracked(summary);
-    MESSAGE(selector << ": mean error " << summary["error_m"]["mean"].get<double>() << " m");
+    MESSAGE(std::string(selector) << ": mean error " << summary["error_m"]["mean"].get<double>()
+                                  << " m");
     CHECK(summary["error_m"]["mean"] < 0.05);
   }
   const auto wrong = test::run("vantage-build", {config, "--set", "selector.plugin=random", "--set",
                                                  "selector.max_bytes=4000"});
   CHECK(wrong.exit_code != 0);
   CHECK(wrong.err.find("[selector] chooses elements of prepared maps") != std::string::npos);
+}
+
+TEST_CASE("a selector chooses with the scans of the map's recording") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 20, "unused");
+  const auto build = [&](const std::string& root, const std::vector<std::string>& sets) {
+    std::vector<std::string> arguments{config,
+                                       "--set",
+                                       "store.content=prepared",
+                                       "--set",
+                                       "selector.plugin=contribution",
+                                       "--set",
+                                       "selector.max_bytes=4000",
+                                       "--set",
+                                       "store.params.root=" + street.path(root)};
+    for (const std::string& set : sets) arguments.insert(arguments.end(), {"--set", set});
+    return test::run("vantage-build", arguments);
+  };
+  const std::string scans = "selector.scans=" + street.path("scans");
+  const std::string poses = "selector.poses=" + street.path("reference.tum");
+  const auto recorded = build("recorded", {scans, poses});
+  REQUIRE_MESSAGE(recorded.exit_code == 0, recorded.err);
+  CHECK(recorded.err.find("scans for the selector, at least 2 m apart") != std::string::npos);
+  CHECK(recorded.out.find("core-seconds for choosing elements") != std::string::npos);
+  const auto along = build("along", {scans, "map.trajectory=" + street.path("reference.tum")});
+  REQUIRE_MESSAGE(along.exit_code == 0, along.err);
+  REQUIRE(build("virtual", {}).exit_code == 0);
+  bool same = true;
+  std::size_t regions = 0;
+  for (const fs::path& file : files_in(street.path("recorded"))) {
+    if (file.extension() != ".pcd") continue;
+    ++regions;
+    const std::string bytes = test::read_text(fs::path(street.path("recorded")) / file);
+    CHECK(bytes == test::read_text(fs::path(street.path("along")) / file));
+    same = same && bytes == test::read_text(fs::path(street.path("virtual")) / file);
+  }
+  CHECK(regions > 0);
+  CHECK_FALSE(same);  // other scans, another choice
+
+  const auto no_poses = build("bad", {scans});
+  CHECK(no_poses.exit_code != 0);
+  CHECK(no_poses.err.find("'scans' need 'poses'") != std::string::npos);
+  const auto no_scans = build("bad", {poses});
+  CHECK(no_scans.err.find("'poses' are those of 'scans', which is missing") != std::string::npos);
+  test::write_text(street.path("late.tum"), "9000 0 0 0 0 0 0 1\n9001 0 0 0 0 0 0 1\n");
+  const auto late = build("bad", {scans, "selector.poses=" + street.path("late.tum")});
+  CHECK(late.exit_code != 0);
+  CHECK(late.err.find("late.tum: error: none of the ") != std::string::npos);
+  CHECK(late.err.find("the poses 9000.000 to 9001.000 s") != std::string::npos);
+  CHECK_FALSE(fs::exists(street.path("bad")));
 }
 
 TEST_CASE("every partitioner makes maps to localize in, and budget keeps its budget") {

@@ -9,8 +9,10 @@
 #include <utility>
 #include <variant>
 
+#include "building/recorded_scans.hpp"
 #include "checks/map_facts.hpp"
 #include "io/text.hpp"
+#include "terminal/counts.hpp"
 #include "terminal/size.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -231,6 +233,18 @@ Result<Prepared> prepare(const Options& options, Reading reading) {
     VANTAGE_TRY(parts, parts_beside(config));
   }
   return Prepared{std::move(config), std::move(build), std::move(map), *memory, std::move(parts)};
+}
+
+Result<void> read_scans(Prepared& prepared, bool quiet) {
+  VANTAGE_TRY(auto scans, recorded_scans(prepared.config));
+  if (scans.empty()) return {};
+  if (!quiet) {
+    std::cerr << fmt::format("{} of {} for the selector, at least 2 m apart\n",
+                             cli::counted(scans.size(), "scan"),
+                             prepared.config.selector->scans->string());
+  }
+  prepared.build.choose_with(std::move(scans));
+  return {};
 }
 
 Result<ShardedBuild> open_shards(Prepared& prepared, const io::TiledParts& parts) {

@@ -67,6 +67,10 @@ enum class Reading : std::uint8_t {
 /// `invalid_input` with Reading::never for a map that is not tiled.
 [[nodiscard]] Result<Prepared> prepare(const Options& options, Reading reading);
 
+/// Reads the scans that a selector chooses with, if the configuration names any. Call it before
+/// regions are built. A line on stderr says how many they are. Errors: those of recorded_scans.
+[[nodiscard]] Result<void> read_scans(Prepared& prepared, bool quiet);
+
 /// Opens the sharded build of a tiled map. Errors: those of ShardedBuild::open.
 [[nodiscard]] Result<ShardedBuild> open_shards(Prepared& prepared, const io::TiledParts& parts);
 

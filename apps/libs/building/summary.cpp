@@ -63,6 +63,10 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
         cli::grouped(report.atlas_sites), cli::form(report.atlas_sites, "is a site", "are sites"),
         report.core_seconds_atlas);
   }
+  if (report.core_seconds_selection > 0) {
+    std::cout << fmt::format("{:.1f} core-seconds for choosing elements\n",
+                             report.core_seconds_selection);
+  }
   if (elements > 0) {
     std::cout << fmt::format("prepared maps are stored: {} of the matcher\n",
                              cli::counted(elements, "element"));
@@ -134,6 +138,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"core_seconds",
        {{"visibility", report.core_seconds_visibility},
         {"atlas", report.core_seconds_atlas},
+        {"selection", report.core_seconds_selection},
         {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
       {"peak_memory_bytes", peak_memory()},
       {"regions", std::move(regions)}};

@@ -98,7 +98,7 @@ Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
   tbb::parallel_for(std::size_t{0}, trials.sites_.size(), [&](std::size_t s) {
     SiteState& site = trials.sites_[s];
     outcomes[s] =
-        hits_at(site.place.position, VirtualLidar::Aim::nearest).and_then([&](PointCloud&& hits) {
+        hits_at(site.place.position).and_then([&](PointCloud&& hits) {
           site.hits = std::move(hits);
           return trials.look_around(site, places);
         });

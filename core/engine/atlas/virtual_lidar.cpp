@@ -1,6 +1,5 @@
 #include "atlas/virtual_lidar.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -62,79 +61,12 @@ VirtualLidar::VirtualLidar(PointsView map, double max_range)
       plan_(map, map.size(), [](std::size_t k) { return static_cast<std::uint32_t>(k); }),
       range_(std::min(max_range, kFarthestReturn)) {}
 
-namespace {
-
-/// A map point as the sensor sees it, in units of rings and columns.
-struct Candidate {
-  double range, elevation, azimuth;
-  int first_ring, last_ring, first_column, last_column;
-  std::uint32_t point;
-};
-
-/// Where a ray meets the plane through the points around one that it passes; that point itself if
-/// they are not a plane, or if the ray nearly grazes it. A scan shares the surface with the map,
-/// but not the noise of the map's points, nor the noise that makes a point the first one to be hit.
-/// @param ray  unit vector
-Point on_surface(PointsView map, const PlanIndex& plan, const Point& sensor, const Point& ray,
-                 const Point& passed, double radius) {
-  constexpr double kFewest = 8.0, kFlat = 0.1;  // of the eigenvalues
-  constexpr double kGrazing = 0.02, kAlong = 0.3;
-  const Eigen::Vector2d side = Eigen::Vector2d::Constant(radius);
-  // Whole micrometres: their sums are the same in any order.
-  constexpr double kUnit = 1e-6;
-  using Whole = Eigen::Matrix<std::int64_t, 3, 1>;
-  std::int64_t count = 0;
-  Whole sum = Whole::Zero();
-  Eigen::Matrix<std::int64_t, 3, 3> squares = Eigen::Matrix<std::int64_t, 3, 3>::Zero();
-  plan.for_each_near(passed.head<2>() - side, passed.head<2>() + side, [&](std::uint32_t k) {
-    const Point from = map[k] - passed;
-    if (from.squaredNorm() > radius * radius) return;
-    const Whole whole = (from / kUnit).array().round().cast<std::int64_t>();
-    ++count;
-    sum += whole;
-    squares.noalias() += whole * whole.transpose();
-  });
-  const auto points = static_cast<double>(count);
-  if (points < kFewest) return passed;
-  const Point mean = kUnit * sum.cast<double>() / points;
-  const Eigen::Matrix3d covariance =
-      kUnit * kUnit * squares.cast<double>() / points - mean * mean.transpose();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
-  axes.computeDirect(covariance);
-  if (!(axes.eigenvalues()[0] < kFlat * axes.eigenvalues()[1])) return passed;
-  const Point normal = axes.eigenvectors().col(0);
-  const double towards = normal.dot(ray), range = (passed - sensor).norm();
-  if (std::abs(towards) < kGrazing) return passed + normal.dot(mean) * normal;
-  const double at = normal.dot(passed + mean - sensor) / towards;
-  if (std::abs(at - range) > kAlong * range) return passed + normal.dot(mean) * normal;
-  return sensor + at * ray;
-}
-
-/// The direction of a ray.
-Point direction_of(std::size_t ray) {
-  const double elevation =
-      (kLowestRing + kRingStep * static_cast<double>(ray / kColumns)) * kDegree;
-  const double azimuth = (kColumnStep * static_cast<double>(ray % kColumns) - 180.0) * kDegree;
-  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-          std::sin(elevation)};
-}
-
-/// Calls use(ray, up, aside) for every ray that passes the point closely enough, with the ray's
-/// distance from it in rings and columns.
-template <class Use>
-void for_each_ray(const Candidate& c, const Use& use) {
-  for (int around = c.first_column; around <= c.last_column; ++around) {
-    const int column = (around + kColumns) % kColumns;
-    for (int ring = c.first_ring; ring <= c.last_ring; ++ring) {
-      use(static_cast<std::size_t>(ring * kColumns + column), ring - c.elevation,
-          around - c.azimuth);
-    }
-  }
-}
-
-}  // namespace
-
-PointCloud VirtualLidar::hits(const Point& sensor, Aim aim) const {
+PointCloud VirtualLidar::hits(const Point& sensor) const {
+  struct Hit {
+    double range = std::numeric_limits<double>::infinity();
+    std::uint32_t point = 0;
+  };
+  std::vector<Hit> rays(std::size_t{kRings} * kColumns);
   const Eigen::Vector2d side = Eigen::Vector2d::Constant(range_);
   constexpr double kPerDegree = 1.0 / kDegree;
   const double lowest = std::tan((kLowestRing - kRingStep) * kDegree);
@@ -144,11 +76,6 @@ PointCloud VirtualLidar::hits(const Point& sensor, Aim aim) const {
     return (map_[k] - sensor).head<2>().squaredNorm() > range_ * range_;
   });
   const double reach = reach_in(map_, plan_, within);
-  constexpr std::size_t kRays = std::size_t{kRings} * kColumns;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  std::vector<double> nearest(kRays, kNone);
-  std::vector<std::uint32_t> point(kRays, 0);
-  std::vector<Candidate> candidates;  // for a second look
   for (const std::uint32_t k : within) {
     const Point to = map_[k] - sensor;
     const double plan = to.head<2>().norm();
@@ -168,36 +95,17 @@ PointCloud VirtualLidar::hits(const Point& sensor, Aim aim) const {
     const auto from = static_cast<int>(std::ceil(azimuth - wide / kColumnStep));
     const auto end =
         std::min(from + kColumns - 1, static_cast<int>(std::floor(azimuth + wide / kColumnStep)));
-    const Candidate c{range, elevation / kRingStep, azimuth, first, last, from, end, k};
-    for_each_ray(c, [&](std::size_t ray, double, double) {
-      if (range >= nearest[ray]) return;
-      nearest[ray] = range;
-      point[ray] = k;
-    });
-    if (aim == Aim::middle) candidates.push_back(c);
-  }
-  constexpr double kSameSurface = 0.5;  // [m]
-  std::vector<double> least(aim == Aim::middle ? kRays : 0, kNone);
-  for (const Candidate& c : candidates) {
-    for_each_ray(c, [&](std::size_t ray, double up, double aside) {
-      if (c.range > nearest[ray] + kSameSurface) return;
-      const double offset =
-          up * up * kRingStep * kRingStep + aside * aside * kColumnStep * kColumnStep;
-      if (offset >= least[ray]) return;
-      least[ray] = offset;
-      point[ray] = c.point;
-    });
+    for (int around = from; around <= end; ++around) {
+      const int column = (around + kColumns) % kColumns;
+      for (int ring = first; ring <= last; ++ring) {
+        Hit& hit = rays[static_cast<std::size_t>(ring * kColumns + column)];
+        if (range < hit.range) hit = {range, k};
+      }
+    }
   }
   PointCloud hits;
-  const double around = std::clamp(3.0 * reach, 0.3, 0.8);
-  // The surface is smooth: half of the rays tell as much.
-  const std::size_t step = aim == Aim::middle ? 2 : 1;
-  for (std::size_t ray = 0; ray < kRays; ray += step) {
-    if (!std::isfinite(nearest[ray])) continue;
-    const Point& passed = map_[point[ray]];
-    hits.push_back(aim == Aim::nearest
-                       ? passed
-                       : on_surface(map_, plan_, sensor, direction_of(ray), passed, around));
+  for (const Hit& hit : rays) {
+    if (std::isfinite(hit.range)) hits.push_back(map_[hit.point]);
   }
   return hits;
 }

@@ -24,14 +24,8 @@ class VirtualLidar {
   /// @param max_range  [m]; at most kFarthestReturn is used
   VirtualLidar(PointsView map, double max_range);
 
-  /// Of the points that a ray passes closely enough, which one it hits.
-  enum class Aim : std::uint8_t {
-    nearest,  ///< to the sensor: on a slanted surface, that is a little in front of where it meets
-    middle,   ///< for every other ray: to the ray, of those on the nearest surface, and moved into
-             ///< the surface: without bias, and without the noise of the map
-  };
   /// The map points that are hit, in the order of the rays; some may occur twice [m].
-  [[nodiscard]] PointCloud hits(const Point& sensor, Aim aim = Aim::nearest) const;
+  [[nodiscard]] PointCloud hits(const Point& sensor) const;
 
  private:
   PointsView map_;
@@ -40,7 +34,7 @@ class VirtualLidar {
 };
 
 /// The points that a VirtualLidar at a place hits. It may be asked from several threads at once.
-using HitsAt = std::function<Result<PointCloud>(const Point& sensor, VirtualLidar::Aim aim)>;
+using HitsAt = std::function<Result<PointCloud>(const Point& sensor)>;
 
 /// Makes a scan from the points that rays hit. The scan is as imperfect as one of another day: its
 /// ranges have noise (2 cm), a sector of 60 degrees is covered, and one point in thirty is clutter

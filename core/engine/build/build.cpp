@@ -26,9 +26,9 @@ namespace {
 HitsAt hits_in(PointsView map, double max_range) {
   const auto lidar = std::make_shared<std::optional<VirtualLidar>>();
   const auto made = std::make_shared<std::once_flag>();
-  return [=](const Point& sensor, VirtualLidar::Aim aim) -> Result<PointCloud> {
+  return [=](const Point& sensor) -> Result<PointCloud> {
     std::call_once(*made, [&] { lidar->emplace(map, max_range); });
-    return (*lidar)->hits(sensor, aim);
+    return (*lidar)->hits(sensor);
   };
 }
 
@@ -62,10 +62,10 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   const double seconds_partition = stopwatch.seconds();
 
   // Visibility (Sec. 2.3, Eqs. 6-10), condensed and stored region by region.
-  const HitsAt hits_at = hits_in(map, params.max_range);
-  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params, hits_at));
+  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
   if (auto index = PlaceIndex::of(map)) plan.places = *std::move(index);
-  VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params, hits_at));
+  VANTAGE_TRY(BundleWriter writer,
+              BundleWriter::begin(plan, plugins, params, hits_in(map, params.max_range)));
   std::vector<std::uint32_t> all(plan.partition.size());
   std::iota(all.begin(), all.end(), 0U);
   Meter meter(meter_start(plan), progress);
@@ -78,6 +78,8 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                                          own ? regions.inside[region].size() : map.size());
                     }));
   VANTAGE_TRY(BuildReport report, std::move(writer).commit());
+  report.core_seconds_selection = condenser.core_seconds_selection();
+  report.core_seconds_visibility -= report.core_seconds_selection;
   report.seconds_ground = seconds_ground;
   report.seconds_partition = seconds_partition;
   return report;

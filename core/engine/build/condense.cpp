@@ -24,26 +24,26 @@ PointCloud points_of(PointsView map, IndexList seen) {
 }  // namespace
 
 Result<Condenser> Condenser::over(PointsView map, const BuildPlugins& plugins,
-                                  const BuildParams& params, HitsAt hits_at) {
+                                  const BuildParams& params) {
   Condenser condenser(map, params);
   if (params.content == StoredContent::points) return condenser;
   VANTAGE_TRY(auto whole, plugins.matcher->prepare(map));
   condenser.whole_ = in_library_of(plugins.matcher, std::move(whole));
-  condenser.selector_ = plugins.selector.get();
-  condenser.hits_at_ = std::move(hits_at);
   auto offered =
       plugins.selector ? condenser.whole_->excerpt_of({}, {}) : condenser.whole_->excerpt({});
   if (!offered) return fail(std::move(offered).error());
+  if (plugins.selector) {
+    condenser.selection_ = std::make_unique<Selection>(*condenser.whole_, *plugins.selector,
+                                                       params.selection, params.max_range, map);
+  }
   return condenser;
 }
 
 Result<Condensed> Condenser::thin(Observable observable, std::span<const Point> viewpoints) const {
   ViewCounts& kept = observable.kept;
   Condensed condensed{.seen = observable.seen, .skipped = observable.skipped};
-  if (whole_ && selector_ && !kept.points.empty()) {
-    VANTAGE_TRY(condensed.prepared,
-                select_elements(*whole_, *selector_, params_.selection,
-                                points_of(map_, kept.points), viewpoints, hits_at_));
+  if (selection_ && !kept.points.empty()) {
+    VANTAGE_TRY(condensed.prepared, selection_->of(points_of(map_, kept.points), viewpoints));
   }
   if (!params_.thinning) {
     condensed.stored = std::move(kept);
@@ -71,7 +71,7 @@ Result<Finished> Condenser::finish(Condensed condensed) const {
   const IndexList& observable =
       condensed.observable.empty() ? region.stored.points : condensed.observable;
   if (observable.empty()) return region;
-  if (selector_) {
+  if (selection_) {
     region.prepared = std::move(condensed.prepared);
   } else {
     VANTAGE_TRY(region.prepared, whole_->excerpt(points_of(map_, observable)));

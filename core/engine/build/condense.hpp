@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "build/selection.hpp"
@@ -42,9 +43,8 @@ class Condenser {
   /// All arguments are borrowed.
   /// Errors: those of ScanMatcher::prepare; `unsupported` for a matcher that cannot store its maps:
   /// the build fails here, before hours of visibility.
-  /// @param hits_at  of virtual scans, for a selector
   [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
-                                              const BuildParams& params, HitsAt hits_at);
+                                              const BuildParams& params);
 
   /// For regions that nothing is seen from: no matcher is needed.
   [[nodiscard]] static Condenser of_nothing(const BuildParams& params) {
@@ -56,6 +56,11 @@ class Condenser {
   [[nodiscard]] Result<Condensed> thin(Observable observable,
                                        std::span<const Point> viewpoints) const;
 
+  /// Processor time of choosing elements so far [s].
+  [[nodiscard]] double core_seconds_selection() const noexcept {
+    return selection_ ? selection_->core_seconds() : 0.0;
+  }
+
   /// Has the matcher prepare the region, and leaves out what is not stored.
   [[nodiscard]] Result<Finished> finish(Condensed condensed) const;
 
@@ -64,9 +69,8 @@ class Condenser {
 
   PointsView map_;
   const BuildParams& params_;
-  const Selector* selector_ = nullptr;  // none: prepared maps keep all elements
-  HitsAt hits_at_;
-  PluginPtr<MatchTarget> whole_;  // the whole map; none if only points are stored
+  PluginPtr<MatchTarget> whole_;          // the whole map; none if only points are stored
+  std::unique_ptr<Selection> selection_;  // none: prepared maps keep all elements
 };
 
 }  // namespace vantage

@@ -76,7 +76,8 @@ BuildParams BuildParams::from(const Config& config) {
   if (const auto& s = config.selector) {
     params.selection = {.max_bytes = s->max_bytes,
                         .share = s->share,
-                        .scans = s->scans,
+                        .places = s->places,
+                        .scans = {},
                         .lowest = s->lowest,
                         .highest = s->highest};
   }

@@ -15,6 +15,7 @@
 #include "build/cut.hpp"
 #include "build/places.hpp"
 #include "build/plugin_checks.hpp"
+#include "build/selection.hpp"
 #include "build/viewpoint_origin.hpp"
 
 namespace vantage {
@@ -155,6 +156,7 @@ double reach_of(const BuildPlugins& plugins, const BuildParams& params,
                 const VisibilityLimits& limits) {
   double reach = params.scope == VisibilityScope::map ? plugins.visibility->reach(limits) : 0.0;
   if (params.content != StoredContent::points) reach += plugins.matcher->reach();
+  if (plugins.selector) reach = std::max(reach, Selection::reach(params));
   return reach;
 }
 

@@ -112,6 +112,7 @@ struct ShardedBuild::State {
   std::vector<std::uint32_t> order;  // of regions: neighbours in the plan follow each other
   std::vector<double> cost;          // by region
   double seconds_plan = 0, seconds_building = 0, core_seconds_building = 0;  // of this process
+  double core_seconds_selection = 0;
 
   [[nodiscard]] bool among_own_points() const { return params->scope == VisibilityScope::region; }
   Result<void> make_plan(PointsView trajectory);
@@ -123,10 +124,11 @@ struct ShardedBuild::State {
   [[nodiscard]] Result<std::vector<RegionBlock>> blocks(const std::vector<std::uint32_t>& regions,
                                                         std::uint64_t bytes_a_point) const;
   using Keep = std::function<Result<void>(std::uint32_t, StoredPart&&)>;
-  Result<void> build_block(const RegionBlock& block, Meter& meter, const Keep& keep) const;
+  /// Returns the processor time of choosing elements [s].
+  Result<double> build_block(const RegionBlock& block, Meter& meter, const Keep& keep) const;
   Result<void> merge_block(const RegionBlock& block, const Parts& parts, Meter& meter,
                            BundleWriter& writer);
-  [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor, VirtualLidar::Aim aim) const;
+  [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor) const;
 };
 
 Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
@@ -221,29 +223,28 @@ Result<std::vector<RegionBlock>> ShardedBuild::State::blocks(
   return blocks_of(*map, plan.partition, regions, areas, options.memory, bytes_a_point);
 }
 
-Result<void> ShardedBuild::State::build_block(const RegionBlock& block, Meter& meter,
-                                              const Keep& keep) const {
+Result<double> ShardedBuild::State::build_block(const RegionBlock& block, Meter& meter,
+                                                const Keep& keep) const {
   VANTAGE_TRY(const MapPart part, map->read(block.area));
   const PointCloud& points = part.points;
   const Groups inside =
       among_own_points() ? points_inside(block, points, plan.partition) : Groups{};
-  VANTAGE_TRY(const Condenser condenser,
-              points.empty() ? Result<Condenser>(Condenser::of_nothing(*params))
-                             : Condenser::over(points, *plugins, *params,
-                                               [this](const Point& sensor, VirtualLidar::Aim aim) {
-                                                 return hits_at(sensor, aim);
-                                               }));
+  VANTAGE_TRY(const Condenser condenser, points.empty()
+                                             ? Result<Condenser>(Condenser::of_nothing(*params))
+                                             : Condenser::over(points, *plugins, *params));
   Sight sight(points, plan.limits, plugins->visibility, *params);
-  return build_regions({block.regions, plan.viewpoints, inside}, plan.partition, sight, condenser,
-                       meter, [&](std::uint32_t region, Condensed condensed) -> Result<void> {
-                         VANTAGE_TRY(Finished finished, condenser.finish(std::move(condensed)));
-                         return keep(region, {.seen = finished.seen,
-                                              .skipped = finished.skipped,
-                                              .points = finished.points,
-                                              .ranks = ranks_of(part, finished.stored.points),
-                                              .views = std::move(finished.stored.views),
-                                              .prepared = std::move(finished.prepared)});
-                       });
+  VANTAGE_CHECK(
+      build_regions({block.regions, plan.viewpoints, inside}, plan.partition, sight, condenser,
+                    meter, [&](std::uint32_t region, Condensed condensed) -> Result<void> {
+                      VANTAGE_TRY(Finished finished, condenser.finish(std::move(condensed)));
+                      return keep(region, {.seen = finished.seen,
+                                           .skipped = finished.skipped,
+                                           .points = finished.points,
+                                           .ranks = ranks_of(part, finished.stored.points),
+                                           .views = std::move(finished.stored.views),
+                                           .prepared = std::move(finished.prepared)});
+                    }));
+  return condenser.core_seconds_selection();
 }
 
 Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Parts& parts,
@@ -265,12 +266,12 @@ Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Pa
   return {};
 }
 
-Result<PointCloud> ShardedBuild::State::hits_at(const Point& sensor, VirtualLidar::Aim aim) const {
+Result<PointCloud> ShardedBuild::State::hits_at(const Point& sensor) const {
   const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
   const double range = std::min(params->max_range, VirtualLidar::kFarthestReturn);
   // 1 m more for the neighbours of the points.
   VANTAGE_TRY(const MapPart around, map->read(with_margin(here, range + 1.0)));
-  return VirtualLidar(around.points, params->max_range).hits(sensor, aim);
+  return VirtualLidar(around.points, params->max_range).hits(sensor);
 }
 
 ShardedBuild::ShardedBuild(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
@@ -358,9 +359,11 @@ Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& prog
   const Stopwatch stopwatch;
   const CpuStopwatch cpu;
   for (const RegionBlock& block : blocks) {
-    VANTAGE_CHECK(state_->build_block(block, meter, [&](std::uint32_t region, StoredPart&& part) {
-      return writer.add(region, part);
-    }));
+    VANTAGE_TRY(const double selection,
+                state_->build_block(block, meter, [&](std::uint32_t region, StoredPart&& part) {
+                  return writer.add(region, part);
+                }));
+    state_->core_seconds_selection += selection;
   }
   state_->seconds_building += stopwatch.seconds();
   state_->core_seconds_building += cpu.seconds();
@@ -380,9 +383,7 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
   VANTAGE_TRY(const auto blocks, state.blocks(state.order, kBytesAMergedPoint));
   VANTAGE_TRY(BundleWriter writer,
               BundleWriter::begin(state.plan, *state.plugins, *state.params,
-                                  [&](const Point& sensor, VirtualLidar::Aim aim) {
-                                    return state.hits_at(sensor, aim);
-                                  }));
+                                  [&](const Point& sensor) { return state.hits_at(sensor); }));
   Meter meter(meter_start(state.plan), progress);
   for (const RegionBlock& block : blocks) {
     VANTAGE_CHECK(state.merge_block(block, parts, meter, writer));
@@ -390,7 +391,8 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
   VANTAGE_TRY(BuildReport report, std::move(writer).commit());
   report.seconds_partition = state.seconds_plan;
   report.seconds_visibility += state.seconds_building;
-  report.core_seconds_visibility += state.core_seconds_building;
+  report.core_seconds_selection = state.core_seconds_selection;
+  report.core_seconds_visibility += state.core_seconds_building - state.core_seconds_selection;
   remove_parts(state.options.parts);
   return report;
 }

@@ -206,6 +206,9 @@ Result<void> SelectorConfig::validate() const {
   if (!(lowest < highest)) {
     return fail_at({"lowest", "highest"}, "'lowest' must be below 'highest'");
   }
+  if (poses && !scans) {
+    return fail_at({"poses"}, "'poses' are those of 'scans', which is missing");
+  }
   if (max_bytes.has_value() != share.has_value()) return {};
   return fail_at({"max_bytes", "share"},
                  max_bytes ? "'max_bytes' and 'share' both say how much is kept; give one of them"
@@ -217,6 +220,10 @@ Result<void> Config::validate() const {
     return fail_at({"selector"},
                    "[selector] chooses elements of prepared maps, but [store] content = \"points\" "
                    "stores none");
+  }
+  if (selector && selector->scans && !selector->poses && !(map && map->trajectory)) {
+    return fail_at({"selector.scans"},
+                   "'scans' need 'poses', or a [map] with the 'trajectory' of the sensor");
   }
   const bool counted = (visibility && visibility->min_views > 1) || (store && store->views);
   if (counted && viewpoints && viewpoints->min_gain > 0.0) {

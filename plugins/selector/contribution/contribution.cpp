@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -15,11 +17,14 @@ namespace {
 /// What is known before the first element: the pose to 1 m and 0.1 rad, by a weak prior.
 constexpr double kPrior = 5.0;
 
+/// So many elements are compared exactly. Those after them add little.
+constexpr std::size_t kExact = 256;
+
 /// Chooses greedily: of some candidates, the element after which the error of the poses is least.
 class Choice {
  public:
-  Choice(const RegionElements& region, double noise, double power)
-      : noise_(noise), power_(power), begin_(region.elements.size() + 1, 0) {
+  Choice(const RegionElements& region, float noise, float power)
+      : power_(power), begin_(region.elements.size() + 1, 0) {
     for (const auto& scan : region.scans) {
       for (const Pull& pull : scan) ++begin_[pull.element + 1];
     }
@@ -27,11 +32,9 @@ class Choice {
     touches_.resize(begin_.back());
     std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
     for (std::uint32_t s = 0; s < region.scans.size(); ++s) {
-      for (const Pull& pull : region.scans[s]) touches_[next[pull.element]++] = {s, sum_of(pull)};
+      for (const Pull& pull : region.scans[s]) touches_[next[pull.element]++] = {s, term_of(pull)};
     }
-    Sum prior;
-    for (std::size_t row = 0, k = 0; row < 6; k += 6 - row, ++row) prior.hessian[k] = kPrior;
-    scans_.assign(region.scans.size(), {prior, cost(squared_error(prior, noise_))});
+    scans_.assign(region.scans.size(), PoseError(kPrior, noise));
   }
 
   [[nodiscard]] bool touches(std::uint32_t element) const noexcept {
@@ -39,40 +42,39 @@ class Choice {
   }
 
   /// By how much the errors grow with an element; negative for a good one.
-  [[nodiscard]] double growth_with(std::uint32_t element) const noexcept {
-    double growth = 0.0;
+  [[nodiscard]] float growth_with(std::uint32_t element) const {
+    float growth = 0.0F;
     for (std::size_t k = begin_[element]; k < begin_[element + 1]; ++k) {
-      const ScanState& scan = scans_[touches_[k].scan];
-      growth += cost(squared_error(scan.sum + touches_[k].sum, noise_)) - scan.cost;
+      const PoseError& scan = scans_[touches_[k].scan];
+      const Term& term = touches_[k].term;
+      growth += cost(taken_ < kExact ? scan.squared_with(term) : scan.nearly_squared_with(term)) -
+                cost(scan.squared());
     }
     return growth;
   }
 
   void take(std::uint32_t element) {
+    ++taken_;
     for (std::size_t k = begin_[element]; k < begin_[element + 1]; ++k) {
-      ScanState& scan = scans_[touches_[k].scan];
-      scan.sum = scan.sum + touches_[k].sum;
-      scan.cost = cost(squared_error(scan.sum, noise_));
+      scans_[touches_[k].scan].add(touches_[k].term);
     }
   }
 
  private:
   struct Touch {
     std::uint32_t scan = 0;
-    Sum sum;
+    Term term;
   };
-  struct ScanState {
-    Sum sum;
-    double cost = 0.0;
-  };
-  [[nodiscard]] double cost(double squared) const noexcept {
-    return std::isfinite(squared) ? std::pow(squared, power_) : 1e6;
+  [[nodiscard]] float cost(float squared) const noexcept {
+    if (!(squared < 1e6F)) return 1e6F;
+    return power_ == 1.0F ? squared : std::pow(std::max(squared, 0.0F), power_);
   }
 
-  double noise_, power_;
+  float power_;
+  std::size_t taken_ = 0;
   std::vector<std::size_t> begin_;  // of an element's touches
   std::vector<Touch> touches_;
-  std::vector<ScanState> scans_;
+  std::vector<PoseError> scans_;
 };
 
 /// Elements that fix the poses of scans, and whose errors cancel.
@@ -80,6 +82,7 @@ struct Contribution {
   std::uint32_t candidates = 64;
   double noise = 0.1;
   double power = 1.0;
+  std::uint64_t seed = 17;
 
   static constexpr auto schema() {
     return std::tuple{
@@ -90,12 +93,13 @@ struct Contribution {
                           vantage::positive),
         vantage::optional("power", &Contribution::power, "", "of the squared error",
                           vantage::positive),
+        vantage::optional("seed", &Contribution::seed, "", "another seed tries other candidates"),
     };
   }
 
   [[nodiscard]] Result<std::vector<std::uint32_t>> order(const RegionElements& region,
                                                          std::size_t most) const {
-    Choice choice(region, noise, power);
+    Choice choice(region, static_cast<float>(noise), static_cast<float>(power));
     std::vector<std::uint32_t> left, untouched, order;
     for (std::uint32_t i = 0; i < region.elements.size(); ++i) {
       (choice.touches(i) ? left : untouched).push_back(i);
@@ -103,11 +107,11 @@ struct Contribution {
     most = std::min(most, region.elements.size());
     while (order.size() < most && !left.empty()) {
       std::size_t best = 0;
-      double least = std::numeric_limits<double>::infinity();
+      float least = std::numeric_limits<float>::infinity();
       const std::size_t tries = std::min<std::size_t>(candidates, left.size());
       for (std::size_t k = 0; k < tries; ++k) {
-        const std::size_t at = tries == left.size() ? k : hash(17, order.size(), k) % left.size();
-        const double growth = choice.growth_with(left[at]);
+        const std::size_t at = tries == left.size() ? k : hash(seed, order.size(), k) % left.size();
+        const float growth = choice.growth_with(left[at]);
         if (growth >= least) continue;
         least = growth;
         best = at;

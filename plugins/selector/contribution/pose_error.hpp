@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -9,78 +9,156 @@
 
 namespace vantage::contribution {
 
-/// A rotation counts like a translation this far from the sensor [m]. W of the squared error is 1
-/// for translations and the square of this for rotations.
-inline constexpr double kArm = 10.0;
+/// A rotation counts like a translation this far from the sensor [m].
+inline constexpr float kArm = 10.0F;
 
-/// What some elements together do to the pose of one scan: gradient and Hessian of their objective
+using Vector6 = Eigen::Matrix<float, 6, 1>;
+using Matrix6 = Eigen::Matrix<float, 6, 6>;
+
+/// What one element does to the pose of one scan: gradient and Hessian of its term of the objective
 /// at the true pose, with rotations in units of 1 / kArm.
-struct Sum {
-  std::array<double, 6> gradient{};
-  std::array<double, Pull::kUpper> hessian{};  ///< upper triangle, row by row
+struct Term {
+  Matrix6 hessian;
+  Vector6 gradient;
 };
 
-inline Sum operator+(const Sum& a, const Sum& b) noexcept {
-  Sum sum;
-  for (std::size_t i = 0; i < sum.gradient.size(); ++i)
-    sum.gradient[i] = a.gradient[i] + b.gradient[i];
-  for (std::size_t i = 0; i < sum.hessian.size(); ++i) sum.hessian[i] = a.hessian[i] + b.hessian[i];
-  return sum;
-}
-
-inline Sum sum_of(const Pull& pull) noexcept {
-  const auto unit = [](std::size_t row) { return row < 3 ? 1.0 : 1.0 / kArm; };
-  Sum sum;
-  for (std::size_t row = 0, k = 0; row < 6; ++row) {
-    sum.gradient[row] = unit(row) * static_cast<double>(pull.gradient[row]);
-    for (std::size_t column = row; column < 6; ++column, ++k) {
-      sum.hessian[k] = unit(row) * unit(column) * static_cast<double>(pull.hessian[k]);
+inline Term term_of(const Pull& pull) noexcept {
+  const auto unit = [](Eigen::Index row) { return row < 3 ? 1.0F : 1.0F / kArm; };
+  Term term;
+  std::size_t k = 0;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    term.gradient[row] = unit(row) * pull.gradient[static_cast<std::size_t>(row)];
+    for (Eigen::Index column = row; column < 6; ++column, ++k) {
+      term.hessian(row, column) = unit(row) * unit(column) * pull.hessian[k];
+      term.hessian(column, row) = term.hessian(row, column);
     }
   }
-  return sum;
+  return term;
 }
 
-/// The expected squared error of the pose that the elements give [m^2]: |H^-1 g|^2 of the place to
-/// which they pull it, plus `noise` times the trace of H^-1. Infinite if they do not hold it.
-inline double squared_error(const Sum& sum, double noise) noexcept {
-  // H = L L^T; rows of L^-1.
-  double L[6][6], inverse[6][6] = {}, y[6];
-  for (std::size_t column = 0, k = 0; column < 6; ++column) {
-    for (std::size_t row = column; row < 6; ++row, ++k) {
-      double x = sum.hessian[k];
-      for (std::size_t i = 0; i < column; ++i) x -= L[row][i] * L[column][i];
-      if (row == column) {
-        if (!(x > 0.0)) return std::numeric_limits<double>::infinity();
-        L[row][row] = std::sqrt(x);
-      } else {
-        L[row][column] = x / L[column][column];
+/// The pose that some elements give a scan: H^-1 g is its bias, H^-1 its covariance.
+class PoseError {
+ public:
+  /// @param prior  diagonal of H before the first element
+  PoseError(double prior, float noise) : noise_(noise) {
+    sum_.hessian = prior * Eigen::Matrix<double, 6, 6>::Identity();
+    solve();
+  }
+
+  void add(const Term& term) {
+    sum_ = sum_with(term);
+    solve();
+  }
+
+  /// The expected squared error of the pose [m^2]: the squared bias, and `noise` times the trace of
+  /// the covariance. Infinite if the elements do not hold the pose.
+  [[nodiscard]] float squared() const noexcept { return squared_; }
+
+  /// The same with one element more.
+  [[nodiscard]] float squared_with(const Term& term) const noexcept {
+    const Sum sum = sum_with(term);
+    Triangle inverse;
+    return inverse.invert(sum.hessian) ? squared(inverse, inverse.solve(sum.gradient))
+                                       : std::numeric_limits<float>::infinity();
+  }
+  /// Nearly the same, and faster: the Hessian of the element counts as one of rank 1 (Sherman and
+  /// Morrison, 1950). Good for an element that adds little.
+  [[nodiscard]] float nearly_squared_with(const Term& term) const noexcept {
+    const float damping = 1.0F / (1.0F + inverse_.cwiseProduct(term.hessian).sum());
+    const Vector6 change = inverse_ * (term.gradient - term.hessian * bias_);
+    const Vector6 bias = bias_ + change - damping * (inverse_ * (term.hessian * change));
+    const float spread = trace_ - damping * inverse_squared_.cwiseProduct(term.hessian).sum();
+    return bias.squaredNorm() + noise_ * spread;
+  }
+
+ private:
+  struct Sum {
+    Eigen::Matrix<double, 6, 6> hessian;
+    Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  };
+
+  /// L^-1 of H = L L^T.
+  struct Triangle {
+    double at[6][6] = {};  // the lower triangle
+
+    /// False if H is not positive definite.
+    bool invert(const Eigen::Matrix<double, 6, 6>& hessian) noexcept {
+      double L[6][6];
+      for (int column = 0; column < 6; ++column) {
+        for (int row = column; row < 6; ++row) {
+          double x = hessian(row, column);
+          for (int i = 0; i < column; ++i) x -= L[row][i] * L[column][i];
+          if (row > column) {
+            L[row][column] = x * at[column][column];
+          } else if (!(x > 0.0)) {
+            return false;
+          } else {
+            at[row][row] = 1.0 / std::sqrt(x);
+          }
+        }
       }
+      for (int row = 0; row < 6; ++row) {
+        for (int column = 0; column < row; ++column) {
+          double x = 0.0;
+          for (int i = column; i < row; ++i) x += L[row][i] * at[i][column];
+          at[row][column] = -x * at[row][row];
+        }
+      }
+      return true;
     }
-  }
-  double spread = 0.0;
-  for (std::size_t row = 0; row < 6; ++row) {
-    const double over = 1.0 / L[row][row];
-    inverse[row][row] = over;
-    for (std::size_t column = 0; column < row; ++column) {
-      double x = 0.0;
-      for (std::size_t i = column; i < row; ++i) x += L[row][i] * inverse[i][column];
-      inverse[row][column] = -x * over;
+    [[nodiscard]] double squared_norm() const noexcept {
+      double sum = 0.0;
+      for (int row = 0; row < 6; ++row) {
+        for (int column = 0; column <= row; ++column) sum += at[row][column] * at[row][column];
+      }
+      return sum;
     }
-    for (std::size_t column = 0; column <= row; ++column) {
-      spread += inverse[row][column] * inverse[row][column];
+    /// H^-1 v.
+    [[nodiscard]] Eigen::Matrix<double, 6, 1> solve(
+        const Eigen::Matrix<double, 6, 1>& v) const noexcept {
+      Eigen::Matrix<double, 6, 1> half = Eigen::Matrix<double, 6, 1>::Zero(), x = half;
+      for (int row = 0; row < 6; ++row) {
+        for (int column = 0; column <= row; ++column) half[row] += at[row][column] * v[column];
+      }
+      for (int row = 0; row < 6; ++row) {
+        for (int column = 0; column <= row; ++column) x[column] += at[row][column] * half[row];
+      }
+      return x;
     }
+  };
+
+  [[nodiscard]] Sum sum_with(const Term& term) const noexcept {
+    return {sum_.hessian + term.hessian.cast<double>(),
+            sum_.gradient + term.gradient.cast<double>()};
   }
-  for (std::size_t row = 0; row < 6; ++row) {
-    y[row] = 0.0;
-    for (std::size_t i = 0; i <= row; ++i) y[row] += inverse[row][i] * sum.gradient[i];
+  [[nodiscard]] float squared(const Triangle& inverse,
+                              const Eigen::Matrix<double, 6, 1>& bias) const noexcept {
+    return static_cast<float>(bias.squaredNorm() +
+                              static_cast<double>(noise_) * inverse.squared_norm());
   }
-  double bias = 0.0;
-  for (std::size_t column = 0; column < 6; ++column) {
-    double x = 0.0;
-    for (std::size_t row = column; row < 6; ++row) x += inverse[row][column] * y[row];
-    bias += x * x;
+
+  void solve() noexcept {
+    Triangle inverse;
+    if (!inverse.invert(sum_.hessian)) {
+      squared_ = std::numeric_limits<float>::infinity();
+      return;
+    }
+    const Eigen::Matrix<double, 6, 1> bias = inverse.solve(sum_.gradient);
+    squared_ = squared(inverse, bias);
+    bias_ = bias.cast<float>();
+    Eigen::Matrix<double, 6, 6> covariance;
+    for (int k = 0; k < 6; ++k) {
+      covariance.col(k) = inverse.solve(Eigen::Matrix<double, 6, 1>::Unit(k));
+    }
+    inverse_ = covariance.cast<float>();
+    inverse_squared_ = (covariance * covariance).cast<float>();
+    trace_ = inverse_.trace();
   }
-  return bias + noise * spread;
-}
+
+  Sum sum_;
+  Matrix6 inverse_ = Matrix6::Zero(), inverse_squared_ = Matrix6::Zero();
+  Vector6 bias_ = Vector6::Zero();
+  float noise_, trace_ = 0.0F, squared_ = 0.0F;
+};
 
 }  // namespace vantage::contribution

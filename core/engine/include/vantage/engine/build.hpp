@@ -33,11 +33,19 @@ struct BuildPlugins {
   MatcherChoice matcher_choice;    ///< of `matcher`
 };
 
-/// How much of a prepared map a selector keeps; one of the two.
-struct SelectionBudget {
-  std::optional<std::uint32_t> max_bytes;
-  std::optional<double> share;
-  std::size_t scans = 16;                 ///< virtual scans at a region's viewpoints
+/// A scan whose pose is known.
+struct LocatedScan {
+  PointCloud points;  ///< sensor frame [m], as prepare_scan thins them
+  Pose T_map_scan;
+};
+
+/// How a selector chooses which elements of a region's prepared map are kept.
+struct SelectionParams {
+  std::optional<std::uint32_t> max_bytes;  ///< of a region; this or `share`
+  std::optional<double> share;             ///< of a region's elements
+  std::size_t places = 16;                 ///< scans that a region's choice is made with
+  /// Scans of the map's own recording. Those near a region are taken before virtual ones.
+  std::vector<LocatedScan> scans;
   double lowest = -23.0, highest = 15.0;  ///< elevations of the sensor's rays [deg]
 };
 
@@ -50,7 +58,7 @@ struct BuildParams {
   std::uint32_t min_views = 1;
   std::optional<ThinningParams> thinning;  ///< applied to the points that are kept
   StoredContent content = StoredContent::points;
-  SelectionBudget selection;         ///< for BuildPlugins::selector
+  SelectionParams selection;         ///< for BuildPlugins::selector
   bool views = false;                ///< whether points are stored with their view counts
   std::optional<AtlasParams> atlas;  ///< none: no atlas is made; it needs a matcher
   std::string effective_config;      ///< stored in the bundle
@@ -85,6 +93,7 @@ struct BuildReport {
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
   std::uint64_t atlas_sites = 0;       ///< where it was measured how well a sensor is localized
   double core_seconds_atlas = 0;       ///< processor time of that; not in that of visibility
+  double core_seconds_selection = 0;   ///< of choosing elements; not in that of visibility
   double points_times_viewpoints = 0;  ///< sum over viewpoints of the points that each tested
 
   /// The cost of visibility per viewpoint and million points [s]: comparable between maps.

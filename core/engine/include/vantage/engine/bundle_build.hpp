@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "vantage/api.hpp"
@@ -31,6 +32,9 @@ class VANTAGE_API BundleBuild {
 
   /// Keeps bytes in the bundle, see BuildParams::attachments. Call before `run` or `sharded`.
   void attach(std::string name, std::vector<std::byte> bytes);
+
+  /// Scans of the map's own recording, for the selector. Call before `run` or `sharded`.
+  void choose_with(std::vector<LocatedScan> scans) { params_.selection.scans = std::move(scans); }
 
   /// Call once. Parameters and errors: those of build_region_maps.
   [[nodiscard]] Result<BuildReport> run(

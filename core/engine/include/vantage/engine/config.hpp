@@ -134,7 +134,8 @@ struct SelectorConfig {
   std::optional<std::filesystem::path> library;
   std::optional<std::uint32_t> max_bytes;
   std::optional<double> share;
-  std::uint32_t scans = 16;
+  std::uint32_t places = 16;
+  std::optional<std::filesystem::path> scans, poses;
   double lowest = -23.0, highest = 15.0;
   Table params;
   SourceLocation where;
@@ -144,14 +145,17 @@ struct SelectorConfig {
         required("plugin", &SelectorConfig::plugin, "", "name of the selector"),
         optional("library", &SelectorConfig::library, "", "plugin file, instead of searching"),
         optional("max_bytes", &SelectorConfig::max_bytes, "bytes",
-                 "a region's prepared map takes at most so many; it keeps one element at least",
+                 "the most that the prepared map of a region may take; one element is always kept",
                  at_least(1)),
         optional("share", &SelectorConfig::share, "",
                  "instead of max_bytes: the share of a region's elements that is kept",
                  Range{.min = 0.0, .max = 1.0, .min_open = true}),
+        optional("places", &SelectorConfig::places, "",
+                 "scans in and around a region that the choice is made with", at_least(1)),
         optional("scans", &SelectorConfig::scans, "",
-                 "virtual scans at the region's viewpoints that the choice is made with",
-                 at_least(1)),
+                 "the recording that the map was made of; without it, scans are virtual"),
+        optional("poses", &SelectorConfig::poses, "",
+                 "of the sensor during `scans`, TUM, map frame"),
         optional("lowest", &SelectorConfig::lowest, "deg",
                  "elevation of the sensor's lowest ray: what it cannot see does not count",
                  between(-90, 90)),
