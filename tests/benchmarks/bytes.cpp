@@ -304,7 +304,7 @@ class Bench {
     const cli::ThreadLimit one_thread(1);
     VANTAGE_TRY(const Run run, localize_scans(config, test::built_plugins(), recording_.inputs));
     if (run.failure) return fail(*run.failure);
-    return Drawn{summarize(run), built.core_seconds_visibility};
+    return Drawn{summarize(run), built.core_seconds_visibility + built.core_seconds_selection};
   }
 
   const Recording& recording_;
