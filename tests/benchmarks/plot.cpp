@@ -97,17 +97,18 @@ struct Placed {
 };
 double width_of(const std::string& words) { return kLetter * static_cast<double>(words.size()); }
 
-/// The curves' names, from their first marks on, above the curve or below it; moved on until none
-/// covers another text.
+/// The curves' names, from their first marks on but not beyond the right border, above the curve or
+/// below it; moved on until none covers another text.
 template <class X, class Y>
-std::string names(const std::vector<Curve>& curves, std::vector<Placed> placed, const X& x,
-                  const Y& y) {
+std::string names(const std::vector<Curve>& curves, std::vector<Placed> placed, double right,
+                  const X& x, const Y& y) {
   std::string svg;
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const Curve& curve = curves[k];
     if (curve.marks.empty()) continue;
-    const double left = x(curve.marks.front().x) - 4.0, sign = curve.texts_below ? 1.0 : -1.0;
-    Placed name{left, left + width_of(curve.name) + 8.0, y(curve.marks.front().y)};
+    const double wide = width_of(curve.name) + 8.0, sign = curve.texts_below ? 1.0 : -1.0;
+    const double left = std::min(x(curve.marks.front().x) - 4.0, right - wide);
+    Placed name{left, left + wide, y(curve.marks.front().y)};
     for (const Mark& m : curve.marks) {
       if (x(m.x) < name.right) name.at = sign * std::max(sign * name.at, sign * y(m.y));
     }
@@ -167,7 +168,7 @@ std::string drawn(const Panel& panel, double left, double width, double height) 
                   fmt::format("text-anchor=\"middle\" font-size=\"11\" fill=\"#555\" {}", kHalo));
     }
   }
-  if (panel.names) svg += names(panel.curves, std::move(texts), x, y);
+  if (panel.names) svg += names(panel.curves, std::move(texts), right, x, y);
   return svg;
 }
 
