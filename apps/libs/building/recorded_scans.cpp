@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -52,11 +51,12 @@ Result<std::vector<LocatedScan>> recorded_scans(const Config& config) {
     if (!scan) break;
     if (scans++ == 0) first = scan->stamp;
     last = scan->stamp;
-    const auto [begin, end] = std::ranges::minmax_element(scan->seconds);
-    const double stamp =
-        scan->stamp + (scan->seconds.empty() ? 0.0 : 0.5 * static_cast<double>(*begin + *end));
+    if (scan->points.empty()) continue;
+    VANTAGE_TRY(const SweepTime sweep,
+                time_of({.stamp = scan->stamp, .points = scan->points, .seconds = scan->seconds}));
+    const double stamp = sweep.middle();
     const auto T_map_sensor = pose_at(trajectory, stamp);
-    if (!T_map_sensor || scan->points.empty()) continue;
+    if (!T_map_sensor) continue;
     const Point& at = T_map_sensor->translation;
     if (before && (at - *before).norm() < kApart) continue;
     before = at;
