@@ -108,7 +108,10 @@ Result<std::optional<checks::Note>> compare(const Options& options,
               checks::fit_of(whole.bundle(), whole.config(), plugins, scans, imu));
   findings.fit = fit;
   VANTAGE_TRY(auto note, checks::try_changes(whole.bundle(), whole.config(), plugins, scans, fit));
-  if (note || 2 * fit.found >= scans.size()) return note;
+  if (note) return note;
+  if (2 * fit.found >= scans.size()) {
+    return checks::try_scales(whole.bundle(), whole.config(), plugins, scans, fit);
+  }
   VANTAGE_TRY(note, try_feet(options, map, scans, fit));
   return note ? note : checks::note_on_place(fit);
 }

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <system_error>
+#include <vector>
 
 #include "info/lines.hpp"
 #include "localizability/localizability.hpp"
@@ -99,6 +102,83 @@ Lines lines_of(const BundleInfo& info) {
   return lines;
 }
 
+/// A region whose elements are not enough at 95 % of its places.
+struct Missed {
+  RegionId region;
+  double error = 0.0, whole = 0.0;  // at 95 % of the places, kept and all elements [m]
+};
+/// Those that miss the target, the worst first.
+std::vector<Missed> missed(const PredictedErrors& predicted, double target) {
+  std::vector<Missed> missed;
+  for (std::uint32_t r = 0; r < predicted.regions.size(); ++r) {
+    const std::vector<PredictedError>& errors = predicted.regions[r];
+    if (errors.empty()) continue;
+    const double error = error_kept_by(0.95, errors, &PredictedError::error);
+    if (error > target)
+      missed.push_back({RegionId{r}, error, error_kept_by(0.95, errors, &PredictedError::whole)});
+  }
+  std::ranges::stable_sort(missed, std::greater(), &Missed::error);
+  return missed;
+}
+
+/// Over all regions.
+struct ErrorsOfAll {
+  std::size_t places = 0;
+  double median = 0.0, p95 = 0.0;  // [m]
+};
+ErrorsOfAll errors_of_all(const PredictedErrors& predicted) {
+  std::vector<PredictedError> all;
+  for (const auto& region : predicted.regions) all.insert(all.end(), region.begin(), region.end());
+  if (all.empty()) return {};
+  return {all.size(), error_kept_by(0.5, all, &PredictedError::error),
+          error_kept_by(0.95, all, &PredictedError::error)};
+}
+
+std::string metres(double error) {
+  return std::isfinite(error) ? fmt::format("{:.3f}", error) : std::string("without limit");
+}
+
+/// What the build expects of the elements that a selector kept.
+Lines lines_of(const PredictedErrors& predicted, const BundleInfo& info) {
+  const ErrorsOfAll all = errors_of_all(predicted);
+  if (all.places == 0) return {{"predicted error [m]", "none: no place sees anything"}};
+  Lines lines{
+      {"predicted error [m]", fmt::format("{} median, {} or less at 95 % of {}", metres(all.median),
+                                          metres(all.p95), cli::counted(all.places, "place"))}};
+  if (!info.target_error) return lines;
+  const std::vector<Missed> some = missed(predicted, *info.target_error);
+  std::string text = fmt::format("missed in {}", cli::counted(some.size(), "region"));
+  for (std::size_t k = 0; k < std::min(some.size(), kWorst); ++k) {
+    const Missed& region = some[k];
+    text += fmt::format("{} {} {} ({} with all elements)", k == 0 ? ":" : ",",
+                        cli::one_line(info.label_of(region.region)), metres(region.error),
+                        metres(region.whole));
+  }
+  lines.emplace_back(fmt::format("target of {:g} m", *info.target_error),
+                     some.empty() ? std::string("kept in all regions") : text);
+  return lines;
+}
+
+nlohmann::ordered_json json_of(const PredictedErrors& predicted, const BundleInfo& info) {
+  const ErrorsOfAll all = errors_of_all(predicted);
+  const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nullptr; };
+  nlohmann::ordered_json json{{"places", all.places},
+                              {"median", all.places > 0 ? number(all.median) : nullptr},
+                              {"p95", all.places > 0 ? number(all.p95) : nullptr},
+                              {"target", nullptr}};
+  if (!info.target_error) return json;
+  json["target"] = *info.target_error;
+  const std::vector<Missed> some = missed(predicted, *info.target_error);
+  json["regions_missing_it"] = some.size();
+  json["worst_regions"] = nlohmann::ordered_json::array();
+  for (const Missed& region : std::span(some).first(std::min(some.size(), kWorst))) {
+    json["worst_regions"].push_back({{"region", info.label_of(region.region)},
+                                     {"p95", number(region.error)},
+                                     {"p95_with_all_elements", number(region.whole)}});
+  }
+  return json;
+}
+
 std::string some_of(const Localizability& all, std::size_t sites) {
   return fmt::format("{} ({:.1f} %)", cli::counted(sites, "site"), 100.0 * all.share(sites));
 }
@@ -133,7 +213,7 @@ std::string worst_text(const BundleInfo& info, const cli::Style& style) {
                         "alike y [m]", "likeness"});
   for (const Site* site : worst_sites(*info.atlas, kWorst)) {
     std::vector<std::string> row{
-        cli::one_line(info.label_of(*site)), fmt::format("{:.1f}", site->position.x()),
+        cli::one_line(info.label_of(site->region)), fmt::format("{:.1f}", site->position.x()),
         fmt::format("{:.1f}", site->position.y()), fmt::format("{:.1f}", site->position.z())};
     if (const auto& p = site->precision) {
       row.push_back(fmt::format("{:.3f}", p->expected_error));
@@ -158,7 +238,7 @@ std::string worst_text(const BundleInfo& info, const cli::Style& style) {
 }
 
 nlohmann::ordered_json json_of(const Site& site, const BundleInfo& info) {
-  nlohmann::ordered_json json{{"region", info.label_of(site)},
+  nlohmann::ordered_json json{{"region", info.label_of(site.region)},
                               {"position", vector_json(site.position)},
                               {"expected_error", nullptr}};
   if (const auto& p = site.precision) {
@@ -222,21 +302,37 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
                   .summary = bundle->directory()->summary(),
                   .matcher = {},
                   .atlas = {},
+                  .predicted = {},
+                  .target_error = {},
                   .labels = {}};
   if (const auto& built_with = bundle->built_with(); built_with && built_with->matcher) {
     info.matcher = built_with->matcher->plugin;
+    if (built_with->selector) info.target_error = built_with->selector->target_error;
   }
   VANTAGE_TRY(info.atlas, Atlas::of_bundle(*bundle));
-  if (!info.atlas) return std::optional<BundleInfo>(std::move(info));
-  for (const Site* site : worst_sites(*info.atlas, kWorst)) {
-    VANTAGE_TRY(const DirectoryEntry entry, bundle->directory()->entry(site->region));
-    info.labels[site->region] = entry.region.label;
+  VANTAGE_TRY(info.predicted, PredictedErrors::of_bundle(*bundle));
+  std::vector<RegionId> named;
+  if (info.atlas) {
+    for (const Site* site : worst_sites(*info.atlas, kWorst)) named.push_back(site->region);
+  }
+  if (info.predicted && info.target_error) {
+    const std::vector<Missed> some = missed(*info.predicted, *info.target_error);
+    for (const Missed& region : std::span(some).first(std::min(some.size(), kWorst))) {
+      named.push_back(region.region);
+    }
+  }
+  for (const RegionId region : named) {
+    VANTAGE_TRY(const DirectoryEntry entry, bundle->directory()->entry(region));
+    info.labels[region] = entry.region.label;
   }
   return std::optional<BundleInfo>(std::move(info));
 }
 
 std::string to_text(const BundleInfo& info, const cli::Style& style) {
   Lines lines = lines_of(info);
+  if (info.predicted) {
+    for (auto& line : lines_of(*info.predicted, info)) lines.push_back(std::move(line));
+  }
   if (!info.atlas) {
     lines.emplace_back("atlas", std::string("none: ") + kHowToGetAnAtlas);
     return to_text(lines, style);
@@ -263,6 +359,7 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
                               {"files", nlohmann::ordered_json::array()},
                               {"min", nullptr},
                               {"max", nullptr},
+                              {"predicted_error", nullptr},
                               {"atlas", nullptr}};
   if (const auto extent = extent_of(all); !extent.isEmpty()) {
     json["min"] = vector_json(extent.min());
@@ -272,6 +369,7 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
   for (const FileGroup& group : info.files) {
     json["files"].push_back({{"name", group.name}, {"count", group.count}, {"bytes", group.bytes}});
   }
+  if (info.predicted) json["predicted_error"] = json_of(*info.predicted, info);
   if (info.atlas) json["atlas"] = json_of(*info.atlas, info);
   return json;
 }

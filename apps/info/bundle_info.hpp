@@ -13,6 +13,7 @@
 #include "vantage/engine/atlas.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/predicted_errors.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -29,13 +30,13 @@ struct BundleInfo {
   std::uint64_t bytes = 0;
   std::vector<FileGroup> files;  ///< the largest first
   BundleSummary summary;
-  std::string matcher;                     ///< for which maps are prepared; empty if not known
-  std::optional<Atlas> atlas;              ///< none if it was built without one
-  std::map<RegionId, std::string> labels;  ///< of the regions of the atlas's worst sites
+  std::string matcher;                       ///< for which maps are prepared; empty if not known
+  std::optional<Atlas> atlas;                ///< none if it was built without one
+  std::optional<PredictedErrors> predicted;  ///< none if no selector chose elements
+  std::optional<double> target_error;        ///< of the selector [m]
+  std::map<RegionId, std::string> labels;    ///< of the regions that are named
 
-  [[nodiscard]] const std::string& label_of(const Site& site) const {
-    return labels.at(site.region);
-  }
+  [[nodiscard]] const std::string& label_of(RegionId region) const { return labels.at(region); }
 };
 
 /// The bundle in a folder; none if the path is something else.

@@ -281,6 +281,55 @@ TEST_CASE(
   CHECK(wrong.err.find("[selector] chooses elements of prepared maps") != std::string::npos);
 }
 
+TEST_CASE(
+    "a selector keeps no more than a target of the error takes, and the bundle says how much") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 10, "unused");
+  struct Built {
+    std::uint64_t elements = 0;
+    nlohmann::json predicted;
+  };
+  const auto build = [&](const std::string& root, const std::vector<std::string>& budget) {
+    std::vector<std::string> arguments{config, "--quiet", "--json"};
+    for (const std::string& set :
+         {std::string("store.content=prepared"), std::string("selector.plugin=contribution"),
+          "store.params.root=" + street.path(root)}) {
+      arguments.insert(arguments.end(), {"--set", set});
+    }
+    for (const std::string& set : budget) arguments.insert(arguments.end(), {"--set", set});
+    const auto built = test::run("vantage-build", arguments);
+    REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+    const auto told = test::run("vantage-info", {street.path(root), "--json"});
+    REQUIRE_MESSAGE(told.exit_code == 0, told.err);
+    const auto info = nlohmann::json::parse(told.out);
+    return Built{
+        static_cast<std::uint64_t>(std::llround(info["region_elements"]["mean"].get<double>() *
+                                                info["regions"].get<double>())),
+        info["predicted_error"]};
+  };
+  const Built all = build("all", {"selector.share=1.0"});
+  const Built loose = build("loose", {"selector.target_error=0.05"});
+  const Built tight = build("tight", {"selector.target_error=0.01"});
+  const Built capped = build("capped", {"selector.target_error=0.000001", "selector.share=0.1"});
+  CHECK(loose.elements < tight.elements);
+  CHECK(tight.elements < all.elements);
+  CHECK(capped.elements < all.elements / 5);  // of each region, a tenth and less than one more
+  CHECK(all.predicted["target"].is_null());
+  CHECK(all.predicted["places"] > 0);
+  CHECK(loose.predicted["target"] == 0.05);
+  CHECK(capped.predicted["regions_missing_it"] > 0);
+  CHECK(capped.predicted["worst_regions"][0]["p95"] >
+        capped.predicted["worst_regions"][0]["p95_with_all_elements"]);
+  const auto text = test::run("vantage-info", {street.path("capped")});
+  CHECK(text.out.find("target of 1e-06 m    missed in ") != std::string::npos);
+
+  const auto none = test::run("vantage-build", {config, "--set", "store.content=prepared", "--set",
+                                                "selector.plugin=contribution"});
+  CHECK(none.exit_code != 0);
+  CHECK(none.err.find("a selector needs 'max_bytes', 'share' or 'target_error'") !=
+        std::string::npos);
+}
+
 TEST_CASE("a selector chooses with the scans of the map's recording") {
   const test::Street street;
   const std::string config = street.write_config("c.toml", 20, "unused");

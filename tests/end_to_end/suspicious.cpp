@@ -115,6 +115,8 @@ TEST_CASE("check: the right inputs, and a dozen that are not") {
   };
   const Eigen::Matrix3d as_is = Eigen::Matrix3d::Identity();
   named(site.check(right, site.map("cm.pcd", 100.0 * as_is)), "seems to be in centimetres");
+  named(site.check(site.scans("large", 1.02 * as_is)), "when they are made 2 % smaller");
+  named(site.check(site.scans("small", 0.98 * as_is)), "when they are made 2 % larger");
   named(site.check(right, site.map("mm.pcd", 1000.0 * as_is)), "seems to be in millimetres");
   named(site.check(right, site.map("feet.pcd", as_is / 0.3048)), "multiply the map by 0.3048");
   named(site.check(right, site.map("mirrored.pcd", rows(kX, -kY, kZ))), "when they are mirrored");

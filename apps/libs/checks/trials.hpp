@@ -46,6 +46,14 @@ struct Fit {
 /// @param enough  so many scans have to be tracked or found with the change
 [[nodiscard]] bool fits_better(const Fit& changed, const Fit& unchanged, std::size_t enough);
 
+/// The note on scans that fit clearly better if they are made a little smaller or larger; none
+/// otherwise.
+/// @param as_they_are  the result of fit_of without a change
+[[nodiscard]] Result<std::optional<Note>> try_scales(const Bundle& bundle, const Config& config,
+                                                     const PluginLoader& plugins,
+                                                     std::span<const io::StampedScan> scans,
+                                                     const Fit& as_they_are);
+
 /// The note on scans that are found nowhere, whatever is changed: none or one of at least three.
 [[nodiscard]] std::optional<Note> note_on_place(const Fit& fit);
 

@@ -41,6 +41,7 @@ class BundleWriter {
   const decltype(BuildParams::attachments)* attachments_ = nullptr;
   std::optional<SiteTrials> trials_;
   BuildReport report_;
+  PredictedErrors predicted_;
   Stopwatch stopwatch_;
   CpuStopwatch cpu_;
 };

@@ -43,7 +43,7 @@ Result<Condensed> Condenser::thin(Observable observable, std::span<const Point> 
   ViewCounts& kept = observable.kept;
   Condensed condensed{.seen = observable.seen, .skipped = observable.skipped};
   if (selection_ && !kept.points.empty()) {
-    VANTAGE_TRY(condensed.prepared, selection_->of(points_of(map_, kept.points), viewpoints));
+    VANTAGE_TRY(condensed.selected, selection_->of(points_of(map_, kept.points), viewpoints));
   }
   if (!params_.thinning) {
     condensed.stored = std::move(kept);
@@ -72,7 +72,8 @@ Result<Finished> Condenser::finish(Condensed condensed) const {
       condensed.observable.empty() ? region.stored.points : condensed.observable;
   if (observable.empty()) return region;
   if (selection_) {
-    region.prepared = std::move(condensed.prepared);
+    region.prepared = std::move(condensed.selected.prepared);
+    region.errors = std::move(condensed.selected.errors);
   } else {
     VANTAGE_TRY(region.prepared, whole_->excerpt(points_of(map_, observable)));
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "build/selection.hpp"
 #include "build/sight.hpp"
@@ -20,7 +21,7 @@ struct Condensed {
   ViewCounts stored = {};     ///< map points after thinning
   IndexList observable = {};  ///< map points before thinning, if a matcher needs them
   std::size_t skipped = 0;    ///< viewpoints that were not evaluated
-  PreparedMap prepared = {};  ///< if a selector has chosen its elements
+  Selected selected = {};     ///< if a selector has chosen its elements
 };
 
 /// A region as it is stored, its points by their indices.
@@ -30,6 +31,7 @@ struct Finished {
   std::uint64_t points = 0;   ///< after thinning, whether they are stored or not
   ViewCounts stored = {};     ///< map points; empty if only the prepared map is stored
   PreparedMap prepared = {};  ///< no bytes if none is stored
+  std::vector<PredictedError> errors = {};  ///< if a selector has chosen its elements
 };
 
 /// Copies the points that the indices name.

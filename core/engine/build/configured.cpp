@@ -76,6 +76,7 @@ BuildParams BuildParams::from(const Config& config) {
   if (const auto& s = config.selector) {
     params.selection = {.max_bytes = s->max_bytes,
                         .share = s->share,
+                        .target_error = s->target_error,
                         .places = s->places,
                         .scans = {},
                         .lowest = s->lowest,

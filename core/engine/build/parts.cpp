@@ -12,7 +12,7 @@
 #include <string_view>
 #include <utility>
 
-#include "byte_io.hpp"
+#include "bundle/predicted_error_bytes.hpp"
 #include "vantage/kit/checksum.hpp"
 #include "vantage/kit/file_content.hpp"
 
@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The last two characters are the version. The key follows.
-constexpr std::string_view kPartsFormat = "vparts01";
+constexpr std::string_view kPartsFormat = "vparts02";
 constexpr std::uint64_t kHead = kPartsFormat.size() + sizeof(std::uint64_t);
 // Region, size of the content, checksum of the content.
 constexpr std::uint64_t kRecordHead = 3 * sizeof(std::uint64_t);
@@ -63,6 +63,7 @@ std::vector<std::byte> encode(const StoredPart& part) {
   for (const std::uint32_t views : part.views) to.counted(views);
   to.number(std::uint64_t{part.prepared.elements});
   to.text({reinterpret_cast<const char*>(part.prepared.bytes.data()), part.prepared.bytes.size()});
+  write(to, part.errors);
   return std::move(to).take();
 }
 
@@ -82,6 +83,7 @@ bool decode(ByteReader from, StoredPart& part) {
   const std::string bytes = from.text();
   part.prepared.bytes.resize(bytes.size());
   std::memcpy(part.prepared.bytes.data(), bytes.data(), bytes.size());
+  part.errors = read_predicted_errors(from);
   return from.ok() && from.at_end();
 }
 

@@ -17,6 +17,7 @@ struct StoredPart {
   std::vector<std::uint64_t> ranks;  ///< ascending; empty if no points are stored
   std::vector<std::uint32_t> views;
   PreparedMap prepared;
+  std::vector<PredictedError> errors;
 };
 
 /// Ranks of points of a part of the map. Both are ascending.

@@ -89,20 +89,6 @@ class PlanIndex {
     return found;
   }
 
-  /// Calls use(index) for the same ones, in an order of its own that the extent of the map decides.
-  template <class Use>
-  void for_each_near(const Eigen::Vector2d& min, const Eigen::Vector2d& max, const Use& use) const {
-    const std::size_t x0 = along(min.x() - min_.x(), columns_);
-    const std::size_t x1 = along(max.x() - min_.x(), columns_);
-    const std::size_t y1 = along(max.y() - min_.y(), rows_);
-    for (std::size_t y = along(min.y() - min_.y(), rows_); y <= y1; ++y) {
-      const std::uint32_t end = groups_.begin[y * columns_ + x1 + 1];
-      for (std::uint32_t at = groups_.begin[y * columns_ + x0]; at < end; ++at) {
-        use(groups_.members[at]);
-      }
-    }
-  }
-
  private:
   static constexpr std::size_t kMostBuckets = 4096;  // along one axis
 

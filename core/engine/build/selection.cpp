@@ -9,22 +9,50 @@
 #include <utility>
 
 #include "vantage/engine/prepared_scan.hpp"
+#include "vantage/kit/pose_error.hpp"
 #include "vantage/selector.hpp"
 
 namespace vantage {
 namespace {
 
+/// Places that no choice was made at: recorded scans that are left, then places between those of
+/// the choice and the viewpoints next to them.
+/// @param chosen    of `places`
+/// @param recorded  so many first places have scans
+std::vector<ScanPlace> others(std::span<const ScanPlace> places, std::size_t recorded,
+                              std::span<const std::size_t> chosen) {
+  std::vector<ScanPlace> others;
+  std::vector<bool> taken(places.size(), false);
+  for (const std::size_t k : chosen) taken[k] = true;
+  for (std::size_t k = 0; k < recorded; ++k) {
+    if (!taken[k]) others.push_back(places[k]);
+  }
+  for (const std::size_t k : chosen) {
+    const Point* next = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = recorded; i < places.size(); ++i) {
+      const double squared = (places[i].at - places[k].at).squaredNorm();
+      if (squared == 0.0 || squared >= least) continue;
+      least = squared;
+      next = &places[i].at;
+    }
+    if (next != nullptr) others.push_back({0.5 * (places[k].at + *next), nullptr});
+  }
+  return others;
+}
+
 /// So many of the places, spread as far as they go: each is the one farthest from those before it.
 /// The first is the one nearest to their middle. The `preferred` first ones go before all others.
-std::vector<std::size_t> spread(std::span<const Point> places, std::size_t preferred,
+std::vector<std::size_t> spread(std::span<const ScanPlace> places, std::size_t preferred,
                                 std::size_t most) {
   std::vector<std::size_t> chosen;
   if (places.empty()) return chosen;
+  const Point& first = places.front().at;
   Point middle = Point::Zero();
-  for (const Point& p : places) middle += (p - places.front());
-  middle = places.front() + middle / static_cast<double>(places.size());
+  for (const ScanPlace& place : places) middle += place.at - first;
+  middle = first + middle / static_cast<double>(places.size());
   std::vector<double> away;
-  for (const Point& p : places) away.push_back(-(p - middle).squaredNorm());
+  for (const ScanPlace& place : places) away.push_back(-(place.at - middle).squaredNorm());
   while (chosen.size() < std::min(most, places.size())) {
     const bool among_preferred = chosen.size() < preferred;
     const auto end =
@@ -36,7 +64,7 @@ std::vector<std::size_t> spread(std::span<const Point> places, std::size_t prefe
       continue;
     }
     for (std::size_t i = 0; i < away.size(); ++i) {
-      const double squared = (places[i] - places[at]).squaredNorm();
+      const double squared = (places[i].at - places[at].at).squaredNorm();
       away[i] = chosen.empty() ? squared : std::min(away[i], squared);
     }
     chosen.push_back(at);
@@ -44,11 +72,9 @@ std::vector<std::size_t> spread(std::span<const Point> places, std::size_t prefe
   return chosen;
 }
 
-/// The numbers of a region's elements in the target, and in the region.
-using OwnNumbers = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
-
 /// Numbered within the region; elements of other regions are left out.
-std::vector<Pull> own_of(std::vector<Pull> pulls, const OwnNumbers& own_number) {
+std::vector<Pull> own_of(std::vector<Pull> pulls,
+                         const std::vector<std::pair<std::uint32_t, std::uint32_t>>& own_number) {
   auto element = own_number.begin();
   std::erase_if(pulls, [&](Pull& pull) {
     while (element != own_number.end() && element->first < pull.element) ++element;
@@ -76,9 +102,84 @@ Result<void> check_order(std::span<const std::uint32_t> order, std::size_t eleme
                                        " elements, not " + std::to_string(wanted));
 }
 
+/// The errors of poses while elements are added.
+class Forecast {
+ public:
+  /// @param pulls  of each scan, ascending by element; borrowed
+  explicit Forecast(std::span<const std::vector<Pull>> pulls)
+      : pulls_(pulls), scans_(pulls.size(), PoseError(kNoise)) {}
+
+  void take(std::uint32_t element) {
+    for (std::size_t s = 0; s < pulls_.size(); ++s) {
+      const auto pull = std::ranges::lower_bound(pulls_[s], element, {}, &Pull::element);
+      if (pull == pulls_[s].end() || pull->element != element) continue;
+      scans_[s].add(term_of(*pull));
+    }
+  }
+  /// @param places  of the scans, map frame [m]
+  [[nodiscard]] std::vector<PredictedError> errors_at(PointsView places) const {
+    std::vector<PredictedError> errors;
+    for (std::size_t s = 0; s < scans_.size(); ++s) {
+      PoseError whole(kNoise);
+      whole.add(pulls_[s]);
+      errors.push_back({.place = places[s],
+                        .error = std::sqrt(scans_[s].squared_translation()),
+                        .whole = std::sqrt(whole.squared_translation())});
+    }
+    return errors;
+  }
+  /// Whether 95 % of the errors are at most so large [m].
+  [[nodiscard]] bool keeps(double target) const {
+    const auto good = std::ranges::count_if(scans_, [&](const PoseError& scan) {
+      return static_cast<double>(scan.squared_translation()) <= target * target;
+    });
+    return 20 * static_cast<std::size_t>(good) >= 19 * scans_.size();
+  }
+
+ private:
+  static constexpr float kNoise = 0.1F;
+
+  std::span<const std::vector<Pull>> pulls_;
+  std::vector<PoseError> scans_;
+};
+
+/// How many of the first elements keep a target; all if none do.
+std::size_t enough_of(std::span<const std::uint32_t> order,
+                      std::span<const std::vector<Pull>> pulls, double target) {
+  Forecast forecast(pulls);
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    forecast.take(order[n]);
+    if (forecast.keeps(target)) return n + 1;
+  }
+  return order.size();
+}
+
 std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
 }  // namespace
+
+/// Prepared maps of some of a region's elements.
+class Selection::Excerpts {
+ public:
+  /// All arguments are borrowed.
+  /// @param all        numbers of the region's elements in the target, ascending
+  /// @param in_target  the same by their numbers in the region
+  Excerpts(const MatchTarget& whole, const std::vector<std::uint32_t>& all,
+           const std::vector<std::uint32_t>& in_target)
+      : whole_(whole), all_(all), in_target_(in_target) {}
+
+  [[nodiscard]] std::size_t elements() const noexcept { return all_.size(); }
+  [[nodiscard]] Result<PreparedMap> of(std::span<const std::uint32_t> some) const {
+    std::vector<std::uint32_t> kept;
+    for (const std::uint32_t i : some) kept.push_back(in_target_[i]);
+    std::ranges::sort(kept);
+    return whole_.excerpt_of(all_, kept);
+  }
+
+ private:
+  const MatchTarget& whole_;
+  const std::vector<std::uint32_t>&all_, &in_target_;
+};
 
 Selection::Selection(const MatchTarget& whole, const Selector& selector,
                      const SelectionParams& params, double max_range, PointsView map)
@@ -93,54 +194,61 @@ double Selection::reach(const BuildParams& params) {
   return std::min(params.max_range, Surfaces::kFarthestReturn) + Surfaces::kMargin;
 }
 
-Result<std::vector<LocatedScan>> Selection::scans_at(std::span<const Point> viewpoints) const {
+Result<Selection::Views> Selection::views_from(std::span<const ScanPlace> places,
+                                               std::span<const std::size_t> some,
+                                               const OwnNumbers& own_number) const {
+  Views views;
+  for (const std::size_t k : some) {
+    const ScanPlace& place = places[k];
+    VANTAGE_TRY(std::vector<Pull> pulls,
+                place.scan ? whole_.pulls(place.scan->points, place.scan->T_map_scan)
+                           : virtual_pulls(place.at));
+    if (pulls.empty()) continue;
+    views.places.push_back(place.at);
+    views.pulls.push_back(own_of(std::move(pulls), own_number));
+  }
+  return views;
+}
+
+std::vector<ScanPlace> Selection::recorded_near(std::span<const Point> viewpoints) const {
   constexpr double kNear = 5.0;  // [m]
   Bounds3 around;
   for (const Point& p : viewpoints) around.extend(p);
-  std::vector<Point> places;
-  std::vector<const LocatedScan*> known;
+  std::vector<ScanPlace> near;
   for (const LocatedScan& scan : params_.scans) {
     const Point& at = scan.T_map_scan.translation;
     if (((at - around.min).array() < -kNear).any() || ((at - around.max).array() > kNear).any()) {
       continue;
     }
-    if (std::ranges::none_of(
+    if (std::ranges::any_of(
             viewpoints, [&](const Point& p) { return (p - at).squaredNorm() < kNear * kNear; })) {
-      continue;
+      near.push_back({at, &scan});
     }
-    places.push_back(at);
-    known.push_back(&scan);
   }
-  places.insert(places.end(), viewpoints.begin(), viewpoints.end());
-  std::vector<LocatedScan> scans;
-  for (const std::size_t k : spread(places, known.size(), params_.places)) {
-    if (k < known.size()) {
-      scans.push_back(*known[k]);
-      continue;
-    }
-    const Point& place = places[k];
-    PointCloud hits = surfaces_.scan(place, rays_);
-    if (hits.empty()) continue;
-    for (Point& p : hits) p -= place;
-    // Without noise: what is looked for is where the surfaces themselves pull the pose.
-    VANTAGE_TRY(PreparedScan prepared, prepare_scan({.points = hits}, nullptr, LocalizerParams{}));
-    if (prepared.points.empty()) continue;
-    scans.push_back({.points = std::move(prepared.points),
-                     .T_map_scan = pose_from_xyz_rpy(place, {0.0, 0.0, 0.0})});
-  }
-  return scans;
+  return near;
 }
 
-Result<PreparedMap> Selection::of(PointsView seen, std::span<const Point> viewpoints) const {
+Result<std::vector<Pull>> Selection::virtual_pulls(const Point& place) const {
+  PointCloud hits = surfaces_.scan(place, rays_);
+  if (hits.empty()) return std::vector<Pull>();
+  for (Point& p : hits) p -= place;
+  // Without noise: what is looked for is where the surfaces themselves pull the pose.
+  VANTAGE_TRY(const PreparedScan prepared,
+              prepare_scan({.points = hits}, nullptr, LocalizerParams{}));
+  if (prepared.points.empty()) return std::vector<Pull>();
+  return whole_.pulls(prepared.points, pose_from_xyz_rpy(place, {0.0, 0.0, 0.0}));
+}
+
+Result<Selected> Selection::of(PointsView seen, std::span<const Point> viewpoints) const {
   const ThreadStopwatch stopwatch;
-  auto prepared = chosen(seen, viewpoints);
+  auto selected = chosen(seen, viewpoints);
   nanoseconds_ += nanoseconds(stopwatch.seconds());
-  return prepared;
+  return selected;
 }
 
-Result<PreparedMap> Selection::chosen(PointsView seen, std::span<const Point> viewpoints) const {
+Result<Selected> Selection::chosen(PointsView seen, std::span<const Point> viewpoints) const {
   VANTAGE_TRY(std::vector<MapElement> elements, whole_.elements_at(seen));
-  if (elements.empty()) return PreparedMap{};
+  if (elements.empty()) return Selected{};
   std::vector<std::uint32_t> numbers;  // in the target
   for (const MapElement& element : elements) numbers.push_back(element.number);
   // By place: the order of numbers depends on how far the map extends.
@@ -156,48 +264,70 @@ Result<PreparedMap> Selection::chosen(PointsView seen, std::span<const Point> vi
     elements[i].number = i;
   }
   std::ranges::sort(own_number);
-  std::vector<std::vector<Pull>> pulls;
-  {
-    VANTAGE_TRY(const std::vector<LocatedScan> scans, scans_at(viewpoints));
-    for (const LocatedScan& scan : scans) {
-      VANTAGE_TRY(std::vector<Pull> some, whole_.pulls(scan.points, scan.T_map_scan));
-      pulls.push_back(own_of(std::move(some), own_number));
+  std::vector<ScanPlace> places = recorded_near(viewpoints);
+  const std::size_t recorded = places.size();
+  for (const Point& p : viewpoints) places.push_back({p, nullptr});
+  const auto some = spread(places, recorded, params_.places);
+  VANTAGE_TRY(const Views views, views_from(places, some, own_number));
+  // A choice looks good to the scans that it was made with: others judge it.
+  const std::vector<ScanPlace> between = others(places, recorded, some);
+  const auto unused = static_cast<std::size_t>(
+      std::ranges::count_if(between, [](const ScanPlace& place) { return place.scan != nullptr; }));
+  VANTAGE_TRY(const Views judges,
+              views_from(between, spread(between, unused, (params_.places + 1) / 2), own_number));
+  const Excerpts excerpts(whole_, numbers, in_target);
+  VANTAGE_TRY(const Room room, room_for(excerpts));
+  VANTAGE_TRY(std::vector<std::uint32_t> order,
+              ordered({.elements = elements, .scans = views.pulls}, judges.pulls, room.elements));
+  VANTAGE_TRY(PreparedMap prepared, excerpts.of(order));
+  while (params_.max_bytes && order.size() > 1 && prepared.bytes.size() > *params_.max_bytes) {
+    const auto over = static_cast<double>(prepared.bytes.size() - *params_.max_bytes) / room.each;
+    order.resize(order.size() - std::min(order.size() - 1, static_cast<std::size_t>(over) + 1));
+    VANTAGE_TRY(prepared, excerpts.of(order));
+  }
+  Forecast forecast(judges.pulls);
+  for (const std::uint32_t element : order) forecast.take(element);
+  return Selected{.prepared = std::move(prepared), .errors = forecast.errors_at(judges.places)};
+}
+
+Result<Selection::Room> Selection::room_for(const Excerpts& excerpts) const {
+  const std::size_t all = excerpts.elements();
+  if (!params_.max_bytes) {
+    return Room{.elements = static_cast<std::size_t>(
+                    std::ceil(params_.share.value_or(1.0) * static_cast<double>(all)))};
+  }
+  // An element takes at least a byte, and all take nearly the same number.
+  const std::size_t most = std::min<std::size_t>(all, *params_.max_bytes);
+  std::vector<std::uint32_t> some;
+  VANTAGE_TRY(const PreparedMap none, excerpts.of(some));
+  for (std::uint32_t i = 0; i < most; ++i) some.push_back(i);
+  VANTAGE_TRY(const PreparedMap many, excerpts.of(some));
+  const double each =
+      static_cast<double>(many.bytes.size() - none.bytes.size()) / static_cast<double>(some.size());
+  const double left =
+      static_cast<double>(*params_.max_bytes) - static_cast<double>(none.bytes.size());
+  return Room{
+      .elements = std::min(most, static_cast<std::size_t>(std::max(1.0, 1.01 * left / each + 2.0))),
+      .each = each};
+}
+
+Result<std::vector<std::uint32_t>> Selection::ordered(const RegionElements& region,
+                                                      std::span<const std::vector<Pull>> judges,
+                                                      std::size_t most) const {
+  // A target is often reached with few elements, and many take long to order.
+  constexpr std::size_t kFirst = 512, kTimes = 4;
+  std::size_t wanted = params_.target_error ? std::min(most, kFirst) : most;
+  while (true) {
+    VANTAGE_TRY(auto order, selector_.order(region, wanted));
+    VANTAGE_CHECK(check_order(order, region.elements.size(), wanted));
+    if (!params_.target_error) return order;
+    const std::size_t enough = enough_of(order, judges, *params_.target_error);
+    if (enough < wanted || wanted == most) {
+      order.resize(enough);
+      return order;
     }
+    wanted = std::min(most, kTimes * wanted);
   }
-  const auto with = [&](std::span<const std::uint32_t> some) {
-    std::vector<std::uint32_t> kept;
-    for (const std::uint32_t i : some) kept.push_back(in_target[i]);
-    std::ranges::sort(kept);
-    return whole_.excerpt_of(numbers, kept);
-  };
-  std::size_t most = elements.size();
-  double each = 1.0;  // bytes
-  if (params_.share) {
-    most =
-        static_cast<std::size_t>(std::ceil(*params_.share * static_cast<double>(elements.size())));
-  } else {
-    // An element takes at least a byte, and all take nearly the same number.
-    most = std::min<std::size_t>(most, *params_.max_bytes);
-    std::vector<std::uint32_t> some;
-    VANTAGE_TRY(const PreparedMap none, with(some));
-    for (std::uint32_t i = 0; i < most; ++i) some.push_back(i);
-    VANTAGE_TRY(const PreparedMap many, with(some));
-    each = static_cast<double>(many.bytes.size() - none.bytes.size()) /
-           static_cast<double>(some.size());
-    const double room =
-        static_cast<double>(*params_.max_bytes) - static_cast<double>(none.bytes.size());
-    most = std::min(most, static_cast<std::size_t>(std::max(1.0, 1.01 * room / each + 2.0)));
-  }
-  VANTAGE_TRY(const auto order, selector_.order({.elements = elements, .scans = pulls}, most));
-  VANTAGE_CHECK(check_order(order, elements.size(), most));
-  VANTAGE_TRY(PreparedMap prepared, with(order));
-  if (params_.share) return prepared;
-  for (std::size_t size = order.size(); size > 1 && prepared.bytes.size() > *params_.max_bytes;) {
-    const double over = static_cast<double>(prepared.bytes.size() - *params_.max_bytes) / each;
-    size -= std::min(size - 1, static_cast<std::size_t>(over) + 1);
-    VANTAGE_TRY(prepared, with(std::span(order).first(size)));
-  }
-  return prepared;
 }
 
 }  // namespace vantage

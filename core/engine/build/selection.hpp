@@ -8,12 +8,26 @@
 #include "build/surfaces.hpp"
 #include "stopwatch.hpp"
 #include "vantage/engine/build.hpp"
+#include "vantage/engine/predicted_errors.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/prepared_map.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/selector.hpp"
 
 namespace vantage {
+
+/// What is kept of a region's prepared map.
+struct Selected {
+  PreparedMap prepared;
+  std::vector<PredictedError> errors = {};  ///< at the places of the scans
+};
+
+/// Where a scan is taken.
+struct ScanPlace {
+  Point at;                           ///< of the sensor, map frame [m]
+  const LocatedScan* scan = nullptr;  ///< none: it is virtual
+};
 
 /// Chooses which elements of regions' prepared maps are kept: looks at them with scans in and
 /// around a region, asks the selector for an order, and keeps as many as the budget allows. Thread
@@ -33,7 +47,7 @@ class Selection {
   /// @param viewpoints  of the region, map frame [m]; none: nothing can be chosen by
   /// Errors: those of the selector and of MatchTarget; `internal` for a selector that breaks its
   /// contract.
-  [[nodiscard]] Result<PreparedMap> of(PointsView seen, std::span<const Point> viewpoints) const;
+  [[nodiscard]] Result<Selected> of(PointsView seen, std::span<const Point> viewpoints) const;
 
   /// Processor time so far [s].
   [[nodiscard]] double core_seconds() const noexcept {
@@ -41,9 +55,35 @@ class Selection {
   }
 
  private:
-  [[nodiscard]] Result<PreparedMap> chosen(PointsView seen,
-                                           std::span<const Point> viewpoints) const;
-  [[nodiscard]] Result<std::vector<LocatedScan>> scans_at(std::span<const Point> viewpoints) const;
+  [[nodiscard]] Result<Selected> chosen(PointsView seen, std::span<const Point> viewpoints) const;
+  class Excerpts;
+  /// The numbers of a region's elements in the target, and in the region.
+  using OwnNumbers = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  /// What the region's elements do to the poses of some scans.
+  struct Views {
+    PointCloud places = {};                     ///< of the scans, map frame [m]
+    std::vector<std::vector<Pull>> pulls = {};  ///< of each scan, by their numbers in the region
+  };
+  /// How many elements the budget allows.
+  struct Room {
+    std::size_t elements = 0;  ///< a few more, as not all take the same number of bytes
+    double each = 1.0;         ///< [bytes]
+  };
+  [[nodiscard]] Result<Room> room_for(const Excerpts& excerpts) const;
+  /// The elements that are kept, as the selector orders them: at most so many, and fewer if they
+  /// keep the target.
+  /// @param judges  pulls of the scans that the target is kept for
+  [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(
+      const RegionElements& region, std::span<const std::vector<Pull>> judges,
+      std::size_t most) const;
+  /// The recorded scans near a region.
+  [[nodiscard]] std::vector<ScanPlace> recorded_near(std::span<const Point> viewpoints) const;
+  /// What the region's elements do at some of these places; not at those that nothing is seen from.
+  [[nodiscard]] Result<Views> views_from(std::span<const ScanPlace> places,
+                                         std::span<const std::size_t> some,
+                                         const OwnNumbers& own_number) const;
+  /// Those of a scan without noise, all numbers those of the target; none if it hits nothing.
+  [[nodiscard]] Result<std::vector<Pull>> virtual_pulls(const Point& place) const;
 
   const MatchTarget& whole_;
   const Selector& selector_;

@@ -242,7 +242,8 @@ Result<double> ShardedBuild::State::build_block(const RegionBlock& block, Meter&
                                            .points = finished.points,
                                            .ranks = ranks_of(part, finished.stored.points),
                                            .views = std::move(finished.stored.views),
-                                           .prepared = std::move(finished.prepared)});
+                                           .prepared = std::move(finished.prepared),
+                                           .errors = std::move(finished.errors)});
                     }));
   return condenser.core_seconds_selection();
 }
@@ -256,7 +257,8 @@ Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Pa
                       .skipped = static_cast<std::size_t>(stored.skipped),
                       .points = stored.points,
                       .stored = {.points = {}, .views = std::move(stored.views)},
-                      .prepared = std::move(stored.prepared)};
+                      .prepared = std::move(stored.prepared),
+                      .errors = std::move(stored.errors)};
     VANTAGE_TRY(finished.stored.points, indices_of(around, stored.ranks));
     const std::uint64_t among = among_own_points() ? plan.owned[r] : plan.map_points;
     VANTAGE_CHECK(writer.take(r, around.points, std::move(finished), among));

@@ -36,7 +36,31 @@ std::uint64_t voxel_of(const Point& p) {
   return part(p.x()) << 42U | part(p.y()) << 21U | part(p.z());
 }
 
-double no_less_than_asin(double x) { return x < 0.5 ? 1.05 * x : std::asin(x); }
+constexpr std::int64_t kCube = 8;  // voxels along the edge of a cube
+/// More than that of the ball around a cube's discs: the half of its diagonal, and a disc [m].
+constexpr double kCubeRadius = 0.87 * kCube * kEdge + 1.0;
+
+/// The key of the cube that a voxel lies in.
+std::uint64_t cube_of(std::uint64_t voxel) {
+  constexpr std::uint64_t kPart = ((1U << 21U) - 1) & ~std::uint64_t{kCube - 1};
+  return voxel & (kPart << 42U | kPart << 21U | kPart);
+}
+
+float no_less_than_asin(float x) { return x < 0.5F ? 1.05F * x : std::asin(x); }
+
+/// To within kAtanError: atan2(y, x) by a polynomial for the angle to the nearer axis.
+constexpr float kAtanError = 3e-4F;  // [rad]
+float about_atan2(float y, float x) {
+  constexpr float kHalfTurn = std::numbers::pi_v<float>;
+  const float along = std::abs(x), across = std::abs(y);
+  const float most = std::max(along, across);
+  if (!(most > 0.0F)) return 0.0F;
+  const float a = std::min(along, across) / most, s = a * a;
+  float angle = ((-0.0464964749F * s + 0.15931422F) * s - 0.327622764F) * s * a + a;
+  if (across > along) angle = 0.5F * kHalfTurn - angle;
+  if (x < 0.0F) angle = kHalfTurn - angle;
+  return y < 0.0F ? -angle : angle;
+}
 
 /// The key of a voxel so many columns away, at the same height.
 std::uint64_t moved(std::uint64_t key, std::int64_t x, std::int64_t y) {
@@ -182,124 +206,202 @@ Sums around(const std::vector<Voxel>& voxels, const Voxel& voxel) {
 struct Surfaces::Parts {
   PointCloud middles;
   std::vector<Disc> discs;
+  PointCloud cube_middles;
+  std::vector<Cube> cubes;
 };
 
-Surfaces::Surfaces(PointsView map)
-    : Surfaces([&] {
-        if (map.empty()) return Parts{};
-        constexpr std::int64_t kEnough = 30;
-        constexpr float kDiscRadius = 0.3F, kPointRadius = 0.2F;
-        const std::vector<Voxel> voxels = voxels_of(map);
-        Parts all{PointCloud(voxels.size()), std::vector<Disc>(voxels.size())};
-        tbb::parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t k) {
-          const Voxel& voxel = voxels[k];
-          const Point own =
-              kUnit * voxel.sums.sum.cast<double>() / static_cast<double>(voxel.sums.count);
-          std::optional<Plane> plane;
-          if (voxel.sums.count < kEnough) plane = plane_of(around(voxels, voxel));
-          if (!plane) plane = plane_of(voxel.sums);
-          if (!plane) {
-            all.middles[k] = map[voxel.point];
-            all.discs[k] = {Eigen::Vector3f::Zero(), kPointRadius};
-            return;
-          }
-          const double off = plane->normal.dot(own - plane->middle);
-          all.middles[k] = voxel.corner + own - off * plane->normal;
-          all.discs[k] = {plane->normal.cast<float>(), kDiscRadius};
-        });
-        return all;
-      }()) {}
+Surfaces::Surfaces(PointsView map) : Surfaces(parts_of(map)) {}
 
 Surfaces::Surfaces(Parts parts)
     : middles_(std::move(parts.middles)),
       discs_(std::move(parts.discs)),
-      plan_(middles_, middles_.size(),
+      cube_middles_(std::move(parts.cube_middles)),
+      cubes_(std::move(parts.cubes)),
+      plan_(cube_middles_, cube_middles_.size(),
             [](std::size_t k) { return static_cast<std::uint32_t>(k); }) {}
 
+Surfaces::Parts Surfaces::parts_of(PointsView map) {
+  if (map.empty()) return {};
+  constexpr std::int64_t kEnough = 30;
+  constexpr float kDiscRadius = 0.3F, kPointRadius = 0.2F;
+  const std::vector<Voxel> voxels = voxels_of(map);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // by cube
+  for (std::uint32_t k = 0; k < voxels.size(); ++k) order.emplace_back(cube_of(voxels[k].key), k);
+  std::ranges::sort(order);
+  Parts all{PointCloud(voxels.size()), std::vector<Disc>(voxels.size()), {}, {}};
+  tbb::parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t k) {
+    const Voxel& voxel = voxels[order[k].second];
+    const Point own = kUnit * voxel.sums.sum.cast<double>() / static_cast<double>(voxel.sums.count);
+    std::optional<Plane> plane;
+    if (voxel.sums.count < kEnough) plane = plane_of(around(voxels, voxel));
+    if (!plane) plane = plane_of(voxel.sums);
+    if (!plane) {
+      all.middles[k] = map[voxel.point];
+      all.discs[k] = {Eigen::Vector3f::Zero(), kPointRadius};
+      return;
+    }
+    const double off = plane->normal.dot(own - plane->middle);
+    all.middles[k] = voxel.corner + own - off * plane->normal;
+    all.discs[k] = {plane->normal.cast<float>(), kDiscRadius};
+  });
+  for (std::uint32_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    Bounds3 bounds;
+    for (; end < order.size() && order[end].first == order[begin].first; ++end) {
+      bounds.extend(all.middles[end]);
+    }
+    all.cube_middles.emplace_back(0.5 * (bounds.min + bounds.max));
+    const double radius = 0.5 * (bounds.max - bounds.min).norm() + double{kDiscRadius} + 0.01;
+    all.cubes.push_back({begin, end, static_cast<float>(radius)});
+  }
+  return all;
+}
+
+namespace {
+
+constexpr int kRings = 20, kColumns = 360;
+constexpr double kNone = std::numeric_limits<double>::infinity();
+// Discs overlap. The nearest one along the ray would be off towards the sensor.
+constexpr double kSameSurface = 0.3;  // [m]
+
+/// The directions of a scan's rays, and how far each has been followed.
+class Raster {
+ public:
+  explicit Raster(const Rays& rays)
+      : lowest_(static_cast<float>(rays.lowest * kDegree)), nearest_(kRings * kColumns, kNone) {
+    const double step = std::max((rays.highest - rays.lowest) * kDegree / (kRings - 1), 1e-6);
+    rings_a_radian_ = static_cast<float>(1.0 / step);
+    for (std::size_t r = 0; r < kRings; ++r) {
+      const double elevation = rays.lowest * kDegree + static_cast<double>(r) * step;
+      ring_[r] = {std::cos(elevation), std::sin(elevation)};
+    }
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      const double azimuth = static_cast<double>(c) * kColumnStep;
+      column_[c] = {std::cos(azimuth), std::sin(azimuth)};
+    }
+  }
+
+  [[nodiscard]] Point direction(std::size_t ray) const {
+    const auto& [cosine, sine] = ring_[ray / kColumns];
+    const auto& [x, y] = column_[ray % kColumns];
+    return {cosine * x, cosine * y, sine};
+  }
+  [[nodiscard]] double nearest(std::size_t ray) const { return nearest_[ray]; }
+  void meets(std::size_t ray, double range) { nearest_[ray] = std::min(nearest_[ray], range); }
+
+  /// Calls use(ray) for the rays that may meet a ball, and some others near it, until `use` returns
+  /// true.
+  /// @param to  its middle, from the sensor, farther away than the radius
+  /// @return    whether `use` returned true
+  template <class Use>
+  bool any_near(const Eigen::Vector3f& to, float radius, const Use& use) const {
+    const float plan = to.head<2>().norm();
+    const float high = no_less_than_asin(radius / to.norm()) + kAtanError;
+    const float elevation = about_atan2(to.z(), plan) - lowest_;
+    const int first =
+        std::max(0, static_cast<int>(std::ceil((elevation - high) * rings_a_radian_)));
+    const int last =
+        std::min(kRings - 1, static_cast<int>(std::floor((elevation + high) * rings_a_radian_)));
+    if (first > last) return false;
+    const float azimuth = about_atan2(to.y(), to.x());
+    const float wide =
+        plan > radius ? no_less_than_asin(radius / plan) + kAtanError : std::numbers::pi_v<float>;
+    const int from = static_cast<int>(std::ceil((azimuth - wide) * kColumnsARadian));
+    const int end = std::min(from + kColumns - 1,
+                             static_cast<int>(std::floor((azimuth + wide) * kColumnsARadian)));
+    for (int c = from; c <= end; ++c) {
+      const int around = (c + 2 * kColumns) % kColumns;
+      for (int r = first; r <= last; ++r) {
+        if (use(static_cast<std::size_t>(r * kColumns + around))) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static constexpr double kColumnStep = 2.0 * std::numbers::pi / kColumns;
+  static constexpr auto kColumnsARadian = static_cast<float>(1.0 / kColumnStep);
+
+  float lowest_, rings_a_radian_ = 0.0F;
+  std::array<std::pair<double, double>, kRings> ring_;      // cosine and sine
+  std::array<std::pair<double, double>, kColumns> column_;  // the same
+  std::vector<double> nearest_;                             // surface along each ray [m]
+};
+
+}  // namespace
+
 PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
-  constexpr int kRings = 20, kColumns = 360;
   constexpr double kNearest = 1.0, kGrazing = 0.02;  // [m], sine of the angle to the surface
-  constexpr double kColumnStep = 2.0 * std::numbers::pi / kColumns;
-  const double lowest = rays.lowest * kDegree, highest = rays.highest * kDegree;
-  const double ring_step = std::max((highest - lowest) / (kRings - 1), 1e-6);
   const double range = std::min(rays.max_range, kFarthestReturn);
-  std::array<std::pair<double, double>, kRings> ring;  // cosine and sine
-  for (int r = 0; r < kRings; ++r) {
-    ring[static_cast<std::size_t>(r)] = {std::cos(lowest + r * ring_step),
-                                         std::sin(lowest + r * ring_step)};
+  Raster raster(rays);
+  struct Near {
+    double from;  // the sensor [m]
+    std::uint32_t cube;
+  };
+  std::vector<Near> order;
+  const Eigen::Vector2d side = Eigen::Vector2d::Constant(range + kCubeRadius);
+  for (const std::uint32_t k : plan_.near(sensor.head<2>() - side, sensor.head<2>() + side)) {
+    const double from = (cube_middles_[k] - sensor).norm() - double{cubes_[k].radius};
+    if (from <= range) order.push_back({from, k});
   }
-  std::array<std::pair<double, double>, kColumns> column;
-  for (int c = 0; c < kColumns; ++c) {
-    column[static_cast<std::size_t>(c)] = {std::cos(c * kColumnStep), std::sin(c * kColumnStep)};
-  }
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::ranges::sort(order, {}, [](const Near& near) { return std::pair(near.from, near.cube); });
   struct Meeting {
     double range, off;  // off: squared distance from the disc's middle
-    std::uint32_t ray, disc;
+    std::size_t ray;
+    std::uint32_t disc;
   };
   std::vector<Meeting> meetings;
-  std::vector<double> nearest(std::size_t{kRings} * kColumns, kNone);
-  const Eigen::Vector2d side = Eigen::Vector2d::Constant(range);
-  plan_.for_each_near(sensor.head<2>() - side, sensor.head<2>() + side, [&](std::uint32_t k) {
+  const auto meet = [&](std::uint32_t k) {
     const Point to = middles_[k] - sensor;
     const Disc& disc = discs_[k];
-    const double radius = disc.radius, away = to.norm(), plan = to.head<2>().norm();
+    const double away = to.norm(), radius = disc.radius;
     if (away > range || away < radius) return;
-    const double high = no_less_than_asin(radius / away);
-    const double elevation = std::atan2(static_cast<float>(to.z()), static_cast<float>(plan));
-    const int first =
-        std::max(0, static_cast<int>(std::ceil((elevation - high - lowest) / ring_step)));
-    const int last =
-        std::min(kRings - 1, static_cast<int>(std::floor((elevation + high - lowest) / ring_step)));
-    if (first > last) return;
-    const double azimuth = std::atan2(static_cast<float>(to.y()), static_cast<float>(to.x()));
-    const double wide = plan > radius ? no_less_than_asin(radius / plan) : std::numbers::pi;
-    const int from = static_cast<int>(std::ceil((azimuth - wide) / kColumnStep));
-    const int end =
-        std::min(from + kColumns - 1, static_cast<int>(std::floor((azimuth + wide) / kColumnStep)));
     const Point normal = disc.normal.cast<double>();
     const bool flat = disc.normal != Eigen::Vector3f::Zero();
     const double height = normal.dot(to);
-    for (int c = from; c <= end; ++c) {
-      const auto around = static_cast<std::uint32_t>((c + 2 * kColumns) % kColumns);
-      for (int r = first; r <= last; ++r) {
-        const auto& [cosine, sine] = ring[static_cast<std::size_t>(r)];
-        const Point ray(cosine * column[around].first, cosine * column[around].second, sine);
-        double at = away;
-        if (flat) {
-          const double towards = normal.dot(ray);
-          if (std::abs(towards) < kGrazing) continue;
-          at = height / towards;
-        }
-        if (!(at >= kNearest && at <= range)) continue;
-        const double off = (at * ray - to).squaredNorm();
-        if (off > radius * radius) continue;
-        const auto number = static_cast<std::uint32_t>(r * kColumns) + around;
-        nearest[number] = std::min(nearest[number], at);
-        meetings.push_back({at, off, number, k});
+    raster.any_near(to.cast<float>(), disc.radius, [&](std::size_t ray) {
+      if (raster.nearest(ray) + kSameSurface < away - radius) return false;
+      const Point direction = raster.direction(ray);
+      double at = away;
+      if (flat) {
+        const double towards = normal.dot(direction);
+        if (std::abs(towards) < kGrazing) return false;
+        at = height / towards;
       }
+      if (!(at >= kNearest && at <= range)) return false;
+      const double off = (at * direction - to).squaredNorm();
+      if (off > radius * radius) return false;
+      raster.meets(ray, at);
+      meetings.push_back({at, off, ray, k});
+      return false;
+    });
+  };
+  for (const auto& [from, k] : order) {
+    // What lies behind surfaces is met by no ray.
+    const auto open = [&, away = from](std::size_t ray) {
+      return raster.nearest(ray) + kSameSurface >= away;
+    };
+    if (from > 0.0 &&
+        !raster.any_near((cube_middles_[k] - sensor).cast<float>(), cubes_[k].radius, open)) {
+      continue;
     }
-  });
-  // Discs overlap. The nearest one along the ray would be off towards the sensor.
-  constexpr double kSameSurface = 0.3;  // [m]
+    for (std::uint32_t disc = cubes_[k].begin; disc < cubes_[k].end; ++disc) meet(disc);
+  }
   struct Hit {
     double off = kNone, range = 0.0;
     std::uint32_t disc = 0;
   };
-  std::vector<Hit> hits(nearest.size());
+  std::vector<Hit> hits(std::size_t{kRings} * kColumns);
   for (const Meeting& m : meetings) {
-    if (m.range > nearest[m.ray] + kSameSurface) continue;
+    if (m.range > raster.nearest(m.ray) + kSameSurface) continue;
     if (m.off < hits[m.ray].off) hits[m.ray] = {m.off, m.range, m.disc};
   }
   PointCloud scan;
-  for (std::size_t k = 0; k < hits.size(); ++k) {
-    if (!std::isfinite(hits[k].off)) continue;
-    const Disc& disc = discs_[hits[k].disc];
-    const auto& [cosine, sine] = ring[k / kColumns];
-    const auto& [x, y] = column[k % kColumns];
-    scan.push_back(disc.normal != Eigen::Vector3f::Zero()
-                       ? Point(sensor + hits[k].range * Point(cosine * x, cosine * y, sine))
-                       : middles_[hits[k].disc]);
+  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
+    const Hit& hit = hits[ray];
+    if (!std::isfinite(hit.off)) continue;
+    scan.push_back(discs_[hit.disc].normal != Eigen::Vector3f::Zero()
+                       ? Point(sensor + hit.range * raster.direction(ray))
+                       : middles_[hit.disc]);
   }
   return scan;
 }

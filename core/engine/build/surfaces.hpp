@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "build/plan_index.hpp"
@@ -38,13 +39,21 @@ class Surfaces {
     Eigen::Vector3f normal;  // zero if the points are no surface: then `middles` has one of them
     float radius;            // [m]
   };
+  /// The discs of a cube of voxels.
+  struct Cube {
+    std::uint32_t begin, end;  // their indices
+    float radius;              // of the ball around them [m]
+  };
   struct Parts;
 
   explicit Surfaces(Parts parts);
+  [[nodiscard]] static Parts parts_of(PointsView map);
 
-  PointCloud middles_;  // map frame [m]
+  PointCloud middles_;  // map frame [m]; by cube
   std::vector<Disc> discs_;
-  PlanIndex plan_;  // of the middles
+  PointCloud cube_middles_;  // map frame [m]
+  std::vector<Cube> cubes_;
+  PlanIndex plan_;  // of the cubes
 };
 
 }  // namespace vantage

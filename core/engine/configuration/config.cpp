@@ -209,10 +209,13 @@ Result<void> SelectorConfig::validate() const {
   if (poses && !scans) {
     return fail_at({"poses"}, "'poses' are those of 'scans', which is missing");
   }
-  if (max_bytes.has_value() != share.has_value()) return {};
-  return fail_at({"max_bytes", "share"},
-                 max_bytes ? "'max_bytes' and 'share' both say how much is kept; give one of them"
-                           : "a selector needs 'max_bytes' or 'share'");
+  if (max_bytes && share) {
+    return fail_at({"max_bytes", "share"},
+                   "'max_bytes' and 'share' both say how much is kept; give one of them");
+  }
+  if (max_bytes || share || target_error) return {};
+  return fail_at({"max_bytes", "share", "target_error"},
+                 "a selector needs 'max_bytes', 'share' or 'target_error'");
 }
 
 Result<void> Config::validate() const {

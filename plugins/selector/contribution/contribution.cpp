@@ -7,15 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "pose_error.hpp"
 #include "vantage/kit/hash.hpp"
 #include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/pose_error.hpp"
 
 namespace vantage::contribution {
 namespace {
-
-/// What is known before the first element: the pose to 1 m and 0.1 rad, by a weak prior.
-constexpr double kPrior = 5.0;
 
 /// So many elements are compared exactly. Those after them add little.
 constexpr std::size_t kExact = 256;
@@ -34,7 +31,7 @@ class Choice {
     for (std::uint32_t s = 0; s < region.scans.size(); ++s) {
       for (const Pull& pull : region.scans[s]) touches_[next[pull.element]++] = {s, term_of(pull)};
     }
-    scans_.assign(region.scans.size(), PoseError(kPrior, noise));
+    scans_.assign(region.scans.size(), PoseError(noise));
   }
 
   [[nodiscard]] bool touches(std::uint32_t element) const noexcept {
@@ -46,7 +43,7 @@ class Choice {
     float growth = 0.0F;
     for (std::size_t k = begin_[element]; k < begin_[element + 1]; ++k) {
       const PoseError& scan = scans_[touches_[k].scan];
-      const Term& term = touches_[k].term;
+      const PullTerm& term = touches_[k].term;
       growth += cost(taken_ < kExact ? scan.squared_with(term) : scan.nearly_squared_with(term)) -
                 cost(scan.squared());
     }
@@ -63,7 +60,7 @@ class Choice {
  private:
   struct Touch {
     std::uint32_t scan = 0;
-    Term term;
+    PullTerm term;
   };
   [[nodiscard]] float cost(float squared) const noexcept {
     if (!(squared < 1e6F)) return 1e6F;

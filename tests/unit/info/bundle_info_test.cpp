@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -56,6 +57,8 @@ BundleInfo info_with(std::optional<Atlas> atlas) {
                   .summary = directory_of(index).value()->summary(),
                   .matcher = {},
                   .atlas = std::move(atlas),
+                  .predicted = {},
+                  .target_error = {},
                   .labels = {}};
   for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
     info.labels[RegionId{r}] = index.partition[RegionId{r}].label;
@@ -137,6 +140,27 @@ TEST_CASE("info: a bundle with an atlas") {
   CHECK(json["worst_sites"][1]["nearest_alike"]["distance"] == doctest::Approx(5.0));
   CHECK(json["worst_sites"][2]["weak_bearing"] == doctest::Approx(60.0));
   CHECK(json["worst_sites"][2]["nearest_alike"].is_null());
+}
+
+TEST_CASE("info: what a selector's elements are expected to do") {
+  BundleInfo info = info_with({});
+  info.predicted =
+      PredictedErrors{{{{{1, 1, 1}, 0.004F, 0.003F}, {{2, 2, 1}, 0.031F, 0.012F}}, {}}};
+  CHECK(has(to_text(info, {}),
+            "predicted error [m]  0.004 median, 0.031 or less at 95 % of 2 places\n"));
+  CHECK_FALSE(has(to_text(info, {}), "target"));
+  info.target_error = 0.02;
+  CHECK(has(to_text(info, {}),
+            "target of 0.02 m     missed in 1 region: west 0.031 (0.012 with all elements)\n"));
+  CHECK(to_json(info)["predicted_error"]["worst_regions"][0]["region"] == "west");
+  info.target_error = 0.04;
+  CHECK(has(to_text(info, {}), "target of 0.04 m     kept in all regions\n"));
+  CHECK(to_json(info)["predicted_error"]["regions_missing_it"] == 0);
+  info.predicted->regions[0][1].error = std::numeric_limits<float>::infinity();
+  CHECK(has(to_text(info, {}), "without limit or less"));
+  CHECK(to_json(info)["predicted_error"]["p95"].is_null());
+  info.predicted = PredictedErrors{{{}, {}}};
+  CHECK(has(to_text(info, {}), "predicted error [m]  none: no place sees anything\n"));
 }
 
 TEST_CASE("info: a bundle without an atlas says how to get one") {

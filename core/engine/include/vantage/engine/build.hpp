@@ -41,8 +41,10 @@ struct LocatedScan {
 
 /// How a selector chooses which elements of a region's prepared map are kept.
 struct SelectionParams {
-  std::optional<std::uint32_t> max_bytes;  ///< of a region; this or `share`
+  std::optional<std::uint32_t> max_bytes;  ///< of a region; not with `share`
   std::optional<double> share;             ///< of a region's elements
+  /// No more are kept than it takes for this error at 95 % of a region's places [m].
+  std::optional<double> target_error;
   std::size_t places = 16;                 ///< scans that a region's choice is made with
   /// Scans of the map's own recording. Those near a region are taken before virtual ones.
   std::vector<LocatedScan> scans;

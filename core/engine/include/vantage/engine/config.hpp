@@ -134,6 +134,7 @@ struct SelectorConfig {
   std::optional<std::filesystem::path> library;
   std::optional<std::uint32_t> max_bytes;
   std::optional<double> share;
+  std::optional<double> target_error;
   std::uint32_t places = 16;
   std::optional<std::filesystem::path> scans, poses;
   double lowest = -23.0, highest = 15.0;
@@ -150,12 +151,17 @@ struct SelectorConfig {
         optional("share", &SelectorConfig::share, "",
                  "instead of max_bytes: the share of a region's elements that is kept",
                  Range{.min = 0.0, .max = 1.0, .min_open = true}),
+        optional("target_error", &SelectorConfig::target_error, "m",
+                 "fewer elements are kept where these have at most this error of the position, as "
+                 "the build predicts it, at 95 % of a region's places",
+                 positive),
         optional("places", &SelectorConfig::places, "",
                  "scans in and around a region that the choice is made with", at_least(1)),
         optional("scans", &SelectorConfig::scans, "",
                  "the recording that the map was made of; without it, scans are virtual"),
         optional("poses", &SelectorConfig::poses, "",
-                 "of the sensor during `scans`, TUM, map frame"),
+                 "of the sensor during `scans`, TUM, map frame; without it, the [map]'s "
+                 "trajectory"),
         optional("lowest", &SelectorConfig::lowest, "deg",
                  "elevation of the sensor's lowest ray: what it cannot see does not count",
                  between(-90, 90)),

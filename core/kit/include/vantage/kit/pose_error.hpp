@@ -4,27 +4,25 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 
 #include "vantage/map_element.hpp"
 
-namespace vantage::contribution {
-
-/// A rotation counts like a translation this far from the sensor [m].
-inline constexpr float kArm = 10.0F;
-
-using Vector6 = Eigen::Matrix<float, 6, 1>;
-using Matrix6 = Eigen::Matrix<float, 6, 6>;
+namespace vantage {
 
 /// What one element does to the pose of one scan: gradient and Hessian of its term of the objective
 /// at the true pose, with rotations in units of 1 / kArm.
-struct Term {
-  Matrix6 hessian;
-  Vector6 gradient;
+struct PullTerm {
+  /// A rotation counts like a translation this far from the sensor [m].
+  static constexpr float kArm = 10.0F;
+
+  Eigen::Matrix<float, 6, 6> hessian;
+  Eigen::Matrix<float, 6, 1> gradient;
 };
 
-inline Term term_of(const Pull& pull) noexcept {
-  const auto unit = [](Eigen::Index row) { return row < 3 ? 1.0F : 1.0F / kArm; };
-  Term term;
+inline PullTerm term_of(const Pull& pull) noexcept {
+  const auto unit = [](Eigen::Index row) { return row < 3 ? 1.0F : 1.0F / PullTerm::kArm; };
+  PullTerm term;
   std::size_t k = 0;
   for (Eigen::Index row = 0; row < 6; ++row) {
     term.gradient[row] = unit(row) * pull.gradient[static_cast<std::size_t>(row)];
@@ -36,17 +34,26 @@ inline Term term_of(const Pull& pull) noexcept {
   return term;
 }
 
-/// The pose that some elements give a scan: H^-1 g is its bias, H^-1 its covariance.
+/// How far off the pose is that some elements give a scan: -H^-1 g is its bias, H^-1 its covariance
+/// but for a factor, where H and g are the sums of their Hessians and gradients.
 class PoseError {
+  using Vector6 = Eigen::Matrix<float, 6, 1>;
+  using Matrix6 = Eigen::Matrix<float, 6, 6>;
+
  public:
-  /// @param prior  diagonal of H before the first element
-  PoseError(double prior, float noise) : noise_(noise) {
-    sum_.hessian = prior * Eigen::Matrix<double, 6, 6>::Identity();
+  /// @param noise  the factor of the covariance
+  explicit PoseError(float noise) : noise_(noise) {
+    constexpr double kPrior = 5.0;  // before the first element: the pose to 1 m and 0.1 rad
+    sum_.hessian = kPrior * Eigen::Matrix<double, 6, 6>::Identity();
     solve();
   }
 
-  void add(const Term& term) {
+  void add(const PullTerm& term) {
     sum_ = sum_with(term);
+    solve();
+  }
+  void add(std::span<const Pull> pulls) {
+    for (const Pull& pull : pulls) sum_ = sum_with(term_of(pull));
     solve();
   }
 
@@ -54,8 +61,14 @@ class PoseError {
   /// the covariance. Infinite if the elements do not hold the pose.
   [[nodiscard]] float squared() const noexcept { return squared_; }
 
-  /// The same with one element more.
-  [[nodiscard]] float squared_with(const Term& term) const noexcept {
+  /// The same of the position alone.
+  [[nodiscard]] float squared_translation() const noexcept {
+    if (!(squared_ < std::numeric_limits<float>::infinity())) return squared_;
+    return bias_.head<3>().squaredNorm() + noise_ * inverse_.diagonal().head<3>().sum();
+  }
+
+  /// `squared` with one element more.
+  [[nodiscard]] float squared_with(const PullTerm& term) const noexcept {
     const Sum sum = sum_with(term);
     Triangle inverse;
     return inverse.invert(sum.hessian) ? squared(inverse, inverse.solve(sum.gradient))
@@ -63,7 +76,7 @@ class PoseError {
   }
   /// Nearly the same, and faster: the Hessian of the element counts as one of rank 1 (Sherman and
   /// Morrison, 1950). Good for an element that adds little.
-  [[nodiscard]] float nearly_squared_with(const Term& term) const noexcept {
+  [[nodiscard]] float nearly_squared_with(const PullTerm& term) const noexcept {
     const float damping = 1.0F / (1.0F + inverse_.cwiseProduct(term.hessian).sum());
     const Vector6 change = inverse_ * (term.gradient - term.hessian * bias_);
     const Vector6 bias = bias_ + change - damping * (inverse_ * (term.hessian * change));
@@ -127,7 +140,7 @@ class PoseError {
     }
   };
 
-  [[nodiscard]] Sum sum_with(const Term& term) const noexcept {
+  [[nodiscard]] Sum sum_with(const PullTerm& term) const noexcept {
     return {sum_.hessian + term.hessian.cast<double>(),
             sum_.gradient + term.gradient.cast<double>()};
   }
@@ -161,4 +174,4 @@ class PoseError {
   float noise_, trace_ = 0.0F, squared_ = 0.0F;
 };
 
-}  // namespace vantage::contribution
+}  // namespace vantage

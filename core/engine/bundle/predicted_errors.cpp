@@ -1,0 +1,47 @@
+#include "vantage/engine/predicted_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bundle/predicted_error_bytes.hpp"
+
+namespace vantage {
+
+std::vector<std::byte> PredictedErrors::encode() const {
+  ByteWriter to;
+  to.number(std::uint64_t{regions.size()});
+  for (const auto& region : regions) write(to, region);
+  return std::move(to).take();
+}
+
+Result<PredictedErrors> PredictedErrors::decode(std::span<const std::byte> bytes,
+                                                std::size_t regions) {
+  ByteReader from(bytes);
+  PredictedErrors errors;
+  from.check(from.count(1) == regions);
+  if (from.ok()) errors.regions.resize(regions);
+  for (auto& region : errors.regions) region = read_predicted_errors(from);
+  if (from.ok() && from.at_end()) return errors;
+  return fail(ErrorCode::corrupt_data, "the bundle's predicted errors are not what a build writes");
+}
+
+Result<std::optional<PredictedErrors>> PredictedErrors::of_bundle(const Bundle& bundle) {
+  const auto bytes = bundle.store()->attachment(kAttachment);
+  if (!bytes) {
+    if (bytes.error().code == ErrorCode::not_found) return std::optional<PredictedErrors>();
+    return fail(bytes.error());
+  }
+  VANTAGE_TRY(PredictedErrors errors, decode(*bytes, bundle.directory()->summary().regions));
+  return std::optional<PredictedErrors>(std::move(errors));
+}
+
+double error_kept_by(double share, std::span<const PredictedError> errors,
+                     float PredictedError::*which) {
+  std::vector<float> sorted;
+  for (const PredictedError& at : errors) sorted.push_back(at.*which);
+  std::ranges::sort(sorted);
+  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  return static_cast<double>(sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
+}
+
+}  // namespace vantage

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "vantage/api.hpp"
+#include "vantage/engine/bundle.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// How far off a position is expected to be: root mean squares [m], infinite if nothing holds it.
+struct PredictedError {
+  Point place = Point::Zero();  ///< of the sensor, map frame [m]
+  float error = 0.0F;           ///< with the elements that are kept
+  float whole = 0.0F;           ///< with all elements of the region
+
+  friend bool operator==(const PredictedError&, const PredictedError&) = default;
+};
+
+/// What a build expects of the maps whose elements a selector chose: the bias and the spread of the
+/// pose at some places that the choice was not made with.
+struct VANTAGE_API PredictedErrors {
+  /// The name of their bytes in a bundle.
+  static constexpr const char* kAttachment = "predicted_errors";
+
+  std::vector<std::vector<PredictedError>> regions;  ///< by their numbers
+
+  /// Those of a bundle; none if no selector chose its elements.
+  /// Errors: those of MapStore::attachment; `corrupt_data` for bytes that `encode` does not make.
+  [[nodiscard]] static Result<std::optional<PredictedErrors>> of_bundle(const Bundle& bundle);
+
+  [[nodiscard]] std::vector<std::byte> encode() const;
+  /// @param regions  the number of regions
+  /// Errors: `corrupt_data`.
+  [[nodiscard]] static Result<PredictedErrors> decode(std::span<const std::byte> bytes,
+                                                      std::size_t regions);
+};
+
+/// The error that a share of the places keeps [m].
+/// @param errors  at least one
+/// @param which   with the elements that are kept, or with all
+[[nodiscard]] VANTAGE_API double error_kept_by(double share, std::span<const PredictedError> errors,
+                                               float PredictedError::*which);
+
+}  // namespace vantage

@@ -1,0 +1,68 @@
+#include "vantage/engine/predicted_errors.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+using namespace vantage;
+
+namespace predicted_errors_test {
+namespace {
+
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+
+PredictedErrors made() {
+  PredictedErrors errors;
+  errors.regions = {{{{1.0, -2.0, 3.5}, 0.01F, 0.005F}, {{4.0, 5.0, 6.0}, kNoLimit, 0.2F}},
+                    {},
+                    {{{7.0, 8.0, 9.0}, 0.03F, kNoLimit}}};
+  return errors;
+}
+
+TEST_CASE("predicted errors come back from their bytes") {
+  const PredictedErrors errors = made();
+  const auto again = PredictedErrors::decode(errors.encode(), 3);
+  REQUIRE(again);
+  CHECK(again->regions == errors.regions);
+  CHECK(PredictedErrors::decode(PredictedErrors{}.encode(), 0)->regions.empty());
+}
+
+TEST_CASE("predicted errors: damaged bytes are refused") {
+  const std::vector<std::byte> bytes = made().encode();
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    CHECK_FALSE(PredictedErrors::decode(std::span(bytes).first(size), 3));
+  }
+  CHECK_FALSE(PredictedErrors::decode(bytes, 2));  // those of another bundle
+  auto more = bytes;
+  more.push_back(std::byte{0});
+  CHECK_FALSE(PredictedErrors::decode(more, 3));
+  for (std::size_t k = 0; k < bytes.size(); ++k) {
+    auto changed = bytes;
+    changed[k] ^= std::byte{0xFF};
+    const auto decoded = PredictedErrors::decode(changed, 3);
+    if (!decoded) continue;
+    for (const auto& region : decoded->regions) {
+      for (const PredictedError& at : region) CHECK((at.error >= 0.0F && at.whole >= 0.0F));
+    }
+  }
+}
+
+TEST_CASE("the error that a share of the places keeps") {
+  std::vector<PredictedError> errors;
+  for (int k = 20; k >= 1; --k) {
+    errors.push_back({.place = Point::Zero(), .error = static_cast<float>(k), .whole = 1.0F});
+  }
+  const auto kept_by = [&](double share) {
+    return error_kept_by(share, errors, &PredictedError::error);
+  };
+  CHECK(kept_by(0.0) == 1.0);
+  CHECK(kept_by(0.5) == 10.0);
+  CHECK(kept_by(0.95) == 19.0);
+  CHECK(kept_by(1.0) == 20.0);
+  CHECK(error_kept_by(0.95, errors, &PredictedError::whole) == 1.0);
+}
+
+}  // namespace
+}  // namespace predicted_errors_test
