@@ -110,7 +110,7 @@ Result<std::optional<checks::Note>> compare(const Options& options,
   VANTAGE_TRY(auto note, checks::try_changes(whole.bundle(), whole.config(), plugins, scans, fit));
   if (note) return note;
   if (2 * fit.found >= scans.size()) {
-    return checks::try_scales(whole.bundle(), whole.config(), plugins, scans, fit);
+    return checks::try_scales(whole.bundle(), whole.config(), plugins, scans, imu, fit);
   }
   VANTAGE_TRY(note, try_feet(options, map, scans, fit));
   return note ? note : checks::note_on_place(fit);

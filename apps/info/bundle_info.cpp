@@ -102,20 +102,29 @@ Lines lines_of(const BundleInfo& info) {
   return lines;
 }
 
-/// A region whose elements are not enough at 95 % of its places.
+/// One column of predicted errors.
+std::vector<float> column_of(std::span<const PredictedError> predicted,
+                             float PredictedError::*which) {
+  std::vector<float> errors;
+  for (const PredictedError& at : predicted) errors.push_back(at.*which);
+  return errors;
+}
+
+/// A region whose elements are not enough at some of its places.
 struct Missed {
   RegionId region;
-  double error = 0.0, whole = 0.0;  // at 95 % of the places, kept and all elements [m]
+  double error = 0.0, whole = 0.0;  // that 95 % of the places keep, kept and all elements [m]
 };
 /// Those that miss the target, the worst first.
 std::vector<Missed> missed(const PredictedErrors& predicted, double target) {
   std::vector<Missed> missed;
   for (std::uint32_t r = 0; r < predicted.regions.size(); ++r) {
-    const std::vector<PredictedError>& errors = predicted.regions[r];
-    if (errors.empty()) continue;
-    const double error = error_kept_by(0.95, errors, &PredictedError::error);
-    if (error > target)
-      missed.push_back({RegionId{r}, error, error_kept_by(0.95, errors, &PredictedError::whole)});
+    if (predicted.regions[r].empty()) continue;
+    const auto kept = [&](float PredictedError::*which) {
+      return error_kept_by(PredictedErrors::kShare, column_of(predicted.regions[r], which));
+    };
+    const double error = kept(&PredictedError::error);
+    if (error > target) missed.push_back({RegionId{r}, error, kept(&PredictedError::whole)});
   }
   std::ranges::stable_sort(missed, std::greater(), &Missed::error);
   return missed;
@@ -125,32 +134,46 @@ std::vector<Missed> missed(const PredictedErrors& predicted, double target) {
 struct ErrorsOfAll {
   std::size_t places = 0;
   double median = 0.0, p95 = 0.0;  // [m]
+  std::size_t unjudged = 0;        // regions without a place
 };
 ErrorsOfAll errors_of_all(const PredictedErrors& predicted) {
-  std::vector<PredictedError> all;
-  for (const auto& region : predicted.regions) all.insert(all.end(), region.begin(), region.end());
-  if (all.empty()) return {};
-  return {all.size(), error_kept_by(0.5, all, &PredictedError::error),
-          error_kept_by(0.95, all, &PredictedError::error)};
+  ErrorsOfAll of;
+  std::vector<float> all;
+  for (const auto& region : predicted.regions) {
+    if (region.empty()) ++of.unjudged;
+    for (const PredictedError& at : region) all.push_back(at.error);
+  }
+  of.places = all.size();
+  if (all.empty()) return of;
+  of.median = error_kept_by(0.5, all);
+  of.p95 = error_kept_by(PredictedErrors::kShare, std::move(all));
+  return of;
 }
 
 std::string metres(double error) {
-  return std::isfinite(error) ? fmt::format("{:.3f}", error) : std::string("without limit");
+  return std::isfinite(error) ? fmt::format("{:.3f}", error) : std::string("unbounded");
 }
 
 /// What the build expects of the elements that a selector kept.
 Lines lines_of(const PredictedErrors& predicted, const BundleInfo& info) {
   const ErrorsOfAll all = errors_of_all(predicted);
-  if (all.places == 0) return {{"predicted error [m]", "none: no place sees anything"}};
-  Lines lines{
-      {"predicted error [m]", fmt::format("{} median, {} or less at 95 % of {}", metres(all.median),
-                                          metres(all.p95), cli::counted(all.places, "place"))}};
+  const std::string without = all.unjudged == 0
+                                  ? std::string()
+                                  : fmt::format("; {} without a place that sees anything",
+                                                cli::counted(all.unjudged, "region"));
+  if (all.places == 0) return {{"predicted error [m]", "none" + without}};
+  Lines lines{{"predicted error [m]",
+               fmt::format("{} median, at most {} at 95 % of {}{}", metres(all.median),
+                           metres(all.p95), cli::counted(all.places, "place"), without)}};
   if (!info.target_error) return lines;
   const std::vector<Missed> some = missed(predicted, *info.target_error);
   std::string text = fmt::format("missed in {}", cli::counted(some.size(), "region"));
   for (std::size_t k = 0; k < std::min(some.size(), kWorst); ++k) {
     const Missed& region = some[k];
-    text += fmt::format("{} {} {} ({} with all elements)", k == 0 ? ":" : ",",
+    text += fmt::format("{} {} {} ({} with all elements)",
+                        k > 0                  ? ","
+                        : some.size() > kWorst ? ", the worst are"
+                                               : ":",
                         cli::one_line(info.label_of(region.region)), metres(region.error),
                         metres(region.whole));
   }

@@ -134,15 +134,15 @@ Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundl
 }
 
 /// Tries why most scans were not tracked.
+/// @param place  whether the map may be that of another place
 Result<std::optional<checks::Note>> cause_of_loss(const Bundle& bundle, const Config& config,
                                                   const RunInputs& inputs,
-                                                  const PluginLoader& plugins,
-                                                  std::size_t tracked) {
+                                                  const PluginLoader& plugins, bool place) {
   VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
   VANTAGE_TRY(const checks::Fit fit,
               checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
   VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
-  if (!note && tracked == 0) note = checks::note_on_place(fit);
+  if (!note && place) note = checks::note_on_place(fit);
   if (note || inputs.start_anywhere || 2 * fit.tracked < first.size()) return note;
   const Eigen::Vector3d& at = fit.first_tracked->translation;
   return std::optional<checks::Note>(
@@ -163,10 +163,13 @@ Result<std::vector<checks::Note>> suspicions(const RunSummary& summary,
     notes.insert(notes.end(), more.begin(), more.end());
   };
   add(notes_on(scans, config, imu));
+  const auto reach = checks::notes_on_reach(config);
   std::optional<checks::Note> cause;
   if (notes.empty() && 10 * summary.tracked < 9 * summary.scans) {
-    VANTAGE_TRY(cause, cause_of_loss(bundle, config, inputs, plugins, summary.tracked));
+    VANTAGE_TRY(cause, cause_of_loss(bundle, config, inputs, plugins,
+                                     summary.tracked == 0 && reach.empty()));
   }
+  add(reach);
   if (cause) {
     notes.push_back(*std::move(cause));
   } else {

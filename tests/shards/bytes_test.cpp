@@ -78,7 +78,8 @@ TEST_CASE("shards: the same bytes with every plugin that works part by part") {
   with(&TownConfig::more, "[thinning]\nvoxel_size = 0.8\n");
   TownConfig chosen = usual;
   chosen.store = "plugin = \"pcd_tiles\"\ncontent = \"prepared\"";
-  chosen.more = "[selector]\nplugin = \"contribution\"\nshare = 0.3\nplaces = 4\n";
+  chosen.more =
+      "[selector]\nplugin = \"contribution\"\nshare = 0.3\ntarget_error = 0.03\nplaces = 4\n";
   configs.push_back(chosen);
   for (const TownConfig& config : configs) {
     CAPTURE(config.partitioner);

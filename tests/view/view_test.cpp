@@ -71,6 +71,8 @@ class Yard {
   static constexpr double kEast = 561000.0, kNorth = 5932000.0;
 
   Yard() {
+    // Without it, the window library of Debian 13 writes a line to stderr.
+    ::setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);
     PointCloud map;
     for (double x = 0; x < 24; x += 0.2) {
       for (double y = 0; y < 12; y += 0.2) map.emplace_back(kEast + x, kNorth + y, 30.0);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "evaluation/degrees.hpp"
@@ -135,12 +136,15 @@ std::vector<Note> notes_on(const MapFacts& map, const Config& config) {
                      metres(map.spacing), metres(*spacing)),
          fmt::format("set it to {:.2g}", map.spacing)});
   }
-  if (const auto range = config.visibility->max_range; range && *range < kShortestRange) {
-    notes.push_back(
-        {fmt::format("visibility.max_range is {}", metres(*range)),
-         "regions lose what the sensor sees farther away: give the reach of the sensor"});
-  }
+  for (Note& note : notes_on_reach(config)) notes.push_back(std::move(note));
   return notes;
+}
+
+std::vector<Note> notes_on_reach(const Config& config) {
+  const auto range = config.visibility ? config.visibility->max_range : std::nullopt;
+  if (!range || *range >= kShortestRange) return {};
+  return {{fmt::format("visibility.max_range is {}", metres(*range)),
+           "regions lose what the sensor sees farther away: give the reach of the sensor"}};
 }
 
 std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {

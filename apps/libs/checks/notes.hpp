@@ -14,6 +14,8 @@ namespace vantage::checks {
 /// What of a configuration does not suit its map.
 /// @param config  with the defaults of its plugins filled in, as `with_defaults` returns it
 [[nodiscard]] std::vector<Note> notes_on(const MapFacts& map, const Config& config);
+/// The part of it that needs no map.
+[[nodiscard]] std::vector<Note> notes_on_reach(const Config& config);
 /// What is suspicious about scans by themselves: unit, frame, up, times, what is missing.
 /// @param imu  the sensor has an IMU, which knows where up is
 [[nodiscard]] std::vector<Note> notes_on(const ScanFacts& scans, bool imu);

@@ -59,6 +59,9 @@ std::vector<Change> changes() {
   };
 }
 
+/// A change that finds none of so many first scans is given up.
+constexpr std::size_t kPatience = 4;
+
 /// A localizer that looks everywhere.
 Result<Localizer> open_everywhere(const Bundle& bundle, Config config,
                                   const PluginLoader& plugins) {
@@ -140,7 +143,6 @@ Result<std::optional<Note>> try_changes(const Bundle& bundle, const Config& conf
                                         const PluginLoader& plugins,
                                         std::span<const io::StampedScan> scans,
                                         const Fit& as_they_are) {
-  constexpr std::size_t kPatience = 4;  // scans
   VANTAGE_TRY(auto localizer, open_everywhere(bundle, config, plugins));
   std::optional<Change> best;
   Fit best_fit;
@@ -161,29 +163,29 @@ Result<std::optional<Note>> try_changes(const Bundle& bundle, const Config& conf
 Result<std::optional<Note>> try_scales(const Bundle& bundle, const Config& config,
                                        const PluginLoader& plugins,
                                        std::span<const io::StampedScan> scans,
-                                       const Fit& as_they_are) {
-  constexpr std::size_t kPatience = 4;  // scans
+                                       std::span<const ImuSample> imu, const Fit& as_they_are) {
   // On the recorded street, scans 2 % too large fit 1.56 times as well when they are shrunk, and
   // those 1 % too large 1.33 times; right ones fit 0.77 times as well with any change. On a map of
   // another day, nothing shows: right scans fit up to 1.06 times as well, and 2 % too large ones
   // hardly worse.
   constexpr double kClear = 1.2;
   VANTAGE_TRY(auto localizer, open_everywhere(bundle, config, plugins));
-  double best = as_they_are.nvtl * kClear, best_scale = 1.0;
+  std::optional<double> best;
+  double best_nvtl = kClear * as_they_are.nvtl;
   for (const double scale : {0.98, 0.99, 1.01, 1.02}) {
     VANTAGE_TRY(const Fit fit,
-                fit_with(localizer, scale * Eigen::Matrix3d::Identity(), scans, {}, kPatience));
-    if (fit.found < as_they_are.found || fit.nvtl <= best) continue;
-    best = fit.nvtl;
-    best_scale = scale;
+                fit_with(localizer, scale * Eigen::Matrix3d::Identity(), scans, imu, kPatience));
+    if (fit.found < as_they_are.found || fit.nvtl <= best_nvtl) continue;
+    best = scale;
+    best_nvtl = fit.nvtl;
   }
-  if (best_scale == 1.0) return std::optional<Note>();
+  if (!best) return std::optional<Note>();
   return std::optional<Note>(
       {fmt::format(
            "the scans fit the map {:.2f} as they are, and {:.2f} when they are made {:.0f} % "
            "{}",
-           as_they_are.nvtl, best, 100.0 * std::abs(best_scale - 1.0),
-           best_scale < 1.0 ? "smaller" : "larger"),
+           as_they_are.nvtl, best_nvtl, 100.0 * std::abs(*best - 1.0),
+           *best < 1.0 ? "smaller" : "larger"),
        "the scale of the scans or of the map is off"});
 }
 

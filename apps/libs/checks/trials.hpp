@@ -48,10 +48,11 @@ struct Fit {
 
 /// The note on scans that fit clearly better if they are made a little smaller or larger; none
 /// otherwise.
-/// @param as_they_are  the result of fit_of without a change
+/// @param as_they_are  the result of fit_of with the same IMU
 [[nodiscard]] Result<std::optional<Note>> try_scales(const Bundle& bundle, const Config& config,
                                                      const PluginLoader& plugins,
                                                      std::span<const io::StampedScan> scans,
+                                                     std::span<const ImuSample> imu,
                                                      const Fit& as_they_are);
 
 /// The note on scans that are found nowhere, whatever is changed: none or one of at least three.

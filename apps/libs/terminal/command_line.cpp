@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <thread>
@@ -77,6 +78,24 @@ void print_error(const CLI::App& app, std::string message) {
       app,
       Error{
           .code = ErrorCode::internal, .message = std::move(message), .where = {}, .context = {}});
+}
+
+/// Help that is the same for every version of CLI11: since 2.4, defaults stand in brackets.
+class Help final : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text = CLI::Formatter::make_option_opts(option);
+    const std::string bracketed = " [" + option->get_default_str() + "] ";
+    if (const auto at = text.find(bracketed); at != std::string::npos) {
+      text.replace(at, bracketed.size(), "=" + option->get_default_str());
+    }
+    return text;
+  }
+};
+
+void set_help(CLI::App& app, const std::shared_ptr<Help>& help) {
+  app.formatter(help);
+  for (CLI::App* const job : app.get_subcommands({})) set_help(*job, help);
 }
 
 }  // namespace
@@ -164,6 +183,7 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
     std::cout << completion_table(app);
     return EXIT_SUCCESS;
   }
+  set_help(app, std::make_shared<Help>());
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -15,12 +15,16 @@
 namespace vantage {
 namespace {
 
+/// Recorded scans count if they are so near to a viewpoint [m].
+constexpr double kNear = 5.0;
+
 /// Places that no choice was made at: recorded scans that are left, then places between those of
 /// the choice and the viewpoints next to them.
 /// @param chosen    of `places`
 /// @param recorded  so many first places have scans
 std::vector<ScanPlace> others(std::span<const ScanPlace> places, std::size_t recorded,
                               std::span<const std::size_t> chosen) {
+  constexpr double kApart = 1.0;  // [m]
   std::vector<ScanPlace> others;
   std::vector<bool> taken(places.size(), false);
   for (const std::size_t k : chosen) taken[k] = true;
@@ -32,7 +36,7 @@ std::vector<ScanPlace> others(std::span<const ScanPlace> places, std::size_t rec
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = recorded; i < places.size(); ++i) {
       const double squared = (places[i].at - places[k].at).squaredNorm();
-      if (squared == 0.0 || squared >= least) continue;
+      if (squared < kApart * kApart || squared >= least) continue;
       least = squared;
       next = &places[i].at;
     }
@@ -102,12 +106,12 @@ Result<void> check_order(std::span<const std::uint32_t> order, std::size_t eleme
                                        " elements, not " + std::to_string(wanted));
 }
 
-/// The errors of poses while elements are added.
+/// The errors of positions while elements are added.
 class Forecast {
  public:
   /// @param pulls  of each scan, ascending by element; borrowed
   explicit Forecast(std::span<const std::vector<Pull>> pulls)
-      : pulls_(pulls), scans_(pulls.size(), PoseError(kNoise)) {}
+      : pulls_(pulls), scans_(pulls.size(), PoseError(PoseError::kNoise, 0.0)) {}
 
   void take(std::uint32_t element) {
     for (std::size_t s = 0; s < pulls_.size(); ++s) {
@@ -116,42 +120,43 @@ class Forecast {
       scans_[s].add(term_of(*pull));
     }
   }
-  /// @param places  of the scans, map frame [m]
-  [[nodiscard]] std::vector<PredictedError> errors_at(PointsView places) const {
-    std::vector<PredictedError> errors;
-    for (std::size_t s = 0; s < scans_.size(); ++s) {
-      PoseError whole(kNoise);
-      whole.add(pulls_[s]);
-      errors.push_back({.place = places[s],
-                        .error = std::sqrt(scans_[s].squared_translation()),
-                        .whole = std::sqrt(whole.squared_translation())});
-    }
+  /// Of each scan [m].
+  [[nodiscard]] std::vector<float> errors() const {
+    std::vector<float> errors;
+    for (const PoseError& scan : scans_) errors.push_back(std::sqrt(scan.squared_translation()));
     return errors;
-  }
-  /// Whether 95 % of the errors are at most so large [m].
-  [[nodiscard]] bool keeps(double target) const {
-    const auto good = std::ranges::count_if(scans_, [&](const PoseError& scan) {
-      return static_cast<double>(scan.squared_translation()) <= target * target;
-    });
-    return 20 * static_cast<std::size_t>(good) >= 19 * scans_.size();
   }
 
  private:
-  static constexpr float kNoise = 0.1F;
-
   std::span<const std::vector<Pull>> pulls_;
   std::vector<PoseError> scans_;
 };
 
 /// How many of the first elements keep a target; all if none do.
 std::size_t enough_of(std::span<const std::uint32_t> order,
-                      std::span<const std::vector<Pull>> pulls, double target) {
-  Forecast forecast(pulls);
-  for (std::size_t n = 0; n < order.size(); ++n) {
+                      std::span<const std::vector<Pull>> judges, double target) {
+  Forecast forecast(judges);
+  for (std::size_t n = 0; n < order.size() && !judges.empty(); ++n) {
     forecast.take(order[n]);
-    if (forecast.keeps(target)) return n + 1;
+    if (error_kept_by(PredictedErrors::kShare, forecast.errors()) <= target) return n + 1;
   }
   return order.size();
+}
+
+/// What to expect at places whose pulls are given, with the kept elements and with all.
+std::vector<PredictedError> predicted(PointsView places, std::span<const std::vector<Pull>> pulls,
+                                      std::span<const std::uint32_t> kept) {
+  Forecast forecast(pulls);
+  for (const std::uint32_t element : kept) forecast.take(element);
+  const std::vector<float> errors = forecast.errors();
+  std::vector<PredictedError> predicted;
+  for (std::size_t s = 0; s < pulls.size(); ++s) {
+    PoseError whole(PoseError::kNoise, 0.0);
+    whole.add(pulls[s]);
+    predicted.push_back(
+        {.place = places[s], .error = errors[s], .whole = std::sqrt(whole.squared_translation())});
+  }
+  return predicted;
 }
 
 std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
@@ -163,9 +168,9 @@ class Selection::Excerpts {
  public:
   /// All arguments are borrowed.
   /// @param all        numbers of the region's elements in the target, ascending
-  /// @param in_target  the same by their numbers in the region
-  Excerpts(const MatchTarget& whole, const std::vector<std::uint32_t>& all,
-           const std::vector<std::uint32_t>& in_target)
+  /// @param in_target  the same, indexed by their numbers in the region
+  Excerpts(const MatchTarget& whole, std::span<const std::uint32_t> all,
+           std::span<const std::uint32_t> in_target)
       : whole_(whole), all_(all), in_target_(in_target) {}
 
   [[nodiscard]] std::size_t elements() const noexcept { return all_.size(); }
@@ -178,7 +183,7 @@ class Selection::Excerpts {
 
  private:
   const MatchTarget& whole_;
-  const std::vector<std::uint32_t>&all_, &in_target_;
+  std::span<const std::uint32_t> all_, in_target_;
 };
 
 Selection::Selection(const MatchTarget& whole, const Selector& selector,
@@ -191,7 +196,8 @@ Selection::Selection(const MatchTarget& whole, const Selector& selector,
       nanoseconds_(nanoseconds(preparing_.seconds())) {}
 
 double Selection::reach(const BuildParams& params) {
-  return std::min(params.max_range, Surfaces::kFarthestReturn) + Surfaces::kMargin;
+  // A place between a recorded scan and a viewpoint is outside the viewpoints by half of kNear.
+  return std::min(params.max_range, Surfaces::kFarthestReturn) + Surfaces::kMargin + 0.5 * kNear;
 }
 
 Result<Selection::Views> Selection::views_from(std::span<const ScanPlace> places,
@@ -203,15 +209,15 @@ Result<Selection::Views> Selection::views_from(std::span<const ScanPlace> places
     VANTAGE_TRY(std::vector<Pull> pulls,
                 place.scan ? whole_.pulls(place.scan->points, place.scan->T_map_scan)
                            : virtual_pulls(place.at));
+    pulls = own_of(std::move(pulls), own_number);
     if (pulls.empty()) continue;
     views.places.push_back(place.at);
-    views.pulls.push_back(own_of(std::move(pulls), own_number));
+    views.pulls.push_back(std::move(pulls));
   }
   return views;
 }
 
 std::vector<ScanPlace> Selection::recorded_near(std::span<const Point> viewpoints) const {
-  constexpr double kNear = 5.0;  // [m]
   Bounds3 around;
   for (const Point& p : viewpoints) around.extend(p);
   std::vector<ScanPlace> near;
@@ -273,8 +279,9 @@ Result<Selected> Selection::chosen(PointsView seen, std::span<const Point> viewp
   const std::vector<ScanPlace> between = others(places, recorded, some);
   const auto unused = static_cast<std::size_t>(
       std::ranges::count_if(between, [](const ScanPlace& place) { return place.scan != nullptr; }));
-  VANTAGE_TRY(const Views judges,
+  VANTAGE_TRY(Views judges,
               views_from(between, spread(between, unused, (params_.places + 1) / 2), own_number));
+  if (judges.pulls.empty()) judges = views;
   const Excerpts excerpts(whole_, numbers, in_target);
   VANTAGE_TRY(const Room room, room_for(excerpts));
   VANTAGE_TRY(std::vector<std::uint32_t> order,
@@ -285,9 +292,8 @@ Result<Selected> Selection::chosen(PointsView seen, std::span<const Point> viewp
     order.resize(order.size() - std::min(order.size() - 1, static_cast<std::size_t>(over) + 1));
     VANTAGE_TRY(prepared, excerpts.of(order));
   }
-  Forecast forecast(judges.pulls);
-  for (const std::uint32_t element : order) forecast.take(element);
-  return Selected{.prepared = std::move(prepared), .errors = forecast.errors_at(judges.places)};
+  return Selected{.prepared = std::move(prepared),
+                  .errors = predicted(judges.places, judges.pulls, order)};
 }
 
 Result<Selection::Room> Selection::room_for(const Excerpts& excerpts) const {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "build/surfaces.hpp"
@@ -20,7 +21,7 @@ namespace vantage {
 /// What is kept of a region's prepared map.
 struct Selected {
   PreparedMap prepared;
-  std::vector<PredictedError> errors = {};  ///< at the places of the scans
+  std::vector<PredictedError> errors = {};  ///< at the places that judge the choice
 };
 
 /// Where a scan is taken.

@@ -11,6 +11,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "vantage/kit/hash.hpp"
@@ -37,8 +38,6 @@ std::uint64_t voxel_of(const Point& p) {
 }
 
 constexpr std::int64_t kCube = 8;  // voxels along the edge of a cube
-/// More than that of the ball around a cube's discs: the half of its diagonal, and a disc [m].
-constexpr double kCubeRadius = 0.87 * kCube * kEdge + 1.0;
 
 /// The key of the cube that a voxel lies in.
 std::uint64_t cube_of(std::uint64_t voxel) {
@@ -46,7 +45,7 @@ std::uint64_t cube_of(std::uint64_t voxel) {
   return voxel & (kPart << 42U | kPart << 21U | kPart);
 }
 
-float no_less_than_asin(float x) { return x < 0.5F ? 1.05F * x : std::asin(x); }
+float no_less_than_asin(float x) { return x < 0.5F ? 1.05F * x : std::asin(std::min(x, 1.0F)); }
 
 /// To within kAtanError: atan2(y, x) by a polynomial for the angle to the nearer axis.
 constexpr float kAtanError = 3e-4F;  // [rad]
@@ -208,6 +207,7 @@ struct Surfaces::Parts {
   std::vector<Disc> discs;
   PointCloud cube_middles;
   std::vector<Cube> cubes;
+  float widest = 0.0F;
 };
 
 Surfaces::Surfaces(PointsView map) : Surfaces(parts_of(map)) {}
@@ -217,6 +217,7 @@ Surfaces::Surfaces(Parts parts)
       discs_(std::move(parts.discs)),
       cube_middles_(std::move(parts.cube_middles)),
       cubes_(std::move(parts.cubes)),
+      widest_(parts.widest),
       plan_(cube_middles_, cube_middles_.size(),
             [](std::size_t k) { return static_cast<std::uint32_t>(k); }) {}
 
@@ -252,6 +253,7 @@ Surfaces::Parts Surfaces::parts_of(PointsView map) {
     all.cube_middles.emplace_back(0.5 * (bounds.min + bounds.max));
     const double radius = 0.5 * (bounds.max - bounds.min).norm() + double{kDiscRadius} + 0.01;
     all.cubes.push_back({begin, end, static_cast<float>(radius)});
+    all.widest = std::max(all.widest, all.cubes.back().radius);
   }
   return all;
 }
@@ -303,8 +305,7 @@ class Raster {
         std::min(kRings - 1, static_cast<int>(std::floor((elevation + high) * rings_a_radian_)));
     if (first > last) return false;
     const float azimuth = about_atan2(to.y(), to.x());
-    const float wide =
-        plan > radius ? no_less_than_asin(radius / plan) + kAtanError : std::numbers::pi_v<float>;
+    const float wide = plan > radius ? no_less_than_asin(radius / plan) + kAtanError : kAllAround;
     const int from = static_cast<int>(std::ceil((azimuth - wide) * kColumnsARadian));
     const int end = std::min(from + kColumns - 1,
                              static_cast<int>(std::floor((azimuth + wide) * kColumnsARadian)));
@@ -319,6 +320,7 @@ class Raster {
 
  private:
   static constexpr double kColumnStep = 2.0 * std::numbers::pi / kColumns;
+  static constexpr float kAllAround = 3.5F;  // half a turn and more [rad]
   static constexpr auto kColumnsARadian = static_cast<float>(1.0 / kColumnStep);
 
   float lowest_, rings_a_radian_ = 0.0F;
@@ -331,6 +333,7 @@ class Raster {
 
 PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
   constexpr double kNearest = 1.0, kGrazing = 0.02;  // [m], sine of the angle to the surface
+  constexpr double kBeside = 0.01;                   // the sensor is in the ball, or nearly [m]
   const double range = std::min(rays.max_range, kFarthestReturn);
   Raster raster(rays);
   struct Near {
@@ -338,7 +341,7 @@ PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
     std::uint32_t cube;
   };
   std::vector<Near> order;
-  const Eigen::Vector2d side = Eigen::Vector2d::Constant(range + kCubeRadius);
+  const Eigen::Vector2d side = Eigen::Vector2d::Constant(range + double{widest_});
   for (const std::uint32_t k : plan_.near(sensor.head<2>() - side, sensor.head<2>() + side)) {
     const double from = (cube_middles_[k] - sensor).norm() - double{cubes_[k].radius};
     if (from <= range) order.push_back({from, k});
@@ -380,7 +383,7 @@ PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
     const auto open = [&, away = from](std::size_t ray) {
       return raster.nearest(ray) + kSameSurface >= away;
     };
-    if (from > 0.0 &&
+    if (from > kBeside &&
         !raster.any_near((cube_middles_[k] - sensor).cast<float>(), cubes_[k].radius, open)) {
       continue;
     }
@@ -393,7 +396,10 @@ PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
   std::vector<Hit> hits(std::size_t{kRings} * kColumns);
   for (const Meeting& m : meetings) {
     if (m.range > raster.nearest(m.ray) + kSameSurface) continue;
-    if (m.off < hits[m.ray].off) hits[m.ray] = {m.off, m.range, m.disc};
+    // Equal ones: the order of discs is the same in every map, that of cubes is not.
+    const Hit& hit = hits[m.ray];
+    if (std::pair(m.off, m.disc) < std::pair(hit.off, hit.disc))
+      hits[m.ray] = {m.off, m.range, m.disc};
   }
   PointCloud scan;
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {

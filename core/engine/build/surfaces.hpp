@@ -53,6 +53,7 @@ class Surfaces {
   std::vector<Disc> discs_;
   PointCloud cube_middles_;  // map frame [m]
   std::vector<Cube> cubes_;
+  float widest_;    // of the radii of the cubes [m]
   PlanIndex plan_;  // of the cubes
 };
 

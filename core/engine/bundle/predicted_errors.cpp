@@ -35,13 +35,10 @@ Result<std::optional<PredictedErrors>> PredictedErrors::of_bundle(const Bundle& 
   return std::optional<PredictedErrors>(std::move(errors));
 }
 
-double error_kept_by(double share, std::span<const PredictedError> errors,
-                     float PredictedError::*which) {
-  std::vector<float> sorted;
-  for (const PredictedError& at : errors) sorted.push_back(at.*which);
-  std::ranges::sort(sorted);
-  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
-  return static_cast<double>(sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
+double error_kept_by(double share, std::vector<float> errors) {
+  std::ranges::sort(errors);
+  const double rank = std::ceil(share * static_cast<double>(errors.size()));
+  return static_cast<double>(errors[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
 }
 
 }  // namespace vantage

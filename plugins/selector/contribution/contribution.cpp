@@ -14,6 +14,9 @@
 namespace vantage::contribution {
 namespace {
 
+/// What is known before the first element: with the usual noise, the pose to 0.14 m and 0.014 rad.
+constexpr double kPrior = 5.0;
+
 /// So many elements are compared exactly. Those after them add little.
 constexpr std::size_t kExact = 256;
 
@@ -31,7 +34,7 @@ class Choice {
     for (std::uint32_t s = 0; s < region.scans.size(); ++s) {
       for (const Pull& pull : region.scans[s]) touches_[next[pull.element]++] = {s, term_of(pull)};
     }
-    scans_.assign(region.scans.size(), PoseError(noise));
+    scans_.assign(region.scans.size(), PoseError(noise, kPrior));
   }
 
   [[nodiscard]] bool touches(std::uint32_t element) const noexcept {
@@ -77,7 +80,7 @@ class Choice {
 /// Elements that fix the poses of scans, and whose errors cancel.
 struct Contribution {
   std::uint32_t candidates = 64;
-  double noise = 0.1;
+  double noise = 0.1;  // as PoseError::kNoise
   double power = 1.0;
   std::uint64_t seed = 17;
 

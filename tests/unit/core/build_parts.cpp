@@ -108,6 +108,7 @@ StoredPart some_part(std::uint32_t seed) {
   }
   part.ranks.push_back(std::uint64_t{1} << 40U);  // more than 32 bits
   part.prepared = {.bytes = {std::byte{7}, static_cast<std::byte>(seed)}, .elements = 3};
+  part.errors = {{{1.0, 2.0, static_cast<double>(seed)}, 0.02F, 0.01F}};
   return part;
 }
 
@@ -131,6 +132,7 @@ TEST_CASE("finished regions come back from their files, and what is cut off is b
     CHECK(part.ranks == wanted.ranks);
     CHECK(part.views == wanted.views);
     CHECK(part.prepared == wanted.prepared);
+    CHECK(part.errors == wanted.errors);
     CHECK(part.skipped == wanted.skipped);
     CHECK(part.points == 40);
   }

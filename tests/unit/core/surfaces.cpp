@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <random>
+#include <utility>
 
 using namespace vantage;
 
@@ -74,12 +77,70 @@ TEST_CASE("virtual scans: a wall hides what is behind it, and rays end at the ra
   for (const Point& p : up) CHECK(p.z() > kSensor.z());
 }
 
+/// Points on a lattice, of a wall across the x axis.
+void add_piece(PointCloud& map, double x, double from, double to, double height) {
+  for (double y = from; y < to; y += 0.1) {
+    for (double z = 0.0; z < height; z += 0.1) map.emplace_back(x, y, z);
+  }
+}
+
+/// The range along each ray that hits something, by azimuth and elevation.
+std::map<std::pair<long, long>, double> ranges(const PointCloud& map) {
+  const Rays rays{.lowest = -20.0, .highest = 18.0, .max_range = 60.0};
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  std::map<std::pair<long, long>, double> ranges;
+  for (const Point& p : Surfaces(map).scan(kSensor, rays)) {
+    const Point to = p - kSensor;
+    const long azimuth = std::lround(std::atan2(to.y(), to.x()) * kDegrees);
+    const double elevation = std::asin(to.z() / to.norm()) * kDegrees;
+    ranges[{azimuth, std::lround((elevation - rays.lowest) / 2.0)}] = to.norm();
+  }
+  return ranges;
+}
+
+TEST_CASE("virtual scans: what is skipped behind surfaces would have hidden nothing") {
+  std::mt19937 random(11);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int world = 0; world < 5; ++world) {
+    PointCloud near, far, both;
+    for (int k = 0; k < 12; ++k) {
+      PointCloud& map = k % 2 == 0 ? near : far;
+      const double x = k % 2 == 0 ? between(3.0, 12.0) : between(12.0, 50.0);
+      const double y = between(-15.0, 15.0);
+      add_piece(map, x, y, y + between(0.5, 8.0), between(0.3, 6.0));
+    }
+    both = near;
+    both.insert(both.end(), far.begin(), far.end());
+    const auto of_both = ranges(both);
+    std::size_t behind = 0;
+    for (const PointCloud* const part : {&near, &far}) {
+      for (const auto& [ray, range] : ranges(*part)) {
+        const auto hit = of_both.find(ray);
+        REQUIRE(hit != of_both.end());
+        CHECK(hit->second < range + 0.4);
+        if (hit->second < range - 0.4) ++behind;
+      }
+    }
+    CHECK(behind > 20);
+  }
+}
+
 TEST_CASE("virtual scans: the order of the points and what is out of range do not matter") {
   PointCloud map;
   add_wall(map, 8.0, 0.02, 1);
   add_wall(map, -12.0, 0.05, 2);
+  // A lattice, whose discs are equally near to many rays, across the end of the range.
+  const auto add_ground = [&](double from, double to) {
+    for (double x = from; x < to; x += 0.1) {
+      for (double y = -3.0; y < 3.0; y += 0.1) map.emplace_back(x, y, 0.0);
+    }
+  };
+  add_ground(9.0, 21.5);
   const PointCloud scan = Surfaces(map).scan(kSensor, {.max_range = 20.0});
   std::mt19937 random(3);
+  add_ground(21.5, 40.0);
   add_wall(map, 60.0, 0.02, 4);
   std::ranges::shuffle(map, random);
   const PointCloud other = Surfaces(map).scan(kSensor, {.max_range = 20.0});

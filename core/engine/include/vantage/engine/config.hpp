@@ -152,11 +152,12 @@ struct SelectorConfig {
                  "instead of max_bytes: the share of a region's elements that is kept",
                  Range{.min = 0.0, .max = 1.0, .min_open = true}),
         optional("target_error", &SelectorConfig::target_error, "m",
-                 "fewer elements are kept where these have at most this error of the position, as "
-                 "the build predicts it, at 95 % of a region's places",
+                 "no more elements are kept than it takes for this error of the position, as the "
+                 "build predicts it, at 95 % of the places that judge the choice",
                  positive),
         optional("places", &SelectorConfig::places, "",
-                 "scans in and around a region that the choice is made with", at_least(1)),
+                 "scans in and around a region that the choice is made with; half as many judge it",
+                 at_least(1)),
         optional("scans", &SelectorConfig::scans, "",
                  "the recording that the map was made of; without it, scans are virtual"),
         optional("poses", &SelectorConfig::poses, "",

@@ -12,7 +12,8 @@
 
 namespace vantage {
 
-/// How far off a position is expected to be: root mean squares [m], infinite if nothing holds it.
+/// How far off a position is expected to be: root mean squares [m]; infinite if the elements do not
+/// hold the pose.
 struct PredictedError {
   Point place = Point::Zero();  ///< of the sensor, map frame [m]
   float error = 0.0F;           ///< with the elements that are kept
@@ -22,10 +23,13 @@ struct PredictedError {
 };
 
 /// What a build expects of the maps whose elements a selector chose: the bias and the spread of the
-/// pose at some places that the choice was not made with.
+/// position, at places that judge the choice. The choice was made with others, where there are any.
 struct VANTAGE_API PredictedErrors {
   /// The name of their bytes in a bundle.
   static constexpr const char* kAttachment = "predicted_errors";
+
+  /// A region keeps a target if so many of its places do.
+  static constexpr double kShare = 0.95;
 
   std::vector<std::vector<PredictedError>> regions;  ///< by their numbers
 
@@ -40,10 +44,8 @@ struct VANTAGE_API PredictedErrors {
                                                       std::size_t regions);
 };
 
-/// The error that a share of the places keeps [m].
+/// The error that a share of some errors does not exceed; of fewer than 20, 95 % are all.
 /// @param errors  at least one
-/// @param which   with the elements that are kept, or with all
-[[nodiscard]] VANTAGE_API double error_kept_by(double share, std::span<const PredictedError> errors,
-                                               float PredictedError::*which);
+[[nodiscard]] VANTAGE_API double error_kept_by(double share, std::vector<float> errors);
 
 }  // namespace vantage

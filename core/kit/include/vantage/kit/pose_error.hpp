@@ -41,10 +41,13 @@ class PoseError {
   using Matrix6 = Eigen::Matrix<float, 6, 6>;
 
  public:
+  /// The factor of the covariance for objectives as that of `ndt`.
+  static constexpr float kNoise = 0.1F;
+
   /// @param noise  the factor of the covariance
-  explicit PoseError(float noise) : noise_(noise) {
-    constexpr double kPrior = 5.0;  // before the first element: the pose to 1 m and 0.1 rad
-    sum_.hessian = kPrior * Eigen::Matrix<double, 6, 6>::Identity();
+  /// @param prior  diagonal of H before the first element; 0: nothing is known
+  PoseError(float noise, double prior) : noise_(noise) {
+    sum_.hessian = prior * Eigen::Matrix<double, 6, 6>::Identity();
     solve();
   }
 
