@@ -41,7 +41,7 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
   BundleWriter writer(plan, plugins);
   writer.attachments_ = &params.attachments;
   writer.report_ = report_of(plan);
-  writer.predicted_.regions.resize(plan.partition.size());
+  if (plugins.selector) writer.predicted_.emplace().regions.resize(plan.partition.size());
   VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = plan.partition,
                                               .regions = {},
                                               .map_bounds = plan.limits.map_bounds,
@@ -80,7 +80,7 @@ Result<void> BundleWriter::take(std::uint32_t region, PointsView map, Finished f
   report_.regions[region] = {.points = finished.points,
                              .viewpoints = viewpoints.size(),
                              .elements = finished.prepared.elements};
-  if (plugins_->selector) predicted_.regions[region] = std::move(finished.errors);
+  if (predicted_) predicted_->regions[region] = std::move(finished.errors);
   const RegionMap region_map = region_map_of(map, std::move(finished), viewpoints);
   VANTAGE_CHECK(plugins_->store->put(RegionId{region}, region_map));
   if (trials_) VANTAGE_CHECK(trials_->run_in(RegionId{region}, region_map));
@@ -94,9 +94,9 @@ Result<BuildReport> BundleWriter::commit() && {
     report_.atlas_sites = trials_->sites();
     report_.core_seconds_atlas = trials_->core_seconds();
   }
-  if (plugins_->selector) {
-    VANTAGE_CHECK(keep_attachment(*plugins_->store, PredictedErrors::kAttachment,
-                                  predicted_.encode()));
+  if (predicted_) {
+    VANTAGE_CHECK(
+        keep_attachment(*plugins_->store, PredictedErrors::kAttachment, predicted_->encode()));
   }
   for (const auto& [name, bytes] : *attachments_) {
     VANTAGE_CHECK(keep_attachment(*plugins_->store, name, bytes));

@@ -41,7 +41,7 @@ class BundleWriter {
   const decltype(BuildParams::attachments)* attachments_ = nullptr;
   std::optional<SiteTrials> trials_;
   BuildReport report_;
-  PredictedErrors predicted_;
+  std::optional<PredictedErrors> predicted_;  // none: no selector chooses elements
   Stopwatch stopwatch_;
   CpuStopwatch cpu_;
 };

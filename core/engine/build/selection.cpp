@@ -77,8 +77,7 @@ std::vector<std::size_t> spread(std::span<const ScanPlace> places, std::size_t p
 }
 
 /// Numbered within the region; elements of other regions are left out.
-std::vector<Pull> own_of(std::vector<Pull> pulls,
-                         const std::vector<std::pair<std::uint32_t, std::uint32_t>>& own_number) {
+std::vector<Pull> own_of(std::vector<Pull> pulls, const OwnNumbers& own_number) {
   auto element = own_number.begin();
   std::erase_if(pulls, [&](Pull& pull) {
     while (element != own_number.end() && element->first < pull.element) ++element;

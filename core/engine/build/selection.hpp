@@ -24,6 +24,9 @@ struct Selected {
   std::vector<PredictedError> errors = {};  ///< at the places that judge the choice
 };
 
+/// The numbers of a region's elements in the target, and in the region; ascending.
+using OwnNumbers = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
 /// Where a scan is taken.
 struct ScanPlace {
   Point at;                           ///< of the sensor, map frame [m]
@@ -58,8 +61,6 @@ class Selection {
  private:
   [[nodiscard]] Result<Selected> chosen(PointsView seen, std::span<const Point> viewpoints) const;
   class Excerpts;
-  /// The numbers of a region's elements in the target, and in the region.
-  using OwnNumbers = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
   /// What the region's elements do to the poses of some scans.
   struct Views {
     PointCloud places = {};                     ///< of the scans, map frame [m]
@@ -71,9 +72,9 @@ class Selection {
     double each = 1.0;         ///< [bytes]
   };
   [[nodiscard]] Result<Room> room_for(const Excerpts& excerpts) const;
-  /// The elements that are kept, as the selector orders them: at most so many, and fewer if they
-  /// keep the target.
-  /// @param judges  pulls of the scans that the target is kept for
+  /// Asks the selector for its order, and cuts it off where the first elements keep the target.
+  /// @param judges  pulls of the scans that decide whether they do
+  /// @param most    no more elements than these
   [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(
       const RegionElements& region, std::span<const std::vector<Pull>> judges,
       std::size_t most) const;
@@ -83,7 +84,8 @@ class Selection {
   [[nodiscard]] Result<Views> views_from(std::span<const ScanPlace> places,
                                          std::span<const std::size_t> some,
                                          const OwnNumbers& own_number) const;
-  /// Those of a scan without noise, all numbers those of the target; none if it hits nothing.
+  /// What the elements of the whole map do to a virtual scan without noise. They have the numbers
+  /// of the target. Empty if the scan hits nothing.
   [[nodiscard]] Result<std::vector<Pull>> virtual_pulls(const Point& place) const;
 
   const MatchTarget& whole_;

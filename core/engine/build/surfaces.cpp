@@ -398,8 +398,9 @@ PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
     if (m.range > raster.nearest(m.ray) + kSameSurface) continue;
     // Equal ones: the order of discs is the same in every map, that of cubes is not.
     const Hit& hit = hits[m.ray];
-    if (std::pair(m.off, m.disc) < std::pair(hit.off, hit.disc))
+    if (std::pair(m.off, m.disc) < std::pair(hit.off, hit.disc)) {
       hits[m.ray] = {m.off, m.range, m.disc};
+    }
   }
   PointCloud scan;
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
