@@ -1,6 +1,8 @@
 #include "view/controls.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 
 namespace vantage::view {
 namespace {
@@ -20,9 +22,26 @@ Reaction toggled(bool& flag, bool there) {
   return Reaction::lines;
 }
 
-Reaction next_coloring(Controls& controls, bool atlas) {
-  const auto next = (static_cast<int>(controls.coloring) + 1) % (atlas ? 4 : 3);
-  controls.coloring = static_cast<Coloring>(next);
+constexpr std::array kColorings{Coloring::height, Coloring::region, Coloring::views,
+                                Coloring::localizability, Coloring::contribution};
+
+bool has(const Shown& shown, Coloring coloring) {
+  switch (coloring) {
+    case Coloring::height:
+    case Coloring::region: return true;
+    case Coloring::views: return !shown.elements;
+    case Coloring::localizability: return shown.atlas;
+    case Coloring::contribution: return shown.elements;
+  }
+  return false;
+}
+
+Reaction next_coloring(Controls& controls, const Shown& shown) {
+  auto next = static_cast<std::size_t>(controls.coloring);
+  do {
+    next = (next + 1) % kColorings.size();
+  } while (!has(shown, kColorings[next]));
+  controls.coloring = kColorings[next];
   return Reaction::points;
 }
 
@@ -40,6 +59,7 @@ const char* to_string(Coloring coloring) noexcept {
     case Coloring::region: return "region";
     case Coloring::views: return "views";
     case Coloring::localizability: return "localizability";
+    case Coloring::contribution: return "contribution";
   }
   return "";
 }
@@ -48,7 +68,7 @@ Reaction press(char key, Controls& controls, const Shown& shown) {
   const bool bundle = shown.regions > 0;
   switch (key) {
     case 'H': return Reaction::help;
-    case 'C': return bundle ? next_coloring(controls, shown.atlas) : Reaction::none;
+    case 'C': return bundle ? next_coloring(controls, shown) : Reaction::none;
     case 'R': return bundle ? next_region(controls, shown.regions) : Reaction::none;
     case 'A':
       if (!controls.region) return Reaction::none;
@@ -72,10 +92,13 @@ std::string key_help(const Shown& shown) {
       "mouse  left: turn, wheel: zoom, Ctrl + left: move\n"
       "H      this help\n";
   if (shown.regions > 0) {
-    text += "C      next colour: height, region, views";
-    text += shown.atlas ? ", localizability\n" : "\n";
+    text += "C      next colour:";
+    for (const Coloring coloring : kColorings) {
+      if (!has(shown, coloring)) continue;
+      text += std::string(coloring == kColorings.front() ? " " : ", ") + to_string(coloring);
+    }
     text +=
-        "R, A   the map of the next region; all regions\n"
+        "\nR, A   the map of the next region; all regions\n"
         "B      borders of the regions on and off\n"
         "V      viewpoints of the region on and off\n";
   }

@@ -8,7 +8,7 @@
 
 namespace vantage::view {
 
-enum class Coloring : std::uint8_t { height, region, views, localizability };
+enum class Coloring : std::uint8_t { height, region, views, localizability, contribution };
 [[nodiscard]] const char* to_string(Coloring) noexcept;
 
 /// What the window currently shows.
@@ -24,7 +24,8 @@ struct Controls {
 struct Shown {
   std::uint32_t regions = 0;  ///< 0 for a cloud
   bool trajectory = false;
-  bool atlas = false;  ///< of a bundle
+  bool atlas = false;     ///< of a bundle
+  bool elements = false;  ///< of prepared maps with their contributions, instead of points
 };
 
 /// What a key makes necessary.

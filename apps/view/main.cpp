@@ -3,16 +3,16 @@
 
 #include <filesystem>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "terminal/command_line.hpp"
+#include "terminal/input_options.hpp"
 #include "terminal/progress.hpp"
-#include "terminal/table.hpp"
 #include "vantage/io/formats.hpp"
 #include "vantage/io/tiled_map.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "view/description.hpp"
 #include "view/window.hpp"
 
 namespace vantage {
@@ -24,6 +24,7 @@ struct Options {
   std::filesystem::path what, trajectory, png;
   std::string region, color = "height", size;
   std::vector<std::filesystem::path> plugin_dirs;
+  InputOptions inputs;  ///< with --color contribution
   std::size_t max_points = 5'000'000;
   int point_size = 0;
   bool quiet = false, json = false;
@@ -35,10 +36,31 @@ bool is_bundle(const Options& options) {
 }
 
 Coloring coloring_of(const std::string& name) {
-  for (const Coloring coloring : {Coloring::region, Coloring::views, Coloring::localizability}) {
+  for (const Coloring coloring :
+       {Coloring::region, Coloring::views, Coloring::localizability, Coloring::contribution}) {
     if (name == view::to_string(coloring)) return coloring;
   }
   return Coloring::height;
+}
+
+/// The options of scans belong to a colour.
+Result<void> check_inputs(const Options& options) {
+  const InputOptions& inputs = options.inputs;
+  if (options.color == "contribution") {
+    if (!inputs.scans.empty() && !inputs.reference.empty()) return {};
+    return cli::usage_error(
+        "--color contribution takes scans and their poses: give --scans and --reference");
+  }
+  for (const auto& [option, given] : {std::pair("--scans", !inputs.scans.empty()),
+                                      {"--topic", !inputs.topic.empty()},
+                                      {"--reference", !inputs.reference.empty()},
+                                      {"--reference-topic", !inputs.reference_topic.empty()},
+                                      {"--mount", !inputs.mount.empty()}}) {
+    if (given) {
+      return cli::usage_error(fmt::format("{} is given without --color contribution", option));
+    }
+  }
+  return {};
 }
 
 /// Checks what can be checked before anything is read.
@@ -53,6 +75,7 @@ Result<view::Size> check(const Options& options) {
                               options.what.string() + " is not a folder");
     }
   }
+  VANTAGE_CHECK(check_inputs(options));
   if (!options.png.empty() && options.png.extension() != ".png") {
     return cli::usage_error("--png takes a name that ends in .png, not '" + options.png.string() +
                             "'");
@@ -66,110 +89,48 @@ Result<view::Size> check(const Options& options) {
   return *size;
 }
 
-Result<view::Lines> read_lines(const Options& options, const Point& origin) {
+Result<view::Lines> read_lines(const Options& options, const std::optional<RunInputs>& inputs,
+                               const Point& origin) {
   view::Lines lines;
-  if (options.trajectory.empty()) return lines;
-  VANTAGE_TRY(const auto trajectory, io::read_trajectory(options.trajectory));
+  io::Trajectory trajectory;
+  if (!options.trajectory.empty()) {
+    VANTAGE_TRY(trajectory, io::read_trajectory(options.trajectory));
+  } else if (inputs) {
+    trajectory = *inputs->reference;
+  }
   for (const auto& moment : trajectory) {
     lines.trajectory.push_back(moment.pose.translation - origin);
   }
   return lines;
 }
 
-std::string label_of(const view::Scene& scene, const view::Controls& controls) {
-  return controls.region ? scene.index().partition[*controls.region].label : std::string();
-}
-
-std::string legend(const view::Drawing& drawing, const view::Controls& controls,
-                   const view::Scales& scales, const view::Scene& scene) {
-  switch (controls.coloring) {
-    case Coloring::height:
-      return fmt::format("height, {:.1f} m (blue) to {:.1f} m (yellow)",
-                         scales.height.low + scene.origin().z(),
-                         scales.height.high + scene.origin().z());
-    case Coloring::region: return "the region that a point is in, light is high";
-    case Coloring::views: {
-      const auto most = std::max_element(drawing.views.begin(), drawing.views.end());
-      return fmt::format(
-          "{} a point, 1 (dark) to {:.0f} (light){}",
-          scene.bundle()->has_views() ? "viewpoints that see" : "region maps that hold",
-          scales.views.high,
-          *most > scales.views.high ? fmt::format(" and more, {} at most", cli::grouped(*most))
-                                    : std::string());
-    }
-    case Coloring::localizability:
-      return fmt::format(
-          "expected error at the nearest site, {:g} m (blue) to {:g} m and more, or no match "
-          "(red)\n"
-          "sites      {} of the atlas for {}; white line: weak direction, longer if weaker; "
-          "violet: "
-          "alike places",
-          view::kLeastError, view::kLargestError, cli::grouped(scene.atlas()->sites.size()),
-          scene.atlas()->calibration.matcher.plugin);
-  }
-  return {};
-}
-
-/// A few lines about what is drawn.
-std::string description(const view::Scene& scene, const view::Drawing& drawing,
-                        const view::Controls& controls, const view::Scales& scales,
-                        std::size_t max_points) {
-  const Point& o = scene.origin();
-  std::string text =
-      fmt::format("shown      {}{}\n", scene.name(),
-                  controls.region ? ", region '" + label_of(scene, controls) + "'" : "");
-  text += fmt::format("points     {} drawn of a map of {}{}\n", cli::grouped(drawing.points.size()),
-                      cli::grouped(scene.total_points()),
-                      drawing.thinned
-                          ? fmt::format("; thinned to --max-points {}", cli::grouped(max_points))
-                          : std::string());
-  if (scene.dropped_points() > 0) {
-    text += fmt::format("dropped    {} with NaN or infinite coordinates\n",
-                        cli::counted(scene.dropped_points(), "point"));
-  }
-  text += fmt::format("origin     drawn around x {:.0f}, y {:.0f}, z {:.0f} m of the map\n", o.x(),
-                      o.y(), o.z());
-  return text + "colour     " + legend(drawing, controls, scales, scene) + "\n";
-}
-
-nlohmann::ordered_json to_json(const view::Scene& scene, const view::Drawing& drawing,
-                               const view::Controls& controls, const view::Scales& scales) {
-  const Point& o = scene.origin();
-  nlohmann::ordered_json json{{"shown", scene.name()},
-                              {"map_points", scene.total_points()},
-                              {"dropped_points", scene.dropped_points()},
-                              {"drawn_points", drawing.points.size()},
-                              {"thinned", drawing.thinned},
-                              {"origin", {o.x(), o.y(), o.z()}},
-                              {"color", view::to_string(controls.coloring)},
-                              {"height", {scales.height.low + o.z(), scales.height.high + o.z()}}};
-  if (scene.bundle()) json["regions"] = scene.index().partition.size();
-  if (controls.region) {
-    json["region"] = label_of(scene, controls);
-    json["viewpoints"] = drawing.viewpoints.size();
-  }
-  if (controls.coloring == Coloring::localizability) {
-    json["sites"] = scene.atlas()->sites.size();
-    json["expected_error"] = {view::kLeastError, view::kLargestError};
-  }
-  if (!drawing.views.empty()) {
-    json["views"] = *std::max_element(drawing.views.begin(), drawing.views.end());
-  }
-  return json;
+PluginLoader loader_of(const Options& options) {
+  return PluginLoader::with_default_folders(options.plugin_dirs);
 }
 
 Result<view::Scene> open(const Options& options) {
   if (!is_bundle(options)) return view::Scene::open_cloud(options.what, options.max_points);
-  return view::Scene::open_bundle(
-      options.what, PluginLoader::with_default_folders(options.plugin_dirs), options.max_points);
+  return view::Scene::open_bundle(options.what, loader_of(options), options.max_points);
+}
+
+/// Has the scene draw what the elements of its bundle contribute.
+Result<void> measure(const Options& options, const RunInputs& inputs, view::Scene& scene) {
+  VANTAGE_TRY(const PluginChoice matcher, view::matcher_of(*scene.bundle(), scene.atlas()));
+  cli::Progress progress("measuring (scans)", options.quiet);
+  VANTAGE_TRY(auto found,
+              view::contributions_to(
+                  inputs, *scene.bundle(), matcher, loader_of(options),
+                  [&](std::size_t done, std::size_t total) { progress.update(done, total); }));
+  scene.show(std::move(found));
+  return {};
 }
 
 void tell(const Options& options, const view::Scene& scene, const view::Drawing& drawing,
           const view::Controls& controls, const view::Scales& scales) {
   if (options.json) {
-    std::cout << to_json(scene, drawing, controls, scales).dump(2) << '\n';
+    std::cout << view::to_json(scene, drawing, controls, scales).dump(2) << '\n';
   } else if (!options.quiet) {
-    std::cout << description(scene, drawing, controls, scales, options.max_points);
+    std::cout << view::description(scene, drawing, controls, scales, options.max_points);
   }
   std::cout.flush();
 }
@@ -180,17 +141,24 @@ Result<void> run(const Options& options) {
   view::Show show{
       .scene = scene, .lines = {}, .controls = {}, .size = size, .progress = {}, .tell = {}};
   show.controls.coloring = coloring_of(options.color);
+  const bool elements = show.controls.coloring == Coloring::contribution;
+  if (!elements) VANTAGE_CHECK(scene.need_points());
   if (show.controls.coloring == Coloring::localizability) VANTAGE_CHECK(scene.need_atlas());
   show.controls.point_size = options.point_size;
   if (!options.region.empty()) {
     VANTAGE_TRY(show.controls.region, scene.bundle()->find_region(options.region));
   }
-  VANTAGE_TRY(show.lines, read_lines(options, scene.origin()));
+  std::optional<RunInputs> inputs;
+  if (elements) {
+    VANTAGE_TRY(inputs, options.inputs.open());
+  }
+  VANTAGE_TRY(show.lines, read_lines(options, inputs, scene.origin()));
   VANTAGE_CHECK(view::check_display());
   std::optional<io::OutputFile> file;  // opened now, so that a missing folder is reported at once
   if (!options.png.empty()) {
     VANTAGE_TRY(file, io::OutputFile::create(options.png));
   }
+  if (inputs) VANTAGE_CHECK(measure(options, *inputs, scene));
   const auto draw = [&]() -> Result<view::Drawing> {
     std::optional<cli::Progress> progress;
     return scene.draw(show.controls.region, show.controls.coloring == Coloring::views,
@@ -211,11 +179,30 @@ Result<void> run(const Options& options) {
   if (!options.quiet) {
     const auto regions = scene.bundle() ? scene.index().partition.size() : 0;
     std::cerr << view::key_help({static_cast<std::uint32_t>(regions),
-                                 !show.lines.trajectory.empty(), scene.atlas().has_value()});
+                                 !show.lines.trajectory.empty(), scene.atlas().has_value(),
+                                 scene.contributions().has_value()});
   }
   show.tell = [&](const view::Drawing& now, const view::Controls& controls,
                   const view::Scales& scales) { tell(options, scene, now, controls, scales); };
   return view::run_window(show, std::move(drawing));
+}
+
+/// Those inputs of a localization that say where scans were taken.
+void add_inputs(CLI::App& app, InputOptions& inputs) {
+  app.add_option("--scans", inputs.scans,
+                 fmt::format("with --color contribution: folder of {} scans, {}",
+                             io::format_names(io::FormatUse::scan),
+                             io::format_names(io::FormatUse::recording)));
+  app.add_option("--topic", inputs.topic, "topic of the scans, if a bag has several");
+  app.add_option("--reference", inputs.reference,
+                 fmt::format("their poses in the map frame ({}); scans without one are left out",
+                             io::format_names(io::FormatUse::trajectory)));
+  app.add_option("--reference-topic", inputs.reference_topic, kPoseTopicHelp);
+  app.add_option("--mount", inputs.mount, kMountHelp)->type_name("POSE");
+  inputs.choice.add_to(app);
+  app.add_option("--rate", inputs.rate_hz, "scans per second, if files contain no stamps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -233,15 +220,18 @@ int main(int argc, char** argv) {
   app.add_option("--region", options.region,
                  "only the map of this region and its viewpoints: label, or number from 0")
       ->type_name("ID");
-  app.add_option("--trajectory", options.trajectory, "a line along these poses (TUM, KITTI)")
+  app.add_option("--trajectory", options.trajectory,
+                 "a line along these poses (TUM, KITTI); along those of --reference if left out")
       ->type_name("FILE");
   app.add_option(
          "--color", options.color,
          "colour points by height, by region, by the number of viewpoints that see them (of "
          "region maps that contain them, if the bundle has no views), or by localizability: "
-         "the expected error at the nearest site of the atlas")
-      ->check(CLI::IsMember({"height", "region", "views", "localizability"}))
+         "the expected error at the nearest site of the atlas; contribution: instead of points, "
+         "the elements of prepared maps, by how much they do to fix the poses of --scans")
+      ->check(CLI::IsMember({"height", "region", "views", "localizability", "contribution"}))
       ->capture_default_str();
+  vantage::add_inputs(app, options.inputs);
   app.add_option("--png", options.png, "write a picture and open no window")->type_name("FILE");
   app.add_option("--size", options.size,
                  "size of the window or picture [pixels] (default 1600x1000)")

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nanoflann.hpp>
 
 #include "localizability/localizability.hpp"
@@ -12,6 +13,9 @@
 
 namespace vantage::view {
 namespace {
+
+/// A smaller leverage is drawn as this one.
+constexpr double kLeastLeverage = 1e-9;
 
 Point whole_metres(const Bounds3& bounds) {
   return bounds.empty() ? Point::Zero()
@@ -42,7 +46,6 @@ std::vector<double> errors_at(PointsView points, const Atlas& atlas) {
 Result<Scene> Scene::open_bundle(const std::filesystem::path& folder, const PluginLoader& plugins,
                                  std::size_t max_points) {
   VANTAGE_TRY(const Bundle bundle, Bundle::open(folder, plugins));
-  VANTAGE_CHECK(bundle.need_points("show"));
   Scene scene;
   scene.name_ = bundle.name();
   scene.max_points_ = max_points;
@@ -87,6 +90,18 @@ Result<Scene> Scene::open_cloud(const std::filesystem::path& file, std::size_t m
 
 Result<void> Scene::need_atlas() const {
   return no_atlas_ ? Result<void>(fail(*no_atlas_)) : Result<void>();
+}
+
+Result<void> Scene::need_points() const {
+  if (!bundle_) return {};
+  auto points = bundle_->need_points("show");
+  const bool elements = bundle_->directory()->summary().sum.elements > 0;
+  if (points || !elements) return points;
+  Error error = std::move(points).error();
+  error.message +=
+      "; --color contribution with --scans and --reference shows which elements fix the poses of "
+      "scans";
+  return fail(std::move(error));
 }
 
 Result<void> Scene::read_all(const Bundle::Progress& progress) {
@@ -143,8 +158,34 @@ Result<Drawing> Scene::draw_region(RegionId region, bool count_views,
   return drawing;
 }
 
+Result<Drawing> Scene::draw_elements(const std::optional<RegionId>& region) const {
+  std::vector<Contribution> elements = contributions_->elements(region);
+  if (elements.empty()) {
+    return fail(ErrorCode::not_found,
+                region ? "no scan counts in region '" + index_->partition[*region].label + "'"
+                       : "no scan has a point in an element of the map",
+                SourceLocation{name_, 0, 0});
+  }
+  const bool thinned = elements.size() > max_points_;
+  if (thinned) {
+    const auto end = elements.begin() + static_cast<std::ptrdiff_t>(max_points_);
+    std::ranges::nth_element(elements, end, std::greater(), &Contribution::leverage);
+    elements.erase(end, elements.end());
+  }
+  PointCloud middles;
+  for (const Contribution& element : elements) middles.push_back(element.middle);
+  Drawing drawing = around_origin(middles);
+  drawing.thinned = thinned;
+  for (const Contribution& element : elements) drawing.leverages.push_back(element.leverage);
+  if (!region) return drawing;
+  VANTAGE_TRY(const RegionMap map, bundle_->get(*region));
+  for (const Point& p : map.viewpoints) drawing.viewpoints.push_back(p - origin_);
+  return drawing;
+}
+
 Result<Drawing> Scene::draw(const std::optional<RegionId>& region, bool count_views,
                             const Bundle::Progress& progress) {
+  if (contributions_) return draw_elements(region);
   if (region) return draw_region(*region, count_views, progress);
   VANTAGE_CHECK(read_all(progress));
   Drawing drawing = around_origin(table_->points());
@@ -162,6 +203,11 @@ Scales scales_of(const Drawing& drawing) {
     scales.views = range_of(std::vector<double>(drawing.views.begin(), drawing.views.end()));
     scales.views.low = 1.0;
     scales.views.high = std::max(scales.views.high, 2.0);
+  }
+  if (!drawing.leverages.empty()) {
+    const double high = std::max(range_of(drawing.leverages).high, kLeastLeverage);
+    scales.contribution.high = std::log10(high);
+    scales.contribution.low = scales.contribution.high - 2.0;
   }
   return scales;
 }
@@ -187,6 +233,11 @@ std::vector<Color> colors_of(const Drawing& drawing, Coloring coloring, const Sc
       case Coloring::views:
         colors.push_back(magma(visible(scales.views.share(drawing.views[i]))));
         break;
+      case Coloring::contribution: {
+        const double leverage = std::max(drawing.leverages[i], kLeastLeverage);
+        colors.push_back(magma(visible(scales.contribution.share(std::log10(leverage)))));
+        break;
+      }
       case Coloring::localizability:
         colors.push_back((0.45 + 0.55 * std::sqrt(height)) *
                          badness(share_of_error(drawing.expected_errors[i])));

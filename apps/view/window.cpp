@@ -30,6 +30,7 @@ using Mesh = o3d::geometry::TriangleMesh;
 
 const Color kBackground(0.075, 0.082, 0.102);
 const Color kBorder(0.80, 0.83, 0.88);
+const Color kFaintBorder(0.34, 0.36, 0.40);  // elements are few, and their colours matter
 const Color kChosenBorder(1.0, 1.0, 1.0);
 const Color kViewpoint(1.0, 0.35, 0.25);
 const Color kTrajectory(1.0, 0.62, 0.12);
@@ -91,6 +92,7 @@ void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
   const Point& origin = show.scene.origin();
   const Terrain terrain(drawing.points);
   const double radius = line_radius(drawing);
+  const bool elements = show.scene.contributions().has_value();
   for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
     const bool chosen = show.controls.region == RegionId{r};
     // The points that one region sees say too little about the terrain below the other borders.
@@ -99,7 +101,7 @@ void add_borders(Mesh& mesh, const Show& show, const Drawing& drawing) {
       segment.a -= origin.head<2>();
       segment.b -= origin.head<2>();
       add_line(mesh, draped(segment, terrain, 3.0 * radius), (chosen ? 2.0 : 1.0) * radius,
-               chosen ? kChosenBorder : kBorder);
+               chosen ? kChosenBorder : (elements ? kFaintBorder : kBorder));
     }
   }
 }
@@ -139,10 +141,14 @@ std::shared_ptr<o3d::geometry::PointCloud> points_of(const Drawing& drawing,
 }
 
 /// A size with which the points would cover the picture about twice if they were spread over it.
-int covering_point_size(std::size_t points, const Size& size) {
+/// @param scale  how much larger than the picture it is drawn
+int covering_point_size(const Drawing& drawing, const Size& size, int scale = 1) {
+  constexpr double kLargest = 6.0;
   const double pixels = 2.0 * size.width * size.height;
-  const double side = std::sqrt(pixels / static_cast<double>(std::max<std::size_t>(points, 1)));
-  return static_cast<int>(std::clamp(std::round(side), 1.0, 6.0));
+  const double points = static_cast<double>(std::max<std::size_t>(drawing.points.size(), 1));
+  // Elements stand apart, and each has a colour to see.
+  const double largest = drawing.leverages.empty() ? kLargest : scale * kLargest;
+  return static_cast<int>(std::clamp(std::round(std::sqrt(pixels / points)), 1.0, largest));
 }
 
 /// Open3D's visualizer with the drawing in it.
@@ -253,7 +259,7 @@ class Window {
   [[nodiscard]] Result<void> run() {
     VANTAGE_CHECK(canvas_.open("vantage view: " + show_.scene.name(), show_.size, true));
     if (show_.controls.point_size == 0) {
-      show_.controls.point_size = covering_point_size(drawing_.points.size(), show_.size);
+      show_.controls.point_size = covering_point_size(drawing_, show_.size);
     }
     canvas_.set_point_size(show_.controls.point_size);
     draw();
@@ -267,7 +273,8 @@ class Window {
   [[nodiscard]] Shown shown() const {
     const auto& bundle = show_.scene.bundle();
     return {bundle ? static_cast<std::uint32_t>(show_.scene.index().partition.size()) : 0,
-            !show_.lines.trajectory.empty(), show_.scene.atlas().has_value()};
+            !show_.lines.trajectory.empty(), show_.scene.atlas().has_value(),
+            show_.scene.contributions().has_value()};
   }
 
   void draw() {
@@ -355,8 +362,7 @@ Result<Picture> render(const Show& show, const Drawing& drawing) {
   Canvas canvas;
   VANTAGE_CHECK(canvas.open("vantage view", large, false));
   const int chosen = show.controls.point_size;
-  canvas.set_point_size(chosen > 0 ? factor * chosen
-                                   : covering_point_size(drawing.points.size(), large));
+  canvas.set_point_size(chosen > 0 ? factor * chosen : covering_point_size(drawing, large, factor));
   const Scales scales = scales_of(drawing);
   canvas.show_points(drawing,
                      colors_of(drawing, show.controls.coloring, scales, show.scene.hues()));

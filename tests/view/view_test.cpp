@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -65,10 +66,12 @@ test::Finished view(std::vector<std::string> arguments) {
   return test::run(VANTAGE_XVFB_RUN, all);
 }
 
-/// A yard of 24 x 12 m with a wall across, at coordinates of a UTM zone, and its bundle.
+/// A yard of 24 x 12 m with a wall across and one along it, at coordinates of a UTM zone, its
+/// bundles, and scans of a drive through it.
 class Yard {
  public:
   static constexpr double kEast = 561000.0, kNorth = 5932000.0;
+  static constexpr std::size_t kScans = 6;
 
   Yard() {
     // Without it, the window library of Debian 13 writes a line to stderr.
@@ -80,6 +83,9 @@ class Yard {
     for (double y = 0; y < 9; y += 0.1) {
       for (double z = 0.1; z < 4; z += 0.1) map.emplace_back(kEast + 12, kNorth + y, 30.0 + z);
     }
+    for (double x = 1; x < 10; x += 0.1) {
+      for (double z = 0.1; z < 4; z += 0.1) map.emplace_back(kEast + x, kNorth + 2, 30.0 + z);
+    }
     REQUIRE(io::write_pcd(path("map.pcd"), map, io::Precision::float64));
     io::Trajectory drive;
     for (int i = 0; i < 30; ++i) {
@@ -88,12 +94,17 @@ class Yard {
       drive.push_back({0.1 * i, pose});
     }
     REQUIRE(io::write_tum(path("drive.tum"), drive));
-    build("points");
-    build("prepared");
+    write_scans(map, drive);
+    build("points", "points");
+    build("prepared", "prepared");
   }
 
   [[nodiscard]] std::string path(const std::string& name) const {
     return (folder_.path() / name).string();
+  }
+  /// The options of contributions to the poses of the scans.
+  [[nodiscard]] std::vector<std::string> contribution() const {
+    return {"--color", "contribution", "--scans", path("scans"), "--reference", path("drive.tum")};
   }
   [[nodiscard]] bool holds_picture() const {
     for (const auto& entry : fs::directory_iterator(folder_.path())) {
@@ -102,16 +113,33 @@ class Yard {
     return false;
   }
 
- private:
-  void build(const std::string& content) {
+  void build(const std::string& content, const std::string& name,
+             const std::string& matcher = "ndt") const {
     const std::string store =
-        "content = \"" + content + "\"\nparams = { root = \"" + content + "\" }\n";
-    test::write_text(path(content + ".toml"),
+        "content = \"" + content + "\"\nparams = { root = \"" + name + "\" }\n";
+    test::write_text(path(name + ".toml"),
                      to_text(test::SmallConfig{.partitioner_params = "cell_width = 6.0",
                                                .visibility = "plugin = \"hpr\"\n",
-                                               .store = store}));
-    const auto built = test::run("vantage-build", {path(content + ".toml"), "--quiet"});
+                                               .store = store,
+                                               .matcher = "plugin = \"" + matcher + "\"\n"}));
+    const auto built = test::run("vantage-build", {path(name + ".toml"), "--quiet"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  }
+
+ private:
+  /// All points within 12 m. The number of a scan says its stamp, in tenths of a second.
+  void write_scans(const PointCloud& map, const io::Trajectory& drive) const {
+    fs::create_directory(path("scans"));
+    for (std::size_t k = 0; k < kScans; ++k) {
+      const std::size_t i = 5 * k + 2;
+      PointCloud scan;
+      for (const Point& p : map) {
+        const Point seen = drive[i].pose.inverse() * p;
+        if (seen.norm() < 12.0) scan.push_back(seen);
+      }
+      const std::string number = std::to_string(1'000'000 + i).substr(1);
+      REQUIRE(io::write_pcd(path("scans/" + number + ".pcd"), scan, io::Precision::float32));
+    }
   }
 
   test::TemporaryFolder folder_;
@@ -245,6 +273,103 @@ TEST_CASE("a bundle that tells from how many viewpoints points are seen is colou
   REQUIRE_MESSAGE(whole.exit_code == 0, whole.err);
   CHECK(has(whole.out, "viewpoints that see a point, 1 (dark) to"));
   fs::remove(png);
+}
+
+TEST_CASE("the elements of a map are coloured by what they contribute to the poses of scans") {
+  const std::string png = yard().path("contribution.png");
+  const auto draw = [&](std::vector<std::string> arguments) {
+    const auto more = yard().contribution();
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    arguments.insert(arguments.end(), {"--png", png, "--size", "480x320"});
+    const auto done = view(arguments);
+    REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+    CHECK(read_png(png).colors() > 100);
+    fs::remove(png);
+    return done.out;
+  };
+  for (const std::string bundle : {"prepared", "points"}) {
+    CAPTURE(bundle);
+    const auto json = nlohmann::json::parse(draw({yard().path(bundle), "--json"}));
+    CHECK(json["color"] == "contribution");
+    const auto found = json["contribution"];
+    CHECK(found["matcher"] == "ndt");
+    CHECK(found["scans"] == Yard::kScans);
+    CHECK(found["scans_without_pose"] == 0);
+    CHECK(found["scans_outside"] == 0);
+    CHECK(found["scans_not_fixed"] == 0);
+    CHECK(found["regions"].get<int>() >= 3);
+    CHECK(found["elements"] == json["drawn_points"]);
+    CHECK(found["elements"].get<int>() > 100);
+    // Each scan has six degrees of freedom to share out.
+    CHECK(found["leverage"].get<double>() == doctest::Approx(6.0 * Yard::kScans));
+    CHECK(std::abs(found["share_not_drawn"].get<double>()) < 0.2);
+    const auto strongest = found["share_of_strongest"];
+    CHECK(strongest["1%"] < strongest["10%"]);
+    CHECK(strongest["10%"].get<double>() > 0.1);
+    CHECK(strongest["10%"] < strongest["50%"]);
+    CHECK(found["share_of_one"]["p50"] < found["share_of_one"]["p90"]);
+    CHECK(found["share_of_one"]["p99"] < found["share_of_one"]["max"]);
+  }
+  const std::string label = "x+001_y+001";
+  const auto one =
+      nlohmann::json::parse(draw({yard().path("prepared"), "--region", label, "--json"}));
+  CHECK(one["region"] == label);
+  CHECK(one["viewpoints"] > 0);
+  CHECK(one["contribution"]["scans"].get<std::size_t>() > 0);
+  CHECK(one["contribution"]["scans"].get<std::size_t>() < Yard::kScans);
+  CHECK(one["contribution"]["leverage"].get<double>() ==
+        doctest::Approx(6.0 * one["contribution"]["scans"].get<double>()));
+
+  const std::string told = draw({yard().path("prepared"), "--max-points", "50"});
+  CHECK(has(told, "scans      6 matched by ndt in "));
+  CHECK(has(told, "; the 50 strongest are drawn\n"));
+  CHECK(has(told, "strongest  10 % of them do "));
+  CHECK(has(told, "what an element has of all that fixes the poses"));
+}
+
+TEST_CASE("contributions need scans with poses, and a matcher that tells what its elements do") {
+  const std::string png = yard().path("never.png");
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--png", png, "--quiet"});
+    return view(arguments);
+  };
+  const auto of = [&](const std::string& bundle, const std::string& reference) {
+    return with({yard().path(bundle), "--color", "contribution", "--scans", yard().path("scans"),
+                 "--reference", yard().path(reference)});
+  };
+  CHECK(has(failure(with({yard().path("prepared")}), 1),
+            "--color contribution with --scans and --reference shows"));
+  const std::vector<std::string> alone{yard().path("prepared"), "--color", "contribution"};
+  CHECK(has(failure(with(alone), 2), "give --scans and --reference"));
+  CHECK(has(failure(with({yard().path("prepared"), "--color", "contribution", "--scans",
+                          yard().path("scans")}),
+                    2),
+            "give --scans and --reference"));
+  CHECK(has(failure(with({yard().path("points"), "--scans", yard().path("scans")}), 2),
+            "--scans is given without --color contribution"));
+  CHECK(has(failure(of("map.pcd", "drive.tum"), 2), "takes a bundle"));
+  CHECK(has(failure(of("prepared", "none.tum"), 1), "none.tum"));
+
+  write_bundle("silent", {});
+  CHECK(has(failure(of("silent", "drive.tum"), 1), "the bundle does not say its matcher"));
+  yard().build("points", "icp", "icp");
+  CHECK(has(failure(of("icp", "drive.tum"), 1),
+            "the bundle is for icp, and the matcher does not tell what its elements do to a pose"));
+
+  io::Trajectory late, far;
+  for (int i = 0; i < 30; ++i) {
+    Pose pose;
+    pose.translation = {Yard::kEast + 500.0 + i, Yard::kNorth, 31.5};
+    far.push_back({0.1 * i, pose});
+    late.push_back({100.0 + 0.1 * i, pose});
+  }
+  REQUIRE(io::write_tum(yard().path("late.tum"), late));
+  REQUIRE(io::write_tum(yard().path("far.tum"), far));
+  CHECK(has(failure(of("prepared", "late.tum"), 1),
+            "none of the 6 scans counts: 6 without a pose, 0 in no region with a map, 0 not fixed "
+            "by the map; the scans are stamped 0.200 to 2.700 s, the reference has poses from "
+            "100.000 to 102.900 s"));
+  CHECK(has(failure(of("prepared", "far.tum"), 1), "0 without a pose, 6 in no region with a map"));
 }
 
 TEST_CASE("a region by its label and by its number is the same picture; a cloud is one too") {

@@ -18,6 +18,12 @@ TEST_CASE("colours take turns") {
     CHECK(press('C', controls, with_atlas) == Reaction::points);
     CHECK(controls.coloring == next);
   }
+  const Shown elements{3, true, true, true};  // nothing counts views of them
+  for (const Coloring next :
+       {Coloring::region, Coloring::localizability, Coloring::contribution, Coloring::height}) {
+    CHECK(press('C', controls, elements) == Reaction::points);
+    CHECK(controls.coloring == next);
+  }
 }
 
 TEST_CASE("regions take turns, and all come back") {
@@ -57,6 +63,8 @@ TEST_CASE("keys for what is not there do nothing, and are not in the help") {
   const std::string with_atlas = key_help({2, true, true});
   CHECK(with_atlas.find("views, localizability\n") != std::string::npos);
   CHECK(with_atlas.find("\nL ") != std::string::npos);
+  const std::string elements = key_help({2, true, false, true});
+  CHECK(elements.find("height, region, contribution\n") != std::string::npos);
 }
 
 TEST_CASE("every other key does what the help says") {
