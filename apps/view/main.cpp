@@ -227,8 +227,8 @@ int main(int argc, char** argv) {
          "--color", options.color,
          "colour points by height, by region, by the number of viewpoints that see them (of "
          "region maps that contain them, if the bundle has no views), or by localizability: "
-         "the expected error at the nearest site of the atlas; contribution: instead of points, "
-         "the elements of prepared maps, by how much they do to fix the poses of --scans")
+         "the expected error at the nearest site of the atlas; contribution: the matcher's "
+         "elements instead of points, by how much they do to fix the poses of --scans")
       ->check(CLI::IsMember({"height", "region", "views", "localizability", "contribution"}))
       ->capture_default_str();
   vantage::add_inputs(app, options.inputs);

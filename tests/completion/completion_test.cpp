@@ -105,7 +105,7 @@ void check_offers(const Shell& shell) {
     if (has_view()) {
       CHECK(includes(shell.offered({""}), {"view"}));
       CHECK(shell.offered({"view", "--color", ""}) ==
-            Words{"height", "localizability", "region", "views"});
+            Words{"contribution", "height", "localizability", "region", "views"});
       CHECK(shell.offered({"view", "b", "--color", "v"}) == Words{"views"});
     }
     CHECK(shell.offered({"completion", ""}) == Words{"bash", "zsh"});
@@ -140,7 +140,7 @@ TEST_CASE("a value after = is completed too") {
   // bash makes three words of it, zsh one.
   CHECK(Shell("bash").offered({"view", "--color", "=", "re"}) == Words{"region"});
   CHECK(Shell("bash").offered({"view", "--color", "="}) ==
-        Words{"height", "localizability", "region", "views"});
+        Words{"contribution", "height", "localizability", "region", "views"});
   CHECK(Shell("zsh").offered({"view", "--color=re"}) == Words{"region"});
 }
 
