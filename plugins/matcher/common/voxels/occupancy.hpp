@@ -16,6 +16,7 @@ namespace vantage::ndt {
 [[nodiscard]] std::vector<std::byte> encode_occupancy(std::span<const std::uint64_t> keys);
 
 /// The keys that `encode_occupancy` was given, ascending.
+/// @param count  < 2^32
 /// @return  nothing for other bytes, or for another number of voxels than `count`
 [[nodiscard]] std::optional<std::vector<std::uint64_t>> decode_occupancy(
     std::span<const std::byte> bytes, std::size_t count);

@@ -56,6 +56,8 @@ class BitEncoder {
     while (range_.first_byte_is_known()) bytes_.push_back(range_.take_first_byte());
     return bit;
   }
+  /// As a decoder's: encoding and decoding are written as the same steps.
+  [[nodiscard]] static constexpr bool is_cut_off() noexcept { return false; }
   /// The lowest number that is left stands for all bits.
   [[nodiscard]] std::vector<std::byte> finish() && {
     for (int i = 0; i < 4; ++i) bytes_.push_back(range_.take_first_byte());
