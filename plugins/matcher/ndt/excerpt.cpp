@@ -121,33 +121,42 @@ class Reader {
 class BitWriter {
  public:
   void number(std::uint32_t value, unsigned bits) {
-    for (unsigned i = 0; i < bits; ++i, ++used_) {
-      if (used_ % 8 == 0) bytes_.push_back(std::byte{0});
-      if ((value >> i & 1U) != 0) bytes_.back() |= std::byte(1U << used_ % 8);
-    }
+    waiting_ |= (value & ((1U << bits) - 1U)) << held_;
+    for (held_ += bits; held_ >= 8; held_ -= 8, waiting_ >>= 8U) push();
   }
-  [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
+  /// The last byte is filled up with zeros.
+  [[nodiscard]] std::vector<std::byte> finish() && {
+    if (held_ > 0) push();
+    return std::move(bytes_);
+  }
 
  private:
+  void push() { bytes_.push_back(std::byte(waiting_ & 0xFFU)); }
   std::vector<std::byte> bytes_;
-  std::size_t used_ = 0;
+  std::uint32_t waiting_ = 0;  // fewer than 8 bits between two numbers
+  unsigned held_ = 0;          // how many
 };
 /// Precondition: no more bits are read than there are.
 class BitReader {
  public:
   explicit BitReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
   [[nodiscard]] std::uint32_t number(unsigned bits) {
-    std::uint32_t value = 0;
-    for (unsigned i = 0; i < bits; ++i, ++used_) {
-      value |= (std::to_integer<std::uint32_t>(bytes_[used_ / 8]) >> used_ % 8 & 1U) << i;
+    for (; held_ < bits; held_ += 8) {
+      waiting_ |= std::to_integer<std::uint32_t>(bytes_[at_++]) << held_;
     }
+    const std::uint32_t value = waiting_ & ((1U << bits) - 1U);
+    waiting_ >>= bits;
+    held_ -= bits;
     return value;
   }
 
  private:
   std::span<const std::byte> bytes_;
-  std::size_t used_ = 0;
+  std::size_t at_ = 0;
+  std::uint32_t waiting_ = 0;  // bits that were read with those of a number before
+  unsigned held_ = 0;          // how many
 };
+static_assert(kNumber <= 16 && kExponent <= 16);
 constexpr std::size_t bytes_of_cells(std::size_t cells) {
   return (cells * (kNumbers * kNumber + kExponent) + 7) / 8;
 }
@@ -169,10 +178,16 @@ void each_field(Cell_& cell, const Use& use) {
   for (auto& x : cell.diagonal) use(x);
 }
 
+/// Of an axis, the bits of a key (see key_of_shifted).
+constexpr VoxelKey bits_of_axis(unsigned axis) {
+  return VoxelKey{0x7FFFFU} << (44U - 19U * axis) | VoxelKey{3} << (4U - 2U * axis);
+}
 bool is_voxel(VoxelKey key) {
-  const Eigen::Vector3d index = VoxelMap::corner_of(key).array() + double{kHalfRange};
-  return key >> 63U == 0 && (index.array() >= 1.0).all() &&
-         (index.array() < double{kIndexEnd}).all();
+  // The first index and the last, which has all bits, are out of range.
+  static_assert(kIndexEnd == (1U << 21U) - 1U);
+  const auto in_range = [&](VoxelKey bits) { return (key & bits) != 0 && (key & bits) != bits; };
+  return key >> 63U == 0 && in_range(bits_of_axis(0)) && in_range(bits_of_axis(1)) &&
+         in_range(bits_of_axis(2));
 }
 
 bool is_origin(const Eigen::Vector3d& voxel) {
@@ -197,9 +212,10 @@ std::vector<std::uint32_t> gaussians_at(const VoxelMap& map, PointsView seen) {
 
 namespace {
 
-Writer begun(const VoxelMap& map, const VoxelMap::Part& part, std::uint16_t form,
-             std::size_t cells) {
-  Writer out(kHeader + kChecksum + part.keys.size() * (kLeastCell + 3));
+/// @param size  of what follows the header, about
+Writer begun(const VoxelMap& map, const VoxelMap::Part& part, std::uint16_t form, std::size_t cells,
+             std::size_t size) {
+  Writer out(kHeader + size + kChecksum);
   for (const char c : kMagic) out.integer(c);
   out.integer(kVersion);
   out.integer(form);
@@ -215,7 +231,7 @@ Writer begun(const VoxelMap& map, const VoxelMap::Part& part, std::uint16_t form
 
 std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t> which) {
   const VoxelMap::Part part = map.part(which);
-  Writer out = begun(map, part, kWhole, which.size());
+  Writer out = begun(map, part, kWhole, which.size(), which.size() * (kLeastCell + 3));
   VoxelKey before = 0;
   for (const auto& [key, i] : part.keys) {
     const Cell& cell = map.cells()[i];
@@ -231,15 +247,16 @@ std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t
 std::vector<std::byte> encode_some(const VoxelMap& map, std::span<const std::uint32_t> which,
                                    std::span<const std::uint32_t> kept) {
   const VoxelMap::Part part = map.part(which);
+  std::vector<bool> is_kept(map.cells().size(), false);
+  for (const std::uint32_t i : kept) is_kept[i] = true;
   std::vector<VoxelKey> keys;
+  keys.reserve(part.keys.size());
   BitEncoder flags;
-  Chance is_kept;
+  Chance chance;
   BitWriter cells;
-  std::size_t count = 0;
   for (const auto& [key, i] : part.keys) {
     keys.push_back(key);
-    if (!flags.code(is_kept, std::ranges::binary_search(kept, i))) continue;
-    ++count;
+    if (!flags.code(chance, is_kept[i])) continue;
     const Cell& cell = map.cells()[i];
     each_field(cell, [&](auto x) {
       constexpr auto kDropped = 16 - kNumber;
@@ -247,14 +264,16 @@ std::vector<std::byte> encode_some(const VoxelMap& map, std::span<const std::uin
     });
     cells.number(cell.exponent, kExponent);
   }
-  Writer out = begun(map, part, kSome, count);
-  const std::vector<std::byte> code = encode_occupancy(keys), chosen = std::move(flags).finish();
+  const std::vector<std::byte> code = encode_occupancy(keys), chosen = std::move(flags).finish(),
+                               numbers = std::move(cells).finish();
+  Writer out = begun(map, part, kSome, kept.size(),
+                     3 * sizeof(std::uint32_t) + code.size() + chosen.size() + numbers.size());
   out.integer(static_cast<std::uint32_t>(keys.size()));
   out.integer(static_cast<std::uint32_t>(code.size()));
   out.integer(static_cast<std::uint32_t>(chosen.size()));
   out.bytes(code);
   out.bytes(chosen);
-  out.bytes(cells.bytes());
+  out.bytes(numbers);
   return std::move(out).finish();
 }
 
@@ -270,9 +289,12 @@ Result<VoxelMap> decode_some(Reader& in, const VoxelOptions& options, const Eige
   if (!in.good() || in.left() != 0) return corrupt("its parts do not have the sizes it says");
   const auto occupied = decode_occupancy(code, voxels);
   if (!occupied) return corrupt("its voxels cannot be decoded");
+  if (size > voxels) return corrupt("it keeps more voxels than are occupied");
   BitDecoder kept(flags);
   Chance is_kept;
   std::vector<VoxelKey> keys, bare;
+  keys.reserve(size);
+  bare.reserve(voxels - size);
   for (const VoxelKey key : *occupied) {
     if (!is_voxel(key)) return corrupt("a voxel is out of range");
     (kept.code(is_kept, false) ? keys : bare).push_back(key);
