@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
-#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -139,8 +138,9 @@ ndt::VoxelMap map_of(const Keys& keys) {
 }  // namespace
 
 TEST_CASE("the code of occupied voxels is that of a plain octree, and they come back") {
-  for (const auto& [name, keys] : sets()) {
-    CAPTURE(name);
+  for (const Set& set : sets()) {
+    CAPTURE(set.name);
+    const Keys& keys = set.keys;
     const Bytes bytes = ndt::encode_occupancy(keys);
     CHECK(bytes == plainly_encoded(keys));
     CHECK(ndt::decode_occupancy(bytes, keys.size()) == keys);
@@ -166,8 +166,8 @@ TEST_CASE("stored maps of some elements have the same bytes as ever") {
   const std::vector<Set> all_sets = sets();
   REQUIRE(all_sets.size() == kHashes.size());
   for (std::size_t k = 0; k < kHashes.size(); ++k) {
-    const auto& [name, keys] = all_sets[k];
-    CAPTURE(name);
+    CAPTURE(all_sets[k].name);
+    const Keys& keys = all_sets[k].keys;
     CHECK(hash_of(ndt::encode_occupancy(keys)) == kHashes[k].code);
     std::vector<std::uint32_t> all(keys.size()), some;
     std::iota(all.begin(), all.end(), 0U);
@@ -177,8 +177,9 @@ TEST_CASE("stored maps of some elements have the same bytes as ever") {
 }
 
 TEST_CASE("a promise of more voxels than there are is refused, and takes no memory") {
-  for (const auto& [name, keys] : sets()) {
-    CAPTURE(name);
+  for (const Set& set : sets()) {
+    CAPTURE(set.name);
+    const Keys& keys = set.keys;
     const Bytes bytes = ndt::encode_occupancy(keys);
     for (const std::size_t count : {keys.size() + 1, std::size_t{0xFFFFFFFF}}) {
       CHECK_FALSE(ndt::decode_occupancy(bytes, count));
@@ -189,8 +190,9 @@ TEST_CASE("a promise of more voxels than there are is refused, and takes no memo
 
 TEST_CASE("damaged codes are refused, or are the code of the voxels that they give") {
   std::mt19937 random(9);
-  for (const auto& [name, keys] : sets()) {
-    CAPTURE(name);
+  for (const Set& set : sets()) {
+    CAPTURE(set.name);
+    const Keys& keys = set.keys;
     const Bytes bytes = ndt::encode_occupancy(keys);
     for (int round = 0; round < 200; ++round) {
       Bytes damaged = bytes;
