@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include <span>
 #include <utility>
 
+#include "build/view_windows.hpp"
 #include "vantage/kit/hash.hpp"
 
 namespace vantage {
@@ -43,22 +45,6 @@ constexpr std::int64_t kCube = 8;  // voxels along the edge of a cube
 std::uint64_t cube_of(std::uint64_t voxel) {
   constexpr std::uint64_t kPart = ((1U << 21U) - 1) & ~std::uint64_t{kCube - 1};
   return voxel & (kPart << 42U | kPart << 21U | kPart);
-}
-
-float no_less_than_asin(float x) { return x < 0.5F ? 1.05F * x : std::asin(std::min(x, 1.0F)); }
-
-/// To within kAtanError: atan2(y, x) by a polynomial for the angle to the nearer axis.
-constexpr float kAtanError = 3e-4F;  // [rad]
-float about_atan2(float y, float x) {
-  constexpr float kHalfTurn = std::numbers::pi_v<float>;
-  const float along = std::abs(x), across = std::abs(y);
-  const float most = std::max(along, across);
-  if (!(most > 0.0F)) return 0.0F;
-  const float a = std::min(along, across) / most, s = a * a;
-  float angle = ((-0.0464964749F * s + 0.15931422F) * s - 0.327622764F) * s * a + a;
-  if (across > along) angle = 0.5F * kHalfTurn - angle;
-  if (x < 0.0F) angle = kHalfTurn - angle;
-  return y < 0.0F ? -angle : angle;
 }
 
 /// The key of a voxel so many columns away, at the same height.
@@ -200,14 +186,84 @@ Sums around(const std::vector<Voxel>& voxels, const Voxel& voxel) {
   return sums;
 }
 
+struct Disc {
+  Point middle;            // map frame [m]
+  Eigen::Vector3f normal;  // zero if the points are no surface: then `middle` is one of them
+  float radius;            // [m]
+};
+
+Disc disc_of(PointsView map, const std::vector<Voxel>& voxels, const Voxel& voxel) {
+  constexpr std::int64_t kEnough = 30;
+  constexpr float kDiscRadius = 0.3F, kPointRadius = 0.2F;
+  std::optional<Plane> plane;
+  if (voxel.sums.count < kEnough) plane = plane_of(around(voxels, voxel));
+  if (!plane) plane = plane_of(voxel.sums);
+  if (!plane) return {map[voxel.point], Eigen::Vector3f::Zero(), kPointRadius};
+  const Point own = kUnit * voxel.sums.sum.cast<double>() / static_cast<double>(voxel.sums.count);
+  const double off = plane->normal.dot(own - plane->middle);
+  return {voxel.corner + own - off * plane->normal, plane->normal.cast<float>(), kDiscRadius};
+}
+
+/// The box around some discs.
+Bounds3 box_around(std::span<const Disc> discs) {
+  constexpr double kMore = 0.01;
+  Bounds3 box;
+  for (const Disc& disc : discs) {
+    const Point sines = (1.0 - disc.normal.cast<double>().array().square()).max(0.0).sqrt();
+    const Point half = double{disc.radius} * sines.array() + kMore;
+    box.extend(disc.middle - half);
+    box.extend(disc.middle + half);
+  }
+  return box;
+}
+
 }  // namespace
 
 struct Surfaces::Parts {
   PointCloud middles;
-  std::vector<Disc> discs;
+  std::vector<Discs> discs;
   PointCloud cube_middles;
   std::vector<Cube> cubes;
-  float widest = 0.0F;
+
+  void add_cube(std::size_t voxels) {
+    const std::uint32_t begin = cubes.empty() ? 0 : cubes.back().end;
+    const auto groups = static_cast<std::uint32_t>((voxels + kLanes - 1) / kLanes);
+    cubes.push_back({.begin = begin, .end = begin + groups, .half = Eigen::Vector3f::Zero()});
+  }
+  void make_room() {
+    discs.resize(cubes.empty() ? 0 : cubes.back().end, nowhere());
+    middles.resize(kLanes * discs.size(), Point::Constant(kNowhere));
+    cube_middles.resize(cubes.size());
+  }
+  void fill(std::size_t c, std::span<const Disc> of_cube) {
+    Cube& cube = cubes[c];
+    const Bounds3 box = box_around(of_cube);
+    cube_middles[c] = 0.5 * (box.min + box.max);
+    cube.half = (0.5 * (box.max - box.min)).cast<float>();
+    for (std::size_t k = 0; k < of_cube.size(); ++k) {
+      const Disc& disc = of_cube[k];
+      const Eigen::Vector3f to = (disc.middle - cube_middles[c]).cast<float>();
+      const std::size_t lane = k % kLanes;
+      Discs& some = discs[cube.begin + k / kLanes];
+      some.x[lane] = to.x();
+      some.y[lane] = to.y();
+      some.z[lane] = to.z();
+      some.normal_x[lane] = disc.normal.x();
+      some.normal_y[lane] = disc.normal.y();
+      some.normal_z[lane] = disc.normal.z();
+      some.radius[lane] = disc.radius;
+      middles[kLanes * cube.begin + k] = disc.middle;
+    }
+  }
+
+ private:
+  static constexpr float kNowhere = 1e6F;  // [m]
+  [[nodiscard]] static Discs nowhere() {
+    Discs discs{};
+    discs.x.fill(kNowhere);
+    discs.radius.fill(0.0F);
+    return discs;
+  }
 };
 
 Surfaces::Surfaces(PointsView map) : Surfaces(parts_of(map)) {}
@@ -217,55 +273,58 @@ Surfaces::Surfaces(Parts parts)
       discs_(std::move(parts.discs)),
       cube_middles_(std::move(parts.cube_middles)),
       cubes_(std::move(parts.cubes)),
-      widest_(parts.widest),
       plan_(cube_middles_, cube_middles_.size(),
-            [](std::size_t k) { return static_cast<std::uint32_t>(k); }) {}
+            [](std::size_t k) { return static_cast<std::uint32_t>(k); }) {
+  for (const Cube& cube : cubes_) widest_ = std::max(widest_, cube.half.head<2>().maxCoeff());
+}
 
 Surfaces::Parts Surfaces::parts_of(PointsView map) {
   if (map.empty()) return {};
-  constexpr std::int64_t kEnough = 30;
-  constexpr float kDiscRadius = 0.3F, kPointRadius = 0.2F;
   const std::vector<Voxel> voxels = voxels_of(map);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // by cube
   for (std::uint32_t k = 0; k < voxels.size(); ++k) order.emplace_back(cube_of(voxels[k].key), k);
   std::ranges::sort(order);
-  Parts all{PointCloud(voxels.size()), std::vector<Disc>(voxels.size()), {}, {}};
-  tbb::parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t k) {
-    const Voxel& voxel = voxels[order[k].second];
-    const Point own = kUnit * voxel.sums.sum.cast<double>() / static_cast<double>(voxel.sums.count);
-    std::optional<Plane> plane;
-    if (voxel.sums.count < kEnough) plane = plane_of(around(voxels, voxel));
-    if (!plane) plane = plane_of(voxel.sums);
-    if (!plane) {
-      all.middles[k] = map[voxel.point];
-      all.discs[k] = {Eigen::Vector3f::Zero(), kPointRadius};
-      return;
-    }
-    const double off = plane->normal.dot(own - plane->middle);
-    all.middles[k] = voxel.corner + own - off * plane->normal;
-    all.discs[k] = {plane->normal.cast<float>(), kDiscRadius};
-  });
-  for (std::uint32_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    Bounds3 bounds;
-    for (; end < order.size() && order[end].first == order[begin].first; ++end) {
-      bounds.extend(all.middles[end]);
-    }
-    all.cube_middles.emplace_back(0.5 * (bounds.min + bounds.max));
-    const double radius = 0.5 * (bounds.max - bounds.min).norm() + double{kDiscRadius} + 0.01;
-    all.cubes.push_back({begin, end, static_cast<float>(radius)});
-    all.widest = std::max(all.widest, all.cubes.back().radius);
+  Parts all;
+  std::vector<std::size_t> begins;  // of each cube in `order`, and the end
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (k > 0 && order[k].first == order[k - 1].first) continue;
+    if (k > 0) all.add_cube(k - begins.back());
+    begins.push_back(k);
   }
+  all.add_cube(order.size() - begins.back());
+  begins.push_back(order.size());
+  all.make_room();
+  tbb::parallel_for(std::size_t{0}, all.cubes.size(), [&](std::size_t c) {
+    std::vector<Disc> discs;
+    for (std::size_t k = begins[c]; k < begins[c + 1]; ++k) {
+      discs.push_back(disc_of(map, voxels, voxels[order[k].second]));
+    }
+    all.fill(c, discs);
+  });
   return all;
 }
 
 namespace {
 
-constexpr int kRings = 20, kColumns = 360;
+constexpr std::size_t kRings = 20, kColumns = 360;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 // Discs overlap. The nearest one along the ray would be off towards the sensor.
 constexpr double kSameSurface = 0.3;  // [m]
 
-/// The directions of a scan's rays, and how far each has been followed.
+/// Some of the rays.
+struct Window {
+  std::uint32_t rings;     // a bit for each
+  std::int32_t from, end;  // columns; they count on beyond a turn
+};
+/// Precondition: it is not empty.
+Window window_of(const view::Windows& windows, std::size_t lane) {
+  const auto first = static_cast<unsigned>(windows.ring[lane]);
+  const auto last = static_cast<unsigned>(windows.last_ring[lane]);
+  return {(2U << last) - (1U << first), windows.column[lane], windows.last_column[lane] + 1};
+}
+
+/// The directions of a scan's rays, and how far each has been followed. Rays are numbered column by
+/// column.
 class Raster {
  public:
   explicit Raster(const Rays& rays)
@@ -280,137 +339,249 @@ class Raster {
       const double azimuth = static_cast<double>(c) * kColumnStep;
       column_[c] = {std::cos(azimuth), std::sin(azimuth)};
     }
+    open_.fill((1U << kRings) - 1);
   }
 
-  [[nodiscard]] Point direction(std::size_t ray) const {
-    const auto& [cosine, sine] = ring_[ray / kColumns];
-    const auto& [x, y] = column_[ray % kColumns];
+  [[nodiscard]] Point direction(std::size_t column, std::size_t ring) const {
+    const auto& [cosine, sine] = ring_[ring];
+    const auto& [x, y] = column_[column];
     return {cosine * x, cosine * y, sine};
   }
   [[nodiscard]] double nearest(std::size_t ray) const { return nearest_[ray]; }
   void meets(std::size_t ray, double range) { nearest_[ray] = std::min(nearest_[ray], range); }
+  /// Everything from now on lies at least so far away: a ray that has met a surface before it is
+  /// closed.
+  void go_on_from(double range) { from_ = range; }
 
-  /// Calls use(ray) for the rays that may meet a ball, and some others near it, until `use` returns
-  /// true.
-  /// @param to  its middle, from the sensor, farther away than the radius
-  /// @return    whether `use` returned true
+  /// The rays that may meet things, and a few others near them.
+  [[nodiscard]] view::Windows windows_of(const view::Extents& seen) const {
+    using view::floats, view::Floats, view::kAngleError;
+    const auto ring = [&](Floats elevation) {  // counts from 1
+      const Floats r = (elevation - lowest_) * rings_a_radian_ + 1.0F;
+      const Floats inside = view::smaller(view::larger(r, floats(0.0F)), floats(float{kRings}));
+      return __builtin_convertvector(inside, view::Ints);
+    };
+    const auto column = [&](Floats azimuth) {  // counts from 1, a turn later
+      return __builtin_convertvector(azimuth * kColumnsARadian + float{kColumns + 1}, view::Ints);
+    };
+    const Floats sideways = view::smaller(seen.sideways + kAngleError, floats(view::kHalfTurn));
+    return {.ring = ring(seen.low - kAngleError),
+            .last_ring = ring(seen.high + kAngleError) - 1,
+            .column = column(seen.azimuth - sideways),
+            .last_column = column(seen.azimuth + sideways) - 1};
+  }
+
+  /// Calls use(column, ring) for the open rays of a window until it returns true.
+  /// @return  whether it returned true
   template <class Use>
-  bool any_near(const Eigen::Vector3f& to, float radius, const Use& use) const {
-    const float plan = to.head<2>().norm();
-    const float high = no_less_than_asin(radius / to.norm()) + kAtanError;
-    const float elevation = about_atan2(to.z(), plan) - lowest_;
-    const int first =
-        std::max(0, static_cast<int>(std::ceil((elevation - high) * rings_a_radian_)));
-    const int last =
-        std::min(kRings - 1, static_cast<int>(std::floor((elevation + high) * rings_a_radian_)));
-    if (first > last) return false;
-    const float azimuth = about_atan2(to.y(), to.x());
-    const float wide = plan > radius ? no_less_than_asin(radius / plan) + kAtanError : kAllAround;
-    const int from = static_cast<int>(std::ceil((azimuth - wide) * kColumnsARadian));
-    const int end = std::min(from + kColumns - 1,
-                             static_cast<int>(std::floor((azimuth + wide) * kColumnsARadian)));
-    for (int c = from; c <= end; ++c) {
-      const int around = (c + 2 * kColumns) % kColumns;
-      for (int r = first; r <= last; ++r) {
-        if (use(static_cast<std::size_t>(r * kColumns + around))) return true;
+  bool any_open(const Window& window, const Use& use) {
+    auto c = static_cast<std::size_t>(window.from);
+    if (c >= kColumns) c -= kColumns;
+    for (auto left = window.end - window.from; left > 0; --left) {
+      for (std::uint32_t bits = open_[c] & window.rings; bits != 0; bits &= bits - 1) {
+        const auto ring = static_cast<std::size_t>(std::countr_zero(bits));
+        const std::size_t ray = c * kRings + ring;
+        if (nearest_[ray] + kSameSurface < from_) {
+          open_[c] &= ~(bits & (0U - bits));
+        } else if (use(c, ring)) {
+          return true;
+        }
       }
+      if (++c == kColumns) c = 0;
     }
     return false;
   }
 
  private:
   static constexpr double kColumnStep = 2.0 * std::numbers::pi / kColumns;
-  static constexpr float kAllAround = 3.5F;  // half a turn and more [rad]
   static constexpr auto kColumnsARadian = static_cast<float>(1.0 / kColumnStep);
 
   float lowest_, rings_a_radian_ = 0.0F;
+  double from_ = 0.0;
   std::array<std::pair<double, double>, kRings> ring_;      // cosine and sine
   std::array<std::pair<double, double>, kColumns> column_;  // the same
+  std::array<std::uint32_t, kColumns> open_{};              // a bit for each ring
   std::vector<double> nearest_;                             // surface along each ray [m]
 };
 
 }  // namespace
 
-PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
-  constexpr double kNearest = 1.0, kGrazing = 0.02;  // [m], sine of the angle to the surface
-  constexpr double kBeside = 0.01;                   // the sensor is in the ball, or nearly [m]
-  const double range = std::min(rays.max_range, kFarthestReturn);
-  Raster raster(rays);
+/// Follows the rays of one scan.
+class Surfaces::Follower {
+ public:
+  Follower(const Surfaces& all, const Point& sensor, const Rays& rays)
+      : all_(all),
+        sensor_(sensor),
+        range_(std::min(rays.max_range, kFarthestReturn)),
+        raster_(rays) {
+    meetings_.reserve(2 * kRings * kColumns);
+  }
+
+  void follow() {
+    find_cubes();
+    if (near_.empty()) return;
+    const auto steps = static_cast<std::size_t>(range_ * kStepsAMetre) + 1;
+    const auto step_of = [&](std::uint32_t k) {
+      return static_cast<std::size_t>(near_[k].from * kStepsAMetre);
+    };
+    const Groups order = grouped(
+        near_.size(), steps, [](std::size_t k) { return static_cast<std::uint32_t>(k); }, step_of);
+    for (std::size_t at = 0; at < order.members.size(); at += kLanes) {
+      const auto left = std::span(order.members).subspan(at);
+      const auto some = left.first(std::min(kLanes, left.size()));
+      const view::Windows windows = raster_.windows_of(view::extents_of(boxes_of(some)));
+      const view::Ints filled = windows.filled();
+      for (std::size_t lane = 0; lane < some.size(); ++lane) {
+        if (filled[lane] == 0) continue;
+        raster_.go_on_from(static_cast<double>(step_of(some[lane])) / kStepsAMetre);
+        if (raster_.any_open(window_of(windows, lane),
+                             [](std::size_t, std::size_t) { return true; })) {
+          meet(near_[some[lane]]);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] PointCloud hits() const {
+    constexpr std::uint32_t kNothing = ~std::uint32_t{0};
+    std::vector<std::uint32_t> hits(kRings * kColumns, kNothing);
+    for (std::uint32_t i = 0; i < meetings_.size(); ++i) {
+      const Meeting& m = meetings_[i];
+      if (m.range > raster_.nearest(m.ray) + kSameSurface) continue;
+      std::uint32_t& hit = hits[m.ray];
+      // Equal ones: the order of discs is the same in every map, that of cubes is not.
+      if (hit == kNothing ||
+          std::pair(m.off, m.disc) < std::pair(meetings_[hit].off, meetings_[hit].disc)) {
+        hit = i;
+      }
+    }
+    PointCloud scan;
+    scan.reserve(hits.size());
+    for (std::size_t ring = 0; ring < kRings; ++ring) {
+      for (std::size_t column = 0; column < kColumns; ++column) {
+        const std::uint32_t hit = hits[column * kRings + ring];
+        if (hit == kNothing) continue;
+        const Meeting& m = meetings_[hit];
+        scan.push_back(m.flat ? Point(sensor_ + m.range * raster_.direction(column, ring))
+                              : all_.middles_[m.disc]);
+      }
+    }
+    return scan;
+  }
+
+ private:
+  static constexpr float kStepsAMetre = 8.0F;
+  /// A cube near the sensor.
   struct Near {
-    double from;  // the sensor [m]
+    Eigen::Vector3f to;  // its middle [m]
+    float from;          // nothing in it is nearer [m]
     std::uint32_t cube;
   };
-  std::vector<Near> order;
-  const Eigen::Vector2d side = Eigen::Vector2d::Constant(range + double{widest_});
-  for (const std::uint32_t k : plan_.near(sensor.head<2>() - side, sensor.head<2>() + side)) {
-    const double from = (cube_middles_[k] - sensor).norm() - double{cubes_[k].radius};
-    if (from <= range) order.push_back({from, k});
-  }
-  std::ranges::sort(order, {}, [](const Near& near) { return std::pair(near.from, near.cube); });
   struct Meeting {
     double range, off;  // off: squared distance from the disc's middle
-    std::size_t ray;
     std::uint32_t disc;
+    std::uint16_t ray;
+    bool flat;
   };
-  std::vector<Meeting> meetings;
-  const auto meet = [&](std::uint32_t k) {
-    const Point to = middles_[k] - sensor;
-    const Disc& disc = discs_[k];
-    const double away = to.norm(), radius = disc.radius;
-    if (away > range || away < radius) return;
-    const Point normal = disc.normal.cast<double>();
-    const bool flat = disc.normal != Eigen::Vector3f::Zero();
+
+  void find_cubes() {
+    const Eigen::Vector2d side = Eigen::Vector2d::Constant(range_ + double{all_.widest_});
+    const Eigen::Vector2d low = sensor_.head<2>() - side, high = sensor_.head<2>() + side;
+    for (const std::uint32_t k : all_.plan_.near(low, high)) {
+      const Eigen::Vector3f to = (all_.cube_middles_[k] - sensor_).cast<float>();
+      const float from = (to.array().abs() - all_.cubes_[k].half.array()).max(0.0F).matrix().norm();
+      if (double{from} <= range_) near_.push_back({to, from, k});
+    }
+  }
+  [[nodiscard]] view::Boxes boxes_of(std::span<const std::uint32_t> some) const {
+    view::Boxes boxes{};
+    for (std::size_t lane = 0; lane < some.size(); ++lane) {
+      const Near& near = near_[some[lane]];
+      const Eigen::Vector3f& half = all_.cubes_[near.cube].half;
+      boxes.x[lane] = near.to.x();
+      boxes.y[lane] = near.to.y();
+      boxes.z[lane] = near.to.z();
+      boxes.half_x[lane] = half.x();
+      boxes.half_y[lane] = half.y();
+      boxes.half_z[lane] = half.z();
+    }
+    return boxes;
+  }
+  [[nodiscard]] static view::Discs seen(const Discs& discs, const Eigen::Vector3f& cube) {
+    using view::floats;
+    return {.x = floats(discs.x) + cube.x(),
+            .y = floats(discs.y) + cube.y(),
+            .z = floats(discs.z) + cube.z(),
+            .normal_x = floats(discs.normal_x),
+            .normal_y = floats(discs.normal_y),
+            .normal_z = floats(discs.normal_z),
+            .radius = floats(discs.radius)};
+  }
+
+  void meet(const Near& near) {
+    const Cube& cube = all_.cubes_[near.cube];
+    windows_.resize(cube.end - cube.begin);
+    with_rays_.resize(kLanes * windows_.size());
+    std::size_t count = 0;
+    for (std::uint32_t k = 0; k < windows_.size(); ++k) {
+      const view::Discs discs = seen(all_.discs_[cube.begin + k], near.to);
+      windows_[k] = raster_.windows_of(view::extents_of(discs));
+      const view::Ints filled = windows_[k].filled();
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {  // without branches
+        with_rays_[count] = static_cast<std::uint32_t>(kLanes) * k + lane;
+        count += filled[lane] == 0 ? 0 : 1;
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t k = with_rays_[i];
+      meet(kLanes * cube.begin + k, window_of(windows_[k / kLanes], k % kLanes));
+    }
+  }
+
+  void meet(std::size_t k, const Window& window) {
+    constexpr double kNearest = 1.0, kGrazing = 0.02;  // [m], sine of the angle to the surface
+    const Discs& discs = all_.discs_[k / kLanes];
+    const std::size_t lane = k % kLanes;
+    const Point to = all_.middles_[k] - sensor_;
+    const double away = to.norm(), radius = discs.radius[lane];
+    if (away > range_ || away < radius) return;
+    const Point normal(discs.normal_x[lane], discs.normal_y[lane], discs.normal_z[lane]);
+    const bool flat = normal != Point::Zero();
     const double height = normal.dot(to);
-    raster.any_near(to.cast<float>(), disc.radius, [&](std::size_t ray) {
-      if (raster.nearest(ray) + kSameSurface < away - radius) return false;
-      const Point direction = raster.direction(ray);
+    raster_.any_open(window, [&](std::size_t column, std::size_t ring) {
+      const Point direction = raster_.direction(column, ring);
+      const std::size_t ray = column * kRings + ring;
       double at = away;
       if (flat) {
         const double towards = normal.dot(direction);
         if (std::abs(towards) < kGrazing) return false;
         at = height / towards;
       }
-      if (!(at >= kNearest && at <= range)) return false;
+      const double behind = raster_.nearest(ray) + kSameSurface;
+      if (!(at >= kNearest && at <= std::min(range_, behind))) return false;
       const double off = (at * direction - to).squaredNorm();
       if (off > radius * radius) return false;
-      raster.meets(ray, at);
-      meetings.push_back({at, off, ray, k});
+      raster_.meets(ray, at);
+      meetings_.push_back(
+          {at, off, static_cast<std::uint32_t>(k), static_cast<std::uint16_t>(ray), flat});
       return false;
     });
-  };
-  for (const auto& [from, k] : order) {
-    // What lies behind surfaces is met by no ray.
-    const auto open = [&, away = from](std::size_t ray) {
-      return raster.nearest(ray) + kSameSurface >= away;
-    };
-    if (from > kBeside &&
-        !raster.any_near((cube_middles_[k] - sensor).cast<float>(), cubes_[k].radius, open)) {
-      continue;
-    }
-    for (std::uint32_t disc = cubes_[k].begin; disc < cubes_[k].end; ++disc) meet(disc);
   }
-  struct Hit {
-    double off = kNone, range = 0.0;
-    std::uint32_t disc = 0;
-  };
-  std::vector<Hit> hits(std::size_t{kRings} * kColumns);
-  for (const Meeting& m : meetings) {
-    if (m.range > raster.nearest(m.ray) + kSameSurface) continue;
-    // Equal ones: the order of discs is the same in every map, that of cubes is not.
-    const Hit& hit = hits[m.ray];
-    if (std::pair(m.off, m.disc) < std::pair(hit.off, hit.disc)) {
-      hits[m.ray] = {m.off, m.range, m.disc};
-    }
-  }
-  PointCloud scan;
-  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    const Hit& hit = hits[ray];
-    if (!std::isfinite(hit.off)) continue;
-    scan.push_back(discs_[hit.disc].normal != Eigen::Vector3f::Zero()
-                       ? Point(sensor + hit.range * raster.direction(ray))
-                       : middles_[hit.disc]);
-  }
-  return scan;
+
+  const Surfaces& all_;
+  const Point sensor_;
+  const double range_;
+  Raster raster_;
+  std::vector<Near> near_;
+  std::vector<view::Windows> windows_;    // of the discs of one cube
+  std::vector<std::uint32_t> with_rays_;  // those of them that have rays
+  std::vector<Meeting> meetings_;
+};
+
+PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
+  Follower follower(*this, sensor, rays);
+  follower.follow();
+  return follower.hits();
 }
 
 }  // namespace vantage

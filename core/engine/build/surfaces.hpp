@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -35,26 +37,32 @@ class Surfaces {
   [[nodiscard]] PointCloud scan(const Point& sensor, const Rays& rays) const;
 
  private:
-  struct Disc {
-    Eigen::Vector3f normal;  // zero if the points are no surface: then `middles` has one of them
-    float radius;            // [m]
+  static constexpr std::size_t kLanes = 4;
+  using Lanes = std::array<float, kLanes>;
+  /// Discs of one cube. If they are fewer than kLanes, the last ones are far from everything.
+  struct alignas(16) Discs {
+    Lanes x, y, z;  // of their middles, from that of the cube [m]
+    // Zero if the points are no surface: then the middle is one of them.
+    Lanes normal_x, normal_y, normal_z;
+    Lanes radius;  // [m]
   };
   /// The discs of a cube of voxels.
   struct Cube {
-    std::uint32_t begin, end;  // their indices
-    float radius;              // of the ball around them [m]
+    std::uint32_t begin, end;  // in `discs`
+    Eigen::Vector3f half;      // edges of the box around them [m]
   };
   struct Parts;
+  class Follower;
 
   explicit Surfaces(Parts parts);
   [[nodiscard]] static Parts parts_of(PointsView map);
 
-  PointCloud middles_;  // map frame [m]; by cube
-  std::vector<Disc> discs_;
-  PointCloud cube_middles_;  // map frame [m]
+  PointCloud middles_;  // kLanes for each of `discs`, map frame [m]
+  std::vector<Discs> discs_;
+  PointCloud cube_middles_;  // of the boxes, map frame [m]
   std::vector<Cube> cubes_;
-  float widest_;    // of the radii of the cubes [m]
-  PlanIndex plan_;  // of the cubes
+  float widest_ = 0.0F;  // of the halves of edges in the plan [m]
+  PlanIndex plan_;       // of the cubes
 };
 
 }  // namespace vantage

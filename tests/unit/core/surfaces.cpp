@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -147,6 +148,66 @@ TEST_CASE("virtual scans: the order of the points and what is out of range do no
   REQUIRE(scan.size() == other.size());
   for (std::size_t i = 0; i < scan.size(); ++i) CHECK(scan[i] == other[i]);
   CHECK(Surfaces(PointCloud{}).scan(kSensor, {}).empty());
+}
+
+/// One voxel with points on a plane through its middle: a disc of 0.3 m.
+struct Patch {
+  Point middle, normal;
+
+  [[nodiscard]] PointCloud points() const {
+    const Point u = normal.unitOrthogonal(), v = normal.cross(u);
+    PointCloud points;
+    for (int x = -3; x <= 3; ++x) {
+      for (int y = -3; y <= 3; ++y) points.emplace_back(middle + 0.03 * x * u + 0.03 * y * v);
+    }
+    return points;
+  }
+  /// How far from the middle a ray meets the plane, if it does [m].
+  [[nodiscard]] double off(const Point& sensor, const Point& direction) const {
+    const double towards = normal.dot(direction), at = normal.dot(middle - sensor) / towards;
+    if (!(std::abs(towards) > 0.02 && at > 1.0 && at < 80.0)) return 1e9;
+    return (sensor + at * direction - middle).norm();
+  }
+};
+
+/// How many of a scan's rays meet the disc less than so far from its middle.
+std::size_t rays_through(const Patch& patch, const Point& sensor, const Rays& rays, double radius) {
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  std::size_t count = 0;
+  for (int ring = 0; ring < 20; ++ring) {
+    const double up = (rays.lowest + ring * (rays.highest - rays.lowest) / 19.0) * kDegree;
+    for (int column = 0; column < 360; ++column) {
+      const double left = column * kDegree;
+      const Point direction(std::cos(up) * std::cos(left), std::cos(up) * std::sin(left),
+                            std::sin(up));
+      if (patch.off(sensor, direction) < radius) ++count;
+    }
+  }
+  return count;
+}
+
+TEST_CASE("virtual scans: all rays that meet a disc hit it, wherever it is and however it lies") {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto somewhere = [&] { return Point(normal(random), normal(random), normal(random)); };
+  std::size_t met = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Point away = somewhere() * std::exp(normal(random)) * 2.0;
+    const Point middle = 0.4 * (away / 0.4).array().floor() + 0.2;
+    const Patch patch{.middle = middle, .normal = somewhere().normalized()};
+    const Point sensor = 0.2 * somewhere();
+    const Point to = (middle - sensor).normalized();
+    const double elevation = std::asin(to.z()) * 180.0 / std::numbers::pi;
+    const double half = 25.0 / (middle - sensor).norm();
+    const Rays rays{.lowest = std::max(elevation - half, -89.9),
+                    .highest = std::min(elevation + half, 89.9)};
+    const std::size_t hits = Surfaces(patch.points()).scan(sensor, rays).size();
+    CAPTURE(k);
+    CHECK(hits >= rays_through(patch, sensor, rays, 0.2999));
+    CHECK(hits <= rays_through(patch, sensor, rays, 0.3001));
+    met += hits;
+  }
+  CHECK(met > 50000);
 }
 
 }  // namespace
