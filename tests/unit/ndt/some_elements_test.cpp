@@ -101,6 +101,32 @@ TEST_CASE("the pulls of all elements add up to the derivatives of the objective"
   }
 }
 
+TEST_CASE("points on the faces of voxels pull the elements of the voxels that they lie in") {
+  const auto map = ndt::VoxelMap::build(test::yard(51), {.resolution = 0.7}).value();
+  const ndt::Objective objective(map, ndt::Neighbours::direct7,
+                                 NdtCoefficients::derive(0.55, 0.7).value());
+  std::mt19937 random(3);
+  const auto along = [&] { return 0.35 * (static_cast<int>(random() % 100) - 50); };
+  PointCloud scan{{1e7, 0.0, 0.0}, {0.0, -1e12, 0.0}, {4e5, 4e5, 4e5}};
+  for (int k = 0; k < 5000; ++k) scan.emplace_back(along(), along(), 0.1 * along());
+  std::vector<std::uint32_t> expected, elements;
+  for (const Point& p : scan) {
+    for (std::uint32_t s = 0; s < objective.search().size; ++s) {
+      const auto& step = objective.search().steps[s];
+      const Point at = p + 0.7 * Point(step[0], step[1], step[2]);
+      const auto key = map.key_of(at);
+      if (key != ndt::kNoVoxel && map.find(key) != ndt::kNoGaussian) {
+        expected.push_back(map.find(key));
+      }
+    }
+  }
+  std::ranges::sort(expected);
+  expected.erase(std::ranges::unique(expected).begin(), expected.end());
+  for (const Pull& pull : ndt::pulls_on(objective, scan, Pose())) elements.push_back(pull.element);
+  CHECK(elements.size() > 100);
+  CHECK(elements == expected);
+}
+
 TEST_CASE("with a part of its elements a map scores nearly as with all, and aligns") {
   const PointCloud cloud = test::yard(51);
   const PointCloud scan = test::seen_from(test::yard(52), kTruth, 18.0, 4000, 1);
