@@ -206,11 +206,11 @@ Disc disc_of(PointsView map, const std::vector<Voxel>& voxels, const Voxel& voxe
 
 /// The box around some discs.
 Bounds3 box_around(std::span<const Disc> discs) {
-  constexpr double kMore = 0.01;
+  constexpr double kClearance = 0.01;
   Bounds3 box;
   for (const Disc& disc : discs) {
     const Point sines = (1.0 - disc.normal.cast<double>().array().square()).max(0.0).sqrt();
-    const Point half = double{disc.radius} * sines.array() + kMore;
+    const Point half = double{disc.radius} * sines.array() + kClearance;
     box.extend(disc.middle - half);
     box.extend(disc.middle + half);
   }
@@ -311,22 +311,24 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 // Discs overlap. The nearest one along the ray would be off towards the sensor.
 constexpr double kSameSurface = 0.3;  // [m]
 
-/// Some of the rays.
-struct Window {
-  std::uint32_t rings;     // a bit for each
-  std::int32_t from, end;  // columns; they count on beyond a turn
-};
-/// Precondition: it is not empty.
-Window window_of(const view::Windows& windows, std::size_t lane) {
-  const auto first = static_cast<unsigned>(windows.ring[lane]);
-  const auto last = static_cast<unsigned>(windows.last_ring[lane]);
-  return {(2U << last) - (1U << first), windows.column[lane], windows.last_column[lane] + 1};
-}
+}  // namespace
 
 /// The directions of a scan's rays, and how far each has been followed. Rays are numbered column by
 /// column.
-class Raster {
+class Surfaces::Raster {
  public:
+  /// Some of the rays.
+  struct Window {
+    std::uint32_t rings;     // a bit for each
+    std::int32_t from, end;  // columns; they count on beyond a turn
+  };
+  /// Precondition: it is not empty.
+  [[nodiscard]] static Window window_of(const view::Windows& windows, std::size_t lane) {
+    const auto first = static_cast<unsigned>(windows.ring[lane]);
+    const auto last = static_cast<unsigned>(windows.last_ring[lane]);
+    return {(2U << last) - (1U << first), windows.column[lane], windows.last_column[lane] + 1};
+  }
+
   explicit Raster(const Rays& rays)
       : lowest_(static_cast<float>(rays.lowest * kDegree)), nearest_(kRings * kColumns, kNone) {
     const double step = std::max((rays.highest - rays.lowest) * kDegree / (kRings - 1), 1e-6);
@@ -404,8 +406,6 @@ class Raster {
   std::vector<double> nearest_;                             // surface along each ray [m]
 };
 
-}  // namespace
-
 /// Follows the rays of one scan.
 class Surfaces::Follower {
  public:
@@ -434,7 +434,7 @@ class Surfaces::Follower {
       for (std::size_t lane = 0; lane < some.size(); ++lane) {
         if (filled[lane] == 0) continue;
         raster_.go_on_from(static_cast<double>(step_of(some[lane])) / kStepsAMetre);
-        if (raster_.any_open(window_of(windows, lane),
+        if (raster_.any_open(Raster::window_of(windows, lane),
                              [](std::size_t, std::size_t) { return true; })) {
           meet(near_[some[lane]]);
         }
@@ -524,6 +524,9 @@ class Surfaces::Follower {
     with_rays_.resize(kLanes * windows_.size());
     std::size_t count = 0;
     for (std::uint32_t k = 0; k < windows_.size(); ++k) {
+      const Point* const middles = &all_.middles_[kLanes * (cube.begin + k)];
+      __builtin_prefetch(middles);  // some of them will be read soon
+      __builtin_prefetch(middles + kLanes - 1);
       const view::Discs discs = seen(all_.discs_[cube.begin + k], near.to);
       windows_[k] = raster_.windows_of(view::extents_of(discs));
       const view::Ints filled = windows_[k].filled();
@@ -534,11 +537,11 @@ class Surfaces::Follower {
     }
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t k = with_rays_[i];
-      meet(kLanes * cube.begin + k, window_of(windows_[k / kLanes], k % kLanes));
+      meet(kLanes * cube.begin + k, Raster::window_of(windows_[k / kLanes], k % kLanes));
     }
   }
 
-  void meet(std::size_t k, const Window& window) {
+  void meet(std::size_t k, const Raster::Window& window) {
     constexpr double kNearest = 1.0, kGrazing = 0.02;  // [m], sine of the angle to the surface
     const Discs& discs = all_.discs_[k / kLanes];
     const std::size_t lane = k % kLanes;

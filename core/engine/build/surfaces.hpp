@@ -52,6 +52,7 @@ class Surfaces {
     Eigen::Vector3f half;      // edges of the box around them [m]
   };
   struct Parts;
+  class Raster;
   class Follower;
 
   explicit Surfaces(Parts parts);
