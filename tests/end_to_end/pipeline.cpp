@@ -311,8 +311,11 @@ TEST_CASE(
   const Built loose = build("loose", {"selector.target_error=0.05"});
   const Built tight = build("tight", {"selector.target_error=0.01"});
   const Built capped = build("capped", {"selector.target_error=0.000001", "selector.share=0.1"});
+  const Built hopeless = build("hopeless", {"selector.target_error=0.000001"});
   CHECK(loose.elements < tight.elements);
   CHECK(tight.elements < all.elements);
+  CHECK(hopeless.elements < all.elements);  // more would not be better
+  CHECK(hopeless.predicted["regions_missing_it"] > 0);
   CHECK(capped.elements < all.elements / 5);  // of each region, a tenth and less than one more
   CHECK(all.predicted["target"].is_null());
   CHECK(all.predicted["places"] > 0);

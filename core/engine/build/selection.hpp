@@ -33,6 +33,12 @@ struct ScanPlace {
   const LocatedScan* scan = nullptr;  ///< none: it is virtual
 };
 
+/// What a region's elements do to the poses of some scans.
+struct Views {
+  PointCloud places = {};                     ///< of the scans, map frame [m]
+  std::vector<std::vector<Pull>> pulls = {};  ///< of each scan, by their numbers in the region
+};
+
 /// Chooses which elements of regions' prepared maps are kept: looks at them with scans in and
 /// around a region, asks the selector for an order, and keeps as many as the budget allows. Thread
 /// safety: const methods may run on one object from many threads at once.
@@ -61,11 +67,6 @@ class Selection {
  private:
   [[nodiscard]] Result<Selected> chosen(PointsView seen, std::span<const Point> viewpoints) const;
   class Excerpts;
-  /// What the region's elements do to the poses of some scans.
-  struct Views {
-    PointCloud places = {};                     ///< of the scans, map frame [m]
-    std::vector<std::vector<Pull>> pulls = {};  ///< of each scan, by their numbers in the region
-  };
   /// How many elements the budget allows.
   struct Room {
     std::size_t elements = 0;  ///< a few more, as not all take the same number of bytes
@@ -75,9 +76,9 @@ class Selection {
   /// Asks the selector for its order, and cuts it off where the first elements keep the target.
   /// @param judges  pulls of the scans that decide whether they do
   /// @param most    no more elements than these
-  [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(
-      const RegionElements& region, std::span<const std::vector<Pull>> judges,
-      std::size_t most) const;
+  [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(const RegionElements& region,
+                                                           const Views& judges,
+                                                           std::size_t most) const;
   /// The recorded scans near a region.
   [[nodiscard]] std::vector<ScanPlace> recorded_near(std::span<const Point> viewpoints) const;
   /// What the region's elements do at some of these places; not at those that nothing is seen from.

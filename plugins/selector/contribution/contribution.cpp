@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -39,6 +41,12 @@ class Choice {
 
   [[nodiscard]] bool touches(std::uint32_t element) const noexcept {
     return begin_[element] < begin_[element + 1];
+  }
+  /// An element that touches scans, drawn in proportion to how many it touches.
+  [[nodiscard]] std::uint32_t drawn(std::uint64_t number) const noexcept {
+    const auto touch = static_cast<std::size_t>(number % touches_.size());
+    const auto after = std::ranges::upper_bound(begin_, touch);
+    return static_cast<std::uint32_t>(after - begin_.begin() - 1);
   }
 
   /// By how much the errors grow with an element; negative for a good one.
@@ -77,11 +85,35 @@ class Choice {
   std::vector<PoseError> scans_;
 };
 
+/// Numbers from 0 on, of which some are taken out.
+class Left {
+ public:
+  /// @param numbers  ascending
+  explicit Left(std::vector<std::uint32_t> numbers)
+      : numbers_(std::move(numbers)), at_(numbers_.empty() ? 0 : numbers_.back() + 1, kGone) {
+    for (std::uint32_t k = 0; k < numbers_.size(); ++k) at_[numbers_[k]] = k;
+  }
+  [[nodiscard]] std::size_t size() const noexcept { return numbers_.size(); }
+  [[nodiscard]] std::uint32_t operator[](std::size_t k) const noexcept { return numbers_[k]; }
+  [[nodiscard]] bool has(std::uint32_t number) const noexcept { return at_[number] != kGone; }
+  void take(std::uint32_t number) noexcept {
+    const std::uint32_t k = at_[number], last = numbers_.back();
+    numbers_[k] = last;
+    at_[last] = k;
+    at_[number] = kGone;
+    numbers_.pop_back();
+  }
+
+ private:
+  static constexpr std::uint32_t kGone = ~std::uint32_t{0};
+  std::vector<std::uint32_t> numbers_, at_;
+};
+
 /// Elements that fix the poses of scans, and whose errors cancel.
 struct Contribution {
   std::uint32_t candidates = 64;
   double noise = 0.1;  // as PoseError::kNoise
-  double power = 1.0;
+  double power = 0.5;
   std::uint64_t seed = 17;
 
   static constexpr auto schema() {
@@ -100,26 +132,32 @@ struct Contribution {
   [[nodiscard]] Result<std::vector<std::uint32_t>> order(const RegionElements& region,
                                                          std::size_t most) const {
     Choice choice(region, static_cast<float>(noise), static_cast<float>(power));
-    std::vector<std::uint32_t> left, untouched, order;
+    std::vector<std::uint32_t> touching, untouched, order;
     for (std::uint32_t i = 0; i < region.elements.size(); ++i) {
-      (choice.touches(i) ? left : untouched).push_back(i);
+      (choice.touches(i) ? touching : untouched).push_back(i);
     }
     most = std::min(most, region.elements.size());
-    while (order.size() < most && !left.empty()) {
-      std::size_t best = 0;
+    Left left(std::move(touching));
+    const auto candidate = [&](std::size_t k) {
+      if (left.size() <= candidates) return left[k];
+      const std::uint64_t number = hash(seed, order.size(), k);
+      // Few elements hold the pose everywhere only if each is seen from many places.
+      const std::uint32_t one = choice.drawn(number);
+      return left.has(one) ? one : left[number % left.size()];
+    };
+    while (order.size() < most && left.size() > 0) {
+      std::uint32_t best = left[0];
       float least = std::numeric_limits<float>::infinity();
-      const std::size_t tries = std::min<std::size_t>(candidates, left.size());
-      for (std::size_t k = 0; k < tries; ++k) {
-        const std::size_t at = tries == left.size() ? k : hash(seed, order.size(), k) % left.size();
-        const float growth = choice.growth_with(left[at]);
+      for (std::size_t k = 0; k < std::min<std::size_t>(candidates, left.size()); ++k) {
+        const std::uint32_t one = candidate(k);
+        const float growth = choice.growth_with(one);
         if (growth >= least) continue;
         least = growth;
-        best = at;
+        best = one;
       }
-      choice.take(left[best]);
-      order.push_back(left[best]);
-      left[best] = left.back();
-      left.pop_back();
+      choice.take(best);
+      order.push_back(best);
+      left.take(best);
     }
     // No scan touches these: the fullest first.
     std::ranges::stable_sort(untouched, std::greater(),

@@ -12,8 +12,8 @@
 
 namespace vantage {
 
-/// How far off a position is expected to be: root mean squares [m]; infinite if the elements do not
-/// hold the pose.
+/// What 95 % of scans at a place are expected to keep, even with a third of their view covered: the
+/// distance of their positions from the truth [m]. Infinite if the elements do not hold the pose.
 struct PredictedError {
   Point place = Point::Zero();  ///< of the sensor, map frame [m]
   float error = 0.0F;           ///< with the elements that are kept
