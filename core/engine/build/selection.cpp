@@ -129,12 +129,17 @@ class CoveredScan {
     for (std::size_t covered = 0; covered < kThirds; ++covered) errors_[covered].add(open[covered]);
   }
 
-  /// What 95 % of such scans keep [m].
+  /// What 95 % of such scans keep [m]; infinite if the elements do not hold the pose.
   [[nodiscard]] float kept() const {
-    // Times their root mean square. Chosen on the demo's campus and the recorded street.
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    // Times their root mean square. Chosen on the demo's campus, with a third covered.
     constexpr float kKept = 2.2F;
     float worst = 0.0F;
-    for (const PoseError& error : errors_) worst = std::max(worst, error.squared_translation());
+    for (const PoseError& error : errors_) {
+      const float squared = error.squared_translation();
+      worst = squared < kInfinity ? std::max(worst, squared) : kInfinity;
+      if (worst == kInfinity) break;
+    }
     return kKept * std::sqrt(worst);
   }
 
