@@ -169,17 +169,19 @@ struct Enough {
 Enough enough_of(std::span<const std::uint32_t> order, std::span<const MapElement> elements,
                  const Views& judges, double target) {
   std::vector<CoveredScan> scans(judges.places.begin(), judges.places.end());
+  std::vector<float> kept;  // of each scan
+  for (const CoveredScan& scan : scans) kept.push_back(scan.kept());
   Enough enough{order.size(), false};
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t n = 0; n < order.size() && !scans.empty(); ++n) {
-    std::vector<float> kept;
     for (std::size_t s = 0; s < scans.size(); ++s) {
       const auto& pulls = judges.pulls[s];
       const auto pull = std::ranges::lower_bound(pulls, order[n], {}, &Pull::element);
-      if (pull != pulls.end() && pull->element == order[n]) scans[s].add(*pull, elements[order[n]]);
-      kept.push_back(scans[s].kept());
+      if (pull == pulls.end() || pull->element != order[n]) continue;
+      scans[s].add(*pull, elements[order[n]]);
+      kept[s] = scans[s].kept();
     }
-    const double error = error_kept_by(PredictedErrors::kShare, std::move(kept));
+    const double error = error_kept_by(PredictedErrors::kShare, kept);
     if (error <= target) return {n + 1, true};
     if (error >= least) continue;
     least = error;

@@ -212,7 +212,7 @@ std::vector<std::uint32_t> gaussians_at(const VoxelMap& map, PointsView seen) {
 
 namespace {
 
-/// @param size  of what follows the header, about
+/// @param size  about how many bytes follow the header
 Writer begun(const VoxelMap& map, const VoxelMap::Part& part, std::uint16_t form, std::size_t cells,
              std::size_t size) {
   Writer out(kHeader + size + kChecksum);

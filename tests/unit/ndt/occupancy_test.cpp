@@ -1,4 +1,5 @@
-// The code of occupied voxels: its bytes, which stored maps have, and bytes that are none.
+// The code of occupied voxels: its bytes stay as they are in stored maps, and damaged bytes are
+// refused.
 #include "occupancy.hpp"
 
 #include <doctest/doctest.h>

@@ -77,7 +77,8 @@ TEST_CASE("a sweep whose end has no pose stays as it was measured") {
   CHECK(farthest_from_posts(**scan) > 0.3);
 }
 
-TEST_CASE("a scan without times has the pose of its stamp; without a pose there is none") {
+TEST_CASE(
+    "a scan without times is taken at the pose of its stamp, and is left out if there is no pose") {
   io::StampedScan scan = sweep_at(0.4);
   scan.seconds.clear();
   const auto untimed = posed_scan(scan, drive());

@@ -2,37 +2,13 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <span>
 
+#include "vantage/kit/pull_term.hpp"
 #include "vantage/map_element.hpp"
 
 namespace vantage {
-
-/// What one element does to the pose of one scan: gradient and Hessian of its term of the objective
-/// at the true pose, with rotations in units of 1 / kArm.
-struct PullTerm {
-  /// A rotation counts like a translation this far from the sensor [m].
-  static constexpr float kArm = 10.0F;
-
-  Eigen::Matrix<float, 6, 6> hessian;
-  Eigen::Matrix<float, 6, 1> gradient;
-};
-
-inline PullTerm term_of(const Pull& pull) noexcept {
-  const auto unit = [](Eigen::Index row) { return row < 3 ? 1.0F : 1.0F / PullTerm::kArm; };
-  PullTerm term;
-  std::size_t k = 0;
-  for (Eigen::Index row = 0; row < 6; ++row) {
-    term.gradient[row] = unit(row) * pull.gradient[static_cast<std::size_t>(row)];
-    for (Eigen::Index column = row; column < 6; ++column, ++k) {
-      term.hessian(row, column) = unit(row) * unit(column) * pull.hessian[k];
-      term.hessian(column, row) = term.hessian(row, column);
-    }
-  }
-  return term;
-}
 
 /// How far off the pose is that some elements give a scan: -H^-1 g is its bias, H^-1 its covariance
 /// but for a factor, where H and g are the sums of their Hessians and gradients.
