@@ -10,8 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "vantage/engine/prepared_scan.hpp"
-#include "vantage/kit/pose_error.hpp"
+#include "build/position_error.hpp"
 #include "vantage/selector.hpp"
 
 namespace vantage {
@@ -112,8 +111,7 @@ Result<void> check_order(std::span<const std::uint32_t> order, std::size_t eleme
 class CoveredScan {
  public:
   /// @param at  of the sensor [m]
-  explicit CoveredScan(const Point& at)
-      : at_(at), errors_(kThirds, PoseError(PoseError::kNoise, 0.0)) {}
+  explicit CoveredScan(const Point& at) : at_(at) {}
 
   void add(const Pull& pull, const MapElement& element) {
     const PullTerm term = term_of(pull);
@@ -131,16 +129,14 @@ class CoveredScan {
 
   /// What 95 % of such scans keep [m]; infinite if the elements do not hold the pose.
   [[nodiscard]] float kept() const {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
     // Times their root mean square. Chosen on the demo's campus, with a third covered.
-    constexpr float kKept = 2.2F;
-    float worst = 0.0F;
-    for (const PoseError& error : errors_) {
-      const float squared = error.squared_translation();
-      worst = squared < kInfinity ? std::max(worst, squared) : kInfinity;
-      if (worst == kInfinity) break;
+    constexpr double kKept = 2.2;
+    double worst = 0.0;
+    for (const PositionError& error : errors_) {
+      worst = std::max(worst, error.squared());
+      if (std::isinf(worst)) break;
     }
-    return kKept * std::sqrt(worst);
+    return static_cast<float>(kKept * std::sqrt(worst));
   }
 
  private:
@@ -158,7 +154,7 @@ class CoveredScan {
   }
 
   Point at_;
-  std::vector<PoseError> errors_;
+  std::array<PositionError, kThirds> errors_;
 };
 
 /// How many of the first elements are enough.
@@ -286,11 +282,7 @@ Result<std::vector<Pull>> Selection::virtual_pulls(const Point& place) const {
   PointCloud hits = surfaces_.scan(place, rays_);
   if (hits.empty()) return std::vector<Pull>();
   for (Point& p : hits) p -= place;
-  // Without noise: what is looked for is where the surfaces themselves pull the pose.
-  VANTAGE_TRY(const PreparedScan prepared,
-              prepare_scan({.points = hits}, nullptr, LocalizerParams{}));
-  if (prepared.points.empty()) return std::vector<Pull>();
-  return whole_.pulls(prepared.points, pose_from_xyz_rpy(place, {0.0, 0.0, 0.0}));
+  return whole_.pulls(hits, pose_from_xyz_rpy(place, {0.0, 0.0, 0.0}));
 }
 
 Result<Selected> Selection::of(PointsView seen, std::span<const Point> viewpoints) const {
@@ -328,7 +320,7 @@ Result<Selected> Selection::chosen(PointsView seen, std::span<const Point> viewp
   const auto unused = static_cast<std::size_t>(
       std::ranges::count_if(between, [](const ScanPlace& place) { return place.scan != nullptr; }));
   VANTAGE_TRY(Views judges,
-              views_from(between, spread(between, unused, (params_.places + 1) / 2), own_number));
+              views_from(between, spread(between, unused, (params_.places + 3) / 4), own_number));
   if (judges.pulls.empty()) judges = views;
   const Excerpts excerpts(whole_, numbers, in_target);
   VANTAGE_TRY(const Room room, room_for(excerpts));

@@ -306,7 +306,7 @@ Surfaces::Parts Surfaces::parts_of(PointsView map) {
 
 namespace {
 
-constexpr std::size_t kRings = 20, kColumns = 360;
+constexpr std::size_t kRings = 20, kColumns = 240;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 // Discs overlap. The nearest one along the ray would be off towards the sensor.
 constexpr double kSameSurface = 0.3;  // [m]
@@ -443,34 +443,40 @@ class Surfaces::Follower {
   }
 
   [[nodiscard]] PointCloud hits() const {
-    constexpr std::uint32_t kNothing = ~std::uint32_t{0};
-    std::vector<std::uint32_t> hits(kRings * kColumns, kNothing);
-    for (std::uint32_t i = 0; i < meetings_.size(); ++i) {
+    PointCloud hits;
+    for (const std::uint32_t i : first_meetings()) {
+      if (i != kNothing) hits.push_back(hit_of(meetings_[i]));
+    }
+    return hits;
+  }
+
+  [[nodiscard]] PointCloud scan() const {
+    const std::vector<std::uint32_t> first = first_meetings();
+    struct Sum {
+      Point hits = Point::Zero();
+      int count = 0;
+    };
+    std::vector<Sum> sums(first.size());  // of each disc, at its first ray
+    std::uint32_t disc = kNothing;
+    std::uint16_t ray = 0;
+    for (std::uint32_t i = 0; i < meetings_.size(); ++i) {  // those of a disc one after the other
       const Meeting& m = meetings_[i];
-      if (m.range > raster_.nearest(m.ray) + kSameSurface) continue;
-      std::uint32_t& hit = hits[m.ray];
-      // Equal ones: the order of discs is the same in every map, that of cubes is not.
-      if (hit == kNothing ||
-          std::pair(m.off, m.disc) < std::pair(meetings_[hit].off, meetings_[hit].disc)) {
-        hit = i;
-      }
+      if (first[m.ray] != i) continue;
+      if (m.disc != disc) ray = m.ray;
+      disc = m.disc;
+      sums[ray].hits += hit_of(m);
+      ++sums[ray].count;
     }
     PointCloud scan;
-    scan.reserve(hits.size());
-    for (std::size_t ring = 0; ring < kRings; ++ring) {
-      for (std::size_t column = 0; column < kColumns; ++column) {
-        const std::uint32_t hit = hits[column * kRings + ring];
-        if (hit == kNothing) continue;
-        const Meeting& m = meetings_[hit];
-        scan.push_back(m.flat ? Point(sensor_ + m.range * raster_.direction(column, ring))
-                              : all_.middles_[m.disc]);
-      }
+    for (const Sum& sum : sums) {
+      if (sum.count > 0) scan.push_back(sum.hits / sum.count);
     }
     return scan;
   }
 
  private:
   static constexpr float kStepsAMetre = 8.0F;
+  static constexpr std::uint32_t kNothing = ~std::uint32_t{0};
   /// A cube near the sensor.
   struct Near {
     Eigen::Vector3f to;  // its middle [m]
@@ -483,6 +489,26 @@ class Surfaces::Follower {
     std::uint16_t ray;
     bool flat;
   };
+
+  /// Of each ray.
+  [[nodiscard]] std::vector<std::uint32_t> first_meetings() const {
+    std::vector<std::uint32_t> first(kRings * kColumns, kNothing);
+    for (std::uint32_t i = 0; i < meetings_.size(); ++i) {
+      const Meeting& m = meetings_[i];
+      if (m.range > raster_.nearest(m.ray) + kSameSurface) continue;
+      std::uint32_t& of_ray = first[m.ray];
+      // Equal ones: the order of discs is the same in every map, that of cubes is not.
+      if (of_ray == kNothing ||
+          std::pair(m.off, m.disc) < std::pair(meetings_[of_ray].off, meetings_[of_ray].disc)) {
+        of_ray = i;
+      }
+    }
+    return first;
+  }
+  [[nodiscard]] Point hit_of(const Meeting& m) const {
+    if (!m.flat) return all_.middles_[m.disc];
+    return sensor_ + m.range * raster_.direction(m.ray / kRings, m.ray % kRings);
+  }
 
   void find_cubes() {
     const Eigen::Vector2d side = Eigen::Vector2d::Constant(range_ + double{all_.widest_});
@@ -581,10 +607,16 @@ class Surfaces::Follower {
   std::vector<Meeting> meetings_;
 };
 
-PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
+PointCloud Surfaces::hits(const Point& sensor, const Rays& rays) const {
   Follower follower(*this, sensor, rays);
   follower.follow();
   return follower.hits();
+}
+
+PointCloud Surfaces::scan(const Point& sensor, const Rays& rays) const {
+  Follower follower(*this, sensor, rays);
+  follower.follow();
+  return follower.scan();
 }
 
 }  // namespace vantage

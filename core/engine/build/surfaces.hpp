@@ -34,6 +34,9 @@ class Surfaces {
   /// same points within `max_range` and kMargin of the sensor.
   /// @param sensor  map frame [m]
   /// @return        map frame [m]
+  [[nodiscard]] PointCloud hits(const Point& sensor, const Rays& rays) const;
+
+  /// A scan that is thinned as one for matching: of each disc the mean of its hits.
   [[nodiscard]] PointCloud scan(const Point& sensor, const Rays& rays) const;
 
  private:

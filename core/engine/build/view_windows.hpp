@@ -7,15 +7,17 @@
 #include <cstdint>
 #include <numbers>
 
+#include "vantage/kit/lanes.hpp"
+
 // How much of a sensor's view things fill, for four things at a time: a part of a virtual scan that
 // is done far more often than all others. Angles may be too wide, but never too narrow.
 namespace vantage::view {
 
-using Floats = float __attribute__((vector_size(16)));
-using Ints = std::int32_t __attribute__((vector_size(16)));
-
-inline Floats floats(float x) { return Floats{} + x; }
-inline Floats floats(const std::array<float, 4>& x) { return std::bit_cast<Floats>(x); }
+using lanes::bits_of;
+using lanes::Floats;
+using lanes::floats;
+using lanes::Ints;
+using lanes::inverse_root;
 
 /// For what Eigen has one instruction, and a comparison would take several.
 template <class Use>
@@ -33,7 +35,6 @@ inline Floats larger(Floats a, Floats b) {
   return with_eigen(a, b, [](const auto& x, const auto& y) { return x.max(y); });
 }
 
-inline Ints bits_of(Floats x) { return std::bit_cast<Ints>(x); }
 inline Floats size_of(Floats x) { return std::bit_cast<Floats>(bits_of(x) & INT32_MAX); }
 /// Precondition: x >= 0.
 inline Floats with_sign_of(Floats y, Floats x) {
@@ -45,15 +46,7 @@ inline Floats turned(Ints mask, float from, Floats x) {
          std::bit_cast<Floats>(mask & bits_of(floats(from)));
 }
 
-/// 1 / sqrt(x), and large for 0: a guess from the exponent, then steps of Newton's method. Too
-/// small by less than 0.18 % after one step, by less than 5e-6 after two.
-template <int kSteps>
-Floats inverse_root(Floats x) {
-  Floats y = std::bit_cast<Floats>(0x5F3759DF - (bits_of(x) >> 1));
-  for (int step = 0; step < kSteps; ++step) y *= 1.5F - 0.5F * x * y * y;
-  return y;
-}
-inline Floats root(Floats x) { return x * inverse_root<2>(x); }
+inline Floats root(Floats x) { return lanes::root<2>(x); }
 
 constexpr float kHalfTurn = 3.1416F;  ///< no less than that [rad]
 /// Bounds the errors of angles, from the polynomial (2.1e-4) and from rounding [rad].

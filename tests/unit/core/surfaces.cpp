@@ -31,7 +31,7 @@ const Point kSensor(0.1, 0.2, 2.0);
 TEST_CASE("virtual scans: a noisy wall is hit where the wall is") {
   PointCloud map;
   add_wall(map, 8.0, 0.03, 1);
-  const PointCloud scan = Surfaces(map).scan(kSensor, {});
+  const PointCloud scan = Surfaces(map).hits(kSensor, {});
   REQUIRE(scan.size() > 500);
   double sum = 0.0, squares = 0.0;
   for (const Point& p : scan) {
@@ -53,7 +53,7 @@ TEST_CASE("virtual scans: noisy ground is hit where it is, whatever its height")
     for (int x = -100; x < 100; ++x) {
       for (int y = -100; y < 100; ++y) map.emplace_back(0.1 * x, 0.1 * y, z + off(random));
     }
-    const PointCloud scan = Surfaces(map).scan({0.2, 0.1, z + 1.5}, {});
+    const PointCloud scan = Surfaces(map).hits({0.2, 0.1, z + 1.5}, {});
     REQUIRE(scan.size() > 500);
     double sum = 0.0, squares = 0.0;
     for (const Point& p : scan) {
@@ -71,9 +71,9 @@ TEST_CASE("virtual scans: a wall hides what is behind it, and rays end at the ra
   add_wall(map, 8.0, 0.0, 1);
   add_wall(map, 30.0, 0.0, 2);
   const Surfaces both(map);
-  for (const Point& p : both.scan(kSensor, {})) CHECK(p.x() == doctest::Approx(8.0).epsilon(1e-6));
-  CHECK(both.scan(kSensor, {.max_range = 5.0}).empty());
-  const PointCloud up = both.scan(kSensor, {.lowest = 5.0, .highest = 10.0});
+  for (const Point& p : both.hits(kSensor, {})) CHECK(p.x() == doctest::Approx(8.0).epsilon(1e-6));
+  CHECK(both.hits(kSensor, {.max_range = 5.0}).empty());
+  const PointCloud up = both.hits(kSensor, {.lowest = 5.0, .highest = 10.0});
   REQUIRE(!up.empty());
   for (const Point& p : up) CHECK(p.z() > kSensor.z());
 }
@@ -90,9 +90,9 @@ std::map<std::pair<long, long>, double> ranges(const PointCloud& map) {
   const Rays rays{.lowest = -20.0, .highest = 18.0, .max_range = 60.0};
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   std::map<std::pair<long, long>, double> ranges;
-  for (const Point& p : Surfaces(map).scan(kSensor, rays)) {
+  for (const Point& p : Surfaces(map).hits(kSensor, rays)) {
     const Point to = p - kSensor;
-    const long azimuth = std::lround(std::atan2(to.y(), to.x()) * kDegrees);
+    const long azimuth = std::lround(std::atan2(to.y(), to.x()) * kDegrees / 1.5);
     const double elevation = std::asin(to.z() / to.norm()) * kDegrees;
     ranges[{azimuth, std::lround((elevation - rays.lowest) / 2.0)}] = to.norm();
   }
@@ -125,6 +125,23 @@ TEST_CASE("virtual scans: what is skipped behind surfaces would have hidden noth
       }
     }
     CHECK(behind > 20);
+  }
+}
+
+TEST_CASE("virtual scans: a scan has the mean of each disc's hits") {
+  PointCloud map;
+  add_wall(map, 8.0, 0.0, 1);
+  const Surfaces wall(map);
+  const PointCloud hits = wall.hits(kSensor, {}), scan = wall.scan(kSensor, {});
+  REQUIRE(scan.size() > 200);
+  CHECK(scan.size() < hits.size());
+  for (const Point& p : scan) {
+    CHECK(p.x() == doctest::Approx(8.0).epsilon(1e-6));
+    // A disc is one of a voxel of 0.4 m.
+    CHECK(std::ranges::count_if(scan, [&](const Point& q) { return (p - q).norm() < 0.1; }) == 1);
+  }
+  for (const Point& p : hits) {
+    CHECK(std::ranges::any_of(scan, [&](const Point& q) { return (p - q).norm() < 0.6; }));
   }
 }
 
@@ -176,8 +193,8 @@ std::size_t rays_through(const Patch& patch, const Point& sensor, const Rays& ra
   std::size_t count = 0;
   for (int ring = 0; ring < 20; ++ring) {
     const double up = (rays.lowest + ring * (rays.highest - rays.lowest) / 19.0) * kDegree;
-    for (int column = 0; column < 360; ++column) {
-      const double left = column * kDegree;
+    for (int column = 0; column < 240; ++column) {
+      const double left = 1.5 * column * kDegree;
       const Point direction(std::cos(up) * std::cos(left), std::cos(up) * std::sin(left),
                             std::sin(up));
       if (patch.off(sensor, direction) < radius) ++count;
@@ -201,7 +218,7 @@ TEST_CASE("virtual scans: all rays that meet a disc hit it, wherever it is and h
     const double half = 25.0 / (middle - sensor).norm();
     const Rays rays{.lowest = std::max(elevation - half, -89.9),
                     .highest = std::min(elevation + half, 89.9)};
-    const std::size_t hits = Surfaces(patch.points()).scan(sensor, rays).size();
+    const std::size_t hits = Surfaces(patch.points()).hits(sensor, rays).size();
     CAPTURE(k);
     CHECK(hits >= rays_through(patch, sensor, rays, 0.2999));
     CHECK(hits <= rays_through(patch, sensor, rays, 0.3001));

@@ -156,7 +156,7 @@ struct SelectorConfig {
                  "build predicts it, at 95 % of the places that judge the choice",
                  positive),
         optional("places", &SelectorConfig::places, "",
-                 "scans in and around a region that the choice is made with; half as many judge it",
+                 "scans in and around a region that the choice is made with; a fourth as many judge it",
                  at_least(1)),
         optional("scans", &SelectorConfig::scans, "",
                  "the recording that the map was made of; without it, scans are virtual"),
