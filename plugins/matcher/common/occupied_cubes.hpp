@@ -11,8 +11,8 @@
 
 namespace vantage::matching {
 
-/// Whether a point lies in a bare voxel, or beside one: a voxel in which there is a place at most
-/// `distance` [m] away along an axis.
+/// Whether a point lies in a bare voxel, or `distance` [m] from one: along an axis, and from the
+/// voxel's middle, because what is in the voxel lies anywhere in it.
 [[nodiscard]] inline bool is_covered(const ndt::VoxelMap& voxels, const Point& p, double distance) {
   const ndt::BlockTable blocks = voxels.view().blocks;
   const auto is_bare = [&](const Point& at) {
@@ -21,7 +21,8 @@ namespace vantage::matching {
   };
   if (is_bare(p)) return true;
   // No voxel may be stepped over, but distances of a hundred voxels have no use.
-  const double edge = voxels.options().resolution, farthest = std::min(distance, 100.0 * edge);
+  const double edge = voxels.options().resolution;
+  const double farthest = std::clamp(distance - 0.5 * edge, 0.0, 100.0 * edge);
   for (double step = std::min(edge, farthest);; step = std::min(step + edge, farthest)) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d offset = step * Eigen::Vector3d::Unit(axis);

@@ -264,19 +264,27 @@ class SurfelTarget final : public MatchTarget {
     const double there = fit(part, start.T_local_scan, scratch.part);
     return there > at_guess ? start : ndt::Start{guess};
   }
+
+  /// Whether a surfel tells how well a point fits that is `d` away from it: if its neighbours are
+  /// not kept, not far along its plane. Across the plane, it may be as far as it is matched at all:
+  /// if only near points counted, a wrong pose would fit as well as the right one.
+  [[nodiscard]] bool is_own(const Eigen::Vector3d& d, const Eigen::Vector3d& normal) const {
+    return approach_.occupied() == nullptr ||
+           (d - d.dot(normal) * normal).squaredNorm() <= own_ * own_;
+  }
+
   /// The mean likelihood of the points' distances from the map's surface, 1 at most. Points that
   /// only a surfel that is left out may match do not count.
   [[nodiscard]] double fit(PointsView part, const Pose& T_local_scan,
                            Correspondences& correspondences) const {
     const double precision = 0.5 * coefficients_.d2 / (params_.sigma * params_.sigma);
     const ndt::VoxelMap* const occupied = approach_.occupied();
-    const double limit = occupied == nullptr ? params_.max_distance : own_;
     double sum = 0.0;
     std::size_t points = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
       const Eigen::Vector3d x = T_local_scan * part[i];
-      const std::uint32_t j = correspondences.nearest(map_, i, x, limit);
-      if (j == kNone) {
+      const std::uint32_t j = correspondences.nearest(map_, i, x, params_.max_distance);
+      if (j == kNone || !is_own(x - map_.points()[j], map_.normals()[j])) {
         if (occupied == nullptr || !is_covered(*occupied, x, params_.max_distance)) ++points;
         continue;
       }
@@ -363,18 +371,18 @@ class SurfelTarget final : public MatchTarget {
                                 Workspace& workspace) const {
     std::ranges::fill(workspace.scores, ScanScoreSum(coefficients_));
     const Eigen::Matrix3d R = T_local_scan.rotation.toRotationMatrix();
-    const auto use = [&](std::size_t i, const Eigen::Vector3d& /*y*/, const Eigen::Vector3d& d,
-                         const Eigen::Vector3d& map_normal, std::size_t chunk) {
-      const double s = d.dot(residual_.scored_information(i, R, map_normal, workspace) * d);
-      workspace.scores[chunk].add(std::span(&s, 1));
-    };
     const ndt::VoxelMap* const occupied = approach_.occupied();
     const auto miss = [&](const Eigen::Vector3d& x, std::size_t chunk) {
       if (occupied != nullptr && is_covered(*occupied, x, params_.max_distance)) return;
       workspace.scores[chunk].add(std::span<const double>{});
     };
-    const double limit = occupied == nullptr ? params_.max_distance : own_;
-    for_each_match(scan, T_local_scan, R, limit, workspace, use, miss);
+    const auto use = [&](std::size_t i, const Eigen::Vector3d& y, const Eigen::Vector3d& d,
+                         const Eigen::Vector3d& map_normal, std::size_t chunk) {
+      if (!is_own(d, map_normal)) return miss(y + T_local_scan.translation, chunk);
+      const double s = d.dot(residual_.scored_information(i, R, map_normal, workspace) * d);
+      workspace.scores[chunk].add(std::span(&s, 1));
+    };
+    for_each_match(scan, T_local_scan, R, params_.max_distance, workspace, use, miss);
     ScanScoreSum total(coefficients_);
     for (const ScanScoreSum& part : workspace.scores) total.add(part);
     ScanScore score = total.mean();

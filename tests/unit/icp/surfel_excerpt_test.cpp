@@ -321,13 +321,10 @@ TEST_CASE("a surfel's pull is the slope of its term for all the scan points that
   constexpr double kOwn = 2.5 * 0.25, kInformation = 0.55;
   const auto pulls = target->pulls(scan, pose).value();
   REQUIRE(pulls.size() > 100);
+  const auto elements = target->elements_at(map).value();
+  REQUIRE(elements.size() == target->elements());
   for (const Pull& pull : pulls) {
-    PointCloud one;
-    for (const MapElement& element : target->elements_at(map).value()) {
-      if (element.number == pull.element) one.push_back(element.middle);
-    }
-    REQUIRE(one.size() == 1);
-    const test::Surfel& q = surfels[test::nearest(surfels, one.front())];
+    const test::Surfel& q = surfels[test::nearest(surfels, elements[pull.element].middle)];
     const auto value = [&](const Eigen::Matrix<double, 6, 1>& step) {
       double sum = 0.0;
       for (const Point& p : scan) {
