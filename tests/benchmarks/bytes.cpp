@@ -56,7 +56,7 @@ struct Options {
   std::size_t seeds = 5;
   std::string matcher;  // empty: that of the configurations
   std::vector<std::string> set;
-  bool quick = false;
+  bool quick = false, cells = false;
   fs::path rows, svg;
   std::size_t jobs = 0;  // 0: all cores
 };
@@ -156,9 +156,12 @@ Way points_of(std::string name, const char* file, const Options& options) {
 
 /// @param cells  whether the matcher stores what it prepares
 std::vector<Way> ways(const Options& options, bool cells) {
-  std::vector<Way> all{points_of("points: whole map", "wide.toml", options),
-                       points_of("points: surface", "surface.toml", options),
-                       points_of("points: hpr", "L20.toml", options)};
+  std::vector<Way> all;
+  if (!cells || !options.cells) {
+    all = {points_of("points: whole map", "wide.toml", options),
+           points_of("points: surface", "surface.toml", options),
+           points_of("points: hpr", "L20.toml", options)};
+  }
   if (!cells) return all;
   all.push_back(
       {"cells: surface", "surface.toml", {{.text = "", .draws = {{"store.content=prepared"}}}}});
@@ -340,7 +343,7 @@ Result<Measured> measure(const Recording& recording, const Options& options, Kno
     }
     all.lines.push_back(std::move(line));
   }
-  all.whole = all.lines.front().rows.front();
+  all.whole = options.cells && cells ? *cells : all.lines.front().rows.front();
   return all;
 }
 
@@ -473,6 +476,7 @@ void declare(Arguments& arguments, Options& options) {
                 "'ndt: resolution = 2.0'",
                 "PLUGIN[:PARAMS]");
   arguments.add("--set", options.set, "of the configurations with a selector", "KEY=VALUE");
+  arguments.flag("--cells", options.cells, "no rows of points");
   arguments.flag("--quick", options.quick, "the demo's campus alone, few sizes, two draws");
   arguments.add(
       "--rows", options.rows,

@@ -29,7 +29,7 @@ ndt::Start Approach::nearer(PointsView map, PointsView scan, const Pose& guess,
   };
   // Isolated: while this thread waits for its chunks, it must not begin another alignment, which
   // would wait for these voxels.
-  std::call_once(made_, [&] { tbb::this_task_arena::isolate(make); });
+  if (!is_given_) std::call_once(made_, [&] { tbb::this_task_arena::isolate(make); });
   if (!finest_) return {guess};
   Pose local = guess;
   local.translation -= finest_->origin();

@@ -23,10 +23,16 @@ class Approach {
   /// Errors: those of NdtCoefficients::derive.
   [[nodiscard]] static Result<std::vector<NdtCoefficients>> coefficients();
 
-  explicit Approach(std::vector<NdtCoefficients> coefficients)
-      : pyramid_(std::move(coefficients)) {}
+  /// @param occupied  the voxels to merge the coarse ones from, if the map's points do not show
+  ///                  them all
+  explicit Approach(std::vector<NdtCoefficients> coefficients,
+                    std::optional<ndt::VoxelMap> occupied = std::nullopt)
+      : pyramid_(std::move(coefficients)),
+        is_given_(occupied.has_value()),
+        finest_(std::move(occupied)) {}
 
-  /// @param map    the map's points; the same ones in each call
+  /// @param map    the map's points; the same ones in each call. They do not count if voxels were
+  ///               given
   /// @param guess  in the frame of `map`; it is returned if the map is too sparse for voxels
   [[nodiscard]] ndt::Start nearer(PointsView map, PointsView scan, const Pose& guess,
                                   const StepOptions& options, Workspace& workspace) const;
@@ -34,11 +40,17 @@ class Approach {
   /// Memory that the voxels hold; 0 before they are needed.
   [[nodiscard]] std::size_t bytes() const noexcept {
     const std::size_t coarse = pyramid_.bytes();
-    return coarse == 0 ? 0 : coarse + finest_->bytes();
+    return coarse == 0 && !is_given_ ? 0 : coarse + finest_->bytes();
+  }
+
+  /// The voxels that were given; null if none were.
+  [[nodiscard]] const ndt::VoxelMap* occupied() const noexcept {
+    return is_given_ ? &*finest_ : nullptr;
   }
 
  private:
   ndt::Pyramid pyramid_;
+  bool is_given_;
   mutable std::once_flag made_;
   mutable std::optional<ndt::VoxelMap> finest_;
 };

@@ -47,6 +47,21 @@ struct NearestK : nanoflann::KNNResultSet<double, std::uint32_t> {
     return worst > 0.0 ? worst : -1.0;
   }
 };
+/// All within a radius.
+struct Within {
+  using DistanceType = double;
+  double squared_radius;
+  const std::function<void(std::uint32_t)>& use;
+
+  [[nodiscard]] std::size_t size() const { return 0; }
+  [[nodiscard]] bool full() const { return true; }
+  [[nodiscard]] double worstDist() const { return squared_radius; }
+  bool addPoint(double squared_distance, std::uint32_t point) {
+    if (squared_distance < squared_radius) use(point);
+    return true;
+  }
+  void sort() {}
+};
 // NOLINTEND(readability-identifier-naming)
 
 constexpr std::size_t kLeafSize = 16;
@@ -79,6 +94,12 @@ PointTree::Nearest PointTree::nearest(const Point& x, double radius) const {
   NearestTwo found(radius * radius);
   index_->tree.findNeighbors(found, x.data(), {});
   return {.index = found.index, .others = std::sqrt(found.second)};
+}
+
+void PointTree::for_each_within(const Point& x, double radius,
+                                const std::function<void(std::uint32_t)>& use) const {
+  Within all{radius * radius, use};
+  index_->tree.findNeighbors(all, x.data(), {});
 }
 
 Eigen::Vector3d PointTree::normal_at(const Point& x, std::uint32_t k) const {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -29,6 +30,10 @@ class PointTree {
   };
   /// @param radius  only points nearer than this count [m]
   [[nodiscard]] Nearest nearest(const Point& x, double radius) const;
+
+  /// Calls use(index) for each point that is nearer than `radius` [m], in any order.
+  void for_each_within(const Point& x, double radius,
+                       const std::function<void(std::uint32_t)>& use) const;
 
   /// The unit normal of the plane through the `k` points nearest to `x` (at most kMostNeighbours):
   /// the direction of their least spread, with either sign. Zero if the points show no plane: fewer

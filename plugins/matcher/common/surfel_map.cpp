@@ -13,8 +13,6 @@ namespace {
 
 constexpr std::size_t kNormalChunk = 256;
 constexpr double kHalfRange = 1 << 20;
-// If no voxels are wanted, points are sorted by voxels of this size.
-constexpr double kSortingVoxel = 0.25;  // [m]
 
 /// Every third bit of the result is one of the lower 21 bits of `index`.
 std::uint64_t spread(std::uint64_t index) noexcept {
@@ -56,8 +54,14 @@ Result<std::vector<Keyed>> sorted(PointsView map, const Point& origin, double ed
   return keyed;
 }
 
-PointCloud centroids(const std::vector<Keyed>& sorted) {
-  PointCloud result;
+/// Points, and how many of the map's points each stands for.
+struct Counted {
+  PointCloud points;
+  std::vector<std::uint32_t> counts;
+};
+
+Counted centroids(const std::vector<Keyed>& sorted) {
+  Counted result;
   for (auto first = sorted.begin(); first != sorted.end();) {
     // Relative to one of the points, so that the mean of equal points is that point.
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -65,16 +69,21 @@ PointCloud centroids(const std::vector<Keyed>& sorted) {
     for (; last != sorted.end() && last->voxel == first->voxel; ++last) {
       sum += last->local - first->local;
     }
-    result.push_back(first->local + sum / static_cast<double>(last - first));
+    result.points.push_back(first->local + sum / static_cast<double>(last - first));
+    result.counts.push_back(static_cast<std::uint32_t>(last - first));
     first = last;
   }
   return result;
 }
 
-PointCloud distinct(const std::vector<Keyed>& sorted) {
-  PointCloud result;
+Counted distinct(const std::vector<Keyed>& sorted) {
+  Counted result;
   for (const Keyed& keyed : sorted) {
-    if (result.empty() || result.back() != keyed.local) result.push_back(keyed.local);
+    if (result.points.empty() || result.points.back() != keyed.local) {
+      result.points.push_back(keyed.local);
+      result.counts.push_back(0);
+    }
+    ++result.counts.back();
   }
   return result;
 }
@@ -84,13 +93,16 @@ PointCloud distinct(const std::vector<Keyed>& sorted) {
 Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
   VANTAGE_CHECK(check_points(map, "the map"));
   const Bounds3 bounds = bounds_of(map);
-  const double edge = options.voxel > 0.0 ? options.voxel : kSortingVoxel;
+  const double edge = options.edge();
   SurfelMap result;
   result.origin_ = ((0.5 * bounds.min + 0.5 * bounds.max) / edge).array().round() * edge;
   {
     VANTAGE_TRY(const std::vector<Keyed> keyed, sorted(map, result.origin_, edge));
-    result.points_ = options.voxel > 0.0 ? centroids(keyed) : distinct(keyed);
+    Counted counted = options.voxel > 0.0 ? centroids(keyed) : distinct(keyed);
+    result.points_ = std::move(counted.points);
     result.points_.shrink_to_fit();
+    result.counts_ = std::move(counted.counts);
+    result.counts_.shrink_to_fit();
   }
 
   result.normals_.resize(result.points_.size());
@@ -103,12 +115,15 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
       for (std::size_t i = 0; i < result.points_.size(); ++i) {
         if (!flat(result.normals_[i])) continue;
         result.points_[kept] = result.points_[i];
+        result.counts_[kept] = result.counts_[i];
         result.normals_[kept++] = result.normals_[i];
       }
       result.points_.resize(kept);
       result.points_.shrink_to_fit();
       result.normals_.resize(kept);
       result.normals_.shrink_to_fit();
+      result.counts_.resize(kept);
+      result.counts_.shrink_to_fit();
       if (kept == 0) {
         return fail(ErrorCode::too_few_matches, "the map has no surface: in no place are " +
                                                     std::to_string(options.neighbours) +
@@ -120,6 +135,13 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
   result.bounds_ = bounds_of(result.points_);
   return result;
 }
+
+SurfelMap::SurfelMap(const Point& origin, PointCloud points, std::vector<Eigen::Vector3d> normals)
+    : origin_(origin),
+      points_(std::move(points)),
+      normals_(std::move(normals)),
+      bounds_(bounds_of(points_)),
+      tree_(points_) {}
 
 Pose SurfelMap::to_local(Pose T_map_scan) const noexcept {
   T_map_scan.rotation.normalize();
@@ -134,7 +156,7 @@ Pose SurfelMap::to_map(Pose T_local_scan) const noexcept {
 
 std::size_t SurfelMap::bytes() const noexcept {
   return points_.capacity() * sizeof(Point) + normals_.capacity() * sizeof(Eigen::Vector3d) +
-         tree_->bytes();
+         counts_.capacity() * sizeof(std::uint32_t) + tree_->bytes();
 }
 
 void compute_normals(const PointTree& tree, PointsView points, std::uint32_t neighbours,

@@ -26,7 +26,20 @@ class SurfelMap {
     double voxel = 0.25;            ///< one point per voxel, the centroid [m]; 0: every point
     std::uint32_t neighbours = 10;  ///< points from which a normal is computed, including the point
     bool planes_only = false;       ///< leaves out points whose neighbours show no plane
+
+    friend bool operator==(const Options&, const Options&) = default;
+    /// The edge of the voxels that points are sorted by [m].
+    [[nodiscard]] double edge() const noexcept { return voxel > 0.0 ? voxel : kSortingVoxel; }
+
+   private:
+    static constexpr double kSortingVoxel = 0.25;
   };
+
+  /// A map of surfels that were stored.
+  /// @param origin   map frame [m]
+  /// @param points   relative to it; at least one
+  /// @param normals  as many; of unit length, or zero
+  SurfelMap(const Point& origin, PointCloud points, std::vector<Eigen::Vector3d> normals);
 
   /// Errors: `invalid_input` for no points, a non-finite coordinate, or an extent of more than
   /// about two million voxels along an axis; `too_few_matches` if no point is left.
@@ -36,6 +49,10 @@ class SurfelMap {
   [[nodiscard]] PointsView points() const noexcept { return points_; }
   /// Of unit length, or zero if the neighbours show no plane.
   [[nodiscard]] std::span<const Eigen::Vector3d> normals() const noexcept { return normals_; }
+  /// How many points of the map a surfel stands for; 1 if that was not stored.
+  [[nodiscard]] std::uint32_t count(std::uint32_t surfel) const noexcept {
+    return counts_.empty() ? 1 : counts_[surfel];
+  }
   [[nodiscard]] const PointTree& tree() const noexcept { return *tree_; }
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
 
@@ -56,6 +73,7 @@ class SurfelMap {
   Point origin_ = Point::Zero();
   PointCloud points_;
   std::vector<Eigen::Vector3d> normals_;
+  std::vector<std::uint32_t> counts_;
   Bounds3 bounds_;
   std::optional<PointTree> tree_;
 };

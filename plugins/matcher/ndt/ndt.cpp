@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "common/answer.hpp"
+#include "common/element_numbers.hpp"
 #include "common/step_params.hpp"
 #include "excerpt.hpp"
 #include "newton.hpp"
@@ -229,14 +229,7 @@ class NdtTarget final : public MatchTarget {
       std::span<const std::uint32_t> seen,
       std::span<const std::uint32_t> kept) const noexcept override {
     return guarded([&]() -> Result<PreparedMap> {
-      const auto ascends = [](std::span<const std::uint32_t> numbers) {
-        return std::ranges::adjacent_find(numbers, std::greater_equal()) == numbers.end();
-      };
-      if (!ascends(seen) || !ascends(kept) || !std::ranges::includes(seen, kept) ||
-          (!seen.empty() && seen.back() >= elements())) {
-        return fail(ErrorCode::invalid_input,
-                    "the numbers of elements do not ascend, or are not those of elements");
-      }
+      VANTAGE_CHECK(matching::check_numbers(seen, kept, elements()));
       return PreparedMap{.bytes = encode_some(objective_.map(), seen, kept),
                          .elements = kept.size()};
     });

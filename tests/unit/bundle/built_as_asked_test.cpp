@@ -191,8 +191,9 @@ TEST_CASE("maps prepared for another matcher are refused at opening") {
     CHECK(to_string(refused.error()) ==
           built.path("asked.toml").string() +
               ": error: the bundle holds maps prepared for 'ndt', which this matcher cannot use: "
-              "the matcher cannot read a prepared map; expected the matcher that the bundle was "
-              "built with, or a bundle with store.content = \"points\" (while opening the bundle)");
+              "the stored map of surfels is damaged: it does not begin with VSFL; another matcher "
+              "may have made it; expected the matcher that the bundle was built with, or a bundle "
+              "with store.content = \"points\" (while opening the bundle)");
   }
   // The same matcher with parameters for which nothing was prepared.
   const auto other = opened({"store.content=prepared", "matcher.params.resolution=3"});

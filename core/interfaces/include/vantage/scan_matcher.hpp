@@ -84,8 +84,9 @@ class VANTAGE_API MatchTarget {
   [[nodiscard]] virtual Result<std::vector<MapElement>> elements_at(PointsView seen) const noexcept;
 
   /// What each element does to the pose of a scan at that pose: the objective that `align`
-  /// minimizes is a sum over elements, and these are the derivatives of its terms. Elements that do
-  /// nothing are left out.
+  /// minimizes is a sum over elements, and these are the derivatives of its terms, times the factor
+  /// of Alignment::hessian. If a term depends on which other elements there are, it is that of an
+  /// element whose neighbours are not kept. Elements that do nothing are left out.
   /// @return  ascending by element
   /// Errors: `unsupported` (the default); otherwise as `score`.
   [[nodiscard]] virtual Result<std::vector<Pull>> pulls(PointsView scan,
