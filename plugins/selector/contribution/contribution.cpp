@@ -232,16 +232,17 @@ class Left {
 
 /// Elements that fix the poses of scans, and whose errors cancel.
 struct Contribution {
-  double tries = 3.0;
+  std::uint32_t candidates = 64;
   double noise = 0.1;  // as that of the build's predictions
   double power = 0.5;
   std::uint64_t seed = 17;
 
   static constexpr auto schema() {
     return std::tuple{
-        vantage::optional("tries", &Contribution::tries, "",
-                          "how often an element is tried on average before the last is chosen",
-                          vantage::positive),
+        vantage::optional("candidates", &Contribution::candidates, "",
+                          "elements that are tried for the first that is chosen; half as many "
+                          "after 100, and so on, down to 8",
+                          vantage::at_least(1)),
         vantage::optional("noise", &Contribution::noise, "",
                           "how much the noise of scans counts beside the bias of elements",
                           vantage::positive),
@@ -251,13 +252,19 @@ struct Contribution {
     };
   }
 
-  /// Of n elements of which k are chosen, (n / k) ln(1 / e) candidates for each lose a share e of
-  /// what all would gain (Mirzasoleiman et al., Lazier than lazy greedy, AAAI 2015).
-  [[nodiscard]] std::size_t candidates_of(std::size_t elements, std::size_t chosen) const {
-    constexpr double kFewest = 8.0;
-    const auto all = static_cast<double>(elements);
-    const double each = tries * all / std::max(1.0, static_cast<double>(chosen));
-    return static_cast<std::size_t>(std::ceil(std::clamp(each, kFewest, std::max(kFewest, all))));
+  /// The first elements decide most, so they are chosen with most care.
+  [[nodiscard]] std::size_t candidates_after(std::size_t chosen) const {
+    constexpr std::size_t kHalved = 100, kFewest = 8;
+    const std::size_t fewer = candidates * kHalved / (kHalved + chosen);
+    return std::max(std::min<std::size_t>(candidates, kFewest), fewer);
+  }
+
+  [[nodiscard]] std::uint32_t candidate(const Choice& choice, const Left& left, std::size_t step,
+                                        std::size_t k) const {
+    const std::uint64_t number = hash(seed, step, k);
+    // Few elements hold the pose everywhere only if each is seen from many places.
+    const std::uint32_t one = choice.drawn(number);
+    return left.has(one) ? one : left[number % left.size()];
   }
 
   [[nodiscard]] Result<std::vector<std::uint32_t>> order(const RegionElements& region,
@@ -268,20 +275,13 @@ struct Contribution {
       (choice.touches(i) ? touching : untouched).push_back(i);
     }
     most = std::min(most, region.elements.size());
-    const std::size_t candidates = candidates_of(touching.size(), most);
     Left left(std::move(touching));
-    const auto candidate = [&](std::size_t k) {
-      if (left.size() <= candidates) return left[k];
-      const std::uint64_t number = hash(seed, order.size(), k);
-      // Few elements hold the pose everywhere only if each is seen from many places.
-      const std::uint32_t one = choice.drawn(number);
-      return left.has(one) ? one : left[number % left.size()];
-    };
     while (order.size() < most && left.size() > 0) {
+      const std::size_t tried = std::min(candidates_after(order.size()), left.size());
       std::uint32_t best = left[0];
       float least = std::numeric_limits<float>::infinity();
-      for (std::size_t k = 0; k < std::min(candidates, left.size()); ++k) {
-        const std::uint32_t one = candidate(k);
+      for (std::size_t k = 0; k < tried; ++k) {
+        const std::uint32_t one = candidate(choice, left, order.size(), k);
         const float growth = choice.growth_with(one);
         if (growth >= least) continue;
         least = growth;

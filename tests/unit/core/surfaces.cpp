@@ -106,7 +106,7 @@ TEST_CASE("virtual scans: what is skipped behind surfaces would have hidden noth
   };
   for (int world = 0; world < 5; ++world) {
     PointCloud near, far, both;
-    for (int k = 0; k < 12; ++k) {
+    for (int k = 0; k < 18; ++k) {
       PointCloud& map = k % 2 == 0 ? near : far;
       const double x = k % 2 == 0 ? between(3.0, 12.0) : between(12.0, 50.0);
       const double y = between(-15.0, 15.0);

@@ -173,16 +173,13 @@ Sums sums_of(const Objective& objective, std::span<const Meeting> meetings, Poin
   Eigen::Matrix3d C;
   C << gaussian.xx, gaussian.xy, gaussian.xz, gaussian.xy, gaussian.yy, gaussian.yz, gaussian.xz,
       gaussian.yz, gaussian.zz;
-  constexpr double kNothing = -8.0;  // e^-8 = 0.0003 of what a point on the surface does
   Sums sums;
   for (const Meeting& m : meetings) {
     const Eigen::Vector3d& y = turned[m.point];
     const Eigen::Vector3d q = (y + sensor - mean) * per_edge;  // in voxels
     if (objective.search().within_edge && !(q.squaredNorm() < 1.0)) continue;
     const Eigen::Vector3d u = C * q;
-    const double exponent = -0.5 * d.d2 * q.dot(u);
-    if (exponent < kNothing) continue;
-    const double scale = std::abs(d.d1) * d.d2 * std::exp(exponent);
+    const double scale = std::abs(d.d1) * d.d2 * std::exp(-0.5 * d.d2 * q.dot(u));
     const Eigen::Vector3d g = scale * per_edge * u;
     const Eigen::Matrix3d A = scale * per_edge * per_edge * (C - d.d2 * (u * u.transpose()));
     sums.add(g, A, y);
