@@ -42,13 +42,26 @@ struct Options {
 
 const std::vector<NamedMap>& all_maps() {
   static const std::string keep_near = "plugin = \"keep_all\"\nmax_range = 60.0";
+  // The elevations are those of the simulated sensor.
+  static const std::string contribution =
+      "plugin = \"contribution\"\nlowest = -15.0\nhighest = 15.0\nmax_bytes = ";
   static const std::vector<NamedMap> maps{
       {.name = "whole", .partitioner = kWholeMap, .visibility = "plugin = \"keep_all\""},
       {.name = "points", .partitioner = kRegionsOf20m, .visibility = keep_near},
       {.name = "prepared",
        .partitioner = kRegionsOf20m,
        .visibility = keep_near,
-       .content = "prepared"}};
+       .content = "prepared"},
+      {.name = "chosen20",
+       .partitioner = kRegionsOf20m,
+       .visibility = keep_near,
+       .content = "prepared",
+       .selector = contribution + "20_000"},
+      {.name = "chosen80",
+       .partitioner = kRegionsOf20m,
+       .visibility = keep_near,
+       .content = "prepared",
+       .selector = contribution + "80_000"}};
   return maps;
 }
 
@@ -181,9 +194,10 @@ class Bench {
     VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans, params.seed));
     for (const std::string& name : options_.maps) {
       const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);
-      VANTAGE_TRY(const Bundle bundle, bundles_.open(params, map));
       for (const std::string& matcher : options_.matchers) {
+        // Only ndt prepares maps, and selectors choose from prepared ones.
         if (map.content == "prepared" && matcher != "ndt") continue;
+        VANTAGE_TRY(const Bundle bundle, bundles_.open(params, map));
         VANTAGE_TRY(const Config config, config_of(map, matcher, localizer_, bundle.name()));
         std::vector<Task> tasks;
         for (const Scenario scenario : scenarios) {
@@ -292,7 +306,8 @@ void declare(Arguments& arguments, Options& options) {
       ->delimiter(',');
   arguments
       .add("--maps", options.maps,
-           "the whole map, region maps with points, region maps that ndt prepared; all if left out",
+           "the whole map, region maps with points, region maps that ndt prepared, and the 20 or "
+           "80 kB of those that contribute; the first three if left out",
            "NAME,NAME,...", CLI::IsMember(names(all_maps())))
       ->delimiter(',');
   arguments

@@ -10,6 +10,7 @@ namespace vantage::benchmarks {
 
 Result<Config> config_of(const NamedMap& map, const std::string& matcher,
                          const std::string& localizer, const std::filesystem::path& bundle) {
+  const std::string selector = map.selector.empty() ? "" : "[selector]\n" + map.selector + "\n";
   VANTAGE_TRY(const Table table,
               parse_toml(fmt::format(R"(schema = 1
 [map]
@@ -27,13 +28,13 @@ sensor_height = 1.0
 plugin = "pcd_tiles"
 content = "{}"
 params = {{ root = "{}", overwrite = true }}
-[matcher]
+{}[matcher]
 plugin = "{}"
 [localizer]
 {}
 )",
                                      map.partitioner, map.viewpoint_spacing, map.visibility,
-                                     map.content, bundle.string(), matcher, localizer),
+                                     map.content, bundle.string(), selector, matcher, localizer),
                          "the benchmark"));
   return parse_config(table);
 }

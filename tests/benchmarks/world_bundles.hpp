@@ -22,6 +22,7 @@ struct NamedMap {
   std::string visibility;   ///< lines of [visibility]
   std::string content = "points";
   double viewpoint_spacing = 2.0;  ///< [m]
+  std::string selector = {};       ///< lines of [selector]; without them, all elements are kept
 };
 inline constexpr const char* kWholeMap = "plugin = \"whole_map\"";
 inline constexpr const char* kRegionsOf20m =

@@ -13,6 +13,7 @@ constexpr double kBeside = 2.0;  // [m]; farther than a matcher's basin of one v
 constexpr int kAxes = 4;
 
 constexpr double kScoreNoise = 0.012;  // of the level, with 512 points
+constexpr double kBias = 0.15;         // of the share, if hardly a point was compared
 constexpr double kAnything = 0.2;      // share of right poses about which nothing is assumed
 constexpr double kSpread = 0.35;       // of the logarithm of the share, from scan to scan
 
@@ -24,13 +25,14 @@ double normal_of_log(double x, double median) {
 }  // namespace
 
 Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan) {
+  Fit fit;
   const auto level_at = [&](const Point& offset) -> Result<double> {
     Pose moved = T_map_scan;
     moved.translation += T_map_scan.rotation.toRotationMatrix() * offset;
     VANTAGE_TRY(const ScanScore score, target.score(scan, moved));
+    if (offset == Point::Zero()) fit.compared = score.compared;
     return score.nvtl * score.coverage;
   };
-  Fit fit;
   VANTAGE_TRY(fit.level, level_at(Point::Zero()));
   double beside = -std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < kAxes; ++axis) {
@@ -60,15 +62,19 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   constexpr double kLeast = 1e-3;  // of the level: no structure at all
   const double perfect = std::max(to_itself.sharpness, kLeast * to_itself.level);
   if (!(perfect > 0.0)) return {.share = 0.0, .noise = 1.0};
-  return {.share = fit.sharpness / perfect, .noise = kScoreNoise * to_itself.level / perfect};
+  return {.share = fit.sharpness / perfect,
+          .noise = kScoreNoise * to_itself.level / perfect,
+          .bias = kBias * (1.0 - fit.compared)};
 }
 
 double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                             const ShareModel& model) {
   const double x = std::clamp(evidence.share, 0.0, model.most_right);
   // Little structure makes wrong poses look as sharp as right ones.
-  const double scale = std::hypot(model.wrong_scale, evidence.noise);
-  const double similar = std::hypot(model.similar_scale, evidence.noise);
+  // So does a share that is mostly an estimate.
+  const double error = std::hypot(evidence.noise, evidence.bias);
+  const double scale = std::hypot(model.wrong_scale, error);
+  const double similar = std::hypot(model.similar_scale, error);
   const double wrong = (1.0 - model.similar) * std::exp(-x / scale) / scale +
                        model.similar * std::exp(-x / similar) / similar;
   const double floor = 1.0 / model.most_right;

@@ -17,6 +17,7 @@ struct Fit {
   /// over several horizontal axes. It is about 0 at a wrong pose, however high the level is. It is
   /// also about 0 along a bare wall.
   double sharpness = 0.0;
+  double compared = 1.0;  ///< ScanScore::compared at the pose
 };
 
 /// Errors: those of MatchTarget::score.
@@ -35,6 +36,8 @@ struct Fit {
 struct Evidence {
   double share = 0.0;  ///< of the sharpness that a perfect map would give
   double noise = 0.0;  ///< standard deviation of `share`: large for a scan with little structure
+  /// How far `share` is from that of a map of all elements, root mean square: 0 for such a map.
+  double bias = 0.0;
 };
 [[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 

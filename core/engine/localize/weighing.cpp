@@ -144,13 +144,16 @@ std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses)
   const auto share = [](const Hypothesis& one) {
     return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
   };
-  double best = 0.0;
-  for (const Hypothesis& one : hypotheses) best = std::max(best, share(one));
+  const auto bias = [](const Hypothesis& one) { return one.evidence ? one.evidence->bias : 0.0; };
   std::vector<double> ratios(hypotheses.size(), 0.0);
-  if (best <= 0.0) return ratios;
+  const auto best = std::ranges::max_element(hypotheses, {}, share);
+  if (best == hypotheses.end() || share(*best) <= 0.0) return ratios;
   for (std::size_t h = 0; h < hypotheses.size(); ++h) {
     if (is_silent(hypotheses[h])) continue;
-    const double worse = (best - share(hypotheses[h])) / best;
+    // A smaller difference may come from the elements that the two maps happen to have.
+    const double by_chance = std::hypot(bias(*best), bias(hypotheses[h]));
+    const double worse =
+        std::max(0.0, share(*best) - share(hypotheses[h]) - by_chance) / share(*best);
     ratios[h] = -news_ * kPreference * worse;
   }
   return ratios;

@@ -173,7 +173,8 @@ bool same_bits(const T& a, const T& b) {
 }
 
 bool same(const ScanScore& a, const ScanScore& b) {
-  return a.fitness == b.fitness && a.nvtl == b.nvtl && a.coverage == b.coverage;
+  return a.fitness == b.fitness && a.nvtl == b.nvtl && a.coverage == b.coverage &&
+         a.compared == b.compared;
 }
 
 bool same(const Alignment& a, const Alignment& b) {

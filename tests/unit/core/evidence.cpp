@@ -31,6 +31,22 @@ TEST_CASE("a scan without structure says nothing") {
   CHECK(flat.noise > 1.0);
 }
 
+TEST_CASE("the less of a scan was compared, the less a share says for a pose") {
+  const Fit whole{.level = 1.0, .sharpness = 0.3};
+  Fit part = whole;
+  part.compared = 0.2;
+  const Fit to_itself{.level = 1.0, .sharpness = 1.0};
+  const Evidence all = evidence_of(whole, to_itself), some = evidence_of(part, to_itself);
+  CHECK(all.bias == 0.0);
+  CHECK(some.bias > 0.1);
+  CHECK(some.share == all.share);
+  CHECK(some.noise == all.noise);
+  CHECK(log_likelihood_ratio(some, {}) < 0.3 * log_likelihood_ratio(all, {}));
+  // No sharpness speaks against a pose all the same, and a perfect fit speaks for it.
+  CHECK(log_likelihood_ratio({0.0, some.noise, some.bias}, {}) < -2.0);
+  CHECK(log_likelihood_ratio({1.0, some.noise, some.bias}, {}) > 4.0);
+}
+
 TEST_CASE("what is usual is more credible than what is not") {
   CHECK(log_likelihood_ratio({0.3, 0.0}, 0.3) > log_likelihood_ratio({0.3, 0.0}, 0.9));
 }
@@ -44,7 +60,10 @@ TEST_CASE("sharpness is what is lost 2 m beside, along the weakest axis") {
     }
     [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
       const double off = std::abs(pose.translation.y()) + slope * std::abs(pose.translation.x());
-      return ScanScore{.fitness = 0.0, .nvtl = 2.0 * std::exp(-off), .coverage = 0.5};
+      return ScanScore{.fitness = 0.0,
+                       .nvtl = 2.0 * std::exp(-off),
+                       .coverage = 0.5,
+                       .compared = pose.translation == Point::Zero() ? 0.25 : 0.75};
     }
     [[nodiscard]] std::size_t bytes() const noexcept override { return 0; }
     [[nodiscard]] std::size_t elements() const noexcept override { return 1; }
@@ -54,6 +73,7 @@ TEST_CASE("sharpness is what is lost 2 m beside, along the weakest axis") {
   const Fit along = fit_at(target, scan, Pose{}).value();
   CHECK(along.level == doctest::Approx(1.0));
   CHECK(along.sharpness == doctest::Approx(0.0));
+  CHECK(along.compared == 0.25);  // not what is compared beside
   target.slope = 1.0;
   CHECK(fit_at(target, scan, Pose{})->sharpness == doctest::Approx(1.0 - std::exp(-2.0)));
 }

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <memory>
+#include <vector>
 
 #include "fakes.hpp"
 
@@ -90,4 +91,18 @@ TEST_CASE("a proven pose is not preferred less where the scan shows nothing that
   CHECK(bench.weighing.compare({followed, found})[0] == 0.0);
   followed.alignment->score.nvtl = 0.6;  // it scores worse than before: the sensor is elsewhere
   CHECK(bench.weighing.compare({followed, found})[0] < -1.0);
+}
+
+TEST_CASE("a difference that the choice of elements may make is no news") {
+  Bench bench;
+  Hypothesis better = at_level(1.0), worse = at_level(1.0);
+  better.evidence = Evidence{.share = 0.5, .noise = 0.01};
+  worse.evidence = Evidence{.share = 0.4, .noise = 0.01};
+  CHECK(bench.weighing.compare({better, worse}) == std::vector{0.0, -15.0 * (0.5 - 0.4) / 0.5});
+  better.evidence->bias = 0.09;
+  worse.evidence->bias = 0.12;
+  CHECK(bench.weighing.compare({better, worse}) == std::vector{0.0, 0.0});
+  worse.evidence->share = 0.2;
+  CHECK(bench.weighing.compare({better, worse})[1] == doctest::Approx(-15.0 * 0.15 / 0.5));
+  CHECK(bench.weighing.compare({worse, better})[0] == doctest::Approx(-15.0 * 0.15 / 0.5));
 }

@@ -132,6 +132,7 @@ TEST_CASE("with a part of its elements a map scores nearly as with all, and alig
   const PointCloud scan = test::seen_from(test::yard(52), kTruth, 18.0, 4000, 1);
   const auto whole = test::prepared(cloud);
   const ScanScore expected = whole->score(scan, kTruth).value();
+  CHECK(expected.compared == 1.0);
   std::mt19937 random(1);
   for (const std::uint32_t step : {1U, 3U, 10U}) {
     CAPTURE(step);
@@ -144,6 +145,7 @@ TEST_CASE("with a part of its elements a map scores nearly as with all, and alig
     const ScanScore score = some->score(scan, kTruth).value();
     CHECK(score.coverage == doctest::Approx(expected.coverage).epsilon(1e-9));
     CHECK(score.nvtl == doctest::Approx(expected.nvtl).epsilon(0.1));
+    CHECK(score.compared == doctest::Approx(1.0 / step).epsilon(0.3));
     // A wrong pose does not look better than with all elements.
     Pose wrong = kTruth;
     wrong.translation += Point(2.0, 1.0, 0.0);

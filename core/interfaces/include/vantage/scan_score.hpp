@@ -32,6 +32,9 @@ struct ScanScore {
   double nvtl = 0.0;  ///< nearest voxel transformation likelihood: mean over the matched points of
                       ///< the best voxel's likelihood
   double coverage = 0.0;  ///< share of scan points with at least one voxel, in [0, 1]
+  /// Of those points, the share that was compared with the map. The rest met voxels of which a
+  /// selector kept only that they are occupied: their part of the score is estimated.
+  double compared = 1.0;
 };
 
 /// Adds up Eq. 12 point by point.

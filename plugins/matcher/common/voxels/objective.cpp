@@ -94,9 +94,10 @@ double matched_in(const kernel::Sums& sums, bool has_bare) {
 
 /// The score that the whole map would give, from the points of each kind that were compared.
 ScanScore estimate_of(const kernel::Sums& sums, const NdtCoefficients& d, std::size_t points) {
-  double matched = 0.0, best = 0.0, mean = 0.0;
+  double matched = 0.0, compared = 0.0, best = 0.0, mean = 0.0;
   for (std::size_t kind = 0; kind < kernel::kKinds; ++kind) {
     matched += sums.of_kind[kind];
+    compared += sums.compared[kind];
     if (!(sums.compared[kind] > 0.0)) continue;
     const double each_stands_for = sums.of_kind[kind] / sums.compared[kind];
     best += each_stands_for * sums.best_of_kind[kind];
@@ -106,7 +107,8 @@ ScanScore estimate_of(const kernel::Sums& sums, const NdtCoefficients& d, std::s
   const double n = static_cast<double>(points);
   return {.fitness = (-d.d1 * mean - d.d3 * matched) / n,
           .nvtl = std::abs(d.d1) * best / matched,
-          .coverage = matched / n};
+          .coverage = matched / n,
+          .compared = compared / matched};
 }
 
 ScanScore score_of(const kernel::Sums& sums, const NdtCoefficients& d, std::size_t points) {
