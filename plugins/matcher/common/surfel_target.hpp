@@ -390,6 +390,7 @@ class SurfelTarget final : public MatchTarget {
     const double covered =
         static_cast<double>(covered_points(*occupied, scan, T_local_scan, params_.max_distance)) /
         static_cast<double>(scan.size());
+    score.compared = std::min(1.0, score.coverage / covered);
     score.fitness *= covered / score.coverage;
     score.coverage = covered;
     return score;
