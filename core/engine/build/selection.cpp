@@ -130,7 +130,7 @@ class CoveredScan {
   /// What 95 % of such scans keep [m]; infinite if the elements do not hold the pose.
   [[nodiscard]] float kept() const {
     // Times their root mean square. Chosen on the demo's campus, with a third covered.
-    constexpr double kKept = 2.2;
+    constexpr double kKept = 2.4;
     double worst = 0.0;
     for (const PositionError& error : errors_) {
       worst = std::max(worst, error.squared());

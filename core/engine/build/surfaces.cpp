@@ -306,7 +306,7 @@ Surfaces::Parts Surfaces::parts_of(PointsView map) {
 
 namespace {
 
-constexpr std::size_t kRings = 20, kColumns = 240;
+constexpr std::size_t kRings = 20, kColumns = 360;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 // Discs overlap. The nearest one along the ray would be off towards the sensor.
 constexpr double kSameSurface = 0.3;  // [m]

@@ -92,7 +92,7 @@ std::map<std::pair<long, long>, double> ranges(const PointCloud& map) {
   std::map<std::pair<long, long>, double> ranges;
   for (const Point& p : Surfaces(map).hits(kSensor, rays)) {
     const Point to = p - kSensor;
-    const long azimuth = std::lround(std::atan2(to.y(), to.x()) * kDegrees / 1.5);
+    const long azimuth = std::lround(std::atan2(to.y(), to.x()) * kDegrees);
     const double elevation = std::asin(to.z() / to.norm()) * kDegrees;
     ranges[{azimuth, std::lround((elevation - rays.lowest) / 2.0)}] = to.norm();
   }
@@ -106,7 +106,7 @@ TEST_CASE("virtual scans: what is skipped behind surfaces would have hidden noth
   };
   for (int world = 0; world < 5; ++world) {
     PointCloud near, far, both;
-    for (int k = 0; k < 18; ++k) {
+    for (int k = 0; k < 12; ++k) {
       PointCloud& map = k % 2 == 0 ? near : far;
       const double x = k % 2 == 0 ? between(3.0, 12.0) : between(12.0, 50.0);
       const double y = between(-15.0, 15.0);
@@ -193,8 +193,8 @@ std::size_t rays_through(const Patch& patch, const Point& sensor, const Rays& ra
   std::size_t count = 0;
   for (int ring = 0; ring < 20; ++ring) {
     const double up = (rays.lowest + ring * (rays.highest - rays.lowest) / 19.0) * kDegree;
-    for (int column = 0; column < 240; ++column) {
-      const double left = 1.5 * column * kDegree;
+    for (int column = 0; column < 360; ++column) {
+      const double left = column * kDegree;
       const Point direction(std::cos(up) * std::cos(left), std::cos(up) * std::sin(left),
                             std::sin(up));
       if (patch.off(sensor, direction) < radius) ++count;
