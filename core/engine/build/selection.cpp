@@ -129,7 +129,7 @@ class CoveredScan {
 
   /// What 95 % of such scans keep [m]; infinite if the elements do not hold the pose.
   [[nodiscard]] float kept() const {
-    // Times their root mean square. Chosen on the demo's campus, with a third covered.
+    // Times their root mean square. Chosen on two campuses, with a third covered.
     constexpr double kKept = 2.4;
     double worst = 0.0;
     for (const PositionError& error : errors_) {
