@@ -3,10 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <limits>
-#include <span>
 
 #include "vantage/kit/pull_term.hpp"
-#include "vantage/map_element.hpp"
 
 namespace vantage {
 
@@ -18,9 +16,6 @@ class PositionError {
   void add(const PullTerm& term) {
     hessian_ += term.hessian.cast<double>();
     gradient_ += term.gradient.cast<double>();
-  }
-  void add(std::span<const Pull> pulls) {
-    for (const Pull& pull : pulls) add(term_of(pull));
   }
 
   /// The expected squared error [m^2]; infinite if the elements do not hold the pose.

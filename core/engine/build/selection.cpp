@@ -117,15 +117,6 @@ class CoveredScan {
     const PullTerm term = term_of(pull);
     for_each_open_to(element, [&](std::size_t covered) { errors_[covered].add(term); });
   }
-  /// @param elements  by the numbers in the pulls
-  void add(std::span<const Pull> pulls, std::span<const MapElement> elements) {
-    std::array<std::vector<Pull>, kThirds> open;
-    for (const Pull& pull : pulls) {
-      for_each_open_to(elements[pull.element],
-                       [&](std::size_t covered) { open[covered].push_back(pull); });
-    }
-    for (std::size_t covered = 0; covered < kThirds; ++covered) errors_[covered].add(open[covered]);
-  }
 
   /// What 95 % of such scans keep [m]; infinite if the elements do not hold the pose.
   [[nodiscard]] float kept() const {
@@ -193,11 +184,11 @@ std::vector<PredictedError> predicted(const Views& judges, std::span<const MapEl
   for (const std::uint32_t element : kept) is_kept[element] = true;
   std::vector<PredictedError> predicted;
   for (std::size_t s = 0; s < judges.pulls.size(); ++s) {
-    std::vector<Pull> pulls = judges.pulls[s];
     CoveredScan all(judges.places[s]), some(judges.places[s]);
-    all.add(pulls, elements);
-    std::erase_if(pulls, [&](const Pull& pull) { return !is_kept[pull.element]; });
-    some.add(pulls, elements);
+    for (const Pull& pull : judges.pulls[s]) {
+      all.add(pull, elements[pull.element]);
+      if (is_kept[pull.element]) some.add(pull, elements[pull.element]);
+    }
     predicted.push_back({.place = judges.places[s], .error = some.kept(), .whole = all.kept()});
   }
   return predicted;

@@ -144,7 +144,7 @@ struct StoredFormat {
 
   /// @param size  about how many bytes follow the header
   [[nodiscard]] ByteWriter begun(std::uint16_t form, std::size_t size) const;
-  /// @return  a reader of what follows the form, without the checksum, and the form
+  /// @return  a reader of the bytes between form and checksum; and the form
   /// Errors: `corrupt_data` for other bytes, or a form that is greater than `last_form`.
   [[nodiscard]] Result<std::pair<ByteReader, std::uint16_t>> opened(
       std::span<const std::byte> bytes, std::uint16_t last_form) const;

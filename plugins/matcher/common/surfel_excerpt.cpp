@@ -216,7 +216,8 @@ Result<StoredSurfels> decode(std::span<const std::byte> bytes, const SurfelMap::
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     origin[axis] = static_cast<double>(in.integer<std::int64_t>());
   }
-  if (planes_only > 1 || !ndt::is_origin(origin)) return kFormat.corrupt("its head is none");
+  if (planes_only > 1 || !ndt::is_origin(origin))
+    return kFormat.corrupt("its head has values that no map has");
   if (options != wanted) {
     return fail(ErrorCode::invalid_input, "the stored map of surfels was made with " +
                                               text(options) + "; this matcher has " + text(wanted));
@@ -255,8 +256,8 @@ Result<StoredSurfels> decode(std::span<const std::byte> bytes, const SurfelMap::
       for (std::uint32_t& number : normal_code) number = bits.number(kNormalBits);
       const auto normal = normal_of(normal_code);
       if (!normal || (options.planes_only && normal->isZero(0.0))) {
-        return kFormat.corrupt("the normal of surfel " + std::to_string(points.size()) +
-                               " is none");
+        return kFormat.corrupt("surfel " + std::to_string(points.size()) +
+                               " has no normal that its matcher makes");
       }
       points.emplace_back(corner + inside);
       normals.push_back(*normal);

@@ -195,7 +195,8 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
                            points == cell.points && points >= options.min_points &&
                            std::ranges::count(cell.diagonal, 0) == 0 &&
                            cell.exponent <= Cell::kMaxExponent;
-    if (!plausible) return kFormat.corrupt("voxel " + std::to_string(i) + " is none");
+    if (!plausible)
+      return kFormat.corrupt("voxel " + std::to_string(i) + " has values that no map has");
     before = keys[i];
   }
   if (in.left() != 0) return kFormat.corrupt("something follows its voxels");

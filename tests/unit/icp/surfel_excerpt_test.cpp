@@ -393,7 +393,7 @@ TEST_CASE("what another matcher has stored is refused") {
   CHECK(refused_by("ndt", prepared_by("icp", map)) == ErrorCode::corrupt_data);
 }
 
-TEST_CASE("surfels are told with their places and points, and what is not finite is refused") {
+TEST_CASE("elements_at gives places and points of surfels, and refuses points that are not finite") {
   const auto whole = prepared_by("icp", yard_scene().map);
   const auto elements = whole->elements_at(yard_scene().map).value();
   REQUIRE(elements.size() == whole->elements());
