@@ -21,12 +21,20 @@ class Belief {
   /// Updates the belief with a scan.
   /// @param log_likelihood_ratios  log(p(scan | right) / p(scan | wrong)) of each hypothesis
   void weigh(const std::vector<double>& log_likelihood_ratios);
+  /// Takes in what another sensor says of where the sensor is. Its errors persist, so it counts
+  /// once: what it said before is forgotten.
+  /// @param log_likelihood_ratios  log(p(prior | right) / p(prior | elsewhere)) of each hypothesis
+  void see_prior(std::vector<double> log_likelihood_ratios);
   /// Moves this share of the belief in each hypothesis to elsewhere: the sensor may have been
   /// carried away.
   void forget(double share);
   /// Adds a hypothesis.
-  /// @param log_odds  log(p(hypothesis) / p(elsewhere))
-  void add(double log_odds);
+  /// @param log_odds  log(p(hypothesis) / p(elsewhere)), without a prior
+  /// @param prior     its log likelihood ratio, as in see_prior
+  void add(double log_odds, double prior);
+  /// Adds a hypothesis beside another one that may be meant by it.
+  /// @param log_odds  log(p(hypothesis) / p(the other one))
+  void add_beside(std::size_t other, double log_odds);
   /// Merges the hypotheses of each group into one, in the order of the groups. The belief in a
   /// hypothesis that is in no group moves to elsewhere.
   void keep(const std::vector<std::vector<std::size_t>>& groups);
@@ -34,8 +42,9 @@ class Belief {
  private:
   void normalize();
 
-  std::vector<double> logs_;
-  double elsewhere_ = 0.0;  // logarithm
+  std::vector<double> logs_;    // without the prior
+  std::vector<double> priors_;  // of each: its log likelihood ratio
+  double elsewhere_ = 0.0;      // logarithm
 };
 
 }  // namespace vantage

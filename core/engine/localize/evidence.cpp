@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "evenly_picked.hpp"
+
 namespace vantage {
 namespace {
 
@@ -17,6 +19,44 @@ constexpr double kBias = 0.15;         // of the share, if hardly a point was co
 constexpr double kAnything = 0.2;      // share of right poses about which nothing is assumed
 constexpr double kSpread = 0.35;       // of the logarithm of the share, from scan to scan
 
+// The margin is measured with so many points. Its deviation is that of a mean over those of them
+// that match.
+constexpr std::size_t kAtLimit = 256;
+constexpr double kPointNoise = 0.3;  // of the level
+// A right pose's margin is below 0 by noise only, but for a few poses; the highest of twelve noisy
+// levels is taken, so two and a half deviations are usual. That of a pose beyond the limit is
+// mostly negative.
+constexpr double kUsualNoise = 2.5, kNotAtOptimum = 1e-4, kOfThose = 0.1;
+constexpr double kNearAbove = 0.03, kNearBelow = 0.2, kNearAtZero = 2.0;
+
+double level_of(const ScanScore& score) { return score.nvtl * score.coverage; }
+
+/// Fills in the margin.
+Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
+                            const AlertLimit& limit, Fit& fit) {
+  const PointCloud some = evenly_picked(scan, kAtLimit);
+  VANTAGE_TRY(const ScanScore here, target.score(some, T_map_scan));
+  const double matched = here.coverage * static_cast<double>(some.size());
+  fit.margin_noise = kPointNoise / std::sqrt(std::max(1.0, matched));
+  if (!(level_of(here) > 0.0)) return {};
+  double beside = 0.0;
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    for (const double side : {-1.0, 1.0}) {
+      const Point direction = side * Point::Unit(axis);
+      const std::array<Pose, 2> offs{
+          Pose{.rotation = Eigen::Quaterniond::Identity(), .translation = limit.metres * direction},
+          Pose{.rotation = rotation_from_vector(limit.radians * direction),
+               .translation = Point::Zero()}};
+      for (const Pose& off : offs) {
+        VANTAGE_TRY(const ScanScore there, target.score(some, T_map_scan * off));
+        beside = std::max(beside, level_of(there));
+      }
+    }
+  }
+  fit.margin = 1.0 - beside / level_of(here);
+  return {};
+}
+
 double normal_of_log(double x, double median) {
   const double z = std::log(x / median) / kSpread;
   return std::exp(-0.5 * z * z) / (x * kSpread * std::sqrt(2.0 * std::numbers::pi));
@@ -24,14 +64,19 @@ double normal_of_log(double x, double median) {
 
 }  // namespace
 
-Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan) {
+AlertLimit AlertLimit::of(const LocalizerParams& params) noexcept {
+  return {params.alert_limit, params.alert_limit_deg * std::numbers::pi / 180.0};
+}
+
+Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
+                   const std::optional<AlertLimit>& limit) {
   Fit fit;
   const auto level_at = [&](const Point& offset) -> Result<double> {
     Pose moved = T_map_scan;
     moved.translation += T_map_scan.rotation.toRotationMatrix() * offset;
     VANTAGE_TRY(const ScanScore score, target.score(scan, moved));
     if (offset == Point::Zero()) fit.compared = score.compared;
-    return score.nvtl * score.coverage;
+    return level_of(score);
   };
   VANTAGE_TRY(fit.level, level_at(Point::Zero()));
   double beside = -std::numeric_limits<double>::infinity();
@@ -43,6 +88,7 @@ Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map
     beside = std::max(beside, 0.5 * (ahead + behind));
   }
   fit.sharpness = fit.level - beside;
+  if (limit) VANTAGE_CHECK(measure_margin(target, scan, T_map_scan, *limit, fit));
   return fit;
 }
 
@@ -61,10 +107,15 @@ Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView 
 Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   constexpr double kLeast = 1e-3;  // of the level: no structure at all
   const double perfect = std::max(to_itself.sharpness, kLeast * to_itself.level);
-  if (!(perfect > 0.0)) return {.share = 0.0, .noise = 1.0};
-  return {.share = fit.sharpness / perfect,
-          .noise = kScoreNoise * to_itself.level / perfect,
-          .bias = kBias * (1.0 - fit.compared)};
+  Evidence evidence{.margin = fit.margin, .margin_noise = fit.margin_noise};
+  if (!(perfect > 0.0)) {
+    evidence.noise = 1.0;
+    return evidence;
+  }
+  evidence.share = fit.sharpness / perfect;
+  evidence.noise = kScoreNoise * to_itself.level / perfect;
+  evidence.bias = kBias * (1.0 - fit.compared);
+  return evidence;
 }
 
 double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
@@ -85,8 +136,20 @@ double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usua
       (1.0 - kAnything) * (usual && x > 0.0 ? 0.5 * (normal_of_log(x, *usual) + any) : any);
   // Without structure, nothing can be told from a small share.
   const double told = std::min(1.0, model.wrong_scale / evidence.noise);
-  const double ratio = std::log(right / ((1.0 - model.alike) * wrong + model.alike * right));
-  return ratio < 0.0 ? std::max(-6.0, ratio) * told : ratio;
+  const double ratio = std::log(right / wrong);
+  const double R = std::exp(ratio < 0.0 ? std::max(-6.0, ratio) * told : ratio);
+  const double m = evidence.margin;
+  const double near =
+      model.near * kNearAtZero * std::exp(m < 0.0 ? m / kNearBelow : -m / kNearAbove);
+  return log_likelihood_ratio_of_margin(evidence) + std::log(R / (1.0 + (model.alike + near) * R));
+}
+
+double log_likelihood_ratio_of_margin(const Evidence& evidence) {
+  const double noise = std::hypot(evidence.margin_noise, evidence.bias);
+  if (evidence.margin >= 0.0 || !(noise > 0.0)) return 0.0;
+  const double below = -evidence.margin / noise - kUsualNoise;
+  const double by_noise = 0.5 * std::erfc(below / std::numbers::sqrt2);
+  return std::log(std::lerp(by_noise, std::exp(evidence.margin / kOfThose), kNotAtOptimum));
 }
 
 }  // namespace vantage

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "vantage/engine/localizer_params.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
@@ -17,12 +18,24 @@ struct Fit {
   /// over several horizontal axes. It is about 0 at a wrong pose, however high the level is. It is
   /// also about 0 along a bare wall.
   double sharpness = 0.0;
-  double compared = 1.0;  ///< ScanScore::compared at the pose
+  /// The level at the pose less the highest level at the alert limit from it, as a part of the
+  /// former: the pose is moved along and turned about all six axes of the sensor, both ways. Below
+  /// 0, the scan fits better at the limit than at the pose. 0 if it was not asked for.
+  double margin = 0.0;
+  double margin_noise = 0.0;  ///< standard deviation of `margin`
+  double compared = 1.0;      ///< ScanScore::compared at the pose
 };
 
+/// How far off a pose may be.
+struct AlertLimit {
+  double metres, radians;
+  [[nodiscard]] static AlertLimit of(const LocalizerParams& params) noexcept;
+};
+
+/// @param limit  for the margin
 /// Errors: those of MatchTarget::score.
-[[nodiscard]] Result<Fit> fit_at(const MatchTarget& target, PointsView scan,
-                                 const Pose& T_map_scan);
+[[nodiscard]] Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
+                                 const std::optional<AlertLimit>& limit = {});
 
 /// The fit of a scan to itself. A perfect map would give the same fit.
 /// @param all   the points of the scan, sensor frame [m]
@@ -32,12 +45,13 @@ struct Fit {
 [[nodiscard]] Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView all,
                                                        PointsView some);
 
-/// What the sharpness of a fit says about its pose.
+/// What a fit says about its pose.
 struct Evidence {
   double share = 0.0;  ///< of the sharpness that a perfect map would give
   double noise = 0.0;  ///< standard deviation of `share`: large for a scan with little structure
   /// How far `share` is from that of a map of all elements, root mean square: 0 for such a map.
   double bias = 0.0;
+  double margin = 0.0, margin_noise = 0.0;  ///< of the fit
 };
 [[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
@@ -50,13 +64,21 @@ struct ShareModel {
   double similar = 0.1, similar_scale = 0.06;
   /// Of poses that are wrong although they fit like right ones: places that are alike.
   double alike = 1e-4;
+  double near = 0.005;  ///< of wrong poses that are not far beyond the alert limit
   double least_right = 0.08, most_right = 1.2;
 };
 
-/// log(p(evidence | pose right) / p(evidence | pose wrong)), in [-6, 9.3] with the default model.
+/// log(p(evidence | pose right) / p(evidence | pose wrong)), at most 9.2 with the default model.
+/// With R = p(share | right) / p(share | far off), q = p(margin | right) / p(a margin of at least 0
+/// | right), and n = p(margin | beyond the alert limit, but near) / p(a margin of at least 0 |
+/// right), it is log(q R / (1 + (alike + near n) R)): a pose is far off, alike, or near the right
+/// one.
 /// @param usual  the share that recent tracked scans had; none before the first
 [[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                                           const ShareModel& model = {});
+
+/// The same where the share says nothing: log(q), at most 0.
+[[nodiscard]] double log_likelihood_ratio_of_margin(const Evidence& evidence);
 
 /// Whether the evidence supports the pose, or at least does not speak against it.
 [[nodiscard]] inline bool fits(const Evidence& evidence) {

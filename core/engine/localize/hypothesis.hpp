@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -63,6 +64,12 @@ struct Hypothesis {
 /// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
   return (a.translation - b.translation).norm() < metres && rotation_between(a, b) < radians;
+}
+
+/// Whether two poses count as one hypothesis.
+[[nodiscard]] inline bool is_same_pose(const Pose& a, const Pose& b) noexcept {
+  constexpr double kMetres = 0.3, kRadians = 3.0 * std::numbers::pi / 180.0;
+  return is_near(a, b, kMetres, kRadians);
 }
 
 /// The direction of the sensor's x axis in plan view [rad].

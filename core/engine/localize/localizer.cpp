@@ -1,6 +1,7 @@
 #include "vantage/engine/localizer.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -94,7 +95,7 @@ struct Localizer::State {
         inputs({.T_sensor_imu = pose_of(params.T_sensor_imu),
                 .T_sensor_body = pose_of(params.T_sensor_body)}),
         noise(noise_of(params.motion)),
-        weighing(*matcher, maps, model) {}
+        weighing(*matcher, maps, model, AlertLimit::of(params)) {}
 
   Bundle bundle;
   PluginPtr<ScanMatcher> matcher;
@@ -117,8 +118,9 @@ struct Localizer::State {
 
   Weighing weighing;
   Verdict verdict{params};
-  bool compared = false;             // the hypotheses with all other places
-  std::uint32_t doubtful_scans = 0;  // in a row
+  bool compared = false;                 // the hypotheses with all other places
+  std::uint32_t doubtful_scans = 0;      // in a row
+  std::uint32_t contradicted_scans = 0;  // by their priors, in a row
 
   Searcher searcher{*directory, bundle.store(), matcher, ahead, maps, params};
   bool startled = false;   // the sensor was carried away, maybe, since the search began
@@ -218,10 +220,12 @@ struct Localizer::State {
     return {};
   }
 
-  /// Matches a sweep at each hypothesis's prediction. The points become those of the first.
+  /// Matches a sweep at each hypothesis's prediction. The points become those of the first. Where
+  /// the sweep fits at another place around a prediction, too, that becomes a hypothesis.
   Result<void> match(Sweep& sweep, ScanReport& report) {
-    const Sweep predicted = hypotheses.size() > 1 ? sweep : Sweep();
-    for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+    const std::size_t followed = hypotheses.size();
+    const Sweep predicted = followed > 1 ? sweep : Sweep();
+    for (std::size_t h = 0; h < followed; ++h) {
       Hypothesis& one = hypotheses[h];
       // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
       VANTAGE_TRY(const Choice choice, choose_region(one.last.translation));
@@ -243,12 +247,32 @@ struct Localizer::State {
       one.alignment = std::move(match.alignment);
       one.R = match.R;
       one.failure = std::move(match.failure);
-      if (h > 0) continue;
-      report.seconds_align = stopwatch.seconds();
-      report.passes = match.passes;
-      sweep = std::move(own);
+      if (h == 0) {
+        report.seconds_align = stopwatch.seconds();
+        report.passes = match.passes;
+        sweep = std::move(own);
+      }
+      follow_rivals(h, std::move(match.rivals), report.scan_points);
     }
     return {};
+  }
+
+  /// @param h       the hypothesis around whose prediction they are
+  /// @param points  that were aligned
+  void follow_rivals(std::size_t h, std::vector<Alignment> rivals, std::size_t points) {
+    for (Alignment& alignment : rivals) {
+      const bool known = std::ranges::any_of(hypotheses, [&](const Hypothesis& other) {
+        return is_same_pose(other.pose(), alignment.T_map_scan);
+      });
+      if (known) continue;
+      Hypothesis rival = hypotheses[h];
+      rival.R = vantage::noise_of(alignment, points, params);
+      rival.alignment = std::move(alignment);
+      rival.shown.reset();
+      // Both are that far from one prediction.
+      belief.add_beside(h, 0.5 * (hypotheses[h].innovation() - rival.innovation()));
+      hypotheses.push_back(std::move(rival));
+    }
   }
 
   /// Makes the map of the best hypothesis the current one.
@@ -264,10 +288,26 @@ struct Localizer::State {
   }
 
   /// Whether no other poses need to be looked for.
-  [[nodiscard]] bool is_sure(const std::optional<PosePrior>& prior) const {
+  [[nodiscard]] bool is_sure() const {
+    return !hypotheses.empty() && compared && hypotheses.front().fits() && belief.of(0) >= kSure;
+  }
+
+  /// Whether to look where a prior says that the sensor is, although there is no other doubt: less
+  /// and less often while priors contradict the scans.
+  [[nodiscard]] bool is_contradicted(const std::optional<PosePrior>& prior) {
     constexpr double kDisagreement = -1.0;
-    return !hypotheses.empty() && compared && hypotheses.front().fits() && belief.of(0) >= kSure &&
-           agreement(hypotheses.front().pose(), prior) > kDisagreement;
+    if (!prior || hypotheses.empty()) return false;
+    const bool agrees = agreement(hypotheses.front().pose(), *prior) > kDisagreement;
+    contradicted_scans = agrees ? 0 : contradicted_scans + 1;
+    return std::has_single_bit(contradicted_scans);
+  }
+
+  /// Tells the belief what a prior says of each hypothesis.
+  void see(const std::optional<PosePrior>& prior) {
+    if (!prior) return;
+    std::vector<double> ratios;
+    for (const Hypothesis& one : hypotheses) ratios.push_back(agreement(one.pose(), *prior));
+    belief.see_prior(std::move(ratios));
   }
 
   /// How the sensor moved since the scan before. @param expected  the motion without this scan
@@ -299,9 +339,9 @@ struct Localizer::State {
     VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
     if (!answer.searchable) params.recovery_radius = 0.0;
     if (known->T_then_now) {
-      VANTAGE_TRY(answer.found.finds,
-                  align_again(answer.found.finds, *known->T_then_now, prepared.points,
-                              Weighing::scored(prepared), answer.to_itself));
+      VANTAGE_TRY(answer.found.finds, align_again(answer.found.finds, *known->T_then_now,
+                                                  prepared.points, Weighing::scored(prepared),
+                                                  answer.to_itself, AlertLimit::of(params)));
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
     for (const Find& f : answer.found.finds) {
@@ -310,18 +350,18 @@ struct Localizer::State {
       // The best of many wrong poses fits better than one of them.
       belief.add(std::log(answer.recall / (1.0 - answer.recall) /
                           static_cast<double>(answer.found.aligned)) +
-                 weighing.of(f.evidence, f.alignment.T_map_scan, scan.prior));
+                     weighing.of(f.evidence),
+                 scan.prior ? agreement(f.alignment.T_map_scan, *scan.prior) : 0.0);
     }
     return {};
   }
 
   /// @return whether it is a new one
   Result<bool> add(const Find& find, const Sweep& sweep, const MotionFilter& expected) {
-    constexpr double kSameMetres = 1.0, kSameRadians = 5.0 * std::numbers::pi / 180.0;
+    constexpr double kMatched = 1.0, kTurned = 5.0 * std::numbers::pi / 180.0;  // [m], [rad]
     const auto is_known = [&](const Pose& pose) {
-      return std::ranges::any_of(hypotheses, [&](const Hypothesis& known) {
-        return is_near(known.pose(), pose, kSameMetres, kSameRadians);
-      });
+      return std::ranges::any_of(
+          hypotheses, [&](const Hypothesis& known) { return is_same_pose(known.pose(), pose); });
     };
     const Pose& pose = find.alignment.T_map_scan;
     if (is_known(pose)) return false;
@@ -332,7 +372,7 @@ struct Localizer::State {
     VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
     if (!match.alignment) return false;
     const Pose& matched = match.alignment->T_map_scan;
-    if (!is_near(matched, pose, kSameMetres, kSameRadians) || is_known(matched)) return false;
+    if (!is_near(matched, pose, kMatched, kTurned) || is_known(matched)) return false;
     hypotheses.push_back({.initial = pose,
                           .last = pose,
                           .motion = motion,
@@ -348,7 +388,6 @@ struct Localizer::State {
   /// Orders the hypotheses by belief, and drops those that are refuted. Those that became the same
   /// pose become one.
   void sort_out() {
-    constexpr double kSameMetres = 0.3, kSameRadians = 3.0 * std::numbers::pi / 180.0;
     std::vector<std::size_t> order(hypotheses.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
@@ -356,8 +395,7 @@ struct Localizer::State {
     std::vector<std::vector<std::size_t>> groups;
     for (const std::size_t h : order) {
       const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-        return is_near(hypotheses[h].pose(), hypotheses[group.front()].pose(), kSameMetres,
-                       kSameRadians);
+        return is_same_pose(hypotheses[h].pose(), hypotheses[group.front()].pose());
       });
       if (same != groups.end()) {
         same->push_back(h);
@@ -391,7 +429,7 @@ struct Localizer::State {
     middle.reset();
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
-    doubtful_scans = 0;
+    doubtful_scans = contradicted_scans = 0;
     weighing.forget();
     verdict.forget(lost);
     started = true;
@@ -483,12 +521,12 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     surprise = s.weighing.is_surprising(first);
     const double doubt = doubt_of_prediction(first);
     // A find is compared with what is followed: both have to be weighed with the same scan.
-    const bool searching = s.job.under_way() || !s.is_sure(centred.prior);
+    const bool searching = s.job.under_way() || !s.is_sure();
     if (!searching && !s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
       s.belief.forget(doubt);
     } else {
       const ScopeTimer timer(report.seconds_verdict);
-      auto news = s.weighing(prepared, centred.prior, s.hypotheses);
+      auto news = s.weighing(prepared, s.hypotheses);
       if (!news) return during(std::move(news).error());
       // A scan that does not fit speaks for itself. One that still fits may be from a place alike.
       s.belief.forget(surprise && first.fits() ? kCarriedAway : doubt);
@@ -503,12 +541,14 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.surprised = s.surprised || surprise;
     s.compared = s.params.recovery_radius == 0.0;
   }
-  const bool sure = s.is_sure(centred.prior);
+  s.see(centred.prior);
+  const bool sure = s.is_sure();
+  const bool contradicted = s.is_contradicted(centred.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
   if (s.middle) s.job.move(s.step(expected));
   s.middle = time.middle();
   const Stopwatch search;
-  if (!sure && !prepared.points.empty() && !s.job.under_way()) {
+  if ((!sure || contradicted) && !prepared.points.empty() && !s.job.under_way()) {
     s.begin_search(centred, prepared, !comparison.empty());
   }
   if (s.job.under_way() && !prepared.points.empty()) {
@@ -533,9 +573,11 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
+  std::vector<double> beliefs;
+  for (std::size_t h = 0; h < s.hypotheses.size(); ++h) beliefs.push_back(s.belief.of(h));
   const MotionFilter motion =
-      s.verdict.conclude(best,
-                         {.belief = s.belief.of(0),
+      s.verdict.conclude(s.hypotheses,
+                         {.beliefs = std::move(beliefs),
                           .elsewhere = s.belief.elsewhere(),
                           .compared = s.compared,
                           .scores_as_usual = s.weighing.scores_as_usual(best)},

@@ -19,8 +19,8 @@ constexpr std::size_t kPlaces = 16;
 constexpr double kWorthTrying = 0.4;
 constexpr std::size_t kFirstPoints = 1000;  // that are aligned first
 constexpr std::size_t kWhole = 5;           // poses from which the whole scan is aligned
-// Poses nearer to each other than this are one find.
-constexpr double kSameMetres = 1.0, kSameRadians = std::numbers::pi / 36.0;
+// A find beside the best one is a rival if its level is this part of the best one's.
+constexpr double kAsHigh = 0.5;
 
 using Cell = std::pair<std::int64_t, std::int64_t>;
 
@@ -37,7 +37,7 @@ struct Start {
 
 /// Nothing if nothing matches there.
 Result<std::optional<Find>> align_at(const Start& start, PointsView scan, PointsView some,
-                                     const Fit& to_itself) {
+                                     const Fit& to_itself, const AlertLimit& limit) {
   const MatchTarget& target = *start.map->target;
   auto alignment = target.align(scan, start.T_map_scan);
   if (!alignment) {
@@ -45,16 +45,18 @@ Result<std::optional<Find>> align_at(const Start& start, PointsView scan, Points
     return fail(std::move(alignment).error());
   }
   if (!is_valid(alignment->T_map_scan)) return std::optional<Find>();
-  VANTAGE_TRY(const Fit fit, fit_at(target, some, alignment->T_map_scan));
+  VANTAGE_TRY(const Fit fit, fit_at(target, some, alignment->T_map_scan, limit));
   return Find{start.region, start.map, *std::move(alignment), evidence_of(fit, to_itself)};
 }
 
 /// Aligns from every start; starts from which nothing matches are left out.
 Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsView scan,
-                                     PointsView some, const Fit& to_itself) {
+                                     PointsView some, const Fit& to_itself,
+                                     const AlertLimit& limit) {
   std::vector<Result<std::optional<Find>>> found(starts.size());
-  tbb::parallel_for(std::size_t{0}, starts.size(),
-                    [&](std::size_t k) { found[k] = align_at(starts[k], scan, some, to_itself); });
+  tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t k) {
+    found[k] = align_at(starts[k], scan, some, to_itself, limit);
+  });
   std::vector<Find> finds;
   for (auto& find : found) {
     VANTAGE_TRY(auto one, std::move(find));
@@ -116,8 +118,7 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
     if (kept.size() == most) break;
     const Pose& pose = find.alignment.T_map_scan;
     if (std::none_of(kept.begin(), kept.end(), [&](const Find& other) {
-          return (other.alignment.T_map_scan.translation - pose.translation).norm() < kSameMetres &&
-                 rotation_between(other.alignment.T_map_scan, pose) < kSameRadians;
+          return is_same_pose(other.alignment.T_map_scan, pose);
         })) {
       kept.push_back(find);
     }
@@ -151,8 +152,8 @@ PointCloud upright_part(PointsView scan) {
 }
 
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
-                          const Fit& to_itself, const PlaceArea& area, const Pose& T_level_sensor,
-                          const std::stop_token& stop) {
+                          const Fit& to_itself, const AlertLimit& limit, const PlaceArea& area,
+                          const Pose& T_level_sensor, const std::stop_token& stop) {
   PointCloud level;
   level.reserve(scan.size());
   for (const Point& p : scan) level.push_back(T_level_sensor * p);
@@ -167,7 +168,7 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
 
   const auto align = [&](PointsView points, const std::vector<Start>& from) {
     result.work.aligned += from.size() * points.size();
-    return align_from(from, points, some, to_itself);
+    return align_from(from, points, some, to_itself, limit);
   };
   VANTAGE_TRY(const auto first, align(evenly_picked(scan, kFirstPoints), starts));
   starts.clear();
@@ -179,19 +180,23 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
     for (const Find& find : near) {
       if (level_of(find.alignment) > level_of(found[0].alignment)) found[0] = find;
     }
+    for (const Find& find : near) {
+      if (level_of(find.alignment) >= kAsHigh * level_of(found[0].alignment)) found.push_back(find);
+    }
   }
   result.finds = different(found, kWhole);
   return result;
 }
 
 Result<std::vector<Find>> align_again(const std::vector<Find>& finds, const Pose& T_then_now,
-                                      PointsView scan, PointsView some, const Fit& to_itself) {
+                                      PointsView scan, PointsView some, const Fit& to_itself,
+                                      const AlertLimit& limit) {
   std::vector<Start> starts;
   for (const Find& find : finds) {
     starts.push_back(start_at(find));
     starts.back().T_map_scan = starts.back().T_map_scan * T_then_now;
   }
-  VANTAGE_TRY(const auto again, align_from(starts, scan, some, to_itself));
+  VANTAGE_TRY(const auto again, align_from(starts, scan, some, to_itself, limit));
   return different(again, finds.size());
 }
 

@@ -55,13 +55,14 @@ struct SearchedBundle {
 /// @param scan            N points, sensor frame [m], evenly thinned
 /// @param some            the points that are scored, sensor frame [m]
 /// @param to_itself       the fit of the points `some` to their own scan
+/// @param limit           for the margins of the finds
 /// @param T_level_sensor  turns the scan so that z is up
 /// @param stop            ends the search early; the answer is then worthless
 /// Errors: those of RegionMaps::borrow and of the matcher, except `too_few_matches`.
 [[nodiscard]] Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan,
                                         PointsView some, const Fit& to_itself,
-                                        const PlaceArea& area, const Pose& T_level_sensor,
-                                        const std::stop_token& stop);
+                                        const AlertLimit& limit, const PlaceArea& area,
+                                        const Pose& T_level_sensor, const std::stop_token& stop);
 
 /// Aligns a later scan at the poses that were found for an earlier one.
 /// @param T_then_now  how the sensor moved in between
@@ -70,6 +71,7 @@ struct SearchedBundle {
 /// Errors: those of the matcher, except `too_few_matches`.
 [[nodiscard]] Result<std::vector<Find>> align_again(const std::vector<Find>& finds,
                                                     const Pose& T_then_now, PointsView scan,
-                                                    PointsView some, const Fit& to_itself);
+                                                    PointsView some, const Fit& to_itself,
+                                                    const AlertLimit& limit);
 
 }  // namespace vantage

@@ -36,8 +36,9 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   } else if (params_.gravity == Gravity::unknown) {
     T_level_sensor = level_by_ground(task.scan.points);
   }
-  VANTAGE_TRY(Finds found, search_pose({regions_, maps_, *places_}, task.scan.points, some,
-                                       *to_itself, task.area, T_level_sensor, stop));
+  VANTAGE_TRY(Finds found,
+              search_pose({regions_, maps_, *places_}, task.scan.points, some, *to_itself,
+                          AlertLimit::of(params_), task.area, T_level_sensor, stop));
   return SearchAnswer{.compared = task.area.complete,
                       .recall = recall_in(task.area),
                       .found = std::move(found),

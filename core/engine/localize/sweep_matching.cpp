@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -43,18 +44,29 @@ std::vector<Pose> reached_by(const MotionFilter& predicted) {
   return poses;
 }
 
+/// @param rivals  takes those that score half as high as the best, elsewhere; the best come first
 Result<Alignment> align_best(const MatchTarget& target, PointsView points,
-                             const std::vector<Pose>& starts) {
+                             const std::vector<Pose>& starts, std::vector<Alignment>& rivals) {
   if (starts.size() == 1) return target.align(points, starts.front());
   std::vector<Result<Alignment>> found(starts.size());
   tbb::parallel_for(std::size_t{0}, starts.size(),
                     [&](std::size_t k) { found[k] = target.align(points, starts[k]); });
-  std::size_t best = 0;
-  for (std::size_t k = 1; k < found.size(); ++k) {
-    if (!found[k] || !is_valid(found[k]->T_map_scan)) continue;
-    if (!found[best] || level_of(*found[k]) > level_of(*found[best])) best = k;
+  std::vector<Alignment> aligned;
+  for (Result<Alignment>& one : found) {
+    if (one && is_valid(one->T_map_scan)) aligned.push_back(*std::move(one));
   }
-  return std::move(found[best]);
+  if (aligned.empty()) return std::move(found.front());
+  std::ranges::stable_sort(aligned, std::greater(), level_of);
+  constexpr double kAsHigh = 0.5;
+  for (const Alignment& one : aligned) {
+    if (level_of(one) < kAsHigh * level_of(aligned.front())) break;
+    const bool same = is_same_pose(one.T_map_scan, aligned.front().T_map_scan) ||
+                      std::ranges::any_of(rivals, [&](const Alignment& rival) {
+                        return is_same_pose(one.T_map_scan, rival.T_map_scan);
+                      });
+    if (!same) rivals.push_back(one);
+  }
+  return std::move(aligned.front());
 }
 
 /// Whether the twist leaves open where a sweep's ends were seen from.
@@ -117,7 +129,7 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
     return SweepMatch{.motion = predicted, .failure = failure, .passes = match.passes};
   };
   while (match.passes < kMostPasses) {
-    auto alignment = align_best(target, scan.points, starts);
+    auto alignment = align_best(target, scan.points, starts, match.rivals);
     ++match.passes;
     if (!alignment && alignment.error().code != ErrorCode::too_few_matches) {
       return fail(std::move(alignment).error());

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "localize/hypothesis.hpp"
 #include "vantage/engine/localizer_params.hpp"
@@ -25,6 +26,8 @@ struct SweepMatch {
   PoseMatrix R = PoseMatrix::Zero();  ///< covariance of the pose, from scan to scan
   std::string failure = {};           ///< why there is no alignment
   std::uint32_t passes = 0;
+  /// Where else the scan fits, of the places around a vague prediction; not undistorted anew.
+  std::vector<Alignment> rivals = {};
 };
 
 /// The covariance of the errors of an alignment's pose that are new at every scan.
@@ -34,6 +37,7 @@ struct SweepMatch {
 
 /// Matches a sweep near a predicted motion. Where that is vague, it is matched all around the
 /// prediction, too, and the alignment that scores best is taken: a matcher stops at the next rise.
+/// Others that score half as high, at other poses, are its rivals.
 /// Where the alignment shows another motion than the sweep was undistorted by, the sweep is
 /// undistorted by that motion and matched again, until this no longer moves its points by more than
 /// they are noisy. A twist that is vague is measured by the sweep itself: both its halves are

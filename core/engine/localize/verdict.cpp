@@ -25,6 +25,15 @@ double beyond(double limit, double sigma) {
   return sigma > 0.0 ? std::erfc(limit / (sigma * std::numbers::sqrt2)) : 0.0;
 }
 
+/// The probability that a pose with these deviations is beyond the limit from another pose.
+/// @param metres, radians  between the pose and the other one
+double beyond(const AlertLimit& limit, const PoseConfidence& confidence, double metres,
+              double radians) {
+  if (metres >= limit.metres || radians >= limit.radians) return 1.0;
+  return std::min(1.0, beyond(limit.metres - metres, confidence.sigma_translation[0]) +
+                           beyond(limit.radians - radians, confidence.sigma_rotation[0]));
+}
+
 /// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the
 /// filter takes them for new at every scan, and averages them away.
 PoseMatrix published(const MotionFilter& motion) {
@@ -34,9 +43,10 @@ PoseMatrix published(const MotionFilter& motion) {
 
 }  // namespace
 
-MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
+MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
                                const MotionInputs& inputs, const MotionNoise& noise,
                                ScanReport& report) {
+  const Hypothesis& best = hypotheses.front();
   constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
   report.alignment = best.alignment;
   if (best.alignment) {
@@ -51,10 +61,19 @@ MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
   MotionFilter motion = best.moved();
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
   report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
-  report.risk = std::min(1.0, 1.0 - known.belief + imprecision(*report.confidence));
+  double place = known.elsewhere;
+  for (std::size_t h = 1; h < hypotheses.size(); ++h) {
+    const MotionFilter other = hypotheses[h].moved();
+    const Pose reported = motion.pose(), there = other.pose();
+    place += known.beliefs[h] * beyond(limit_, confidence_of(published(other)),
+                                       (reported.translation - there.translation).norm(),
+                                       rotation_between(reported, there));
+  }
+  report.risk =
+      std::min(1.0, place + known.beliefs.front() * beyond(limit_, *report.confidence, 0.0, 0.0));
   if (!known.compared) report.risk = std::max(report.risk, kAlike);
   if (adrift_) report.risk = std::max(report.risk, kAdrift);
-  judge(best, fits, known, report);
+  judge(best, known, place, report);
   if (!limit(best, report)) motion = *best.motion;
   if (report.tracking == Tracking::tracked) {
     report.recovered = std::exchange(was_lost_, false);
@@ -64,7 +83,7 @@ MotionFilter Verdict::conclude(const Hypothesis& best, const Known& known,
   return motion;
 }
 
-void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
+void Verdict::judge(const Hypothesis& best, const Known& known, double place,
                     ScanReport& report) const {
   constexpr const char* kDoesNotFit = "the scan does not fit the map here";
   const auto conclude = [&](Tracking tracking, const std::string& reason) {
@@ -79,10 +98,10 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
                ? conclude(Tracking::uncertain, "the scan fits the map as well beside this pose")
                : conclude(Tracking::lost, kDoesNotFit);
   }
-  if (!fits) return conclude(Tracking::uncertain, kDoesNotFit);
+  if (!best.fits()) return conclude(Tracking::uncertain, kDoesNotFit);
   const bool settled = known.compared && !adrift_;
   if (settled && report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
-  if (1.0 - known.belief > params_.max_risk || !known.compared) {
+  if (place > params_.max_risk || !known.compared) {
     return conclude(Tracking::uncertain, "other poses are not ruled out yet");
   }
   constexpr double kKnownSpeed = 1.0;  // [m/s]
@@ -91,12 +110,6 @@ void Verdict::judge(const Hypothesis& best, bool fits, const Known& known,
            speed > kKnownSpeed * kKnownSpeed
                ? "the speed of the sensor is not known yet"
                : "the scan leaves open where along one direction the sensor is");
-}
-
-double Verdict::imprecision(const PoseConfidence& confidence) const {
-  const double limit_rad = params_.alert_limit_deg * std::numbers::pi / 180.0;
-  return beyond(params_.alert_limit, confidence.sigma_translation[0]) +
-         beyond(limit_rad, confidence.sigma_rotation[0]);
 }
 
 bool Verdict::limit(const Hypothesis& best, ScanReport& report) const {

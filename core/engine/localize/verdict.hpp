@@ -1,43 +1,47 @@
 #pragma once
 
+#include <vector>
+
 #include "localize/hypothesis.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/engine/localizer_params.hpp"
 
 namespace vantage {
 
-/// What is known of the best hypothesis.
+/// What is known of the hypotheses.
 struct Known {
-  double belief = 0.0;           ///< in the best hypothesis
-  double elsewhere = 0.0;        ///< belief that the sensor is at none of the hypotheses
-  bool compared = false;         ///< the hypotheses, with all other places of the map
-  bool scores_as_usual = false;  ///< the scan, at the best hypothesis
+  std::vector<double> beliefs = {};  ///< in each of them; the first is the best
+  double elsewhere = 0.0;            ///< belief that the sensor is at none of them
+  bool compared = false;             ///< the hypotheses, with all other places of the map
+  bool scores_as_usual = false;      ///< the scan, at the best hypothesis
 };
 
 /// Turns the belief in a hypothesis into the report of a scan.
 class Verdict {
  public:
-  explicit Verdict(const LocalizerParams& params) : params_(params) {}
+  explicit Verdict(const LocalizerParams& params)
+      : params_(params), limit_(AlertLimit::of(params)) {}
 
-  /// Fills in the alignment, the confidence, the risk, the state and its reason.
+  /// Fills in the alignment, the confidence, the risk, the state and its reason. The risk is
+  /// sum of w_i P(the reported pose is beyond the alert limit | hypothesis i) + w_elsewhere.
+  /// @param hypotheses     the first is reported
   /// @param inputs, noise  of the motion
   /// @param report  already has its stamp, the region and the number of its points
   /// @return        the motion that the report stands for: with the scan, or without it
-  [[nodiscard]] MotionFilter conclude(const Hypothesis& best, const Known& known,
+  [[nodiscard]] MotionFilter conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
                                       const MotionInputs& inputs, const MotionNoise& noise,
                                       ScanReport& report);
 
   void forget(bool lost);
 
  private:
-  /// The probability that the pose is off by more than the alert limit although the place is right.
-  [[nodiscard]] double imprecision(const PoseConfidence& confidence) const;
-  /// Sets the state and its reason. @param fits  whether the scan fits the map at the pose
-  void judge(const Hypothesis& best, bool fits, const Known& known, ScanReport& report) const;
+  /// Sets the state and its reason. @param place  the part of the risk that is due to other places
+  void judge(const Hypothesis& best, const Known& known, double place, ScanReport& report) const;
   /// Applies the limits that a user may set. @return whether the scan is within them
   [[nodiscard]] bool limit(const Hypothesis& best, ScanReport& report) const;
 
   LocalizerParams params_;
+  AlertLimit limit_;
   bool was_lost_ = false;  // since the last tracked scan
   bool adrift_ = false;    // the last scans that did not fit have not been made good by a firm one
 };

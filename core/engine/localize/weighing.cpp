@@ -12,15 +12,12 @@ namespace {
 
 // Scans taken this near to each other say the same [m].
 constexpr double kIndependent = 2.0, kLeastNews = 0.1;
-// If the fit of the first hypothesis changes by this share, something has happened.
-constexpr double kChange = 0.4;
-// A hypothesis beyond doubt is weighed after this way [m], or if its level fell by this share.
-// Where its evidence is as usual, a longer way will do.
-constexpr double kSettledWay = 2.5, kUsualWay = 10.0, kFall = 0.2, kSettledRisk = 2e-4;
-constexpr double kPace = 3.0;        // [m/s]; of a sensor without odometry
-constexpr double kUsualShare = 0.2;  // a usual share is off the last ones by less than this part
-// The fit of scans to themselves changes with the surroundings [m]. It is measured anew where the
-// evidence is not as usual.
+// But if the log likelihood ratio of the first hypothesis changes by this much, they do not.
+constexpr double kChange = 3.0;
+// A hypothesis beyond doubt is weighed after this way [m] or time [s].
+constexpr double kSettledWay = 1.0, kSettledTime = 1.0, kSettledRisk = 2e-4;
+constexpr double kFall = 0.2;  // of the level, where it is still as usual
+// The fit of scans to themselves changes with the surroundings [m].
 constexpr double kSurroundings = 25.0;
 // From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
 // usual change is a surprise: the sensor may have been carried away.
@@ -37,30 +34,32 @@ double surprise(const Hypothesis& one) {
 
 }  // namespace
 
-double agreement(const Pose& pose, const std::optional<PosePrior>& prior) {
-  constexpr double kMost = 10.0, kElsewhere = 3.0;
-  if (!prior) return 0.0;
+double agreement(const Pose& pose, const PosePrior& prior) {
+  constexpr double kElsewhere = 3.0;
+  constexpr double kWrong = 1e-3;  // of all priors
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double off = pose.translation[axis] - prior->T_map_sensor.translation[axis];
-    squared += off * off / (prior->sigma_translation[axis] * prior->sigma_translation[axis]);
+    const double off = pose.translation[axis] - prior.T_map_sensor.translation[axis];
+    squared += off * off / (prior.sigma_translation[axis] * prior.sigma_translation[axis]);
   }
   const double turned =
-      std::remainder(heading_of(pose) - heading_of(prior->T_map_sensor), 2.0 * std::numbers::pi);
-  squared += turned * turned / (prior->sigma_heading * prior->sigma_heading);
-  return std::max(-kMost, std::min(0.0, kElsewhere - 0.5 * squared));
+      std::remainder(heading_of(pose) - heading_of(prior.T_map_sensor), 2.0 * std::numbers::pi);
+  squared += turned * turned / (prior.sigma_heading * prior.sigma_heading);
+  return std::clamp(kElsewhere - 0.5 * squared, std::log(kWrong), 0.0);
 }
 
 double doubt_of_prediction(const Hypothesis& best) {
-  constexpr double kCarriedAway = 2e-5;  // between two scans, unnoticed
+  constexpr double kCarriedAway = 3e-5;  // a metre, unnoticed
+  constexpr double kLeastWay = 0.3;      // [m]
   constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
   constexpr double kMost = 0.9;
-  if (best.initial) return kCarriedAway;
+  const double way = (best.predicted().translation - best.last.translation).norm();
+  const double carried = kCarriedAway * std::max(kLeastWay, way);
+  if (best.initial) return carried;
   // All around is matched, too; a prediction vaguer than that may be anywhere.
   const double reach = reach_of(best.sigma());
   const double corrected = kBasin + (2.0 * best.sigma() <= reach + 1.0 ? reach : 0.0);
-  return std::min(kMost,
-                  kCarriedAway + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
+  return std::min(kMost, carried + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
 }
 
 PointCloud Weighing::scored(const PreparedScan& scan) {
@@ -89,49 +88,37 @@ bool Weighing::is_silent(const Hypothesis& one) const {
   return one.proven && one.evidence && !fits(*one.evidence) && scores_as_usual(one);
 }
 
-bool Weighing::is_usual(double share) const {
-  return usual_share_ && std::abs(share - *usual_share_) < kUsualShare * *usual_share_;
-}
-
 double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motion->stamp() : 0.0; }
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
   if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || !fitted_) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
-  if (usual_level_ > 0.0 && !scores_as_usual(first)) return true;
-  // A sensor that was carried to an empty place may score higher there.
-  if (rise(first) > unusual_change()) return true;
-  double way = (first.pose().translation - *weighed_at_).norm();
-  // Where matching is stuck, the poses stand still while the sensor moves.
-  if (!first.has_odometry) way = std::max(way, kPace * (stamp_of(first) - weighed_stamp_));
-  return way >= (is_usual(share_) ? kUsualWay : kSettledWay);
+  return (first.pose().translation - *weighed_at_).norm() >= kSettledWay ||
+         stamp_of(first) - weighed_stamp_ >= kSettledTime;
 }
 
 Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
-                                                 const std::optional<PosePrior>& prior,
                                                  std::vector<Hypothesis>& hypotheses) {
   fresh_ = false;
   const PointCloud some = scored(scan);
   const Point at = hypotheses.front().pose().translation;
-  if (!reference_) VANTAGE_CHECK(renew_reference(scan, at));
+  if (!reference_ || (at - reference_at_).norm() >= kSurroundings) {
+    VANTAGE_CHECK(renew_reference(scan, at));
+  }
   std::vector<double> ratios(hypotheses.size(), 0.0);
   for (const bool again : {false, true}) {
     for (std::size_t h = 0; h < hypotheses.size(); ++h) {
-      VANTAGE_TRY(ratios[h], ratio(hypotheses[h], some, prior));
+      VANTAGE_TRY(ratios[h], ratio(hypotheses[h], some));
     }
-    // A poor or an unusual fit may come from an old reference.
-    const std::optional<Evidence>& evidence = hypotheses.front().evidence;
-    const bool near = (at - reference_at_).norm() < kSurroundings;
-    const bool plausible = near || (evidence && is_usual(evidence->share));
-    if (again || reference_at_ == at || (plausible && std::ranges::max(ratios) >= 0.0)) break;
+    // A poor fit may come from an old reference.
+    if (again || fresh_ || std::ranges::max(ratios) >= 0.0) break;
     VANTAGE_CHECK(renew_reference(scan, at));
   }
   news_ =
       weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kIndependent, kLeastNews, 1.0) : 1.0;
-  const double share = hypotheses.front().evidence ? hypotheses.front().evidence->share : 0.0;
-  if (std::abs(share - share_) > kChange * std::max(share, share_)) news_ = 1.0;
-  share_ = share;
+  if (std::abs(ratios.front() - told_) > kChange) news_ = 1.0;
+  told_ = ratios.front();
   for (double& ratio : ratios) ratio *= news_;
   weighed_at_ = at;
   weighed_stamp_ = stamp_of(hypotheses.front());
@@ -159,9 +146,8 @@ std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses)
   return ratios;
 }
 
-double Weighing::of(const Evidence& evidence, const Pose& pose,
-                    const std::optional<PosePrior>& prior) const {
-  return log_likelihood_ratio(evidence, usual_share_, model_) + agreement(pose, prior);
+double Weighing::of(const Evidence& evidence) const {
+  return log_likelihood_ratio(evidence, usual_share_, model_);
 }
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
@@ -171,19 +157,25 @@ Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at
   return {};
 }
 
-Result<double> Weighing::ratio(Hypothesis& one, PointsView some,
-                               const std::optional<PosePrior>& prior) const {
+Result<double> Weighing::ratio(Hypothesis& one, PointsView some) const {
   one.evidence.reset();
   if (some.empty()) return 0.0;  // says nothing
   if (!one.alignment) return kNothingFits;
   if (!reference_) return 0.0;
   VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
-  VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan));
+  VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan, limit_));
   one.evidence = evidence_of(fit, *reference_);
   const double told = log_likelihood_ratio(*one.evidence, usual_share_, model_);
-  const double agrees = agreement(one.pose(), prior);
+  std::fprintf(
+      stderr,
+      "  weigh share %.3f noise %.3f bias %.3f margin %.3f +- %.3f level %.3f of %.3f told %.2f "
+      "silent %d surprise %.2f pose %.2f %.2f %.2f\n",
+      one.evidence->share, one.evidence->noise, one.evidence->bias, one.evidence->margin,
+      one.evidence->margin_noise, fit.level, reference_->level, told, is_silent(one), surprise(one),
+      one.pose().translation.x(), one.pose().translation.y(), one.pose().translation.z());
   // Where nothing holds the matcher, its wandering says nothing either.
-  return is_silent(one) ? std::max(0.0, told) + agrees : told + agrees + surprise(one);
+  if (is_silent(one)) return log_likelihood_ratio_of_margin(*one.evidence);
+  return told + surprise(one);
 }
 
 void Weighing::learn(const Hypothesis& first, bool tracked) {
@@ -210,8 +202,8 @@ void Weighing::forget() {
   fresh_ = false;
   weighed_at_.reset();
   fitted_ = true;
+  told_ = 0.0;
   news_ = 1.0;
-  share_ = 0.0;
 }
 
 }  // namespace vantage

@@ -10,21 +10,24 @@
 
 namespace vantage {
 
-/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-10, 0]; 0 without a prior.
-[[nodiscard]] double agreement(const Pose& pose, const std::optional<PosePrior>& prior);
+/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-6.9, 0]: one prior in a
+/// thousand is wrong, whatever its deviations say.
+[[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior);
 
-/// The probability that the sensor is not where the best hypothesis predicts it.
+/// The probability that the sensor is not where the best hypothesis predicts it: it grows with the
+/// way since the scan before.
 [[nodiscard]] double doubt_of_prediction(const Hypothesis& best);
 
 /// Measures how strongly a scan supports each hypothesis.
 class Weighing {
  public:
   /// Matcher and maps must outlive the object.
-  Weighing(const ScanMatcher& matcher, const RegionMaps& maps, const ShareModel& model)
-      : matcher_(matcher), maps_(maps), model_(model) {}
+  Weighing(const ScanMatcher& matcher, const RegionMaps& maps, const ShareModel& model,
+           const AlertLimit& limit)
+      : matcher_(matcher), maps_(maps), model_(model), limit_(limit) {}
 
-  /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so only
-  /// after some metres, or if its level changes.
+  /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so once a
+  /// metre and once a second, because scans nearer to each other say the same.
   /// @param belief  belief in the first hypothesis
   [[nodiscard]] bool is_due(const std::vector<Hypothesis>& hypotheses, double belief) const;
 
@@ -41,7 +44,6 @@ class Weighing {
   /// The hypotheses are not compared with each other.
   /// Errors: those of the matcher and of RegionMaps::borrow.
   [[nodiscard]] Result<std::vector<double>> operator()(const PreparedScan& scan,
-                                                       const std::optional<PosePrior>& prior,
                                                        std::vector<Hypothesis>& hypotheses);
 
   /// Compares the hypotheses with each other: for one scan, a wrong pose fits worse than the right
@@ -50,8 +52,7 @@ class Weighing {
   [[nodiscard]] std::vector<double> compare(const std::vector<Hypothesis>& hypotheses) const;
 
   /// log(p(scan | pose right) / p(scan | wrong)) of a pose that a search found.
-  [[nodiscard]] double of(const Evidence& evidence, const Pose& pose,
-                          const std::optional<PosePrior>& prior) const;
+  [[nodiscard]] double of(const Evidence& evidence) const;
 
   /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
@@ -75,15 +76,13 @@ class Weighing {
   [[nodiscard]] bool is_silent(const Hypothesis& one) const;
   /// The time of the scan [s].
   [[nodiscard]] static double stamp_of(const Hypothesis& one);
-  /// Whether a share is about that of recent tracked scans.
-  [[nodiscard]] bool is_usual(double share) const;
   [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
-  [[nodiscard]] Result<double> ratio(Hypothesis& one, PointsView some,
-                                     const std::optional<PosePrior>& prior) const;
+  [[nodiscard]] Result<double> ratio(Hypothesis& one, PointsView some) const;
 
   const ScanMatcher& matcher_;
   const RegionMaps& maps_;
   ShareModel model_;
+  AlertLimit limit_;
   std::optional<double> usual_share_;  // the share of recent tracked scans
   double usual_level_ = 0.0;
   double last_level_ = 0.0;       // of the scan before
@@ -94,7 +93,7 @@ class Weighing {
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double weighed_stamp_ = 0.0;       // of the scan before it
   bool fitted_ = true;               // whether the first hypothesis fitted then
-  double share_ = 0.0;               // the first hypothesis's share of sharpness then
+  double told_ = 0.0;                // the first hypothesis's log likelihood ratio then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
 

@@ -18,7 +18,7 @@ TEST_CASE("a sharper fit speaks for a pose, a flat one against it, within bounds
   }
   CHECK(log_likelihood_ratio({0.0, 0.0}, {}) < -3.0);
   CHECK(log_likelihood_ratio({-0.5, 0.0}, {}) == log_likelihood_ratio({0.0, 0.0}, {}));
-  CHECK(log_likelihood_ratio({0.8, 0.0}, {}) > 6.0);
+  CHECK(log_likelihood_ratio({.share = 0.8, .noise = 0.0, .margin = 0.3}, {}) > 6.0);
 }
 
 TEST_CASE("a scan without structure says nothing") {
@@ -76,6 +76,53 @@ TEST_CASE("sharpness is what is lost 2 m beside, along the weakest axis") {
   CHECK(along.compared == 0.25);  // not what is compared beside
   target.slope = 1.0;
   CHECK(fit_at(target, scan, Pose{})->sharpness == doctest::Approx(1.0 - std::exp(-2.0)));
+}
+
+TEST_CASE("the margin is negative where the scan fits better at the alert limit than at the pose") {
+  /// Fits best at `best`, and at any place along z and any roll and pitch alike.
+  class Valley final : public MatchTarget {
+   public:
+    [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
+      return fail(ErrorCode::unsupported, "");
+    }
+    [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
+      const Point ahead = pose.rotation.toRotationMatrix() * Point::UnitX();
+      const double turned = std::atan2(ahead.y(), ahead.x()) - best_heading;
+      const double off =
+          (pose.translation - best).head<2>().squaredNorm() + 100.0 * turned * turned;
+      return ScanScore{.fitness = 0.0, .nvtl = std::exp(-off), .coverage = 1.0};
+    }
+    [[nodiscard]] std::size_t bytes() const noexcept override { return 0; }
+    [[nodiscard]] std::size_t elements() const noexcept override { return 1; }
+    Point best = Point::Zero();
+    double best_heading = 0.0;
+  } target;
+  const PointCloud scan(400, Point{1, 0, 0});
+  const AlertLimit limit{.metres = 0.5, .radians = 0.05};
+  const auto margin = [&] { return fit_at(target, scan, Pose{}, limit)->margin; };
+  CHECK(fit_at(target, scan, Pose{})->margin == 0.0);  // not asked for
+  CHECK(margin() == doctest::Approx(0.0));             // open along z
+  CHECK(fit_at(target, scan, Pose{}, limit)->margin_noise == doctest::Approx(0.3 / 16.0));
+  target.best = {0.0, 0.5, 0.0};
+  CHECK(margin() == doctest::Approx(1.0 - std::exp(0.25)));
+  target.best = Point::Zero();
+  target.best_heading = -0.05;
+  CHECK(margin() == doctest::Approx(1.0 - std::exp(0.25)));
+}
+
+TEST_CASE("a margin below its noise speaks against a pose, however sharp it is") {
+  Evidence evidence{.share = 0.8, .margin = 0.3, .margin_noise = 0.03};
+  const double right = log_likelihood_ratio(evidence, {});
+  CHECK(right > 6.0);
+  evidence.margin = 0.0;  // as sharp, and as near to the right pose as to one beyond the limit
+  CHECK(log_likelihood_ratio(evidence, {}) < right - 3.0);
+  CHECK(log_likelihood_ratio(evidence, {}) > 3.0);
+  CHECK(log_likelihood_ratio_of_margin(evidence) == 0.0);
+  evidence.margin = -0.3;
+  CHECK(log_likelihood_ratio(evidence, {}) < -3.0);
+  CHECK_FALSE(fits(evidence));
+  evidence.bias = 0.3;  // of a map that could not be compared
+  CHECK(fits(evidence));
 }
 
 TEST_CASE("points are picked evenly, and no more than there are") {

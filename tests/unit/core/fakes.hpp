@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -140,8 +141,8 @@ struct Truth {
 };
 
 /// Always finds the truth, unless the scan is empty or nothing overlaps; with a reach, only from
-/// guesses that near. A scan fits well only within a metre of the truth. The truth of a scan that
-/// is matched to itself is that it did not move.
+/// guesses that near. A scan fits well only within a metre of the truth, and best at it. The truth
+/// of a scan that is matched to itself is that it did not move.
 class TruthMatcher final : public ScanMatcher {
  public:
   explicit TruthMatcher(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
@@ -176,7 +177,10 @@ class TruthMatcher final : public ScanMatcher {
       [[nodiscard]] ScanScore score_at(const Pose& pose) const {
         const double off = (pose.translation - truth_->T_map_scan.translation).norm();
         if (near(pose) && off < 1.0) {
-          return {.fitness = 2.0, .nvtl = 3.0, .coverage = truth_->coverage};
+          const double turned = rotation_between(pose, truth_->T_map_scan);
+          return {.fitness = 2.0,
+                  .nvtl = 3.0 * std::exp(-std::max(off, 10.0 * turned)),
+                  .coverage = truth_->coverage};
         }
         return {.fitness = 0.1, .nvtl = 1.0, .coverage = 0.1};
       }

@@ -30,7 +30,7 @@ ScanReport judged(const Hypothesis& best, const Known& known, const LocalizerPar
   ScanReport report;
   report.map_points = 1000;
   report.scan_points = scan_points;
-  static_cast<void>(Verdict(params).conclude(best, known, kNoInputs, {}, report));
+  static_cast<void>(Verdict(params).conclude({best}, known, kNoInputs, {}, report));
   return report;
 }
 
@@ -38,17 +38,17 @@ ScanReport judged(const Hypothesis& best, const Known& known, const LocalizerPar
 
 TEST_CASE("a belief beyond doubt is tracked once it was compared with all other places") {
   const ScanReport sure =
-      judged(aligned(), {.belief = 0.9999, .elsewhere = 1e-4, .compared = true});
+      judged(aligned(), {.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true});
   CHECK(sure.tracking == Tracking::tracked);
   CHECK(sure.reason.empty());
   CHECK(sure.risk < 0.001);
-  const ScanReport alone = judged(aligned(), {.belief = 0.9999, .elsewhere = 1e-4});
+  const ScanReport alone = judged(aligned(), {.beliefs = {0.9999}, .elsewhere = 1e-4});
   CHECK(alone.tracking == Tracking::uncertain);
   CHECK(alone.risk >= 0.05);
 }
 
 TEST_CASE("who is probably elsewhere is lost, unless the scan scores as usual") {
-  Known known{.belief = 0.1, .elsewhere = 0.9, .compared = true};
+  Known known{.beliefs = {0.1}, .elsewhere = 0.9, .compared = true};
   CHECK(judged(aligned(), known).tracking == Tracking::lost);
   known.scores_as_usual = true;
   const ScanReport open = judged(aligned(), known);
@@ -61,7 +61,7 @@ TEST_CASE("a scan that matched nothing is lost, whatever is believed") {
   Hypothesis nothing = predicted();
   nothing.failure = "too few matches";
   const ScanReport report = judged(
-      nothing, {.belief = 0.9999, .elsewhere = 1e-4, .compared = true, .scores_as_usual = true});
+      nothing, {.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true, .scores_as_usual = true});
   CHECK(report.tracking == Tracking::lost);
   CHECK(report.reason == "too few matches");
 }
@@ -69,7 +69,7 @@ TEST_CASE("a scan that matched nothing is lost, whatever is believed") {
 TEST_CASE("a pose that was not compared with the map is not tracked, whatever risk is accepted") {
   LocalizerParams params;
   params.max_risk = 0.3;
-  const ScanReport alone = judged(aligned(), {.belief = 0.9999, .elsewhere = 1e-4}, params);
+  const ScanReport alone = judged(aligned(), {.beliefs = {0.9999}, .elsewhere = 1e-4}, params);
   CHECK(alone.tracking == Tracking::uncertain);
   CHECK(alone.reason == "other poses are not ruled out yet");
 }
@@ -78,7 +78,7 @@ TEST_CASE("a scan without points says nothing: it is uncertain where the motion 
   Hypothesis nothing = predicted();
   nothing.failure = "too few matches";
   const ScanReport report =
-      judged(nothing, {.belief = 0.9999, .elsewhere = 1e-4, .compared = true}, {}, 0);
+      judged(nothing, {.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true}, {}, 0);
   CHECK(report.tracking == Tracking::uncertain);
   CHECK(report.reason == "the scan has no points");
 }
@@ -86,17 +86,17 @@ TEST_CASE("a scan without points says nothing: it is uncertain where the motion 
 TEST_CASE("the published covariance is that of the published pose") {
   ScanReport report;
   report.scan_points = 100;
-  const Known known{.belief = 0.9999, .elsewhere = 1e-4, .compared = true};
+  const Known known{.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true};
   Hypothesis one = aligned();
   one.alignment->T_map_scan.translation.x() = 0.02;
   const MotionFilter fitting =
-      Verdict(LocalizerParams{}).conclude(one, known, kNoInputs, {}, report);
+      Verdict(LocalizerParams{}).conclude({one}, known, kNoInputs, {}, report);
   CHECK(fitting.pose().translation.x() == doctest::Approx(0.01));  // both are equally sure
   const double sure = report.confidence->sigma_translation[0];
   one.motion.emplace(0.0, Pose{}, PoseMatrix::Identity(), kNoInputs);  // a vague prediction
   one.evidence = Evidence{.share = 0.0, .noise = 0.01};  // and a scan that does not fit
   const MotionFilter predicted =
-      Verdict(LocalizerParams{}).conclude(one, known, kNoInputs, {}, report);
+      Verdict(LocalizerParams{}).conclude({one}, known, kNoInputs, {}, report);
   CHECK(predicted.pose().translation.x() == 0.0);
   CHECK(report.confidence->sigma_translation[0] == doctest::Approx(std::sqrt(1.5)).epsilon(0.01));
   CHECK(sure < 0.03);
@@ -107,10 +107,27 @@ TEST_CASE("a pose at a stamp beside the middle of the sweep is as sure as its sp
   ScanReport report;
   report.scan_points = 100;
   report.stamp = -0.05;  // the filter is at 0, and its speed unknown: 8 m/s
-  const Known known{.belief = 0.9999, .elsewhere = 1e-4, .compared = true};
-  static_cast<void>(Verdict(LocalizerParams{}).conclude(aligned(), known, kNoInputs, {}, report));
+  const Known known{.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true};
+  static_cast<void>(Verdict(LocalizerParams{}).conclude({aligned()}, known, kNoInputs, {}, report));
   CHECK(report.confidence->sigma_translation[0] ==
         doctest::Approx(0.4 * std::sqrt(1.5)).epsilon(0.05));
   CHECK(report.tracking == Tracking::uncertain);
   CHECK(report.reason == "the speed of the sensor is not known yet");
+}
+
+TEST_CASE("a rival within the alert limit of the reported pose is no risk, one beyond it is") {
+  const auto risk_beside = [](double metres) {
+    Hypothesis rival = aligned();
+    rival.motion.emplace(0.0, Pose{.translation = {metres, 0.0, 0.0}},
+                         1e-4 * PoseMatrix::Identity(), kNoInputs);
+    rival.alignment->T_map_scan.translation.x() = metres;
+    ScanReport report;
+    report.scan_points = 100;
+    const Known known{.beliefs = {0.6, 0.399}, .elsewhere = 0.001, .compared = true};
+    static_cast<void>(
+        Verdict(LocalizerParams{}).conclude({aligned(), rival}, known, kNoInputs, {}, report));
+    return report.risk;
+  };
+  CHECK(risk_beside(0.35) == doctest::Approx(0.001).epsilon(0.01));
+  CHECK(risk_beside(0.7) == doctest::Approx(0.4).epsilon(0.01));
 }

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -26,7 +27,7 @@ struct Bench {
   PluginPtr<ScanMatcher> matcher =
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>());
   RegionMaps maps{store, matcher, {.memory = 1, .background = false}};
-  Weighing weighing{*matcher, maps, ShareModel{}};
+  Weighing weighing{*matcher, maps, ShareModel{}, {.metres = 0.5, .radians = 0.05}};
 
   /// Scans whose level changes by a share, up and down.
   void track(double level, double change) {
@@ -105,4 +106,15 @@ TEST_CASE("a difference that the choice of elements may make is no news") {
   worse.evidence->share = 0.2;
   CHECK(bench.weighing.compare({better, worse})[1] == doctest::Approx(-15.0 * 0.15 / 0.5));
   CHECK(bench.weighing.compare({worse, better})[0] == doctest::Approx(-15.0 * 0.15 / 0.5));
+}
+
+TEST_CASE("a prior may be wrong, whatever its deviations say") {
+  PosePrior prior;
+  prior.sigma_translation = {5.0, 5.0, 5.0};
+  const auto at = [](double x) { return Pose{.translation = {x, 0.0, 0.0}}; };
+  CHECK(agreement(at(0.0), prior) == 0.0);
+  CHECK(agreement(at(10.0), prior) == 0.0);
+  CHECK(agreement(at(15.0), prior) == doctest::Approx(-1.5));
+  CHECK(agreement(at(25.0), prior) == doctest::Approx(std::log(1e-3)));
+  CHECK(agreement(at(1e6), prior) == agreement(at(25.0), prior));
 }
