@@ -416,7 +416,7 @@ TEST_CASE("bad input: one clear error, and no picture") {
   CHECK(has(failure(with({yard().path("map.pcd"), "--color", "localizability"}), 2), "takes a"));
   write_bundle("bare", {});
   CHECK(has(failure(with({yard().path("bare"), "--color", "localizability"}), 1),
-            "the bundle has no atlas: `vantage build` makes it"));
+            "the bundle has no atlas: `vantage assess` makes it"));
   CHECK(has(failure(with({bundle, "--size", "10x10"}), 2), "64 to 8192"));
   CHECK(has(failure(with({bundle, "--size", "640"}), 2), "WxH"));
   CHECK(has(failure(with({bundle, "--trajectory", yard().path("none.tum")}), 1), "none.tum"));
