@@ -15,12 +15,11 @@ struct AtlasParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("max_sites", &AtlasParams::max_sites, "",
-                 "`vantage assess` measures at this many viewpoints at most; in a larger map, they "
-                 "stand farther apart",
+                 "the most viewpoints that are measured at; in a larger map, they stand farther "
+                 "apart",
                  at_least(1)),
         optional("site_spacing", &AtlasParams::site_spacing, "m",
-                 "`vantage assess` measures at one viewpoint in each square of this size",
-                 positive),
+                 "one viewpoint is measured at in each square of this size", positive),
     };
   }
 };

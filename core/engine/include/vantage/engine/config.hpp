@@ -220,7 +220,7 @@ struct Config {
         optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",
                  Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
         optional("atlas", &Config::atlas, "",
-                 "where `vantage assess` measures how well a sensor can be localized"),
+                 "where vantage assess measures how well a sensor can be localized"),
     };
   }
 
