@@ -95,8 +95,8 @@ Result<void> note_suspicions(building::Prepared& prepared, const Options& option
 void note_no_matcher(const Config& config) {
   if (config.matcher) return;
   const checks::Note note{
-      "the configuration has no [matcher]: the bundle gets points, but no prepared maps and no "
-      "atlas, and `vantage localize` needs one",
+      "the configuration has no [matcher]: the bundle gets points, but no prepared maps, and "
+      "`vantage assess` and `vantage localize` need one",
       "add the lines `[matcher]` and `plugin = \"ndt\"`"};
   checks::print(std::cerr, std::span(&note, 1));
 }

@@ -53,8 +53,7 @@ class WholeMap {
     overrides.insert(
         overrides.end(),
         {"partitioner={plugin=\"whole_map\"}", "visibility={plugin=\"keep_all\"}",
-         fmt::format("store={{plugin=\"pcd_tiles\",params={{root={}}}}}", quoted(root)),
-         "atlas={max_sites=0}"});
+         fmt::format("store={{plugin=\"pcd_tiles\",params={{root={}}}}}", quoted(root))});
     VANTAGE_TRY(Config config, load_config(options.config, overrides));
     config.thinning.reset();
     config.selector.reset();

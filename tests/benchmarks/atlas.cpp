@@ -23,7 +23,7 @@
 #include "simulate/world.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
-#include "vantage/engine/atlas.hpp"
+#include "vantage/engine/assessment.hpp"
 #include "vantage/engine/bundle_build.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/kit/hash.hpp"
@@ -188,29 +188,30 @@ Result<Row> measure(const NamedWorld& named, std::uint64_t seed, const AtlasOpti
   VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
   VANTAGE_CHECK(build.run(map, trajectory));
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "the benchmark"));
-  VANTAGE_TRY(const auto atlas, Atlas::of_bundle(bundle));
-  if (!atlas) return fail(ErrorCode::internal, "the bundle has no atlas");
-  VANTAGE_TRY(const auto scans,
-              driven(
-                  params, *atlas, [&] { return Localizer::open(bundle, config, plugins); },
-                  options.drives));
+  VANTAGE_TRY(Assessment assessment, Assessment::prepare(bundle, config, plugins));
+  VANTAGE_TRY(const AssessmentReport assessed, assessment.run(map));
+  const Atlas& atlas = assessed.atlas;
+  VANTAGE_TRY(
+      const auto scans,
+      driven(
+          params, atlas, [&] { return Localizer::open(bundle, config, plugins); }, options.drives));
 
-  Row row{.name = named.name, .seed = seed, .places = places_of(*atlas, scans)};
+  Row row{.name = named.name, .seed = seed, .places = places_of(atlas, scans)};
   if (options.sites) print_places(row);
-  const Calibration& c = atlas->calibration;
+  const Calibration& c = atlas.calibration;
   const auto quantile = [](const std::vector<double>& shares, std::size_t k) {
     return shares.empty() ? std::string("-") : fmt::format("{:.3f}", shares[k]);
   };
   std::size_t alike = 0;
-  for (const Site& site : atlas->sites) alike += site.alike.empty() ? 0 : 1;
+  for (const Site& site : atlas.sites) alike += site.alike.empty() ? 0 : 1;
   std::cerr << fmt::format(
       "{}, seed {}: {} sites, {} with alike places; {} right shares {} / {} / {}, {} wrong ones {} "
       "/ {} / {}\n",
-      row.name, seed, atlas->sites.size(), alike, c.right_samples, quantile(c.right, 1),
+      row.name, seed, atlas.sites.size(), alike, c.right_samples, quantile(c.right, 1),
       quantile(c.right, 16), quantile(c.right, 31), c.wrong_samples, quantile(c.wrong, 1),
       quantile(c.wrong, 16), quantile(c.wrong, 31));
   if (named.name == "tunnel") {
-    const std::vector<TunnelSite> sites = sites_in_tunnel(*atlas, params);
+    const std::vector<TunnelSite> sites = sites_in_tunnel(atlas, params);
     if (sites.empty()) return fail(ErrorCode::internal, "no site is in the tunnel");
     const auto worst = [&](bool clear) {
       double most = -1.0;

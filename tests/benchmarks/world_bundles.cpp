@@ -4,6 +4,7 @@
 
 #include "integrity_worlds.hpp"
 #include "support/plugins.hpp"
+#include "vantage/engine/assessment.hpp"
 #include "vantage/engine/bundle_build.hpp"
 
 namespace vantage::benchmarks {
@@ -57,6 +58,9 @@ Result<Bundle> WorldBundles::open(const simulation::WorldParams& params, const N
     VANTAGE_TRY(const Config config, config_of(map, "ndt", localizer_, place));
     VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
     VANTAGE_CHECK(build.run(world->map, {}));
+    VANTAGE_TRY(Bundle bundle, Bundle::open(place, plugins));
+    VANTAGE_TRY(Assessment assessment, Assessment::prepare(std::move(bundle), config, plugins));
+    VANTAGE_CHECK(assessment.run(world->map));
   }
   return Bundle::open(place, plugins);
 }

@@ -131,11 +131,39 @@ TEST_CASE("build: a configuration without a matcher gets one note") {
     return found;
   };
   CHECK(notes("", {}) ==
-        "note: the configuration has no [matcher]: the bundle gets points, but no prepared maps "
-        "and no atlas, and `vantage localize` needs one: add the lines `[matcher]` and `plugin = "
-        "\"ndt\"`\n");
+        "note: the configuration has no [matcher]: the bundle gets points, but no prepared maps, "
+        "and `vantage assess` and `vantage localize` need one: add the lines `[matcher]` and "
+        "`plugin = \"ndt\"`\n");
   CHECK(notes("", {"--quiet"}).empty());
   CHECK(notes("plugin = \"ndt\"\n", {}).empty());
+}
+
+TEST_CASE("assess: what is missing is named, and the bundle stays as it is") {
+  const SmallMap small;
+  const std::string bundle = (small.folder.path() / "bundle").string();
+  const auto assess = [](std::vector<std::string> arguments) {
+    arguments.emplace_back("--quiet");
+    return test::run("vantage-assess", arguments);
+  };
+  CHECK(has(failure(assess({small.config})), "`vantage build` makes it"));
+  const auto built = test::run("vantage-build", {small.config, "--set", "store.content=points"});
+  REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  CHECK(has(built.out, "`vantage assess " + small.config + "` measures how well a sensor is"));
+  CHECK(failure(assess({bundle})) ==
+        bundle +
+            ": error: the bundle keeps points, and says nothing of a matcher: name it with "
+            "--set matcher.plugin=ndt, or give the configuration instead of the bundle");
+  fs::rename(small.folder.path() / "map.pcd", small.folder.path() / "moved.pcd");
+  const std::string ndt = "matcher.plugin=ndt";
+  CHECK(has(failure(assess({bundle, "--set", ndt})), "name it with --set 'map.files=[\"FILE\"]'"));
+  CHECK(has(failure(assess({small.config})), small.config + ":3:"));
+  CHECK_FALSE(fs::exists(small.folder.path() / "bundle/atlas.dat"));
+
+  const std::string moved = "map.files=[\"" + (small.folder.path() / "moved.pcd").string() + "\"]";
+  const auto done = assess({bundle, "--set", ndt, "--set", moved, "--json"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  CHECK(nlohmann::json::parse(done.out)["sites"] == 1);
+  CHECK(fs::exists(small.folder.path() / "bundle/atlas.dat"));
 }
 
 TEST_CASE("build: an existing bundle is not touched without overwrite") {

@@ -35,7 +35,6 @@ class Site {
     REQUIRE_MESSAGE(made.exit_code == 0, made.err);
     SmallConfig config = whole_world();
     config.store = "params = { root = \"maps\" }\n";
-    config.more = "[atlas]\nmax_sites = 0\n";
     write_text(path("config.toml"), to_text(config));
     const Finished built = test::run("vantage-build", {path("config.toml"), "--quiet"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);

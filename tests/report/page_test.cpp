@@ -233,7 +233,8 @@ TEST_CASE("the page shows the sites of an atlas, if a bundle has one") {
   CHECK(times(markup, "sigma 29.0 cm along 60° from the map") == 1);
   CHECK(times(markup, "alike place 5.0 m away, likeness 0.70") == 1);
   CHECK(times(markup, "4 sites for ndt, median 30.0 cm, 2 above 0.5 m") == 1);
-  CHECK(markup.find("Bundles without an atlas: wide, L&lt;20.") != std::string::npos);
+  CHECK(markup.find("Bundles without an atlas: wide, L&lt;20; `vantage assess` makes it.") !=
+        std::string::npos);
 
   // Neither an atlas without sites nor one without a match, a map or a route stops the page.
   e.configs[1].atlas = Atlas{};

@@ -54,6 +54,30 @@ TEST_CASE("shards: one, seven and 64 of them give the bytes of a build in memory
                    {1, 7, 64});
 }
 
+TEST_CASE("shards: an atlas has the same bytes, whether the map is in memory or read in parts") {
+  const SmallTown town;
+  const std::string config = town.config(
+      {.store = "plugin = \"pcd_tiles\"\ncontent = \"both\"", .more = "[atlas]\nmax_sites = 9\n"});
+  build(town, config, "bundle", {});
+  auto files = test::bytes_of(town.path("bundle"));
+  CHECK_FALSE(files.contains("atlas.dat"));
+  const auto assessed = [&](std::vector<std::string> arguments) {
+    arguments.emplace_back("-q");
+    must_run("vantage-assess", arguments);
+    auto after = test::bytes_of(town.path("bundle"));
+    const std::string atlas = after["atlas.dat"];
+    after.erase("atlas.dat");
+    CHECK(after == files);
+    return atlas;
+  };
+  const std::string whole = assessed({config, "-j", "1"});
+  CHECK(whole.size() > 9 * 40);
+  CHECK(assessed({config, "--memory", kLittle, "-j", "2"}) == whole);
+  CHECK(assessed({town.path("bundle"), "--memory", kLittle, "--set", "atlas.max_sites=9"}) ==
+        whole);
+  CHECK(assessed({town.path("bundle"), "--set", "atlas.max_sites=3"}) != whole);
+}
+
 TEST_CASE("shards: the same bytes with every plugin that works part by part") {
   const SmallTown town;
   const TownConfig usual;

@@ -67,6 +67,37 @@ TEST_CASE("shards: what kill -9 interrupts at any moment is continued, to the sa
   CHECK(kills > 5);
 }
 
+TEST_CASE("shards: an assessment that kill -9 ends leaves the bundle, with a whole atlas or none") {
+  const SmallTown town;
+  const std::string config = town.config({.more = "[atlas]\nmax_sites = 9\n"});
+  must_run("vantage-build", {config, "-q"});
+  const auto built = test::bytes_of(town.path("bundle"));
+  const std::vector<std::string> command{config, "-q"};
+  must_run("vantage-assess", command);
+  const std::string atlas = test::bytes_of(town.path("bundle"))["atlas.dat"];
+  std::mt19937 random(12);
+  std::uniform_int_distribution<int> milliseconds(1, 300);
+  int kills = 0;
+  for (int round = 0; round < 12; ++round) {
+    fs::remove(town.path("bundle/atlas.dat"));
+    if (run_and_kill("vantage-assess", command, std::chrono::milliseconds(milliseconds(random)))) {
+      ++kills;
+    }
+    auto files = test::bytes_of(town.path("bundle"));
+    if (const auto kept = files.find("atlas.dat"); kept != files.end())
+      CHECK(kept->second == atlas);
+    // What was about to become the atlas does no harm: a build replaces it with the bundle.
+    std::erase_if(files, [](const auto& file) {
+      return file.first == "atlas.dat" || file.first.starts_with(".vantage-");
+    });
+    CHECK(files == built);
+  }
+  CHECK(kills > 3);
+  test::write_text(town.path("bundle/.vantage-1-0.tmp"), "vant");
+  must_run("vantage-build", {config, "-q", "--overwrite"});
+  CHECK(test::bytes_of(town.path("bundle")) == built);
+}
+
 TEST_CASE("shards: a finished region is not built again") {
   const SmallTown town;
   const std::string config = town.config({});

@@ -125,6 +125,11 @@ class Yard {
     const auto built = test::run("vantage-build", {path(name + ".toml"), "--quiet"});
     REQUIRE_MESSAGE(built.exit_code == 0, built.err);
   }
+  /// Points do not say their matcher; an atlas does.
+  void assess(const std::string& name) const {
+    const auto assessed = test::run("vantage-assess", {path(name + ".toml"), "--quiet"});
+    REQUIRE_MESSAGE(assessed.exit_code == 0, assessed.err);
+  }
 
  private:
   /// All points within 12 m. The number of a scan says its stamp, in tenths of a second.
@@ -287,6 +292,7 @@ TEST_CASE("the elements of a map are coloured by what they contribute to the pos
     fs::remove(png);
     return done.out;
   };
+  yard().assess("points");
   for (const std::string bundle : {"prepared", "points"}) {
     CAPTURE(bundle);
     const auto json = nlohmann::json::parse(draw({yard().path(bundle), "--json"}));
@@ -321,6 +327,7 @@ TEST_CASE("the elements of a map are coloured by what they contribute to the pos
         doctest::Approx(6.0 * one["contribution"]["scans"].get<double>()));
 
   yard().build("points", "icp", "icp");
+  yard().assess("icp");
   CHECK(has(draw({yard().path("icp")}), "scans      6 matched by icp in "));
 
   const std::string told = draw({yard().path("prepared"), "--max-points", "50"});
@@ -416,7 +423,7 @@ TEST_CASE("bad input: one clear error, and no picture") {
   CHECK(has(failure(with({yard().path("map.pcd"), "--color", "localizability"}), 2), "takes a"));
   write_bundle("bare", {});
   CHECK(has(failure(with({yard().path("bare"), "--color", "localizability"}), 1),
-            "the bundle has no atlas: `vantage build` makes it"));
+            "the bundle has no atlas: `vantage assess` makes it"));
   CHECK(has(failure(with({bundle, "--size", "10x10"}), 2), "64 to 8192"));
   CHECK(has(failure(with({bundle, "--size", "640"}), 2), "WxH"));
   CHECK(has(failure(with({bundle, "--trajectory", yard().path("none.tum")}), 1), "none.tum"));

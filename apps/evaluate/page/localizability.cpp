@@ -136,7 +136,9 @@ Result<std::string> localizability(const Evaluation& e) {
       "direction is. A dashed line leads to a place that a scan of the site fits as well, or "
       "nearly. Grey line: reference of the routes.",
       "localizability");
-  return without.empty() ? html : html + "<p>Bundles without an atlas: " + without + ".</p>\n";
+  return without.empty() ? html
+                         : html + "<p>Bundles without an atlas: " + without + "; " +
+                               kHowToGetAnAtlas + ".</p>\n";
 }
 
 }  // namespace vantage::page

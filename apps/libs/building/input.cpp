@@ -58,41 +58,6 @@ Result<io::MapFiles> map_files(const Config& config, const MapSource& source) {
   return at_line(named, std::move(found).error());
 }
 
-Result<WideAreaMap> read_map(const Config& config, const MapSource& source, std::uint64_t memory,
-                             Reading reading) {
-  WideAreaMap map;
-  VANTAGE_TRY(const io::MapFiles found, map_files(config, source));
-  map.unlisted_tiles = found.unlisted_tiles;
-  if (source.trajectory) {
-    auto trajectory = io::read_trajectory(*source.trajectory);
-    if (!trajectory) return at_line(in_map(config, "trajectory"), std::move(trajectory).error());
-    for (const auto& moment : *trajectory) map.trajectory.push_back(moment.pose.translation);
-  }
-  if (found.files.size() == 1 && io::is_tiled_map(found.files.front())) {
-    VANTAGE_TRY(auto tiles, io::TiledMap::open(found.files.front()));
-    if (reading == Reading::never || tiles.points() > memory / kBytesInMemory) {
-      map.dropped = tiles.dropped();
-      map.tiles = std::move(tiles);
-      return map;
-    }
-  } else if (reading == Reading::never) {
-    return fail(ErrorCode::invalid_input,
-                "shards need a tiled map: make one with `vantage tile`, and name its folder in "
-                "map.files",
-                SourceLocation{source.files.front().string(), 0, 0});
-  }
-  VANTAGE_TRY(auto cloud, io::read_point_clouds(found.files));
-  map.points = std::move(cloud.points);
-  map.dropped = cloud.dropped;
-  if (map.points.empty()) {
-    return fail(ErrorCode::invalid_input,
-                "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",
-                SourceLocation{source.files.front().string(), 0, 0});
-  }
-  io::into_canonical_order(map.points);
-  return map;
-}
-
 /// The spacing of a map, to two digits; 0 if it has too few points. What a tiled map is measured by
 /// does not depend on how much of it is in memory.
 Result<double> spacing_of(const WideAreaMap& map, const MapSource& source) {
@@ -181,6 +146,41 @@ Result<void> check_replaceable(const Config& config) {
 }
 
 }  // namespace
+
+Result<WideAreaMap> read_map(const Config& config, const MapSource& source, std::uint64_t memory,
+                             Reading reading) {
+  WideAreaMap map;
+  VANTAGE_TRY(const io::MapFiles found, map_files(config, source));
+  map.unlisted_tiles = found.unlisted_tiles;
+  if (source.trajectory) {
+    auto trajectory = io::read_trajectory(*source.trajectory);
+    if (!trajectory) return at_line(in_map(config, "trajectory"), std::move(trajectory).error());
+    for (const auto& moment : *trajectory) map.trajectory.push_back(moment.pose.translation);
+  }
+  if (found.files.size() == 1 && io::is_tiled_map(found.files.front())) {
+    VANTAGE_TRY(auto tiles, io::TiledMap::open(found.files.front()));
+    if (reading == Reading::never || tiles.points() > memory / kBytesInMemory) {
+      map.dropped = tiles.dropped();
+      map.tiles = std::move(tiles);
+      return map;
+    }
+  } else if (reading == Reading::never) {
+    return fail(ErrorCode::invalid_input,
+                "shards need a tiled map: make one with `vantage tile`, and name its folder in "
+                "map.files",
+                SourceLocation{source.files.front().string(), 0, 0});
+  }
+  VANTAGE_TRY(auto cloud, io::read_point_clouds(found.files));
+  map.points = std::move(cloud.points);
+  map.dropped = cloud.dropped;
+  if (map.points.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "the map holds no finite point (" + std::to_string(map.dropped) + " dropped)",
+                SourceLocation{source.files.front().string(), 0, 0});
+  }
+  io::into_canonical_order(map.points);
+  return map;
+}
 
 Result<PointCloud> sample_of(const io::TiledMap& tiles) {
   constexpr std::uint64_t kEnough = 4'000'000;

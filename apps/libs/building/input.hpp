@@ -60,6 +60,14 @@ enum class Reading : std::uint8_t {
   never,
 };
 
+/// Reads the map, and the trajectory if there is one.
+/// @param source  [map] of `config`
+/// @param memory  [bytes]
+/// Errors: those of the files, `not_found` at the line that names them; `invalid_input` for a map
+/// without a point, and with Reading::never for a map that is not tiled.
+[[nodiscard]] Result<WideAreaMap> read_map(const Config& config, const MapSource& source,
+                                           std::uint64_t memory, Reading reading);
+
 /// Loads configuration and plugins, and reads the map. A `point_spacing` that is left out of the
 /// configuration, and that its plugin has, is measured in the map and set; a line on stderr says
 /// so. It is the same whether a tiled map is read as a whole, in parts or in shards.

@@ -22,8 +22,9 @@ std::uint64_t peak_memory() {
   return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
 }
 
-void print_report(const BuildReport& report, const MapIndex& index, const WideAreaMap& map,
+void print_report(const BuildReport& report, const MapIndex& index, const Prepared& prepared,
                   const cli::Style& style) {
+  const WideAreaMap& map = prepared.map;
   std::vector<double> seen(report.seen.begin(), report.seen.end()), kept;
   std::uint64_t bytes = 0;
   std::uint64_t elements = 0;
@@ -57,12 +58,6 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
       "memory {} MB\n",
       report.core_seconds_visibility, report.core_seconds_a_viewpoint_and_million_points(),
       cli::grouped((peak_memory() + 500'000) / 1'000'000));
-  if (report.atlas_sites > 0) {
-    std::cout << fmt::format(
-        "{} of the viewpoints {} of the atlas: {:.1f} core-seconds for virtual scans\n",
-        cli::grouped(report.atlas_sites), cli::form(report.atlas_sites, "is a site", "are sites"),
-        report.core_seconds_atlas);
-  }
   if (report.core_seconds_selection > 0) {
     std::cout << fmt::format("{:.1f} core-seconds for choosing elements\n",
                              report.core_seconds_selection);
@@ -107,6 +102,10 @@ void print_report(const BuildReport& report, const MapIndex& index, const WideAr
                                                                  : "ground",
                              cli::form(regions, "its map is", "their maps are"));
   }
+  if (prepared.config.matcher) {
+    std::cout << fmt::format("`vantage assess {}` measures how well a sensor is localized in it\n",
+                             prepared.config.file);
+  }
 }
 
 nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
@@ -129,7 +128,6 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"skipped_viewpoints", report.skipped_viewpoints},
       {"unreachable_viewpoints", report.unreachable_viewpoints},
       {"places_outside", report.places_outside},
-      {"atlas_sites", report.atlas_sites},
       {"regions_without_viewpoints", report.regions_without_viewpoints},
       {"seconds",
        {{"partition", report.seconds_partition},
@@ -137,7 +135,6 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
         {"visibility", report.seconds_visibility}}},
       {"core_seconds",
        {{"visibility", report.core_seconds_visibility},
-        {"atlas", report.core_seconds_atlas},
         {"selection", report.core_seconds_selection},
         {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
       {"peak_memory_bytes", peak_memory()},
@@ -152,7 +149,7 @@ Result<void> print_summary(const BuildReport& report, const Prepared& prepared,
   if (options.json) {
     std::cout << to_json(report, index, prepared.map).dump(2) << '\n';
   } else {
-    print_report(report, index, prepared.map, options.style());
+    print_report(report, index, prepared, options.style());
   }
   return {};
 }

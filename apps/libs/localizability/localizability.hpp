@@ -9,8 +9,7 @@
 namespace vantage {
 
 /// Completes "the bundle has no atlas: ".
-inline constexpr const char* kHowToGetAnAtlas =
-    "`vantage build` makes it if the configuration has a [matcher], unless atlas.max_sites is 0";
+inline constexpr const char* kHowToGetAnAtlas = "`vantage assess` makes it";
 
 /// A site is weak in a direction if its largest standard deviation is more than this many times
 /// its smallest.

@@ -16,7 +16,6 @@
 #include "localize/hypothesis.hpp"
 #include "localize/pose_search.hpp"
 #include "places/place_search.hpp"
-#include "stopwatch.hpp"
 #include "vantage/engine/confidence.hpp"
 #include "vantage/engine/prepared_scan.hpp"
 #include "vantage/kit/hash.hpp"
@@ -61,14 +60,10 @@ std::vector<double> quantiles_of(std::vector<double> samples) {
   return result;
 }
 
-/// The processor time that parallel tasks took, or the first of their errors.
-Result<double> sum_of(const std::vector<Result<double>>& outcomes) {
-  double seconds = 0.0;
-  for (const auto& outcome : outcomes) {
-    if (!outcome) return fail(outcome.error());
-    seconds += *outcome;
-  }
-  return seconds;
+/// The first of the errors of parallel tasks.
+Result<void> all_of(const std::vector<Result<void>>& outcomes) {
+  for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
+  return {};
 }
 
 }  // namespace
@@ -82,9 +77,9 @@ struct SiteTrials::Scan {
 Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
                                        const std::vector<SitePlace>& sites, const HitsAt& hits_at,
                                        const PlaceIndex* places,
-                                       const PluginPtr<ScanMatcher>& matcher) {
-  const CpuStopwatch cpu;
-  SiteTrials trials(matcher);
+                                       const PluginPtr<ScanMatcher>& matcher,
+                                       std::function<void()> step) {
+  SiteTrials trials(matcher, std::move(step));
   trials.by_region_.resize(partition.size());
   if (sites.empty()) return trials;
   for (const SitePlace& place : sites) {
@@ -97,13 +92,13 @@ Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
   std::vector<Result<void>> outcomes(trials.sites_.size());
   tbb::parallel_for(std::size_t{0}, trials.sites_.size(), [&](std::size_t s) {
     SiteState& site = trials.sites_[s];
-    outcomes[s] =
-        hits_at(site.place.position).and_then([&](PointCloud&& hits) {
-          site.hits = std::move(hits);
-          return trials.look_around(site, places);
-        });
+    outcomes[s] = hits_at(site.place.position).and_then([&](PointCloud&& hits) {
+      site.hits = std::move(hits);
+      return trials.look_around(site, places);
+    });
+    trials.step_();
   });
-  for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
+  VANTAGE_CHECK(all_of(outcomes));
   for (std::size_t s = 0; s < trials.sites_.size(); ++s) {
     SiteState& site = trials.sites_[s];
     trials.by_region_[site.place.region.value].own.push_back(s);
@@ -114,8 +109,15 @@ Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
       if (region) trials.by_region_[region->value].rivals.emplace_back(s, k);
     }
   }
-  trials.core_seconds_ = cpu.seconds();
   return trials;
+}
+
+std::vector<RegionId> SiteTrials::regions() const {
+  std::vector<RegionId> regions;
+  for (std::uint32_t r = 0; r < by_region_.size(); ++r) {
+    if (!by_region_[r].own.empty() || !by_region_[r].rivals.empty()) regions.push_back(RegionId{r});
+  }
+  return regions;
 }
 
 Result<void> SiteTrials::look_around(SiteState& site, const PlaceIndex* places) const {
@@ -157,11 +159,9 @@ Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t 
 
 Result<void> SiteTrials::run_in(RegionId region, const RegionMap& map) {
   const InRegion& here = by_region_[region.value];
-  if (here.own.empty() && here.rivals.empty()) return {};
-  // Isolated: a thread that waits here must not take up another task of the build, because the
-  // build waits for this one.
+  // Isolated: a thread that waits here must not take up another region, whose map it would hold
+  // beside this one.
   return tbb::this_task_arena::isolate([&]() -> Result<void> {
-    const ThreadStopwatch preparing;
     const bool is_prepared = !map.prepared.bytes.empty();
     if (!is_prepared && map.points.empty()) return {};
     auto made = is_prepared ? matcher_->restore(map.prepared.bytes) : matcher_->prepare(map.points);
@@ -170,24 +170,22 @@ Result<void> SiteTrials::run_in(RegionId region, const RegionMap& map) {
       return fail(std::move(made).error());
     }
     const auto target = in_library_of(matcher_, *std::move(made));
-    core_seconds_ += preparing.seconds();
     std::vector<std::pair<std::size_t, std::vector<std::size_t>>> rivals;  // by site
     for (const auto& [site, rival] : here.rivals) {
       if (rivals.empty() || rivals.back().first != site) rivals.push_back({site, {}});
       rivals.back().second.push_back(rival);
     }
-    std::vector<Result<double>> outcomes(here.own.size() + rivals.size());
+    std::vector<Result<void>> outcomes(here.own.size() + rivals.size());
     tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t k) {
       if (k < here.own.size()) {
         outcomes[k] = try_right(*target, sites_[here.own[k]]);
+        step_();
       } else {
         const auto& [site, which] = rivals[k - here.own.size()];
         outcomes[k] = try_rivals(*target, sites_[site], which);
       }
     });
-    VANTAGE_TRY(const double seconds, sum_of(outcomes));
-    core_seconds_ += seconds;
-    return {};
+    return all_of(outcomes);
   });
 }
 
@@ -213,19 +211,17 @@ Result<std::optional<SiteTrials::Trial>> SiteTrials::tried(const MatchTarget& ta
   return Outcome(std::move(trial));
 }
 
-Result<double> SiteTrials::try_right(const MatchTarget& target, SiteState& site) const {
-  if (!site.to_itself) return 0.0;
+Result<void> SiteTrials::try_right(const MatchTarget& target, SiteState& site) const {
+  if (!site.to_itself) return {};
   site.right.resize(kDirections);
   std::vector<Scan> scans(kDirections);
-  double seconds = 0.0;
   /// Whether all alignments from so far come back.
   const auto come_back = [&](double offset) -> Result<bool> {
     const bool first = offset == kOffsets.front();
     std::array<bool, kDirections> back{};
-    std::vector<Result<double>> outcomes(kDirections);
+    std::vector<Result<void>> outcomes(kDirections);
     tbb::parallel_for(std::size_t{0}, kDirections, [&](std::size_t k) {
-      outcomes[k] = [&]() -> Result<double> {
-        const ThreadStopwatch thread;
+      outcomes[k] = [&]() -> Result<void> {
         if (first) {
           VANTAGE_TRY(scans[k], scan_of(site, k));
         }
@@ -237,32 +233,30 @@ Result<double> SiteTrials::try_right(const MatchTarget& target, SiteState& site)
         back[k] =
             trial && is_near(trial->alignment.T_map_scan, site.truth, kRightMetres, kRightRadians);
         if (first) site.right[k] = std::move(trial);
-        return thread.seconds();
+        return {};
       }();
     });
-    VANTAGE_TRY(const double more, sum_of(outcomes));
-    seconds += more;
+    VANTAGE_CHECK(all_of(outcomes));
     return std::ranges::all_of(back, std::identity{});
   };
   const auto& [small, medium, large, largest] = kOffsets;
   VANTAGE_TRY(const bool from_small, come_back(small));
-  if (!from_small) return seconds;
+  if (!from_small) return {};
   // Mostly they come back from `large`, and nothing nearer needs to be tried.
   VANTAGE_TRY(const bool from_large, come_back(large));
   VANTAGE_TRY(const bool from_other, come_back(from_large ? largest : medium));
   site.basin = from_large ? (from_other ? largest : large) : (from_other ? medium : small);
-  return seconds;
+  return {};
 }
 
-Result<double> SiteTrials::try_rivals(const MatchTarget& target, SiteState& site,
-                                      const std::vector<std::size_t>& which) const {
-  const ThreadStopwatch thread;
+Result<void> SiteTrials::try_rivals(const MatchTarget& target, SiteState& site,
+                                    const std::vector<std::size_t>& which) const {
   VANTAGE_TRY(const Scan scan, scan_of(site, 0));
   for (const std::size_t k : which) {
     VANTAGE_TRY(site.wrong[k],
                 tried(target, *site.to_itself, scan.few, scan.scored, site.rivals[k]));
   }
-  return thread.seconds();
+  return {};
 }
 
 std::optional<SitePrecision> SiteTrials::precision_of(const SiteState& site) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,27 +19,29 @@
 
 namespace vantage {
 
-/// Measures an atlas while a bundle is built: virtual scans of the sites are aligned with the
-/// regions' maps, from right and from wrong starts. Results do not depend on the number of threads
-/// or on the order of the regions.
+/// Measures an atlas: virtual scans of the sites are aligned with the regions' maps, from right and
+/// from wrong starts. Results do not depend on the number of threads or on the order of the
+/// regions.
 class SiteTrials {
  public:
   /// Makes the scans of all sites, and looks for places from which they may seem to come.
   /// @param places   of the map; none: no wrong starts
   /// @param matcher  borrowed
+  /// @param step     called after the scans of each site are made and again after the trials from
+  ///                 around it, from any thread
   /// Errors: those of `hits_at`, and of the matcher, except `too_few_matches`.
   [[nodiscard]] static Result<SiteTrials> prepare(const Partition& partition,
                                                   const std::vector<SitePlace>& sites,
                                                   const HitsAt& hits_at, const PlaceIndex* places,
-                                                  const PluginPtr<ScanMatcher>& matcher);
+                                                  const PluginPtr<ScanMatcher>& matcher,
+                                                  std::function<void()> step);
 
-  /// Runs all trials in the map of one region; call it once for each region.
+  /// The regions that trials are run in, ascending.
+  [[nodiscard]] std::vector<RegionId> regions() const;
+  /// Runs all trials in the map of one region; call it once for each of `regions`. It may be called
+  /// for several of them at the same time.
   /// Errors: those of ScanMatcher::restore and of the matcher, except `too_few_matches`.
   [[nodiscard]] Result<void> run_in(RegionId region, const RegionMap& map);
-
-  [[nodiscard]] std::size_t sites() const noexcept { return sites_.size(); }
-  /// Processor time spent so far [s], without that of threads which a matcher's `prepare` uses.
-  [[nodiscard]] double core_seconds() const noexcept { return core_seconds_; }
 
   /// What was measured. Call it after the last region.
   [[nodiscard]] Atlas atlas(const MatcherChoice& matcher) const;
@@ -62,7 +65,8 @@ class SiteTrials {
   };
   struct Scan;
 
-  explicit SiteTrials(const PluginPtr<ScanMatcher>& matcher) : matcher_(matcher) {}
+  SiteTrials(const PluginPtr<ScanMatcher>& matcher, std::function<void()> step)
+      : matcher_(matcher), step_(std::move(step)) {}
 
   [[nodiscard]] Result<void> look_around(SiteState& site, const PlaceIndex* places) const;
   [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
@@ -70,10 +74,9 @@ class SiteTrials {
   [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const Fit& to_itself,
                                                    PointsView points, PointsView scored,
                                                    const Pose& start) const;
-  /// Both return the processor time that they took [s].
-  [[nodiscard]] Result<double> try_right(const MatchTarget& target, SiteState& site) const;
-  [[nodiscard]] Result<double> try_rivals(const MatchTarget& target, SiteState& site,
-                                          const std::vector<std::size_t>& which) const;
+  [[nodiscard]] Result<void> try_right(const MatchTarget& target, SiteState& site) const;
+  [[nodiscard]] Result<void> try_rivals(const MatchTarget& target, SiteState& site,
+                                        const std::vector<std::size_t>& which) const;
 
   [[nodiscard]] static std::optional<SitePrecision> precision_of(const SiteState& site);
   [[nodiscard]] static std::vector<AlikePlace> alike_of(const SiteState& site);
@@ -82,13 +85,13 @@ class SiteTrials {
                          std::vector<double>& wrong);
 
   const PluginPtr<ScanMatcher>& matcher_;
+  std::function<void()> step_;
   std::vector<SiteState> sites_;
   struct InRegion {
     std::vector<std::size_t> own;                             // sites
     std::vector<std::pair<std::size_t, std::size_t>> rivals;  // site, rival of it
   };
   std::vector<InRegion> by_region_;
-  double core_seconds_ = 0.0;
 };
 
 }  // namespace vantage

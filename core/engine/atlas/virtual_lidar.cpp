@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <vector>
 
+#include "build/blocks.hpp"
 #include "vantage/kit/hash.hpp"
 
 namespace vantage {
@@ -108,6 +110,21 @@ PointCloud VirtualLidar::hits(const Point& sensor) const {
     if (std::isfinite(hit.range)) hits.push_back(map_[hit.point]);
   }
   return hits;
+}
+
+HitsAt hits_in(PointsView map, double max_range) {
+  const auto lidar = std::make_shared<const VirtualLidar>(map, max_range);
+  return [lidar](const Point& sensor) -> Result<PointCloud> { return lidar->hits(sensor); };
+}
+
+HitsAt hits_in(const MapParts& map, double max_range) {
+  return [&map, max_range](const Point& sensor) -> Result<PointCloud> {
+    const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
+    const double range = std::min(max_range, VirtualLidar::kFarthestReturn);
+    // 1 m more for the neighbours of the points.
+    VANTAGE_TRY(const MapPart around, map.read(with_margin(here, range + 1.0)));
+    return VirtualLidar(around.points, max_range).hits(sensor);
+  };
 }
 
 PointCloud virtual_scan(PointsView hits, const Pose& T_map_scan, std::uint64_t seed) {

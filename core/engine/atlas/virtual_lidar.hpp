@@ -5,6 +5,7 @@
 #include <span>
 
 #include "build/plan_index.hpp"
+#include "vantage/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
@@ -35,6 +36,10 @@ class VirtualLidar {
 
 /// The points that a VirtualLidar at a place hits. It may be asked from several threads at once.
 using HitsAt = std::function<Result<PointCloud>(const Point& sensor)>;
+/// In a map in memory, and in one of which only the part around each place is read. The same map
+/// gives the same points. The map is borrowed.
+[[nodiscard]] HitsAt hits_in(PointsView map, double max_range);
+[[nodiscard]] HitsAt hits_in(const MapParts& map, double max_range);
 
 /// Makes a scan from the points that rays hit. The scan is as imperfect as one of another day: its
 /// ranges have noise (2 cm), a sector of 60 degrees is covered, and one point in thirty is clutter

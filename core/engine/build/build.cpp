@@ -1,14 +1,11 @@
 #include "vantage/engine/build.hpp"
 
 #include <cstdint>
-#include <memory>
-#include <mutex>
 #include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "atlas/virtual_lidar.hpp"
 #include "build/bundle_writer.hpp"
 #include "build/condense.hpp"
 #include "build/cut.hpp"
@@ -20,20 +17,6 @@
 #include "stopwatch.hpp"
 
 namespace vantage {
-namespace {
-
-/// The points that virtual scans hit. The index over the map is made at the first scan.
-HitsAt hits_in(PointsView map, double max_range) {
-  const auto lidar = std::make_shared<std::optional<VirtualLidar>>();
-  const auto made = std::make_shared<std::once_flag>();
-  return [=](const Point& sensor) -> Result<PointCloud> {
-    std::call_once(*made, [&] { lidar->emplace(map, max_range); });
-    return (*lidar)->hits(sensor);
-  };
-}
-
-}  // namespace
-
 Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, BuildPlugins& plugins,
                                       const BuildParams& params,
                                       const std::function<void(const BuildProgress&)>& progress) {
@@ -64,8 +47,7 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   // Visibility (Sec. 2.3, Eqs. 6-10), condensed and stored region by region.
   VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
   if (auto index = PlaceIndex::of(map)) plan.places = *std::move(index);
-  VANTAGE_TRY(BundleWriter writer,
-              BundleWriter::begin(plan, plugins, params, hits_in(map, params.max_range)));
+  VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params));
   std::vector<std::uint32_t> all(plan.partition.size());
   std::iota(all.begin(), all.end(), 0U);
   Meter meter(meter_start(plan), progress);

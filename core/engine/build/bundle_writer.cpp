@@ -1,11 +1,7 @@
 #include "build/bundle_writer.hpp"
 
-#include <algorithm>
-#include <cstddef>
 #include <string_view>
 #include <vector>
-
-#include "atlas/sites.hpp"
 
 namespace vantage {
 namespace {
@@ -26,18 +22,18 @@ BuildReport report_of(const BuildPlan& plan) {
   return report;
 }
 
-/// Whether the store can keep attachments; it then keeps this one.
-Result<bool> keep_attachment(MapStore& store, std::string_view name,
+/// Keeps an attachment, if the store can.
+Result<void> keep_attachment(MapStore& store, std::string_view name,
                              const std::vector<std::byte>& bytes) {
-  const auto attached = store.attach(name, bytes);
-  if (!attached && attached.error().code != ErrorCode::unsupported) return fail(attached.error());
-  return attached.has_value();
+  auto attached = store.attach(name, bytes);
+  if (!attached && attached.error().code == ErrorCode::unsupported) return {};
+  return attached;
 }
 
 }  // namespace
 
 Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& plugins,
-                                         const BuildParams& params, const HitsAt& hits_at) {
+                                         const BuildParams& params) {
   BundleWriter writer(plan, plugins);
   writer.attachments_ = &params.attachments;
   writer.report_ = report_of(plan);
@@ -47,27 +43,10 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
                                               .map_bounds = plan.limits.map_bounds,
                                               .map_points = plan.map_points,
                                               .config = params.effective_config}));
-  VANTAGE_CHECK(writer.prepare_atlas(params, hits_at));
-  return writer;
-}
-
-Result<void> BundleWriter::prepare_atlas(const BuildParams& params, const HitsAt& hits_at) {
-  // A site costs less than a fifth of the visibility of so many viewpoints.
-  constexpr std::size_t kViewpointsASite = 20;
-  if (plan_->places) {
-    VANTAGE_TRY(const bool kept, keep_attachment(*plugins_->store, PlaceIndex::kAttachment,
-                                                 plan_->places->encode()));
-    if (!kept) return {};
+  if (plan.places) {
+    VANTAGE_CHECK(keep_attachment(*plugins.store, PlaceIndex::kAttachment, plan.places->encode()));
   }
-  if (!params.atlas || !plugins_->matcher) return {};
-  const auto most =
-      std::min<std::size_t>(params.atlas->max_sites, report_.viewpoints / kViewpointsASite + 1);
-  const auto sites = spread_sites(plan_->viewpoints, params.atlas->site_spacing, most);
-  VANTAGE_TRY(SiteTrials trials,
-              SiteTrials::prepare(plan_->partition, sites, hits_at,
-                                  plan_->places ? &*plan_->places : nullptr, plugins_->matcher));
-  trials_.emplace(std::move(trials));
-  return {};
+  return writer;
 }
 
 Result<void> BundleWriter::take(std::uint32_t region, PointsView map, Finished finished,
@@ -82,18 +61,10 @@ Result<void> BundleWriter::take(std::uint32_t region, PointsView map, Finished f
                              .elements = finished.prepared.elements};
   if (predicted_) predicted_->regions[region] = std::move(finished.errors);
   const RegionMap region_map = region_map_of(map, std::move(finished), viewpoints);
-  VANTAGE_CHECK(plugins_->store->put(RegionId{region}, region_map));
-  if (trials_) VANTAGE_CHECK(trials_->run_in(RegionId{region}, region_map));
-  return {};
+  return plugins_->store->put(RegionId{region}, region_map);
 }
 
 Result<BuildReport> BundleWriter::commit() && {
-  if (trials_) {
-    const Atlas atlas = trials_->atlas(plugins_->matcher_choice);
-    VANTAGE_CHECK(keep_attachment(*plugins_->store, Atlas::kAttachment, atlas.encode()));
-    report_.atlas_sites = trials_->sites();
-    report_.core_seconds_atlas = trials_->core_seconds();
-  }
   if (predicted_) {
     VANTAGE_CHECK(
         keep_attachment(*plugins_->store, PredictedErrors::kAttachment, predicted_->encode()));
@@ -103,7 +74,7 @@ Result<BuildReport> BundleWriter::commit() && {
   }
   VANTAGE_CHECK(plugins_->store->commit());
   report_.seconds_visibility = stopwatch_.seconds();
-  report_.core_seconds_visibility = std::max(0.0, cpu_.seconds() - report_.core_seconds_atlas);
+  report_.core_seconds_visibility = cpu_.seconds();
   return std::move(report_);
 }
 

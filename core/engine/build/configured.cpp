@@ -82,10 +82,6 @@ BuildParams BuildParams::from(const Config& config) {
                         .lowest = s->lowest,
                         .highest = s->highest};
   }
-  if (const AtlasParams atlas = config.atlas.value_or(AtlasParams{});
-      config.matcher && atlas.max_sites > 0) {
-    params.atlas = atlas;
-  }
   return params;
 }
 
@@ -98,15 +94,11 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
   VANTAGE_TRY(plugins.ground, ground_for(config, loader));
   VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
   VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
-  const bool prepares = store.content.value_or(StoredContent::points) != StoredContent::points;
-  if (prepares || BuildParams::from(config).atlas) {
+  if (store.content.value_or(StoredContent::points) != StoredContent::points) {
     VANTAGE_TRY(const auto matcher,
                 config.need(config.matcher, "matcher", "storing prepared region maps"));
     VANTAGE_TRY(plugins.matcher, loader.load<ScanMatcher>(matcher));
-    VANTAGE_TRY(plugins.matcher_choice, MatcherChoice::of(matcher, loader));
-  }
-  if (prepares) {
-    VANTAGE_CHECK(check_offer(*plugins.matcher, *config.matcher, config.selector.has_value()));
+    VANTAGE_CHECK(check_offer(*plugins.matcher, matcher, config.selector.has_value()));
   }
   if (config.selector) {
     VANTAGE_TRY(plugins.selector, loader.load<Selector>(config.selector->choice()));

@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/virtual_lidar.hpp"
 #include "build/blocks.hpp"
 #include "build/bundle_writer.hpp"
 #include "build/condense.hpp"
@@ -128,7 +127,6 @@ struct ShardedBuild::State {
   Result<double> build_block(const RegionBlock& block, Meter& meter, const Keep& keep) const;
   Result<void> merge_block(const RegionBlock& block, const Parts& parts, Meter& meter,
                            BundleWriter& writer);
-  [[nodiscard]] Result<PointCloud> hits_at(const Point& sensor) const;
 };
 
 Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
@@ -140,8 +138,6 @@ Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
   }
   Fnv1a hash;
   hash.add(params->effective_config);
-  hash.add(plugins->matcher_choice.plugin);
-  hash.add(plugins->matcher_choice.params);
   hash.add(static_cast<std::uint64_t>(params->content));
   hash.add(std::uint64_t{params->views});
   hash.add(options.map_key);
@@ -268,14 +264,6 @@ Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Pa
   return {};
 }
 
-Result<PointCloud> ShardedBuild::State::hits_at(const Point& sensor) const {
-  const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
-  const double range = std::min(params->max_range, VirtualLidar::kFarthestReturn);
-  // 1 m more for the neighbours of the points.
-  VANTAGE_TRY(const MapPart around, map->read(with_margin(here, range + 1.0)));
-  return VirtualLidar(around.points, params->max_range).hits(sensor);
-}
-
 ShardedBuild::ShardedBuild(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
 ShardedBuild::ShardedBuild(ShardedBuild&&) noexcept = default;
 ShardedBuild::~ShardedBuild() = default;
@@ -383,9 +371,7 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
                         state.options.parts);
   }
   VANTAGE_TRY(const auto blocks, state.blocks(state.order, kBytesAMergedPoint));
-  VANTAGE_TRY(BundleWriter writer,
-              BundleWriter::begin(state.plan, *state.plugins, *state.params,
-                                  [&](const Point& sensor) { return state.hits_at(sensor); }));
+  VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(state.plan, *state.plugins, *state.params));
   Meter meter(meter_start(state.plan), progress);
   for (const RegionBlock& block : blocks) {
     VANTAGE_CHECK(state.merge_block(block, parts, meter, writer));

@@ -120,7 +120,7 @@ std::optional<Plane> plane_of(const Sums& sums) {
 }
 
 /// The points in a voxel.
-struct Voxel {
+struct SurfaceVoxel {
   std::uint64_t key = 0;
   Point corner;         // map frame [m]
   std::uint32_t point;  // one of them, whatever their order is
@@ -129,12 +129,12 @@ struct Voxel {
 
 using Keyed = std::pair<std::uint64_t, std::uint32_t>;
 
-Voxel voxel_with(PointsView map, std::span<const Keyed> points) {
+SurfaceVoxel voxel_with(PointsView map, std::span<const Keyed> points) {
   const Point& some = map[points.front().second];
-  Voxel voxel{.key = points.front().first,
-              .corner = kEdge * Point((some / kEdge).array().floor()),
-              .point = 0,
-              .sums = {}};
+  SurfaceVoxel voxel{.key = points.front().first,
+                     .corner = kEdge * Point((some / kEdge).array().floor()),
+                     .point = 0,
+                     .sums = {}};
   std::pair<std::uint64_t, std::uint32_t> least{~std::uint64_t{0}, 0};
   for (const auto& [key, k] : points) {
     const Sums::Whole p = ((map[k] - voxel.corner) / kUnit).array().round().cast<std::int64_t>();
@@ -146,9 +146,9 @@ Voxel voxel_with(PointsView map, std::span<const Keyed> points) {
 }
 
 /// All voxels of a map, ascending by key.
-std::vector<Voxel> voxels_of(PointsView map) {
+std::vector<SurfaceVoxel> surface_voxels_of(PointsView map) {
   const Groups tiles = in_tiles(map);
-  std::vector<std::vector<Voxel>> of_tile(tiles.begin.size() - 1);
+  std::vector<std::vector<SurfaceVoxel>> of_tile(tiles.begin.size() - 1);
   tbb::parallel_for(std::size_t{0}, of_tile.size(), [&](std::size_t tile) {
     std::vector<Keyed> keyed;
     for (const std::uint32_t k : tiles[tile]) keyed.emplace_back(voxel_of(map[k]), k);
@@ -160,23 +160,24 @@ std::vector<Voxel> voxels_of(PointsView map) {
       from = end;
     }
   });
-  std::vector<Voxel> voxels;
+  std::vector<SurfaceVoxel> voxels;
   for (auto& some : of_tile) {
     voxels.insert(voxels.end(), some.begin(), some.end());
     some = {};
   }
-  std::ranges::sort(voxels, {}, &Voxel::key);
+  std::ranges::sort(voxels, {}, &SurfaceVoxel::key);
   return voxels;
 }
 
 /// The voxel's points and those of the voxels around it.
-Sums around(const std::vector<Voxel>& voxels, const Voxel& voxel) {
+Sums around(const std::vector<SurfaceVoxel>& voxels, const SurfaceVoxel& voxel) {
   const auto edge = static_cast<std::int64_t>(std::llround(kEdge / kUnit));
   Sums sums;
   for (std::int64_t x = -1; x <= 1; ++x) {
     for (std::int64_t y = -1; y <= 1; ++y) {
       const std::uint64_t column = moved(voxel.key, x, y);
-      auto at = std::ranges::lower_bound(voxels, column == 0 ? 0 : column - 1, {}, &Voxel::key);
+      auto at =
+          std::ranges::lower_bound(voxels, column == 0 ? 0 : column - 1, {}, &SurfaceVoxel::key);
       for (; at != voxels.end() && at->key <= column + 1; ++at) {
         const auto z = static_cast<std::int64_t>(at->key - column);
         sums.add(at->sums, edge * Sums::Whole(x, y, z));
@@ -192,7 +193,7 @@ struct Disc {
   float radius;            // [m]
 };
 
-Disc disc_of(PointsView map, const std::vector<Voxel>& voxels, const Voxel& voxel) {
+Disc disc_of(PointsView map, const std::vector<SurfaceVoxel>& voxels, const SurfaceVoxel& voxel) {
   constexpr std::int64_t kEnough = 30;
   constexpr float kDiscRadius = 0.3F, kPointRadius = 0.2F;
   std::optional<Plane> plane;
@@ -280,7 +281,7 @@ Surfaces::Surfaces(Parts parts)
 
 Surfaces::Parts Surfaces::parts_of(PointsView map) {
   if (map.empty()) return {};
-  const std::vector<Voxel> voxels = voxels_of(map);
+  const std::vector<SurfaceVoxel> voxels = surface_voxels_of(map);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // by cube
   for (std::uint32_t k = 0; k < voxels.size(); ++k) order.emplace_back(cube_of(voxels[k].key), k);
   std::ranges::sort(order);

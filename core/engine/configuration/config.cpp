@@ -166,6 +166,13 @@ Result<Table> parse_toml(std::string_view text, const std::string& name) {
   }
 }
 
+Result<Table> with_overrides(Table table, const std::vector<std::string>& overrides) {
+  for (const std::string& override_text : overrides) {
+    VANTAGE_CHECK(apply_override(table, override_text));
+  }
+  return table;
+}
+
 Result<Table> load_toml(const std::filesystem::path& file,
                         const std::vector<std::string>& overrides) {
   std::error_code ignored;
@@ -184,10 +191,7 @@ Result<Table> load_toml(const std::filesystem::path& file,
                 SourceLocation{file.string(), 0, 0});
   }
   VANTAGE_TRY(Table table, parse_toml(text.str(), file.string()));
-  for (const std::string& override_text : overrides) {
-    VANTAGE_CHECK(apply_override(table, override_text));
-  }
-  return table;
+  return with_overrides(std::move(table), overrides);
 }
 
 Result<void> MapSource::validate() const {

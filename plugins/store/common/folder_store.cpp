@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/attachment.hpp"
+#include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/directory_of.hpp"
 #include "vantage/kit/file_content.hpp"
 #include "vantage/plugin.hpp"
@@ -139,9 +140,11 @@ Result<void> FolderStore::put(RegionId region, const RegionMap& map) noexcept {
 
 Result<void> FolderStore::attach(std::string_view name, std::span<const std::byte> bytes) noexcept {
   return guarded([&]() -> Result<void> {
-    if (!writing_) return fail(ErrorCode::invalid_input, "attach without begin");
     VANTAGE_TRY(const std::string file, attachment_name(name));
-    return writing_->folder.write_file(file, encode_attachment(format_, bytes));
+    const std::string content = encode_attachment(format_, bytes);
+    if (writing_) return writing_->folder.write_file(file, content);
+    VANTAGE_TRY(const auto current, current_index());  // there has to be a bundle
+    return io::write_text_atomically(root_ / file, content);
   });
 }
 

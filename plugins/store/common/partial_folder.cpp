@@ -181,7 +181,9 @@ Result<std::vector<std::string>> files_of_bundle(const BundleFormat& format,
   std::sort(known.begin(), known.end());
   VANTAGE_TRY(std::vector<std::string> names, names_in(folder));
   for (const std::string& name : names) {
-    if (!std::binary_search(known.begin(), known.end(), name) &&
+    // What is left of an attachment whose writing was killed.
+    const bool unfinished = name.starts_with(".vantage-") && name.ends_with(".tmp");
+    if (!std::binary_search(known.begin(), known.end(), name) && !unfinished &&
         !is_attachment(format, folder / name)) {
       return keep("it also holds '" + name + "'");
     }

@@ -405,7 +405,7 @@ constexpr std::array kClauses{
     Clause{"S19", "a name that was not attached is not_found, without a bundle too", &not_attached},
     Clause{"S20", "attaching a name twice is already_exists, and the first bytes stay",
            &attached_twice},
-    Clause{"S21", "attach without begin is invalid_input, after a commit too",
+    Clause{"S21", "attach without begin changes the bundle that is there; not_found without one",
            &attach_without_begin},
     Clause{"S22", "a name but of 1 to 32 lower-case letters and underscores is invalid_input",
            &attachment_names},

@@ -150,10 +150,17 @@ void attach_without_begin(const Subject& subject) {
   const Bundle bundle = some_bundle(subject);
   const Place place(subject);
   const auto store = place.open(subject);
-  check_fails(store->attach("places", bytes_of("one")), ErrorCode::invalid_input);
+  check_fails(store->attach("places", bytes_of("one")), ErrorCode::not_found);
   write(*store, bundle);
-  check_fails(store->attach("places", bytes_of("one")), ErrorCode::invalid_input);
-  CHECK_FALSE(place.open(subject)->attachment("places").has_value());
+  for (const char* text : {"one", "another that is longer", ""}) {
+    CAPTURE(text);
+    require(place.open(subject)->attach("places", bytes_of(text)), "attach");
+    CHECK(attachment_in(*place.open(subject), "places") == bytes_of(text));
+    CHECK(attachment_in(*store, "places") == bytes_of(text));
+  }
+  require(store->attach("more", bytes_of("by the store that wrote")), "attach");
+  CHECK(attachment_in(*place.open(subject), "more") == bytes_of("by the store that wrote"));
+  check_fails(store->attach("../more", bytes_of("one")), ErrorCode::invalid_input);
   check_kept(subject, bundle, *place.open(subject));
 }
 

@@ -168,9 +168,7 @@ TEST_CASE("info: what a selector's elements are expected to do") {
 
 TEST_CASE("info: a bundle without an atlas says how to get one") {
   const std::string text = to_text(info_with({}), {});
-  CHECK(has(
-      text,
-      "atlas              none: `vantage build` makes it if the configuration has a [matcher]"));
+  CHECK(has(text, "atlas              none: `vantage assess` makes it\n"));
   CHECK_FALSE(has(text, "worst"));
   CHECK(to_json(info_with({}))["atlas"].is_null());
   // One without sites is no reason to fail.

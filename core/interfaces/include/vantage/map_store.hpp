@@ -68,9 +68,11 @@ class VANTAGE_API MapStore {
   /// counts that are 0 or not one per point; `io_failure`.
   [[nodiscard]] virtual Result<void> put(RegionId region, const RegionMap& map) noexcept = 0;
   /// Keeps bytes under a name, beside the regions: what the engine computed about the whole map.
+  /// Without begin, a bundle that is there gets them at once, whole, in place of earlier ones.
   /// @param name  lower-case letters and underscores, at most 32
   /// Errors: `unsupported` (the default) from a store that keeps regions only; `already_exists` for
-  /// a second time; `invalid_input` without begin or for another name; `io_failure`.
+  /// a second time in one build; `not_found` without begin and without a bundle; `invalid_input`
+  /// for another name; `io_failure`.
   [[nodiscard]] virtual Result<void> attach(std::string_view name,
                                             std::span<const std::byte> bytes) noexcept;
   /// Makes the whole bundle visible at once.

@@ -17,10 +17,9 @@
 
 namespace vantage {
 
-/// The distributions of a matcher's evidence on this map, at right and at wrong poses. The build
-/// makes virtual scans at the sites of an atlas, and aligns them from right and from wrong starts.
-/// The evidence of an alignment is its share of the sharpness that a perfect map would give
-/// (docs/localization.md).
+/// The distributions of a matcher's evidence on this map, at right and at wrong poses. Virtual
+/// scans at the sites of an atlas are aligned from right and from wrong starts. The evidence of an
+/// alignment is its share of the sharpness that a perfect map would give (docs/localization.md).
 struct Calibration {
   /// A distribution has this many quantiles: the smallest share, those that k / 32 of the samples
   /// are below, the largest.
@@ -66,8 +65,8 @@ struct Site {
   std::vector<AlikePlace> alike;           ///< the most alike first
 };
 
-/// How well a sensor can be localized in a bundle: measured at sites all over the map when the
-/// bundle is built, with virtual scans and the matcher of the configuration.
+/// How well a sensor can be localized in a bundle: measured at sites all over the map with virtual
+/// scans and the matcher of a configuration (Assessment).
 struct VANTAGE_API Atlas {
   /// The name of its bytes in a bundle.
   static constexpr const char* kAttachment = "atlas";
@@ -75,7 +74,7 @@ struct VANTAGE_API Atlas {
   Calibration calibration;
   std::vector<Site> sites;  ///< in the order of their regions
 
-  /// The atlas of a bundle; none if it was built without one.
+  /// The atlas of a bundle; none if it was not assessed.
   /// Errors: those of MapStore::attachment; `corrupt_data` for bytes that `encode` does not make,
   /// or for a site in a region that the bundle does not have.
   [[nodiscard]] static Result<std::optional<Atlas>> of_bundle(const Bundle& bundle);

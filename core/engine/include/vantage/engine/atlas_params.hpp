@@ -7,7 +7,7 @@
 
 namespace vantage {
 
-/// [atlas]: where a build measures how well a sensor can be localized.
+/// [atlas]: where `vantage assess` measures how well a sensor can be localized.
 struct AtlasParams {
   std::uint32_t max_sites = 400;
   double site_spacing = 20.0;
@@ -15,12 +15,11 @@ struct AtlasParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("max_sites", &AtlasParams::max_sites, "",
-                 "the build measures at this many viewpoints at most; in a larger map, they stand "
-                 "farther apart. 0: the bundle gets no atlas"),
+                 "the most viewpoints that are measured at; in a larger map, they stand farther "
+                 "apart",
+                 at_least(1)),
         optional("site_spacing", &AtlasParams::site_spacing, "m",
-                 "the build measures at one viewpoint in each square of this size, or fewer "
-                 "where there are few viewpoints",
-                 positive),
+                 "one viewpoint is measured at in each square of this size", positive),
     };
   }
 };

@@ -10,9 +10,7 @@
 #include <vector>
 
 #include "vantage/api.hpp"
-#include "vantage/engine/atlas_params.hpp"
 #include "vantage/engine/config.hpp"
-#include "vantage/engine/matcher_choice.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/thinning.hpp"
 #include "vantage/engine/viewpoints.hpp"
@@ -29,8 +27,7 @@ struct BuildPlugins {
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
   PluginPtr<Selector> selector;    ///< none: prepared maps keep all their elements
-  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps or an atlas are stored
-  MatcherChoice matcher_choice;    ///< of `matcher`
+  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps are stored
 };
 
 /// A scan whose pose is known.
@@ -45,7 +42,7 @@ struct SelectionParams {
   std::optional<double> share;             ///< of a region's elements
   /// No more are kept than it takes for this error at 95 % of the places that judge the choice [m].
   std::optional<double> target_error;
-  std::size_t places = 16;                 ///< scans that a region's choice is made with
+  std::size_t places = 16;  ///< scans that a region's choice is made with
   /// Scans of the map's own recording. Those near a region are taken before virtual ones.
   std::vector<LocatedScan> scans;
   double lowest = -23.0, highest = 15.0;  ///< elevations of the sensor's rays [deg]
@@ -60,10 +57,9 @@ struct BuildParams {
   std::uint32_t min_views = 1;
   std::optional<ThinningParams> thinning;  ///< applied to the points that are kept
   StoredContent content = StoredContent::points;
-  SelectionParams selection;         ///< for BuildPlugins::selector
-  bool views = false;                ///< whether points are stored with their view counts
-  std::optional<AtlasParams> atlas;  ///< none: no atlas is made; it needs a matcher
-  std::string effective_config;      ///< stored in the bundle
+  SelectionParams selection;     ///< for BuildPlugins::selector
+  bool views = false;            ///< whether points are stored with their view counts
+  std::string effective_config;  ///< stored in the bundle
   /// Bytes that the bundle keeps by name, see MapStore::attach. A store of regions only leaves
   /// them.
   std::vector<std::pair<std::string, std::vector<std::byte>>> attachments;
@@ -93,8 +89,6 @@ struct BuildReport {
   std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: empty maps
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
-  std::uint64_t atlas_sites = 0;       ///< where it was measured how well a sensor is localized
-  double core_seconds_atlas = 0;       ///< processor time of that; not in that of visibility
   double core_seconds_selection = 0;   ///< of choosing elements; not in that of visibility
   double points_times_viewpoints = 0;  ///< sum over viewpoints of the points that each tested
 
@@ -106,14 +100,14 @@ struct BuildReport {
 };
 
 /// Loads the plugins that a build needs: the ground filter only for viewpoints over the ground, the
-/// matcher only for prepared content or an atlas.
+/// matcher only for prepared content.
 /// Errors: a missing table or plugin, or a wrong parameter; viewpoints along a trajectory if [map]
 /// names none.
 [[nodiscard]] VANTAGE_API Result<BuildPlugins> load_build_plugins(const Config& config,
                                                                   const PluginLoader& loader);
 
 /// Makes the observable map of every region and stores it (Sec. 2.1-2.3), with an index of places
-/// and an Atlas if the store keeps attachments. Runs in parallel over regions and viewpoints,
+/// if the store keeps attachments. Runs in parallel over regions and viewpoints,
 /// within the limits of the caller's TBB arena. The bundle does not depend on the number of
 /// threads.
 /// @param map         N points of P, map frame, z up [m]; finite

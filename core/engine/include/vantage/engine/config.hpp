@@ -26,8 +26,12 @@ namespace vantage {
 /// Errors: `invalid_config` with the place of a syntax error, a duplicate key or a date.
 [[nodiscard]] VANTAGE_API Result<Table> parse_toml(std::string_view text, const std::string& name);
 
-/// Reads a TOML file and applies `key.path=value` overrides. A value that is not TOML counts as a
-/// string; relative paths in a value start at the current directory.
+/// Applies `key.path=value` overrides. A value that is not TOML counts as a string; relative paths
+/// in a value start at the current directory. Errors: `invalid_config`.
+[[nodiscard]] VANTAGE_API Result<Table> with_overrides(Table table,
+                                                       const std::vector<std::string>& overrides);
+
+/// Reads a TOML file and applies overrides.
 /// Errors: `not_found`, `io_failure`, `invalid_config`.
 [[nodiscard]] VANTAGE_API Result<Table> load_toml(const std::filesystem::path& file,
                                                   const std::vector<std::string>& overrides = {});
@@ -155,9 +159,10 @@ struct SelectorConfig {
                  "no more elements are kept than it takes for this error of the position, as the "
                  "build predicts it, at 95 % of the places that judge the choice",
                  positive),
-        optional("places", &SelectorConfig::places, "",
-                 "scans in and around a region that the choice is made with; a fourth as many judge it",
-                 at_least(1)),
+        optional(
+            "places", &SelectorConfig::places, "",
+            "scans in and around a region that the choice is made with; a fourth as many judge it",
+            at_least(1)),
         optional("scans", &SelectorConfig::scans, "",
                  "the recording that the map was made of; without it, scans are virtual"),
         optional("poses", &SelectorConfig::poses, "",
@@ -215,7 +220,7 @@ struct Config {
         optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",
                  Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
         optional("atlas", &Config::atlas, "",
-                 "where a build with a [matcher] measures how well a sensor can be localized"),
+                 "where vantage assess measures how well a sensor can be localized"),
     };
   }
 

@@ -57,7 +57,7 @@ struct EvaluatedConfig {
   std::vector<Baseline> baselines;
   std::string no_baselines;          ///< why some or all of them are missing; empty if none is
   std::optional<Specimen> specimen;  ///< where the first route is halfway; none without points
-  std::optional<Atlas> atlas;        ///< of the bundle; none if it was built without one
+  std::optional<Atlas> atlas;        ///< of the bundle; none if it was not assessed
   std::vector<GateResult> gates;     ///< for each route, each gate
 
   /// Share of the wide-area map's points that the mean region map does without, over all regions;

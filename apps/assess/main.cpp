@@ -1,0 +1,149 @@
+// vantage-assess: measures how well a sensor can be localized in a finished bundle.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "building/input.hpp"
+#include "localizability/localizability.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/counts.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/size.hpp"
+#include "vantage/engine/assessment.hpp"
+#include "vantage/engine/localizer_params.hpp"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string what;
+  std::string memory = "4GiB";
+  cli::CommonOptions common;
+};
+
+/// A bundle, and the configuration that says how it is assessed.
+struct Subject {
+  Bundle bundle;
+  Config config;
+  bool by_path;  // the configuration is that in the bundle
+};
+
+Result<Subject> subject_of(const Options& options) {
+  const PluginLoader plugins = options.common.loader();
+  std::error_code ignored;
+  if (!fs::is_directory(options.what, ignored)) {
+    VANTAGE_TRY(Config config, load_config(options.what, options.common.overrides));
+    VANTAGE_TRY(Bundle bundle, Bundle::open(config, plugins, "assessing"));
+    return Subject{std::move(bundle), std::move(config), false};
+  }
+  VANTAGE_TRY(Bundle bundle, Bundle::open(fs::path(options.what), plugins));
+  VANTAGE_TRY(Table kept, parse_toml(bundle.directory()->summary().config, ""));
+  VANTAGE_TRY(const Table table, with_overrides(std::move(kept), options.common.overrides));
+  VANTAGE_TRY(Config config, parse_config(table));
+  config.file = bundle.name();
+  if (!config.matcher) {
+    return fail(ErrorCode::invalid_config,
+                "the bundle keeps points, and says nothing of a matcher: name it with --set "
+                "matcher.plugin=ndt, or give the configuration instead of the bundle",
+                SourceLocation{bundle.name(), 0, 0});
+  }
+  return Subject{std::move(bundle), std::move(config), true};
+}
+
+Result<building::WideAreaMap> map_of(const Subject& subject, std::uint64_t memory) {
+  VANTAGE_TRY(const auto source, subject.config.need(subject.config.map, "map", "an assessment"));
+  auto map = building::read_map(subject.config, source, memory, building::Reading::if_they_fit);
+  if (map || !subject.by_path || map.error().code != ErrorCode::not_found) return map;
+  Error error = std::move(map).error();
+  error.where.reset();  // the configuration in a bundle has no lines
+  error.message +=
+      "; the bundle was built of it: name it with --set 'map.files=[\"FILE\"]', or "
+      "give the configuration instead of the bundle";
+  return fail(std::move(error).during("assessing " + subject.bundle.name()));
+}
+
+void print(const AssessmentReport& report, const Options& options) {
+  constexpr double kAlertLimit = LocalizerParams{}.alert_limit;  // [m]
+  const Localizability all = localizability_of(report.atlas, kAlertLimit);
+  const Statistics& error = all.expected_error;
+  if (options.common.json) {
+    nlohmann::ordered_json json{{"matcher", report.atlas.calibration.matcher.plugin},
+                                {"sites", all.sites},
+                                {"unmatched_sites", all.unmatched},
+                                {"expected_error", nullptr},
+                                {"alert_limit", kAlertLimit},
+                                {"sites_beyond_alert_limit", all.beyond_limit},
+                                {"sites_with_alike_places", all.alike},
+                                {"seconds", report.seconds},
+                                {"core_seconds", report.core_seconds}};
+    if (error.count > 0) {
+      json["expected_error"] = {{"median", error.median}, {"p95", error.p95}, {"max", error.max}};
+    }
+    std::cout << json.dump(2) << '\n';
+    return;
+  }
+  std::cout << fmt::format("{} for {}", cli::counted(all.sites, "site"),
+                           report.atlas.calibration.matcher.plugin);
+  if (error.count > 0) {
+    std::cout << fmt::format(": expected error {:.3f} m median, {:.3f} m or less at 95 %",
+                             error.median, error.p95);
+  }
+  std::cout << fmt::format(
+      "; above {:g} m at {}, alike places at {}, no match at {}\n{:.1f} s, {:.1f} core-seconds; "
+      "the "
+      "bundle keeps it, and `vantage info` shows more\n",
+      kAlertLimit, cli::grouped(all.beyond_limit), cli::grouped(all.alike),
+      cli::grouped(all.unmatched), report.seconds, report.core_seconds);
+}
+
+Result<void> run(const Options& options) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  const auto memory = cli::parse_memory(options.memory);
+  if (!memory) return cli::usage_error(cli::not_memory(options.memory));
+  VANTAGE_TRY(const Subject subject, subject_of(options));
+  VANTAGE_TRY(Assessment assessment,
+              Assessment::prepare(subject.bundle, subject.config, options.common.loader()));
+  VANTAGE_TRY(const building::WideAreaMap map, map_of(subject, *memory));
+  AssessmentReport report;
+  {
+    std::optional<cli::Progress> progress;
+    const auto told = [&](std::size_t done, std::size_t total) {
+      if (!progress) progress.emplace("assessing (steps)", options.common.quiet);
+      progress->update(done, total);
+    };
+    if (map.tiles) {
+      VANTAGE_TRY(report, assessment.run(io::TiledParts(*map.tiles), told));
+    } else {
+      VANTAGE_TRY(report, assessment.run(map.points, told));
+    }
+  }
+  print(report, options);
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Measures with virtual scans how well a sensor can be localized in a bundle, and keeps the "
+      "answer in it.",
+      "vantage assess");
+  vantage::Options options;
+  app.add_option("BUNDLE", options.what, "configuration (TOML) of a bundle, or its folder")
+      ->required()
+      ->check(CLI::ExistingPath);
+  app.add_option(
+         "--memory", options.memory,
+         "memory for the map, in MiB or GiB; of a tiled map that needs more, only what is around a "
+         "site is read at a time")
+      ->capture_default_str();
+  options.common.add_to(app);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}
