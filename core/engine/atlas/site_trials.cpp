@@ -12,13 +12,12 @@
 #include <utility>
 
 #include "atlas/virtual_lidar.hpp"
-#include "evenly_picked.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/pose_search.hpp"
-#include "places/place_search.hpp"
 #include "stopwatch.hpp"
 #include "vantage/engine/confidence.hpp"
 #include "vantage/engine/prepared_scan.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 #include "vantage/kit/hash.hpp"
 
 namespace vantage {
@@ -81,7 +80,7 @@ struct SiteTrials::Scan {
 
 Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
                                        const std::vector<SitePlace>& sites, const HitsAt& hits_at,
-                                       const PlaceIndex* places,
+                                       const RelocalizerIndex* places,
                                        const PluginPtr<ScanMatcher>& matcher) {
   const CpuStopwatch cpu;
   SiteTrials trials(matcher);
@@ -97,11 +96,10 @@ Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
   std::vector<Result<void>> outcomes(trials.sites_.size());
   tbb::parallel_for(std::size_t{0}, trials.sites_.size(), [&](std::size_t s) {
     SiteState& site = trials.sites_[s];
-    outcomes[s] =
-        hits_at(site.place.position).and_then([&](PointCloud&& hits) {
-          site.hits = std::move(hits);
-          return trials.look_around(site, places);
-        });
+    outcomes[s] = hits_at(site.place.position).and_then([&](PointCloud&& hits) {
+      site.hits = std::move(hits);
+      return trials.look_around(site, places);
+    });
   });
   for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
   for (std::size_t s = 0; s < trials.sites_.size(); ++s) {
@@ -118,14 +116,14 @@ Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
   return trials;
 }
 
-Result<void> SiteTrials::look_around(SiteState& site, const PlaceIndex* places) const {
+Result<void> SiteTrials::look_around(SiteState& site, const RelocalizerIndex* places) const {
   if (site.hits.size() < kFewestHits) return {};
   VANTAGE_TRY(const Scan scan, scan_of(site, 0));
   VANTAGE_TRY(site.to_itself, fit_to_itself(*matcher_, scan.finite, scan.scored));
   if (!site.to_itself || places == nullptr) return {};
   std::vector<Pose> others;
-  const PlacesFound found = find_places(*places, upright_part(scan.many), {}, kFound);
-  for (const Place& place : found.places) {
+  VANTAGE_TRY(const PoseCandidates found, places->find(scan.many, {.most = kFound}));
+  for (const PoseCandidate& place : found.poses) {
     if (!is_near(place.T_map_scan, site.truth, kTruthMetres, kTruthRadians)) {
       others.push_back(place.T_map_scan);
     }

@@ -9,7 +9,6 @@
 #include "atlas/sites.hpp"
 #include "atlas/virtual_lidar.hpp"
 #include "localize/evidence.hpp"
-#include "places/place_index.hpp"
 #include "vantage/engine/atlas.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
@@ -29,7 +28,8 @@ class SiteTrials {
   /// Errors: those of `hits_at`, and of the matcher, except `too_few_matches`.
   [[nodiscard]] static Result<SiteTrials> prepare(const Partition& partition,
                                                   const std::vector<SitePlace>& sites,
-                                                  const HitsAt& hits_at, const PlaceIndex* places,
+                                                  const HitsAt& hits_at,
+                                                  const RelocalizerIndex* places,
                                                   const PluginPtr<ScanMatcher>& matcher);
 
   /// Runs all trials in the map of one region; call it once for each region.
@@ -64,7 +64,7 @@ class SiteTrials {
 
   explicit SiteTrials(const PluginPtr<ScanMatcher>& matcher) : matcher_(matcher) {}
 
-  [[nodiscard]] Result<void> look_around(SiteState& site, const PlaceIndex* places) const;
+  [[nodiscard]] Result<void> look_around(SiteState& site, const RelocalizerIndex* places) const;
   [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
   /// @param points, scored  of a scan; no evidence without scored ones
   [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const Fit& to_itself,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "atlas/sites.hpp"
+#include "localize/place_index.hpp"
 
 namespace vantage {
 namespace {
@@ -54,18 +55,21 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
 Result<void> BundleWriter::prepare_atlas(const BuildParams& params, const HitsAt& hits_at) {
   // A site costs less than a fifth of the visibility of so many viewpoints.
   constexpr std::size_t kViewpointsASite = 20;
-  if (plan_->places) {
-    VANTAGE_TRY(const bool kept, keep_attachment(*plugins_->store, PlaceIndex::kAttachment,
-                                                 plan_->places->encode()));
+  if (!plan_->place_index.empty()) {
+    VANTAGE_TRY(const bool kept,
+                keep_attachment(*plugins_->store, Bundle::kPlaceIndex, plan_->place_index));
     if (!kept) return {};
   }
   if (!params.atlas || !plugins_->matcher) return {};
+  PluginPtr<RelocalizerIndex> places;
+  if (!plan_->place_index.empty()) {
+    VANTAGE_TRY(places, open_index(plugins_->relocalizer, plan_->place_index));
+  }
   const auto most =
       std::min<std::size_t>(params.atlas->max_sites, report_.viewpoints / kViewpointsASite + 1);
   const auto sites = spread_sites(plan_->viewpoints, params.atlas->site_spacing, most);
-  VANTAGE_TRY(SiteTrials trials,
-              SiteTrials::prepare(plan_->partition, sites, hits_at,
-                                  plan_->places ? &*plan_->places : nullptr, plugins_->matcher));
+  VANTAGE_TRY(SiteTrials trials, SiteTrials::prepare(plan_->partition, sites, hits_at, places.get(),
+                                                     plugins_->matcher));
   trials_.emplace(std::move(trials));
   return {};
 }

@@ -18,6 +18,7 @@
 #include "vantage/engine/viewpoints.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -28,9 +29,10 @@ struct BuildPlugins {
   PluginPtr<GroundFilter> ground;  ///< none if viewpoints come from the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
-  PluginPtr<Selector> selector;    ///< none: prepared maps keep all their elements
-  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps or an atlas are stored
-  MatcherChoice matcher_choice;    ///< of `matcher`
+  PluginPtr<Selector> selector;        ///< none: prepared maps keep all their elements
+  PluginPtr<ScanMatcher> matcher;      ///< none unless prepared maps or an atlas are stored
+  MatcherChoice matcher_choice;        ///< of `matcher`
+  PluginPtr<Relocalizer> relocalizer;  ///< none: no index of places is made
 };
 
 /// A scan whose pose is known.
@@ -45,7 +47,7 @@ struct SelectionParams {
   std::optional<double> share;             ///< of a region's elements
   /// No more are kept than it takes for this error at 95 % of the places that judge the choice [m].
   std::optional<double> target_error;
-  std::size_t places = 16;                 ///< scans that a region's choice is made with
+  std::size_t places = 16;  ///< scans that a region's choice is made with
   /// Scans of the map's own recording. Those near a region are taken before virtual ones.
   std::vector<LocatedScan> scans;
   double lowest = -23.0, highest = 15.0;  ///< elevations of the sensor's rays [deg]
