@@ -45,6 +45,15 @@ std::string content_text(const BundleInfo& info) {
   return sum.points > 0 ? "points and " + prepared : prepared;
 }
 
+/// What a lost sensor is searched for with.
+std::string relocalizer_text(const BundleInfo& info) {
+  if (!info.relocalizer) {
+    return info.summary.sum.points > 0 ? "none: a search makes it from the points" : "none";
+  }
+  const auto& [plugin, library, params, where] = *info.relocalizer;
+  return plugin + (params.entries.empty() ? "" : " " + to_toml(Value{params, {}}));
+}
+
 /// Files of one ending are counted together: "tiles.bin 3.20 MB, 25 .region files 0.31 MB".
 std::string files_text(const BundleInfo& info) {
   std::string text;
@@ -97,6 +106,7 @@ Lines lines_of(const BundleInfo& info) {
         fmt::format("{}, {} in all: what the matcher compares scans with",
                     rounded(mean_of(all.sum.elements, all)), cli::grouped(all.sum.elements)));
   }
+  lines.emplace_back("index of places", relocalizer_text(info));
   if (!info.files.empty()) lines.emplace_back("files", files_text(info));
   lines.emplace_back("extent [m]", box_text(extent_of(all)));
   return lines;
@@ -324,6 +334,7 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
                   .files = files_in(path),
                   .summary = bundle->directory()->summary(),
                   .matcher = {},
+                  .relocalizer = {},
                   .atlas = {},
                   .predicted = {},
                   .target_error = {},
@@ -332,6 +343,7 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
     info.matcher = built_with->matcher->plugin;
     if (built_with->selector) info.target_error = built_with->selector->target_error;
   }
+  VANTAGE_TRY(info.relocalizer, bundle->indexed_by());
   VANTAGE_TRY(info.atlas, Atlas::of_bundle(*bundle));
   VANTAGE_TRY(info.predicted, PredictedErrors::of_bundle(*bundle));
   std::vector<RegionId> named;
@@ -379,6 +391,7 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
                                 {"max", static_cast<double>(all.most_points)}}},
                               {"region_elements", {{"mean", mean_of(all.sum.elements, all)}}},
                               {"prepared_for", nullptr},
+                              {"relocalizer", nullptr},
                               {"files", nlohmann::ordered_json::array()},
                               {"min", nullptr},
                               {"max", nullptr},
@@ -389,6 +402,10 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
     json["max"] = vector_json(extent.max());
   }
   if (all.sum.elements > 0 && !info.matcher.empty()) json["prepared_for"] = info.matcher;
+  if (info.relocalizer) {
+    json["relocalizer"] = {{"plugin", info.relocalizer->plugin},
+                           {"params", to_toml(info.relocalizer->params)}};
+  }
   for (const FileGroup& group : info.files) {
     json["files"].push_back({{"name", group.name}, {"count", group.count}, {"bytes", group.bytes}});
   }

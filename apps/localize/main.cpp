@@ -110,6 +110,18 @@ void print_summary(const std::vector<std::string>& remarks, const RunSummary& s,
   std::cout << '\n' << table.to_string(style) << "\nwritten to " << out.string() << '\n';
 }
 
+/// Nothing if the bundle's index of places is that of the run's relocalizer, or if there is none.
+Result<std::string> note_on_index(const Bundle& bundle, const Config& config) {
+  VANTAGE_TRY(const auto made_by, bundle.indexed_by());
+  if (!made_by || !config.relocalizer || made_by->plugin == config.relocalizer->plugin) {
+    return std::string();
+  }
+  return fmt::format(
+      "the bundle's index of places is that of '{}': the first search makes one for '{}' from the "
+      "bundle's points\n",
+      made_by->plugin, config.relocalizer->plugin);
+}
+
 /// Moves the samples of the IMU to the clock of the scans.
 Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundle& bundle,
                        const Config& config, const PluginLoader& plugins) {
@@ -213,7 +225,8 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
   if (!options.common.quiet) {
     VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
-    std::cerr << note;
+    VANTAGE_TRY(const std::string index, note_on_index(bundle, config));
+    std::cerr << note << index;
   }
   const double max_risk = localizer.params().max_risk;
   std::optional<io::OutputFile> html;

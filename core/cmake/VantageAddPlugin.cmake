@@ -1,10 +1,10 @@
 # vantage_add_plugin(<kind> <name> SOURCES <file>... [LIBRARIES <target>...])
 #
 # Builds vantage_<kind>_<name>.so, which exports the manifest symbol `vantage_plugin` and nothing else.
-# Kinds: partitioner, ground, visibility, store, matcher, selector. The target has the name of the file.
+# Kinds: partitioner, ground, visibility, store, matcher, selector, relocalizer. The target has the name of the file.
 function(vantage_add_plugin kind name)
   cmake_parse_arguments(PARSE_ARGV 2 ARG "" "" "SOURCES;LIBRARIES")
-  set(kinds partitioner ground visibility store matcher selector)
+  set(kinds partitioner ground visibility store matcher selector relocalizer)
   if(NOT kind IN_LIST kinds)
     message(FATAL_ERROR "vantage_add_plugin: no kind '${kind}'; expected one of ${kinds}")
   endif()

@@ -178,7 +178,8 @@ Result<void> drive(Bundle bundle, const Options& options, double before) {
   const auto side = static_cast<std::uint32_t>(std::lround(width / kBlock));
   const auto poses = drive_through(width, options.scans);
   VANTAGE_TRY(Localizer localizer,
-              Localizer::open(std::move(bundle), test::plugin<ScanMatcher>("icp"), {}));
+              Localizer::open(std::move(bundle), test::plugin<ScanMatcher>("icp"),
+                              test::plugin<Relocalizer>("voxel_search"), {}));
   VANTAGE_CHECK(localizer.start(poses.front()));
   std::vector<double> stalls, loads;
   std::size_t blocked = 0, tracked = 0;

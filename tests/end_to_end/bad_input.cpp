@@ -304,7 +304,7 @@ TEST_CASE("plugins new: what cannot be made is refused, and nothing is left") {
   };
   CHECK(refused("partitoner", "mine") ==
         "error: no kind 'partitoner'; did you mean 'partitioner'? (there are: partitioner, ground, "
-        "visibility, store, matcher, selector)");
+        "visibility, store, matcher, selector, relocalizer)");
   for (const std::string name : {"", "My", "1st", "a-b", "a/b", "..", "a b", "\xc3\xa4"}) {
     CHECK(refused("ground", name) ==
           "error: '" + name +

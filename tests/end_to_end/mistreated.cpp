@@ -61,7 +61,8 @@ class RegionsOf {
   }
   [[nodiscard]] Localizer localizer(PluginPtr<ScanMatcher> matcher) const {
     return Localizer::open(Bundle::open(config_, built_plugins(), "the test").value(),
-                           std::move(matcher), config_.localizer.value())
+                           std::move(matcher), plugin<Relocalizer>("voxel_search"),
+                           config_.localizer.value())
         .value();
   }
 

@@ -8,7 +8,7 @@
 
 #include "io/autoware_tiles.hpp"
 #include "io/ros/message_writers.hpp"
-#include "places/place_index.hpp"
+#include "place_index.hpp"
 #include "support/bags/bags.hpp"
 #include "support/bags/imu_messages.hpp"
 #include "support/bags/livox_messages.hpp"
@@ -274,7 +274,7 @@ std::vector<std::string> places() {
   version1[32] = 2;
   std::vector<std::string> indexes{version1};
   for (const PointCloud& map : {cloud(), PointCloud{{0.0, 0.0, 0.0}, {400.0, 300.0, 30.0}}}) {
-    const std::vector<std::byte> bytes = PlaceIndex::of(map).value().encode();
+    const std::vector<std::byte> bytes = voxel_search::PlaceIndex::of(map).value().encode();
     indexes.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   }
   return indexes;

@@ -10,7 +10,7 @@
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
 #include "io/velodyne/capture.hpp"
-#include "places/place_index.hpp"
+#include "place_index.hpp"
 #include "seeds.hpp"
 #include "support/bags/message_writer.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -155,7 +155,7 @@ Outcome read_map_projector(std::string_view input) {
 }
 
 Outcome read_places(std::string_view input) {
-  auto index = PlaceIndex::decode(std::as_bytes(std::span(input)));
+  auto index = voxel_search::PlaceIndex::decode(std::as_bytes(std::span(input)));
   if (index) return std::nullopt;
   index.error().where = kWhere;  // the store knows the file, the index does not
   return index.error();

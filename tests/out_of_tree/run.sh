@@ -21,7 +21,7 @@ vantage=$work/prefix/bin/vantage
   fail "the moved installation does not find its own plugins"
 grep -rIl -e "$build" -e "$work/first" "$work/prefix" && fail "the files above name a build folder"
 
-for kind in partitioner ground visibility store matcher selector; do
+for kind in partitioner ground visibility store matcher selector relocalizer; do
   [ -d "$here/../../apps/plugins/templates/$kind" ] || fail "no template for a $kind plugin"
   say "a new $kind plugin: my_$kind"
   project=$work/projects/my_$kind
@@ -78,6 +78,24 @@ tail -n 1 "$work/log"
 [ "$(grep -c ' tracked ' "$work/log")" -ge 6 ] || { cat "$work/log"; fail "fewer than 6 of 8 scans are tracked"; }
 grep -Eq '^[678] of 8 scans tracked, error 0\.[012][0-9]* m' "$work/log" || fail "the error is not below 0.3 m"
 
+say "the new relocalizer makes the index of a bundle, and finds and tracks the drive with it"
+export VANTAGE_PLUGIN_PATH=$work/projects/my_relocalizer/build
+cp "$work/live.toml" "$work/found.toml"
+cat >>"$work/found.toml" <<'TOML'
+
+[relocalizer]
+plugin = "my_relocalizer"
+TOML
+"$vantage" build "$work/found.toml" --set store.params.root="$work/found_maps" --quiet >/dev/null
+"$vantage" info "$work/found_maps" | grep -q 'index of places *my_relocalizer' || fail "info does not name the relocalizer"
+"$vantage" localize "$work/found.toml" --set store.params.root="$work/found_maps" --scans "$work/campus/scans" \
+  --reference "$work/campus/reference.tum" --initial-pose auto --out "$work/found" --quiet >"$work/log" ||
+  { cat "$work/log"; fail "the drive is not localized"; }
+grep ' scans' "$work/log"
+[ "$(cut -d, -f2 "$work/found/scans.csv" | grep -c '^tracked$')" -ge 150 ] || fail "fewer than 150 of 158 scans are tracked"
+cmp -s "$work/found_maps/places.dat" "$work/campus_maps/places.dat" && fail "the index is that of voxel_search"
+unset VANTAGE_PLUGIN_PATH
+
 say "the mistake of docs/plugin_author.md is found by the clause that it names"
 project=$work/projects/my_partitioner
 cp -r "$project" "$work/mistaken"
@@ -91,7 +109,7 @@ cmake --build "$work/mistaken/build" --target vantage_partitioner_my_partitioner
 grep -q "^FAILED   P2 " "$work/log" || { cat "$work/log"; fail "P2 does not fail"; }
 
 say "a plugin may have the name of something in its template"
-for pair in "partitioner params" "ground point" "visibility scene" "store bundle" "matcher target"; do
+for pair in "partitioner params" "ground point" "visibility scene" "store bundle" "matcher target" "relocalizer index"; do
   read -r kind name <<<"$pair"
   "$vantage" plugins new "$kind" "$name" --out "$work/names/$kind" 2>/dev/null
   # shellcheck disable=SC2046

@@ -38,16 +38,16 @@ Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInput
 
 Result<Baseline> run_baseline(const Job& job, const BaselineMaps& maps, Thinning thinning) {
   Baseline baseline{.name = std::string(to_string(thinning)), .routes = {}};
-  LocalizerParams params = job.config.localizer.value_or(LocalizerParams{});
+  Config config = job.config;
+  LocalizerParams& params = config.localizer ? *config.localizer : config.localizer.emplace();
   params.prefetch = false;  // choosing points in the background would disturb T_align
   // A search of the whole campus would first have to make the map of every region.
   params.recovery_radius =
       std::min(params.recovery_radius.value_or(kBaselineSearch), kBaselineSearch);
   for (const NamedInputs& route : job.routes) {
-    VANTAGE_TRY(auto matcher, job.options.loader.load<ScanMatcher>(*job.config.matcher));
     VANTAGE_TRY(Bundle bundle,
                 Bundle::of(PluginPtr<MapStore>(new BaselineStore(maps, thinning)), baseline.name));
-    VANTAGE_TRY(auto localizer, Localizer::open(std::move(bundle), std::move(matcher), params));
+    VANTAGE_TRY(auto localizer, Localizer::open(std::move(bundle), config, job.options.loader));
     VANTAGE_TRY(baseline.routes.emplace_back(),
                 run_route(job, std::move(localizer), route, baseline.name));
   }

@@ -12,7 +12,7 @@
 #include "atlas/virtual_lidar.hpp"
 #include "bundle/built_as_asked.hpp"
 #include "bundle/find_store.hpp"
-#include "places/place_index.hpp"
+#include "localize/place_index.hpp"
 #include "stopwatch.hpp"
 
 namespace vantage {
@@ -33,13 +33,15 @@ Result<std::vector<PointCloud>> viewpoints_of(const Bundle& bundle) {
   return viewpoints;
 }
 
-/// None if the bundle has no index of places: its map is too large for one.
-Result<std::optional<PlaceIndex>> places_of(const Bundle& bundle) {
-  const auto stored = bundle.store()->attachment(PlaceIndex::kAttachment);
-  if (!stored && stored.error().code == ErrorCode::not_found) return std::optional<PlaceIndex>();
-  if (!stored) return fail(stored.error());
-  VANTAGE_TRY(PlaceIndex places, PlaceIndex::decode(*stored));
-  return std::optional<PlaceIndex>(std::move(places));
+/// None if the bundle has neither an index of places nor points to make one from.
+Result<PluginPtr<RelocalizerIndex>> places_of(const Bundle& bundle, const Config& config,
+                                              const PluginLoader& plugins) {
+  VANTAGE_TRY(const auto relocalizer, relocalizer_for(bundle, config, plugins));
+  auto places = open_index(bundle, relocalizer);
+  if (!places && places.error().code == ErrorCode::unsupported) {
+    return PluginPtr<RelocalizerIndex>();
+  }
+  return places;
 }
 
 /// Whether a store still has the bundle that was opened.
@@ -91,19 +93,22 @@ Result<Assessment> Assessment::prepare(Bundle bundle, const Config& config,
   VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
   VANTAGE_TRY(MatcherChoice named, MatcherChoice::of(choice, plugins));
   VANTAGE_CHECK(check_prepared_for(bundle, *matcher));
+  VANTAGE_TRY(auto places, places_of(bundle, config, plugins));
   const auto& built = bundle.built_with();
   const auto& visibility = built && built->visibility ? built->visibility : config.visibility;
   const auto max_range = visibility ? visibility->max_range : std::nullopt;
-  return Assessment(std::move(bundle), std::move(matcher), std::move(named),
+  return Assessment(std::move(bundle), std::move(matcher), std::move(named), std::move(places),
                     config.atlas.value_or(AtlasParams{}),
                     max_range.value_or(std::numeric_limits<double>::infinity()));
 }
 
 Assessment::Assessment(Bundle bundle, PluginPtr<ScanMatcher> matcher, MatcherChoice choice,
-                       const AtlasParams& params, double max_range)
+                       PluginPtr<RelocalizerIndex> places, const AtlasParams& params,
+                       double max_range)
     : bundle_(std::move(bundle)),
       matcher_(std::move(matcher)),
       choice_(std::move(choice)),
+      places_(std::move(places)),
       params_(params),
       max_range_(max_range) {}
 
@@ -137,13 +142,12 @@ Result<AssessmentReport> Assessment::measure(
   const Stopwatch stopwatch;
   const CpuStopwatch cpu;
   VANTAGE_TRY(const auto viewpoints, viewpoints_of(bundle_));
-  VANTAGE_TRY(const auto places, places_of(bundle_));
   VANTAGE_TRY(const auto index, bundle_.index());
   const auto sites = spread_sites(viewpoints, params_.site_spacing, params_.max_sites);
   Steps steps(2 * sites.size(), progress);
   VANTAGE_TRY(SiteTrials trials,
-              SiteTrials::prepare(index->partition, sites, hits_at, places ? &*places : nullptr,
-                                  matcher_, [&] { steps.add(); }));
+              SiteTrials::prepare(index->partition, sites, hits_at, places_.get(), matcher_,
+                                  [&] { steps.add(); }));
   VANTAGE_CHECK(run_in_regions(trials, bundle_));
   AssessmentReport report{.atlas = trials.atlas(choice_)};
   VANTAGE_TRY(const bool is_same, is_still(bundle_));

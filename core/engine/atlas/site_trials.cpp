@@ -12,12 +12,11 @@
 #include <utility>
 
 #include "atlas/virtual_lidar.hpp"
-#include "evenly_picked.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/pose_search.hpp"
-#include "places/place_search.hpp"
 #include "vantage/engine/confidence.hpp"
 #include "vantage/engine/prepared_scan.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 #include "vantage/kit/hash.hpp"
 
 namespace vantage {
@@ -76,7 +75,7 @@ struct SiteTrials::Scan {
 
 Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
                                        const std::vector<SitePlace>& sites, const HitsAt& hits_at,
-                                       const PlaceIndex* places,
+                                       const RelocalizerIndex* places,
                                        const PluginPtr<ScanMatcher>& matcher,
                                        std::function<void()> step) {
   SiteTrials trials(matcher, std::move(step));
@@ -120,14 +119,14 @@ std::vector<RegionId> SiteTrials::regions() const {
   return regions;
 }
 
-Result<void> SiteTrials::look_around(SiteState& site, const PlaceIndex* places) const {
+Result<void> SiteTrials::look_around(SiteState& site, const RelocalizerIndex* places) const {
   if (site.hits.size() < kFewestHits) return {};
   VANTAGE_TRY(const Scan scan, scan_of(site, 0));
   VANTAGE_TRY(site.to_itself, fit_to_itself(*matcher_, scan.finite, scan.scored));
   if (!site.to_itself || places == nullptr) return {};
   std::vector<Pose> others;
-  const PlacesFound found = find_places(*places, upright_part(scan.many), {}, kFound);
-  for (const Place& place : found.places) {
+  VANTAGE_TRY(const PoseCandidates found, places->find(scan.many, {.most = kFound}));
+  for (const PoseCandidate& place : found.poses) {
     if (!is_near(place.T_map_scan, site.truth, kTruthMetres, kTruthRadians)) {
       others.push_back(place.T_map_scan);
     }

@@ -10,7 +10,6 @@
 #include "atlas/sites.hpp"
 #include "atlas/virtual_lidar.hpp"
 #include "localize/evidence.hpp"
-#include "places/place_index.hpp"
 #include "vantage/engine/atlas.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
@@ -32,7 +31,8 @@ class SiteTrials {
   /// Errors: those of `hits_at`, and of the matcher, except `too_few_matches`.
   [[nodiscard]] static Result<SiteTrials> prepare(const Partition& partition,
                                                   const std::vector<SitePlace>& sites,
-                                                  const HitsAt& hits_at, const PlaceIndex* places,
+                                                  const HitsAt& hits_at,
+                                                  const RelocalizerIndex* places,
                                                   const PluginPtr<ScanMatcher>& matcher,
                                                   std::function<void()> step);
 
@@ -68,7 +68,7 @@ class SiteTrials {
   SiteTrials(const PluginPtr<ScanMatcher>& matcher, std::function<void()> step)
       : matcher_(matcher), step_(std::move(step)) {}
 
-  [[nodiscard]] Result<void> look_around(SiteState& site, const PlaceIndex* places) const;
+  [[nodiscard]] Result<void> look_around(SiteState& site, const RelocalizerIndex* places) const;
   [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
   /// @param points, scored  of a scan; no evidence without scored ones
   [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const Fit& to_itself,

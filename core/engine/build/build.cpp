@@ -15,6 +15,7 @@
 #include "build/sight.hpp"
 #include "build/survey.hpp"
 #include "stopwatch.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 
 namespace vantage {
 Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, BuildPlugins& plugins,
@@ -46,7 +47,7 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
 
   // Visibility (Sec. 2.3, Eqs. 6-10), condensed and stored region by region.
   VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
-  if (auto index = PlaceIndex::of(map)) plan.places = *std::move(index);
+  VANTAGE_TRY(plan.place_index, place_index_of(MapInMemory(map), plugins));
   VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params));
   std::vector<std::uint32_t> all(plan.partition.size());
   std::iota(all.begin(), all.end(), 0U);

@@ -43,8 +43,8 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
                                               .map_bounds = plan.limits.map_bounds,
                                               .map_points = plan.map_points,
                                               .config = params.effective_config}));
-  if (plan.places) {
-    VANTAGE_CHECK(keep_attachment(*plugins.store, PlaceIndex::kAttachment, plan.places->encode()));
+  if (!plan.place_index.empty()) {
+    VANTAGE_CHECK(keep_attachment(*plugins.store, Bundle::kPlaceIndex, plan.place_index));
   }
   return writer;
 }

@@ -103,6 +103,7 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
   if (config.selector) {
     VANTAGE_TRY(plugins.selector, loader.load<Selector>(config.selector->choice()));
   }
+  VANTAGE_TRY(plugins.relocalizer, loader.load<Relocalizer>(config.relocalizer_in_use()));
   return plugins;
 }
 

@@ -72,10 +72,6 @@ class Planner {
     }
     VANTAGE_TRY(const auto blocks, blocks_of(map_, plan_.partition, every_region(areas.size()),
                                              areas, memory, kBytesAGroundPoint));
-    std::optional<PlaceIndex::Builder> places;
-    if (auto builder = PlaceIndex::Builder::over(plan_.limits.map_bounds)) {
-      places = *std::move(builder);
-    }
     block_of_.resize(plan_.partition.size());
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
       for (const std::uint32_t r : blocks[b].regions) block_of_[r] = b;
@@ -88,7 +84,6 @@ class Planner {
         if (owners[k] == kNobody) continue;
         ++owned_;
         ++plan_.owned[owners[k]];
-        if (places) places->add(points[k]);
       }
       if (over_ground) VANTAGE_CHECK(find_viewpoints(blocks[b], points, owners));
     }
@@ -99,9 +94,6 @@ class Planner {
                       " map points");
     }
     if (over_ground && plan_.ground_points == 0) return no_ground();
-    if (places) {
-      if (auto index = std::move(*places).finish()) plan_.places = *std::move(index);
-    }
     return {};
   }
 
@@ -146,6 +138,13 @@ class Planner {
 
 }  // namespace
 
+Result<std::vector<std::byte>> place_index_of(const MapPasses& map, const BuildPlugins& plugins) {
+  if (!plugins.relocalizer) return std::vector<std::byte>();
+  auto index = plugins.relocalizer->index(map);
+  if (!index && index.error().code == ErrorCode::unsupported) return std::vector<std::byte>();
+  return index;
+}
+
 BuildProgress meter_start(const BuildPlan& plan) noexcept {
   BuildProgress start{.regions = plan.partition.size()};
   for (const PointCloud& viewpoints : plan.viewpoints) start.viewpoints += viewpoints.size();
@@ -181,6 +180,7 @@ Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const Buil
     VANTAGE_TRY(plan.places_outside,
                 viewpoints_along(places, plan.partition, params.viewpoints, plan.viewpoints));
   }
+  VANTAGE_TRY(plan.place_index, place_index_of(map, plugins));
   return plan;
 }
 

@@ -1,10 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
-#include "places/place_index.hpp"
 #include "vantage/engine/build.hpp"
 #include "vantage/map_parts.hpp"
 #include "vantage/partition.hpp"
@@ -24,7 +23,7 @@ struct BuildPlan {
   std::uint64_t ground_points = 0;
   std::uint64_t unreachable_viewpoints = 0;
   std::uint64_t places_outside = 0;
-  std::optional<PlaceIndex> places;  ///< none for a map that is too large for one index
+  std::vector<std::byte> place_index;  ///< of the relocalizer; none for a map that it cannot index
 };
 
 /// Plans the build of a map that does not fit into memory: cuts it, and finds the ground and the
@@ -35,6 +34,11 @@ struct BuildPlan {
 [[nodiscard]] Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory,
                                         const BuildPlugins& plugins, const BuildParams& params,
                                         std::uint64_t memory);
+
+/// The relocalizer's index of the map; no bytes if there is no relocalizer, or if it cannot index
+/// the map. Errors: those of the relocalizer, except `unsupported`.
+[[nodiscard]] Result<std::vector<std::byte>> place_index_of(const MapPasses& map,
+                                                            const BuildPlugins& plugins);
 
 /// Where the progress of the build begins.
 [[nodiscard]] BuildProgress meter_start(const BuildPlan& plan) noexcept;

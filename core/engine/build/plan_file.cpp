@@ -108,8 +108,7 @@ std::vector<std::byte> encode_plan(const BuildPlan& plan, std::uint64_t key) {
     to.number(plan.owned[r]);
     write(to, plan.viewpoints[r]);
   }
-  const auto places = plan.places ? plan.places->encode() : std::vector<std::byte>();
-  to.text({reinterpret_cast<const char*>(places.data()), places.size()});
+  to.text({reinterpret_cast<const char*>(plan.place_index.data()), plan.place_index.size()});
   auto bytes = std::move(to).take();
   ByteWriter sum;
   sum.number(checksum_of(bytes));
@@ -149,12 +148,11 @@ Result<BuildPlan> decode_plan(std::span<const std::byte> bytes, std::uint64_t ke
     plan.viewpoints.push_back(read_points(from));
     if (!from.ok()) return no_plan("is malformed");
   }
-  const std::string places = from.text();
+  const std::string index = from.text();
   if (!from.ok() || !from.at_end()) return no_plan("is malformed");
   VANTAGE_TRY(plan.partition, Partition::from(std::move(regions)));
-  if (!places.empty()) {
-    VANTAGE_TRY(plan.places, PlaceIndex::decode(std::as_bytes(std::span(places))));
-  }
+  const auto place_index = std::as_bytes(std::span(index));
+  plan.place_index.assign(place_index.begin(), place_index.end());
   return plan;
 }
 

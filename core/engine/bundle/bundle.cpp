@@ -88,6 +88,17 @@ const std::shared_ptr<const RegionDirectory>& Bundle::directory() const noexcept
 const PluginPtr<MapStore>& Bundle::store() const noexcept { return state_->store; }
 const std::optional<Config>& Bundle::built_with() const noexcept { return state_->built_with; }
 
+Result<std::optional<PluginChoice>> Bundle::indexed_by() const {
+  const auto index = store()->attachment(kPlaceIndex);
+  if (index) {
+    PluginChoice maker = built_with().value_or(Config{}).relocalizer_in_use();
+    maker.library.reset();  // that of the machine that built
+    return std::optional(std::move(maker));
+  }
+  if (index.error().code != ErrorCode::not_found) return fail(index.error());
+  return std::optional<PluginChoice>();
+}
+
 Result<RegionMap> Bundle::get(RegionId region) const { return state_->store->get(region); }
 
 Result<std::shared_ptr<const MapIndex>> Bundle::index() const {

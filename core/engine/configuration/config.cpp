@@ -113,7 +113,8 @@ Result<void> apply_override(Table& root, const std::string& text) {
 template <class C, class F>
 void for_each_plugin_section(C& config, const F& f) {
   constexpr std::tuple kSections{&Config::partitioner, &Config::ground,  &Config::visibility,
-                                 &Config::store,       &Config::matcher, &Config::selector};
+                                 &Config::store,       &Config::matcher, &Config::selector,
+                                 &Config::relocalizer};
   static_assert(std::tuple_size_v<decltype(kSections)> == kPluginKinds);
   for_each_kind([&]<class Interface>(const Kind<Interface>& kind) {
     f(kind, config.*std::get<static_cast<std::size_t>(kind_of<Interface>())>(kSections));
@@ -242,6 +243,11 @@ Result<void> Config::validate() const {
   return fail_at({"thinning"},
                  "[thinning] thins the points of region maps, but [store] content = \"prepared\" "
                  "stores none of them");
+}
+
+PluginChoice Config::relocalizer_in_use() const {
+  return relocalizer.value_or(
+      PluginChoice{.plugin = "voxel_search", .library = {}, .params = {}, .where = {}});
 }
 
 Result<Config> parse_config(const Table& table) {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "evenly_picked.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
 namespace {

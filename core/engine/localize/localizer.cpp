@@ -83,10 +83,11 @@ Result<void> check_prior(const PosePrior& prior) {
 }  // namespace
 
 struct Localizer::State {
-  State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher, const LocalizerParams& the_params,
-        const ShareModel& model)
+  State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher, BundleRelocalizer the_relocalizer,
+        const LocalizerParams& the_params, const ShareModel& model)
       : bundle(std::move(the_bundle)),
         matcher(std::move(the_matcher)),
+        relocalizer(std::move(the_relocalizer)),
         params(the_params),
         ahead(directory),
         maps(bundle.store(), matcher,
@@ -99,6 +100,7 @@ struct Localizer::State {
 
   Bundle bundle;
   PluginPtr<ScanMatcher> matcher;
+  BundleRelocalizer relocalizer;
   std::shared_ptr<const RegionDirectory> directory = bundle.directory();
   LocalizerParams params;
   RegionsAhead ahead;
@@ -122,7 +124,7 @@ struct Localizer::State {
   std::uint32_t doubtful_scans = 0;      // in a row
   std::uint32_t contradicted_scans = 0;  // by their priors, in a row
 
-  Searcher searcher{*directory, bundle.store(), matcher, ahead, maps, params};
+  Searcher searcher{bundle, relocalizer, matcher, ahead, maps, params};
   bool startled = false;   // the sensor was carried away, maybe, since the search began
   bool surprised = false;  // by a scan, since a search began last
   SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
@@ -442,7 +444,8 @@ Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
 Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
-                                  const LocalizerParams& params, const ShareModel& model) {
+                                  BundleRelocalizer relocalizer, const LocalizerParams& params,
+                                  const ShareModel& model) {
   const BundleSummary& all = bundle.directory()->summary();
   if (all.empty_regions == all.regions) {
     return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
@@ -450,7 +453,8 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
   VANTAGE_CHECK(check_prepared_for(bundle, *matcher));
   // A program may have set what a file could not.
   VANTAGE_TRY(const LocalizerParams checked, parse<LocalizerParams>(to_table(params)));
-  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher), checked, model));
+  return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher),
+                                           std::move(relocalizer), checked, model));
 }
 
 const RegionDirectory& Localizer::regions() const noexcept { return *state_->directory; }

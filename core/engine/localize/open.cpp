@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "atlas/share_model.hpp"
+#include "localize/place_index.hpp"
 #include "vantage/engine/localizer.hpp"
 
 namespace vantage {
@@ -13,17 +14,20 @@ constexpr std::string_view kLocalization = "localization";  // what a missing ta
 }  // namespace
 
 Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                  PluginPtr<Relocalizer> relocalizer,
                                   const LocalizerParams& params) {
-  return open(std::move(bundle), std::move(matcher), params, ShareModel{});
+  return open(std::move(bundle), std::move(matcher),
+              BundleRelocalizer{.plugin = std::move(relocalizer)}, params, ShareModel{});
 }
 
 Result<Localizer> Localizer::open(Bundle bundle, const Config& config,
                                   const PluginLoader& plugins) {
   VANTAGE_TRY(const PluginChoice choice, config.need(config.matcher, "matcher", kLocalization));
   VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
+  VANTAGE_TRY(BundleRelocalizer relocalizer, relocalizer_for(bundle, config, plugins));
   VANTAGE_TRY(const ShareModel model, share_model_of(bundle, choice, plugins));
-  return open(std::move(bundle), std::move(matcher), config.localizer.value_or(LocalizerParams{}),
-              model);
+  return open(std::move(bundle), std::move(matcher), std::move(relocalizer),
+              config.localizer.value_or(LocalizerParams{}), model);
 }
 
 Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {

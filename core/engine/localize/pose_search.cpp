@@ -4,30 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
 
-#include "evenly_picked.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
 namespace {
 
-constexpr std::size_t kPlaces = 16;
-// A place with less contrast than this share of the best one's is not tried.
+// A candidate with less than this share of the best one's score is not tried.
 constexpr double kWorthTrying = 0.4;
 constexpr std::size_t kFirstPoints = 1000;  // that are aligned first
 constexpr std::size_t kWhole = 5;           // poses from which the whole scan is aligned
 // A find beside the best one is a rival if its level is this part of the best one's.
 constexpr double kAsHigh = 0.5;
-
-using Cell = std::pair<std::int64_t, std::int64_t>;
-
-Cell cell_of(const Point& p, double width) {
-  return {static_cast<std::int64_t>(std::floor(p.x() / width)),
-          static_cast<std::int64_t>(std::floor(p.y() / width))};
-}
 
 struct Start {
   RegionId region;
@@ -90,14 +81,26 @@ std::vector<Start> starts_around(const Find& find) {
   return starts;
 }
 
-/// The places worth trying, region by region, with their maps.
-Result<std::vector<Start>> starts_at(const SearchedBundle& bundle, const std::vector<Place>& places,
-                                     const Pose& T_level_sensor, SearchWork& work,
+Result<void> check_candidates(const PoseCandidates& found, const PlaceQuery& query) {
+  const auto is_sound = [](const PoseCandidate& candidate) {
+    return is_valid(candidate.T_map_scan) && std::isfinite(candidate.score);
+  };
+  if (found.poses.size() <= query.most && std::ranges::all_of(found.poses, is_sound) &&
+      found.nominal_ms >= 0.0) {
+    return {};
+  }
+  return fail(ErrorCode::internal,
+              "the relocalizer plugin broke its contract: more candidates than were asked for, or "
+              "one that is no pose");
+}
+
+/// The candidates worth trying, region by region, with their maps.
+Result<std::vector<Start>> starts_at(const SearchedBundle& bundle,
+                                     const std::vector<PoseCandidate>& candidates, SearchWork& work,
                                      const std::stop_token& stop) {
   std::map<RegionId, std::vector<Pose>> by_region;
-  for (const Place& place : places) {
-    if (place.contrast < kWorthTrying * places.front().contrast) break;
-    const Pose T_map_scan = place.T_map_scan * T_level_sensor;
+  for (const auto& [T_map_scan, score] : candidates) {
+    if (score < kWorthTrying * candidates.front().score) break;
     VANTAGE_TRY(const RegionId region, bundle.regions.at(T_map_scan.translation));
     by_region[region].push_back(T_map_scan);
   }
@@ -128,43 +131,16 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 
 }  // namespace
 
-PointCloud upright_part(PointsView scan) {
-  // A cell's ground is the lowest point in it and its neighbours: a wall has ground in front of it
-  // within 8 m. What lies half a metre above is no curb.
-  constexpr double kCell = 4.0, kAbove = 0.5;
-  std::map<Cell, double> lowest;
-  for (const Point& p : scan) {
-    const Cell cell = cell_of(p, kCell);
-    for (std::int64_t dx = -1; dx <= 1; ++dx) {
-      for (std::int64_t dy = -1; dy <= 1; ++dy) {
-        const auto [at, first] = lowest.try_emplace({cell.first + dx, cell.second + dy}, p.z());
-        if (!first) at->second = std::min(at->second, p.z());
-      }
-    }
-  }
-  PointCloud upright;
-  for (const Point& p : scan) {
-    if (p.z() > lowest.at(cell_of(p, kCell)) + kAbove) upright.push_back(p);
-  }
-  constexpr std::size_t kFewest = 60;  // fewer points do not tell one place from another
-  if (upright.size() < kFewest) upright.assign(scan.begin(), scan.end());
-  return upright;
-}
-
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
-                          const Fit& to_itself, const AlertLimit& limit, const PlaceArea& area,
-                          const Pose& T_level_sensor, const std::stop_token& stop) {
-  PointCloud level;
-  level.reserve(scan.size());
-  for (const Point& p : scan) level.push_back(T_level_sensor * p);
-  const PointCloud upright = upright_part(level);
-  const PlacesFound places = find_places(bundle.places, upright, area, kPlaces, stop);
+                          const Fit& to_itself, const AlertLimit& limit, const PlaceQuery& query) {
+  VANTAGE_TRY(const PoseCandidates candidates, bundle.places.find(scan, query));
+  VANTAGE_CHECK(check_candidates(candidates, query));
   Finds result;
-  result.work.words = places.words;
+  result.work.search_ms = candidates.nominal_ms;
   VANTAGE_TRY(std::vector<Start> starts,
-              starts_at(bundle, places.places, T_level_sensor, result.work, stop));
+              starts_at(bundle, candidates.poses, result.work, query.stop));
   result.aligned = starts.size();
-  if (stop.stop_requested()) return result;
+  if (query.stop.stop_requested()) return result;
 
   const auto align = [&](PointsView points, const std::vector<Start>& from) {
     result.work.aligned += from.size() * points.size();

@@ -2,14 +2,13 @@
 
 #include <cstdint>
 #include <memory>
-#include <stop_token>
 #include <vector>
 
 #include "localize/evidence.hpp"
 #include "localize/regions_ahead.hpp"
-#include "places/place_search.hpp"
 #include "vantage/engine/region_maps.hpp"
 #include "vantage/pose.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {
@@ -24,7 +23,7 @@ struct Find {
 
 /// How much there was to do; the same on any machine.
 struct SearchWork {
-  std::uint64_t words = 0;    ///< PlacesFound::words
+  double search_ms = 0.0;     ///< PoseCandidates::nominal_ms
   std::uint64_t aligned = 0;  ///< points of the scan, in each alignment
   /// Points of the region maps, whether or not they were ready; none if there is only one region.
   std::uint64_t loaded = 0;
@@ -42,27 +41,20 @@ struct Finds {
 struct SearchedBundle {
   const RegionsAhead& regions;
   const RegionMaps& maps;
-  const PlaceIndex& places;
+  const RelocalizerIndex& places;
 };
 
-/// The part of a scan that stands up: what find_places searches with. The ground matches at any
-/// heading and says nothing. The whole scan if hardly anything stands up.
-/// @param scan  sensor frame, z up [m]
-[[nodiscard]] PointCloud upright_part(PointsView scan);
-
-/// Finds poses from which a scan may have been taken. It aligns the scan at the places that fit
-/// best (see find_places), and loads only the regions of these places.
-/// @param scan            N points, sensor frame [m], evenly thinned
-/// @param some            the points that are scored, sensor frame [m]
-/// @param to_itself       the fit of the points `some` to their own scan
-/// @param limit           for the margins of the finds
-/// @param T_level_sensor  turns the scan so that z is up
-/// @param stop            ends the search early; the answer is then worthless
-/// Errors: those of RegionMaps::borrow and of the matcher, except `too_few_matches`.
+/// Finds poses from which a scan may have been taken. It aligns the scan at the candidates of the
+/// relocalizer, and loads only the regions of these places.
+/// @param scan       N points, sensor frame [m], evenly thinned
+/// @param some       the points that are scored, sensor frame [m]
+/// @param to_itself  the fit of the points `some` to their own scan
+/// @param limit      for the margins of the finds
+/// Errors: those of the relocalizer, of RegionMaps::borrow and of the matcher, except
+/// `too_few_matches`; `internal` for a relocalizer that breaks its contract.
 [[nodiscard]] Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan,
                                         PointsView some, const Fit& to_itself,
-                                        const AlertLimit& limit, const PlaceArea& area,
-                                        const Pose& T_level_sensor, const std::stop_token& stop);
+                                        const AlertLimit& limit, const PlaceQuery& query);
 
 /// Aligns a later scan at the poses that were found for an earlier one.
 /// @param T_then_now  how the sensor moved in between

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "localize/hypothesis.hpp"
-#include "places/place_search.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/pose_prior.hpp"
+#include "vantage/relocalizer.hpp"
 
 namespace vantage {
 

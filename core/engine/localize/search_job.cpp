@@ -26,9 +26,8 @@ auto in_background(const Function& function) {
 }  // namespace
 
 double nominal_milliseconds(const SearchWork& work) noexcept {
-  constexpr double kWordsPerMs = 400e3, kAlignedPerMs = 2000.0, kLoadedPerMs = 7000.0;
-  return static_cast<double>(work.words) / kWordsPerMs +
-         static_cast<double>(work.aligned) / kAlignedPerMs +
+  constexpr double kAlignedPerMs = 2000.0, kLoadedPerMs = 7000.0;
+  return work.search_ms + static_cast<double>(work.aligned) / kAlignedPerMs +
          static_cast<double>(work.loaded) / kLoadedPerMs;
 }
 

@@ -12,7 +12,7 @@
 namespace vantage {
 
 /// How long a search takes on one core of the machine of docs/measurements/README.md, by its work:
-/// 400,000 words, 2,000 aligned or 7,000 loaded points take a millisecond. The same on any machine.
+/// a millisecond of the relocalizer, 2,000 aligned or 7,000 loaded points. The same on any machine.
 [[nodiscard]] double nominal_milliseconds(const SearchWork& work) noexcept;
 
 /// Decides when a search takes place, and at which scan its answer is known: at most one search is

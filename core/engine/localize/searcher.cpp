@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "localize/level.hpp"
 #include "localize/weighing.hpp"
 
 namespace vantage {
@@ -29,16 +28,10 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   if (!to_itself) return SearchAnswer{};  // too sparse for anything
   VANTAGE_TRY(const bool searchable, need_places());
   if (!searchable) return SearchAnswer{.searchable = false};
-  Pose T_level_sensor;
-  if (task.up) {
-    T_level_sensor.rotation =
-        Eigen::Quaterniond::FromTwoVectors(*task.up, Eigen::Vector3d::UnitZ());
-  } else if (params_.gravity == Gravity::unknown) {
-    T_level_sensor = level_by_ground(task.scan.points);
-  }
-  VANTAGE_TRY(Finds found,
-              search_pose({regions_, maps_, *places_}, task.scan.points, some, *to_itself,
-                          AlertLimit::of(params_), task.area, T_level_sensor, stop));
+  PlaceQuery query{.area = task.area, .stop = stop};
+  if (task.up || params_.gravity == Gravity::unknown) query.up = task.up;
+  VANTAGE_TRY(Finds found, search_pose({regions_, maps_, *places_}, task.scan.points, some,
+                                       *to_itself, AlertLimit::of(params_), query));
   return SearchAnswer{.compared = task.area.complete,
                       .recall = recall_in(task.area),
                       .found = std::move(found),
@@ -47,13 +40,13 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
 
 Result<bool> Searcher::need_places() {
   if (places_) return true;
-  auto made = PlaceIndex::of_bundle(directory_, *store_);
-  if (made) {
-    places_ = *std::move(made);
-  } else if (made.error().code != ErrorCode::unsupported) {
-    return fail(std::move(made).error());
+  auto index = open_index(bundle_, relocalizer_);
+  if (index) {
+    places_ = *std::move(index);
+  } else if (index.error().code != ErrorCode::unsupported) {
+    return fail(std::move(index).error());
   }
-  return places_.has_value();
+  return places_ != nullptr;
 }
 
 }  // namespace vantage

@@ -4,14 +4,14 @@
 #include <stop_token>
 
 #include "localize/evidence.hpp"
+#include "localize/place_index.hpp"
 #include "localize/pose_search.hpp"
 #include "localize/regions_ahead.hpp"
-#include "places/place_index.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/prepared_scan.hpp"
 #include "vantage/engine/region_maps.hpp"
-#include "vantage/map_store.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
 
@@ -38,19 +38,19 @@ struct SearchAnswer {
 class Searcher {
  public:
   /// All of them must outlive the object.
-  Searcher(const RegionDirectory& directory, const PluginPtr<MapStore>& store,
+  Searcher(const Bundle& bundle, const BundleRelocalizer& relocalizer,
            const PluginPtr<ScanMatcher>& matcher, const RegionsAhead& regions,
            const RegionMaps& maps, const LocalizerParams& params)
-      : directory_(directory),
-        store_(store),
+      : bundle_(bundle),
+        relocalizer_(relocalizer),
         matcher_(matcher),
         regions_(regions),
         maps_(maps),
         params_(params) {}
 
-  /// Makes the index of places at the first search.
+  /// Opens the index of places at the first search.
   /// @param stop  ends the search early; the answer is then worthless
-  /// Errors: those of the store and of the matcher.
+  /// Errors: those of the store, of the relocalizer and of the matcher.
   [[nodiscard]] Result<SearchAnswer> operator()(const SearchTask& task,
                                                 const std::stop_token& stop);
 
@@ -59,13 +59,13 @@ class Searcher {
   /// only has none: its maps can be tracked in, but not searched.
   [[nodiscard]] Result<bool> need_places();
 
-  const RegionDirectory& directory_;
-  const PluginPtr<MapStore>& store_;
+  const Bundle& bundle_;
+  const BundleRelocalizer& relocalizer_;
   const PluginPtr<ScanMatcher>& matcher_;
   const RegionsAhead& regions_;
   const RegionMaps& maps_;
   const LocalizerParams& params_;
-  std::optional<PlaceIndex> places_;  // from the first search on
+  PluginPtr<RelocalizerIndex> places_;  // from the first search on
 };
 
 }  // namespace vantage

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "evenly_picked.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
 namespace {

@@ -24,6 +24,7 @@
 #include "vantage/map_survey.hpp"
 #include "vantage/partitioner.hpp"
 #include "vantage/region_directory.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/selector.hpp"
 #include "vantage/visibility.hpp"
@@ -44,6 +45,8 @@ RegionDirectory::~RegionDirectory() = default;
 ScanMatcher::~ScanMatcher() = default;
 MatchTarget::~MatchTarget() = default;
 Selector::~Selector() = default;
+Relocalizer::~Relocalizer() = default;
+RelocalizerIndex::~RelocalizerIndex() = default;
 
 const char* to_string(Termination termination) noexcept {
   switch (termination) {

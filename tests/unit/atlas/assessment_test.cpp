@@ -295,7 +295,7 @@ TEST_CASE("sites at which nothing matches say so") {
   const PointCloud map = noisy(street_of_houses(5)), path = path_along_x(20.0);
   const test::TemporaryFolder folder;
   const Bundle bundle = built(folder, map, path);
-  Assessment assessment(bundle, test::in_process<NothingMatches, ScanMatcher>(), {});
+  Assessment assessment(bundle, test::in_process<NothingMatches, ScanMatcher>(), {}, nullptr);
   const auto report = assessment.run(map);
   REQUIRE_MESSAGE(report, to_string(report.error()));
   const auto atlas = atlas_of(bundle);

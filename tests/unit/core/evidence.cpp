@@ -2,8 +2,8 @@
 
 #include <doctest/doctest.h>
 
-#include "evenly_picked.hpp"
 #include "fakes.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 
 using namespace vantage;
 

@@ -42,7 +42,7 @@ std::vector<std::string> words_after(const fs::path& file, const std::string& be
 
 TEST_CASE("kinds: enum, name, interface and factory say the same") {
   CHECK(kind_names() == std::vector<std::string>{"partitioner", "ground", "visibility", "store",
-                                                 "matcher", "selector"});
+                                                 "matcher", "selector", "relocalizer"});
   static_assert(std::variant_size_v<AnyFactory> == kPluginKinds);
   for_each_kind([]<class Interface>(const Kind<Interface>& kind) {
     CHECK(kind_of<Interface>() == kind.kind);
@@ -76,7 +76,7 @@ TEST_CASE("kinds: CMake, the test of the SDK and the templates know the same") {
   CHECK(words_after("core/cmake/VantageAddPlugin.cmake", "set(kinds ", ')') == kind_names());
   CHECK(words_after("core/cmake/VantageAddPlugin.cmake", "# Kinds: ", '.') ==
         std::vector<std::string>{"partitioner,", "ground,", "visibility,", "store,", "matcher,",
-                                 "selector"});
+                                 "selector,", "relocalizer"});
   CHECK(words_after("tests/out_of_tree/run.sh", "for kind in ", ';') == kind_names());
   std::set<std::string> folders;
   for (const auto& entry : fs::directory_iterator(kRoot / "apps/plugins/templates")) {
@@ -98,7 +98,7 @@ TEST_CASE("kinds: the page for plugin authors has a row for each") {
   });
 }
 
-TEST_CASE("what a plugin sees of core stays small: 3,100 lines, 450 a file") {
+TEST_CASE("what a plugin sees of core stays small: 3,150 lines, 450 a file") {
   std::ptrdiff_t total = 0;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "core/interfaces")) {
     const std::string extension = entry.path().extension().string();
@@ -109,5 +109,5 @@ TEST_CASE("what a plugin sees of core stays small: 3,100 lines, 450 a file") {
     total += lines;
   }
   CHECK(total > 1000);  // there was something to count
-  CHECK(total <= 3100);
+  CHECK(total <= 3150);
 }

@@ -301,7 +301,7 @@ TEST_CASE("parameters that a file could not set are refused") {
   params.search_pause = 0;
   const auto opened = Localizer::open(
       Bundle::of(test::in_process<test::MemoryStore, MapStore>(world.memory), "memory").value(),
-      test::in_process<test::TruthMatcher, ScanMatcher>(world.truth), params);
+      test::in_process<test::TruthMatcher, ScanMatcher>(world.truth), {}, params);
   REQUIRE_FALSE(opened);
   CHECK(opened.error().code == ErrorCode::invalid_config);
   CHECK(opened.error().message.find("search_pause") != std::string::npos);
@@ -423,7 +423,7 @@ TEST_CASE("a bundle whose regions are all empty is refused") {
   memory->index.regions.resize(2);
   const auto opened = Localizer::open(
       Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
-      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()),
+      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {},
       LocalizerParams{});
   CHECK(opened.error().message == "no region of the bundle holds any point");
 }

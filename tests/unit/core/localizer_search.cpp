@@ -74,7 +74,8 @@ Localizer gated(const Posts& world, Gate& gate) {
   return Localizer::open(
              Bundle::of(test::in_process<GatedStore, MapStore>(world.memory, gate), "memory")
                  .value(),
-             test::in_process<test::TruthMatcher, ScanMatcher>(world.truth), live_params())
+             test::in_process<test::TruthMatcher, ScanMatcher>(world.truth),
+             test::plugin<Relocalizer>("voxel_search"), live_params())
       .value();
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fakes.hpp"
+#include "support/plugins.hpp"
 #include "vantage/conformance/range_survey.hpp"
 #include "vantage/engine/localizer.hpp"
 
@@ -44,9 +45,9 @@ struct PostWorld {
   }
 
   [[nodiscard]] Localizer localizer(const LocalizerParams& params = {}) const {
-    auto opened =
-        Localizer::open(Bundle::of(in_process<MemoryStore, MapStore>(memory), "memory").value(),
-                        in_process<TruthMatcher, ScanMatcher>(truth), params);
+    auto opened = Localizer::open(
+        Bundle::of(in_process<MemoryStore, MapStore>(memory), "memory").value(),
+        in_process<TruthMatcher, ScanMatcher>(truth), plugin<Relocalizer>("voxel_search"), params);
     REQUIRE_MESSAGE(opened, to_string(opened.error()));
     return *std::move(opened);
   }

@@ -11,12 +11,11 @@ using namespace vantage;
 
 namespace {
 
-/// An answer that takes `ms` of nominal time: of words, so many take a millisecond.
+/// An answer that takes `ms` of nominal time.
 SearchAnswer answer_of(double ms) {
-  const double word = nominal_milliseconds({.words = 1'000'000, .aligned = 0, .loaded = 0}) / 1e6;
   SearchAnswer answer{.compared = true};
   answer.found.aligned = 7;
-  answer.found.work.words = static_cast<std::uint64_t>(ms / word);
+  answer.found.work.search_ms = ms;
   return answer;
 }
 
@@ -93,9 +92,9 @@ TEST_CASE("with a budget, a longer search is known at the scan that is its nomin
 TEST_CASE("nominal time grows with each kind of work") {
   const auto ms = [](const SearchWork& work) { return nominal_milliseconds(work); };
   CHECK(ms({}) == 0.0);
-  CHECK(ms({.words = 1'000'000, .aligned = 0, .loaded = 0}) > 0.0);
-  CHECK(ms({.words = 0, .aligned = 1'000'000, .loaded = 0}) > 0.0);
-  CHECK(ms({.words = 0, .aligned = 0, .loaded = 1'000'000}) > 0.0);
+  CHECK(ms({.search_ms = 1.0, .aligned = 0, .loaded = 0}) > 0.0);
+  CHECK(ms({.search_ms = 0.0, .aligned = 1'000'000, .loaded = 0}) > 0.0);
+  CHECK(ms({.search_ms = 0.0, .aligned = 0, .loaded = 1'000'000}) > 0.0);
 }
 
 TEST_CASE("a search that fails says so at its scan, also with a budget") {
@@ -176,7 +175,8 @@ TEST_CASE("live, many searches one after the other") {
     SearchTask task = no_task();
     task.scan.dropped = static_cast<std::size_t>(k);
     job.begin(k, std::move(task));
-    CHECK(answer_at_last(job, k + 0.5).answer->found.work.words == answer_of(k).found.work.words);
+    CHECK(answer_at_last(job, k + 0.5).answer->found.work.search_ms ==
+          answer_of(k).found.work.search_ms);
   }
   CHECK(searches == 200);
 }

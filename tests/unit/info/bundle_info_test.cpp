@@ -45,7 +45,10 @@ void write_strips(const std::filesystem::path& folder, std::span<const std::byte
       RegionId{0},
       {.points = {{1, 2, 3}, {2, 2, 3}, {3, 2, 3}}, .viewpoints = {{5, 5, 1}}, .prepared = {}}));
   REQUIRE(store->put(RegionId{1}, {}));
-  if (!atlas.empty()) REQUIRE(store->attach(Atlas::kAttachment, atlas));
+  if (!atlas.empty()) {
+    REQUIRE(store->attach(Atlas::kAttachment, atlas));
+    REQUIRE(store->attach(Bundle::kPlaceIndex, std::vector<std::byte>(7)));
+  }
   REQUIRE(store->commit());
 }
 
@@ -56,6 +59,7 @@ BundleInfo info_with(std::optional<Atlas> atlas) {
                   .files = {},
                   .summary = directory_of(index).value()->summary(),
                   .matcher = {},
+                  .relocalizer = {},
                   .atlas = std::move(atlas),
                   .predicted = {},
                   .target_error = {},
@@ -187,10 +191,16 @@ TEST_CASE("info: a folder is a bundle if a store opens it; scans are no bundle")
   CHECK((*with)->atlas->sites.size() == 4);
   CHECK((*with)->bytes > 100);
   CHECK((*with)->summary.map_points == 5);
+  // Without a configuration that says another one.
+  CHECK(has(to_text(**with, {}), "index of places      voxel_search\n"));
+  CHECK(to_json(**with)["relocalizer"]["plugin"] == "voxel_search");
   const auto without = inspect_bundle(folder.path() / "without", test::built_plugins());
   REQUIRE(without);
   REQUIRE(*without);
   CHECK_FALSE((*without)->atlas);
+  CHECK(
+      has(to_text(**without, {}), "index of places    none: a search makes it from the points\n"));
+  CHECK(to_json(**without)["relocalizer"].is_null());
 
   std::filesystem::create_directory(folder.path() / "scans");
   REQUIRE(

@@ -36,7 +36,8 @@ Localizer localizer(const LocalizerParams& params = {}) {
   REQUIRE(test::MemoryStore(memory).commit());
   auto opened = Localizer::open(
       Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
-      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), params);
+      test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {},
+      params);
   REQUIRE_MESSAGE(opened, to_string(opened.error()));
   return *std::move(opened);
 }

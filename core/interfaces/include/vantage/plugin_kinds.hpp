@@ -12,6 +12,7 @@
 #include "vantage/ground_filter.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/selector.hpp"
 #include "vantage/visibility.hpp"
@@ -19,7 +20,15 @@
 namespace vantage {
 
 /// What a plugin does. The value is the position in `kKinds` and in `AnyFactory`.
-enum class PluginKind : std::uint8_t { partitioner, ground, visibility, store, matcher, selector };
+enum class PluginKind : std::uint8_t {
+  partitioner,
+  ground,
+  visibility,
+  store,
+  matcher,
+  selector,
+  relocalizer
+};
 
 /// Everything that depends on the kind of a plugin.
 template <class I>
@@ -45,6 +54,8 @@ inline constexpr std::tuple kKinds{
                       "Matcher"},
     Kind<Selector>{PluginKind::selector, "selector", "Selector", "vantage/selector.hpp",
                    "Selector"},
+    Kind<Relocalizer>{PluginKind::relocalizer, "relocalizer", "Relocalizer",
+                      "vantage/relocalizer.hpp", "Relocalizer"},
 };
 inline constexpr std::size_t kPluginKinds = std::tuple_size_v<decltype(kKinds)>;
 

@@ -95,9 +95,21 @@ struct MatcherClaims {
 struct SelectorClaims {
   static constexpr auto schema() { return std::tuple{}; }
 };
+struct RelocalizerClaims {
+  double accuracy = 2.0, accuracy_rotation = 6.0, tilt = 0.0;
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("accuracy", &RelocalizerClaims::accuracy, "m",
+                 "a candidate is within this of the sensor", positive),
+        optional("accuracy_rotation", &RelocalizerClaims::accuracy_rotation, "deg",
+                 "and turned by no more than this", positive),
+        optional("tilt", &RelocalizerClaims::tilt, "deg",
+                 "a sensor at this tilt is found without being told where up is", between(0, 90))};
+  }
+};
 /// The index is the kind.
 using Claims = std::variant<PartitionerClaims, GroundClaims, VisibilityClaims, StoreClaims,
-                            MatcherClaims, SelectorClaims>;
+                            MatcherClaims, SelectorClaims, RelocalizerClaims>;
 
 inline constexpr std::uint32_t kDefaultSeed = 20260101;
 

@@ -14,6 +14,7 @@
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
 
@@ -43,9 +44,10 @@ class VANTAGE_API Assessment {
                                                   const PluginLoader& plugins);
   /// Uses a matcher that was opened elsewhere.
   /// @param choice     the matcher's name and parameters, which the atlas keeps
+  /// @param places     where places that look alike are searched for; none: they are not
   /// @param max_range  of the sensor [m]
   Assessment(Bundle bundle, PluginPtr<ScanMatcher> matcher, MatcherChoice choice,
-             const AtlasParams& params = {},
+             PluginPtr<RelocalizerIndex> places, const AtlasParams& params = {},
              double max_range = std::numeric_limits<double>::infinity());
 
   /// Called with the number of steps done so far and of all, two for each site, from one thread at
@@ -70,6 +72,7 @@ class VANTAGE_API Assessment {
   Bundle bundle_;
   PluginPtr<ScanMatcher> matcher_;
   MatcherChoice choice_;
+  PluginPtr<RelocalizerIndex> places_;
   AtlasParams params_;
   double max_range_;
 };

@@ -16,6 +16,7 @@
 #include "vantage/engine/viewpoints.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -26,8 +27,9 @@ struct BuildPlugins {
   PluginPtr<GroundFilter> ground;  ///< none if viewpoints come from the trajectory
   PluginPtr<VisibilityOperator> visibility;
   PluginPtr<MapStore> store;
-  PluginPtr<Selector> selector;    ///< none: prepared maps keep all their elements
-  PluginPtr<ScanMatcher> matcher;  ///< none unless prepared maps are stored
+  PluginPtr<Selector> selector;        ///< none: prepared maps keep all their elements
+  PluginPtr<ScanMatcher> matcher;      ///< none unless prepared maps are stored
+  PluginPtr<Relocalizer> relocalizer;  ///< none: no index of places is made
 };
 
 /// A scan whose pose is known.

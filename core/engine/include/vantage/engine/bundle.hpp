@@ -32,7 +32,8 @@ class VANTAGE_API Bundle {
                                            const PluginLoader& plugins);
   /// Opens the bundle that [store] of a configuration names, and checks that it was built as the
   /// configuration says. The check skips what the configuration leaves out, all paths, the place of
-  /// the bundle, [map], [localizer] and [matcher]. A matcher itself checks a prepared map.
+  /// the bundle, [map], [localizer], [matcher] and [relocalizer]. A matcher itself checks a
+  /// prepared map, and a relocalizer the index of places.
   /// @param job  what needs the bundle, for the error if there is no [store]: "exporting"
   /// Errors: a missing table or plugin, or a wrong parameter; those of the store; `invalid_config`
   /// for a bundle that was built differently, with the key and both values.
@@ -54,6 +55,12 @@ class VANTAGE_API Bundle {
   /// The configuration that built the bundle, without the settings that may differ at run time.
   /// None if the bundle holds no configuration that this version can read.
   [[nodiscard]] const std::optional<Config>& built_with() const noexcept;
+
+  /// The name of the index of places, in which a relocalizer searches, among the attachments.
+  static constexpr const char* kPlaceIndex = "places";
+  /// The relocalizer that made the index of places, with all its parameters; none if the bundle
+  /// keeps no index. Errors: those of MapStore::attachment, except `not_found`.
+  [[nodiscard]] Result<std::optional<PluginChoice>> indexed_by() const;
 
   /// The map of one region. Errors: those of MapStore::get.
   [[nodiscard]] Result<RegionMap> get(RegionId region) const;

@@ -190,7 +190,7 @@ struct Config {
   std::optional<ThinningParams> thinning;
   std::optional<StoreConfig> store;
   std::optional<SelectorConfig> selector;
-  std::optional<PluginChoice> matcher;
+  std::optional<PluginChoice> matcher, relocalizer;
   std::optional<LocalizerParams> localizer;
   std::optional<AtlasParams> atlas;
   std::string file;  ///< path from which it was read
@@ -217,6 +217,10 @@ struct Config {
                  "which elements of prepared maps are kept; all if left out"),
         optional("matcher", &Config::matcher, "", "how scans are matched",
                  Source{{}, "Yagi et al. 2026, Sec. 3.3"}),
+        optional(
+            "relocalizer", &Config::relocalizer, "",
+            "how a lost sensor is searched for; if left out, a build takes voxel_search, and a "
+            "run what made the bundle's index"),
         optional("localizer", &Config::localizer, "", "how scans are prepared and maps switched",
                  Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
         optional("atlas", &Config::atlas, "",
@@ -225,6 +229,9 @@ struct Config {
   }
 
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
+
+  /// The [relocalizer] of a build; without that table, `voxel_search`.
+  [[nodiscard]] VANTAGE_API PluginChoice relocalizer_in_use() const;
 
   /// Returns a table that `job` needs. Error: `invalid_config` if it is missing; the message names
   /// the table and the job.

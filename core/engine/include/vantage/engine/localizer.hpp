@@ -15,12 +15,14 @@
 #include "vantage/engine/prepared_scan.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/pose.hpp"
+#include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
 #include "vantage/track/samples.hpp"
 
 namespace vantage {
 
+struct BundleRelocalizer;
 struct ShareModel;
 
 enum class Tracking : std::uint8_t {
@@ -76,11 +78,17 @@ struct ScanReport {
 class VANTAGE_API Localizer {
  public:
   /// Judges by the default model of evidence, because the matcher's parameters are not known.
+  /// @param relocalizer  the one that made the bundle's index of places, if there is an index.
+  ///                     None: a lost sensor is not searched for
   /// Errors: `invalid_input` if the maps of all regions are empty.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                              PluginPtr<Relocalizer> relocalizer,
                                               const LocalizerParams& params);
-  /// The same with the [matcher] and the [localizer] of a configuration. If the bundle's atlas was
-  /// measured with this matcher, it judges by its calibration.
+  /// The same with the [matcher], the [relocalizer] and the [localizer] of a configuration. If the
+  /// bundle's atlas was measured with this matcher, it judges by its calibration. Without a
+  /// [relocalizer], it takes the one that made the bundle's index of places. If that is another
+  /// one, the first search makes an index from the bundle's points; without points, that is
+  /// `invalid_config`.
   /// Errors: those above; a missing table or plugin, or a wrong parameter; those of
   /// Atlas::of_bundle.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, const Config& config,
@@ -128,6 +136,7 @@ class VANTAGE_API Localizer {
  private:
   struct State;
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                              BundleRelocalizer relocalizer,
                                               const LocalizerParams& params,
                                               const ShareModel& model);
   explicit Localizer(std::unique_ptr<State> state);

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
+#include <vector>
 
+#include "vantage/kit/map_in_memory.hpp"
 #include "vantage/plugin.hpp"
 
 /// Templates for plugins that consist of parameters and one function. They make the class that
@@ -139,6 +143,35 @@ class SelectorOf final : public MadeOf<SelectorOf<P>, Selector, P> {
                                                          std::size_t most) const noexcept override {
     return guarded(
         [&]() -> Result<std::vector<std::uint32_t>> { return this->params_.order(region, most); });
+  }
+};
+
+/// @tparam P  parameters with
+///     Result<std::vector<std::byte>> index(const MapPasses& map) const;
+/// or, if it needs the whole map at once, which takes 24 bytes a point,
+///     Result<std::vector<std::byte>> index(PointsView map) const;
+/// and
+///     Result<std::unique_ptr<RelocalizerIndex>> open(std::span<const std::byte> index) const;
+/// The functions get only maps with points.
+template <class P>
+class RelocalizerOf final : public MadeOf<RelocalizerOf<P>, Relocalizer, P> {
+  using Index = std::unique_ptr<RelocalizerIndex>;
+
+ public:
+  using MadeOf<RelocalizerOf<P>, Relocalizer, P>::MadeOf;
+  [[nodiscard]] Result<std::vector<std::byte>> index(const MapPasses& map) const noexcept override {
+    return guarded([&]() -> Result<std::vector<std::byte>> {
+      if (map.points() == 0) return fail(ErrorCode::invalid_input, "the map has no points");
+      if constexpr (requires(const P& params) { params.index(map); }) {
+        return this->params_.index(map);
+      } else {
+        VANTAGE_TRY(const PointCloud points, points_of(map));
+        return this->params_.index(points);
+      }
+    });
+  }
+  [[nodiscard]] Result<Index> open(std::span<const std::byte> index) const noexcept override {
+    return guarded([&]() -> Result<Index> { return this->params_.open(index); });
   }
 };
 

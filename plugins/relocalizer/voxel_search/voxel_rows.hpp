@@ -9,7 +9,7 @@
 
 #include "vantage/kit/bit_coder.hpp"
 
-namespace vantage {
+namespace vantage::voxel_search {
 
 /// Codes the voxels of a strip, which is 64 voxels wide along x: row by row along y, layer by layer
 /// upwards. The chance of a voxel depends on the voxels beside and below that are already coded.
@@ -62,4 +62,4 @@ class VoxelRows {
   std::array<Chance, 1024> voxel_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

@@ -6,26 +6,22 @@
 #include <span>
 #include <vector>
 
-#include "vantage/map_store.hpp"
 #include "vantage/point_cloud.hpp"
-#include "vantage/region_directory.hpp"
 #include "vantage/result.hpp"
 
-namespace vantage {
+namespace vantage::voxel_search {
 
-/// The voxels of the wide-area map that hold points. A search needs no more than these to tell
-/// places apart. In a bundle, they take less than two bits each. Voxels are anchored to the world.
+/// The voxels of a map that hold points. A search needs no more than these to tell places apart.
+/// In a bundle, they take less than two bits each. Voxels are anchored to the world.
 /// Immutable.
 class PlaceIndex {
  public:
   /// Edge of a voxel [m].
   static constexpr double kVoxel = 1.5;
-  /// The name of its bytes in a bundle.
-  static constexpr const char* kAttachment = "places";
 
   /// @param map  N points, map frame [m]; finite
-  /// Errors: `invalid_input` for a map that is too large for the index: more than 32768 voxels
-  /// along an edge, or more memory than `most_memory`.
+  /// Errors: `unsupported` for a map that is too large for the index: more than 32768 voxels along
+  /// an edge, or more memory than `most_memory`.
   [[nodiscard]] static Result<PlaceIndex> of(PointsView map);
   /// Makes the index of a map that comes part by part.
   class Builder;
@@ -37,11 +33,6 @@ class PlaceIndex {
   /// Errors: `corrupt_data` for bytes that no `encode` makes.
   [[nodiscard]] static Result<PlaceIndex> decode(std::span<const std::byte> bytes);
   [[nodiscard]] std::vector<std::byte> encode() const;
-
-  /// The index that a bundle holds. If it holds none, the index is made from the bundle's points.
-  /// Errors: `unsupported` for a bundle with neither; those of the store.
-  [[nodiscard]] static Result<PlaceIndex> of_bundle(const RegionDirectory& directory,
-                                                    const MapStore& store);
 
   /// The lower corner of voxel (0, 0, 0), map frame [m].
   [[nodiscard]] Eigen::Vector3d origin() const { return kVoxel * first_.cast<double>(); }
@@ -89,13 +80,13 @@ class PlaceIndex {
 class PlaceIndex::Builder {
  public:
   /// @param bounds  of the map [m]; not empty, finite
-  /// Errors: `invalid_input` for a map with too many voxels along an edge.
+  /// Errors: `unsupported` for a map with too many voxels along an edge.
   [[nodiscard]] static Result<Builder> over(const Bounds3& bounds);
 
   /// @param points  within the bounds; the order does not matter
   void add(PointsView points);
   void add(const Point& p);
-  /// Errors: `invalid_input` for an index that would take more memory than `most_memory`.
+  /// Errors: `unsupported` for an index that would take more memory than `most_memory`.
   [[nodiscard]] Result<PlaceIndex> finish() &&;
 
  private:
@@ -108,4 +99,4 @@ class PlaceIndex::Builder {
   std::size_t limit_ = std::size_t{1} << 20U;  // of keys, before they are tidied
 };
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

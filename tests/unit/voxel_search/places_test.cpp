@@ -6,11 +6,11 @@
 #include <random>
 #include <span>
 
-#include "fakes.hpp"
-#include "places/place_index.hpp"
-#include "places/place_search.hpp"
+#include "place_index.hpp"
+#include "place_search.hpp"
 
 using namespace vantage;
+using namespace vantage::voxel_search;
 
 namespace {
 
@@ -46,7 +46,7 @@ PointCloud seen(const PointCloud& map, const Pose& T_map_scan) {
   return scan;
 }
 
-bool is_at(const Place& place, const Pose& truth) {
+bool is_at(const PoseCandidate& place, const Pose& truth) {
   return (place.T_map_scan.translation - truth.translation).norm() < 3.0 &&
          rotation_between(place.T_map_scan, truth) < 0.15;
 }
@@ -167,7 +167,7 @@ TEST_CASE(
 
   const auto sparse = PlaceIndex::of(PointCloud{{0, 0, 0}, {30e3, 30e3, 30e3}});
   REQUIRE_FALSE(sparse);
-  CHECK(sparse.error().code == ErrorCode::invalid_input);
+  CHECK(sparse.error().code == ErrorCode::unsupported);
   CHECK(sparse.error().message.find("too large for one index of places") != std::string::npos);
   CHECK(PlaceIndex::of(PointCloud{{0, 0, 0}, {30e3, 0, 0}}));  // a long road is none of that
 
@@ -195,9 +195,9 @@ TEST_CASE("a scan is found among all places and headings, and within an area") {
     const auto places = find_places(index, scan, {}, 5).places;
     REQUIRE_FALSE(places.empty());
     CHECK(is_at(places.front(), truth));
-    CHECK(places.front().contrast > 0.2);
+    CHECK(places.front().score > 0.2);
     for (std::size_t k = 1; k < places.size(); ++k) {
-      CHECK(places[k].contrast <= places[k - 1].contrast);
+      CHECK(places[k].score <= places[k - 1].score);
       const Pose &best = places[0].T_map_scan, &other = places[k].T_map_scan;
       const double apart = (best.translation - other.translation).norm();
       CHECK((apart >= 3.0 || rotation_between(best, other) >= 0.2));
@@ -209,7 +209,7 @@ TEST_CASE("a scan is found among all places and headings, and within an area") {
             .places;
     REQUIRE_FALSE(near.empty());
     CHECK(is_at(near.front(), truth));
-    for (const Place& place :
+    for (const PoseCandidate& place :
          find_places(index, scan, {.centre = {x + 30.0, y}, .radius = 9.0}, 5).places) {
       CHECK((place.T_map_scan.translation.head<2>() - Eigen::Vector2d(x + 30.0, y)).norm() < 15.0);
     }

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "places/place_index.hpp"
-#include "places/voxel_rows.hpp"
+#include "place_index.hpp"
 #include "vantage/kit/bit_coder.hpp"
 #include "vantage/kit/checksum.hpp"
+#include "voxel_rows.hpp"
 
-namespace vantage {
+namespace vantage::voxel_search {
 namespace {
 
 using Format = std::array<char, 8>;
@@ -163,4 +163,4 @@ Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
   return from(keys, first, extent);
 }
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

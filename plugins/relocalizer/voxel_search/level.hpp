@@ -3,7 +3,7 @@
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 
-namespace vantage {
+namespace vantage::voxel_search {
 
 /// Finds out how a sensor is tilted, by the ground around it: the plane within 30 degrees of the
 /// sensor's xy plane that has the most points of the lowest ones. A slope counts as a tilt.
@@ -13,4 +13,4 @@ namespace vantage {
 ///              about it; no rotation if the scan shows no ground
 [[nodiscard]] Pose level_by_ground(PointsView scan);
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

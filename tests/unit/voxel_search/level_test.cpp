@@ -1,4 +1,4 @@
-#include "localize/level.hpp"
+#include "level.hpp"
 
 #include <doctest/doctest.h>
 
@@ -7,6 +7,7 @@
 #include <random>
 
 using namespace vantage;
+using vantage::voxel_search::level_by_ground;
 
 namespace {
 

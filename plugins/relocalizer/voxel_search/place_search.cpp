@@ -1,4 +1,4 @@
-#include "places/place_search.hpp"
+#include "place_search.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -6,12 +6,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <numbers>
 #include <set>
 #include <tuple>
 
-#include "evenly_picked.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 
-namespace vantage {
+namespace vantage::voxel_search {
 namespace {
 
 constexpr double kVoxel = PlaceIndex::kVoxel;
@@ -306,19 +308,18 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
     return !taken.insert({t.x / 2, t.y / 2, t.heading / 2}).second;
   });
   if (tries.size() > kWeighed) tries.resize(kWeighed);
-  std::vector<Place> weighed(tries.size());
+  std::vector<PoseCandidate> weighed(tries.size());
   tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
     const Try& t = tries[k];
     const Point at = index.origin() + kVoxel * (Point(t.x, t.y, t.z) + Point::Constant(0.5));
     weighed[k].T_map_scan = pose_from_xyz_rpy(at, {0.0, 0.0, yaw_of(t.heading)});
-    weighed[k].contrast = contrast_at(index, steps[std::size_t(t.heading)], t);
+    weighed[k].score = contrast_at(index, steps[std::size_t(t.heading)], t);
   });
-  std::stable_sort(weighed.begin(), weighed.end(),
-                   [](const Place& a, const Place& b) { return a.contrast > b.contrast; });
-  std::vector<Place>& places = found.places;
-  for (const Place& place : weighed) {
+  std::ranges::stable_sort(weighed, std::greater(), &PoseCandidate::score);
+  std::vector<PoseCandidate>& places = found.places;
+  for (const PoseCandidate& place : weighed) {
     if (places.size() == most) break;
-    const bool known = std::any_of(places.begin(), places.end(), [&](const Place& other) {
+    const bool known = std::any_of(places.begin(), places.end(), [&](const PoseCandidate& other) {
       return (other.T_map_scan.translation - place.T_map_scan.translation).norm() < kApart &&
              rotation_between(other.T_map_scan, place.T_map_scan) < kTurned;
     });
@@ -327,4 +328,4 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
   return found;
 }
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

@@ -1,10 +1,10 @@
-#include "places/place_index.hpp"
+#include "place_index.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-namespace vantage {
+namespace vantage::voxel_search {
 namespace {
 
 constexpr double kGroundWithin = 8.0;  // [m]
@@ -67,9 +67,9 @@ PlaceIndex PlaceIndex::from(const std::vector<std::uint64_t>& keys, const Eigen:
 Result<PlaceIndex::Builder> PlaceIndex::Builder::over(const Bounds3& bounds) {
   const Eigen::Array3d low = in_voxels(bounds.min), high = in_voxels(bounds.max);
   if (((high - low) >= double(kMostVoxels)).any() || (low.abs() > kFarthestVoxel).any()) {
-    return fail(ErrorCode::invalid_input, "the map is longer than " +
-                                              std::to_string(kMostVoxels * 3 / 2) +
-                                              " m: too large for one index of places");
+    return fail(ErrorCode::unsupported, "the map is longer than " +
+                                            std::to_string(kMostVoxels * 3 / 2) +
+                                            " m: too large for one index of places");
   }
   return Builder(low.cast<int>(), (high - low).cast<int>() + 1);
 }
@@ -96,7 +96,7 @@ void PlaceIndex::Builder::tidy() {
 Result<PlaceIndex> PlaceIndex::Builder::finish() && {
   tidy();
   if (PlaceIndex(first_, extent_).memory() > most_memory(keys_.size())) {
-    return fail(ErrorCode::invalid_input,
+    return fail(ErrorCode::unsupported,
                 "the map has " + std::to_string(keys_.size()) + " voxels in a box of " +
                     std::to_string(extent_.x()) + " x " + std::to_string(extent_.y()) + " x " +
                     std::to_string(extent_.z()) +
@@ -110,25 +110,6 @@ Result<PlaceIndex> PlaceIndex::of(PointsView map) {
   VANTAGE_TRY(Builder builder, Builder::over(bounds_of(map)));
   builder.add(map);
   return std::move(builder).finish();
-}
-
-Result<PlaceIndex> PlaceIndex::of_bundle(const RegionDirectory& directory, const MapStore& store) {
-  const auto stored = store.attachment(kAttachment);
-  if (stored) return decode(*stored);
-  if (stored.error().code != ErrorCode::not_found) return fail(stored.error());
-  PointCloud points;
-  for (std::uint32_t r = 0; r < directory.summary().regions; ++r) {
-    VANTAGE_TRY(const DirectoryEntry entry, directory.entry(RegionId{r}));
-    if (entry.summary.points == 0) continue;
-    VANTAGE_TRY(const RegionMap map, store.get(RegionId{r}));
-    points.insert(points.end(), map.points.begin(), map.points.end());
-  }
-  if (points.empty()) {
-    return fail(ErrorCode::unsupported,
-                "the bundle holds neither points nor an index of places, so a lost sensor cannot "
-                "be searched for; build it again");
-  }
-  return of(points);
 }
 
 void PlaceIndex::find_lowest() {
@@ -158,4 +139,4 @@ void PlaceIndex::find_lowest() {
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

@@ -1,4 +1,4 @@
-#include "localize/level.hpp"
+#include "level.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "evenly_picked.hpp"
+#include "vantage/kit/evenly_picked.hpp"
 
-namespace vantage {
+namespace vantage::voxel_search {
 namespace {
 
 // The ground is looked for so near to the sensor [m]: a step of the tilt moves it by less than the
@@ -100,4 +100,4 @@ Pose level_by_ground(PointsView scan) {
   return T_level_sensor;
 }
 
-}  // namespace vantage
+}  // namespace vantage::voxel_search

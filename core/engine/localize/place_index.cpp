@@ -1,0 +1,79 @@
+#include "localize/place_index.hpp"
+
+#include <string>
+#include <utility>
+
+#include "vantage/config_value.hpp"
+#include "vantage/kit/map_in_memory.hpp"
+
+namespace vantage {
+namespace {
+
+Result<PointCloud> points_of(const Bundle& bundle) {
+  PointCloud points;
+  VANTAGE_CHECK(bundle.for_each_region([&](RegionId, const RegionMap& map) -> Result<void> {
+    points.insert(points.end(), map.points.begin(), map.points.end());
+    return {};
+  }));
+  return points;
+}
+
+}  // namespace
+
+Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& config,
+                                          const PluginLoader& plugins) {
+  VANTAGE_TRY(const auto made_by, bundle.indexed_by());
+  const PluginChoice choice =
+      !config.relocalizer && made_by ? *made_by : config.relocalizer_in_use();
+  BundleRelocalizer relocalizer;
+  VANTAGE_TRY(relocalizer.plugin, plugins.load<Relocalizer>(choice));
+  if (!made_by) return relocalizer;
+  VANTAGE_TRY(const Table params, plugins.effective_params(PluginKind::relocalizer, choice));
+  const bool is_maker = made_by->plugin == choice.plugin;
+  if (is_maker && to_toml(made_by->params) == to_toml(params)) return relocalizer;
+  std::string reason;
+  if (is_maker) {
+    VANTAGE_TRY(const auto bytes, bundle.store()->attachment(Bundle::kPlaceIndex));
+    const auto index = open_index(relocalizer.plugin, bytes);
+    if (index) return relocalizer;
+    if (index.error().code != ErrorCode::invalid_input) return fail(index.error());
+    reason = ": " + index.error().message;
+  }
+  relocalizer.reads_index = false;
+  if (bundle.has_points()) return relocalizer;
+  return fail(ErrorCode::invalid_config,
+              "[relocalizer] plugin = \"" + choice.plugin +
+                  "\" cannot read the bundle's index of places, which '" + made_by->plugin +
+                  "' made" + reason +
+                  "; there are no points to make another one from: name that plugin with its "
+                  "parameters, or build the bundle again",
+              choice.where.file.empty() ? SourceLocation{bundle.name(), 0, 0} : choice.where);
+}
+
+Result<PluginPtr<RelocalizerIndex>> open_index(const PluginPtr<Relocalizer>& relocalizer,
+                                               std::span<const std::byte> bytes) {
+  VANTAGE_TRY(auto index, relocalizer->open(bytes));
+  if (index != nullptr) return in_library_of(relocalizer, std::move(index));
+  return fail(ErrorCode::internal,
+              "the relocalizer plugin broke its contract: open gave nothing and no error");
+}
+
+Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
+                                               const BundleRelocalizer& relocalizer) {
+  if (!relocalizer.plugin) return fail(ErrorCode::unsupported, "there is no relocalizer");
+  if (relocalizer.reads_index) {
+    const auto kept = bundle.store()->attachment(Bundle::kPlaceIndex);
+    if (kept) return open_index(relocalizer.plugin, *kept);
+    if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
+  }
+  VANTAGE_TRY(const PointCloud points, points_of(bundle));
+  if (points.empty()) {
+    return fail(ErrorCode::unsupported,
+                "the bundle holds neither points nor an index of places, so a lost sensor cannot "
+                "be searched for; build it again");
+  }
+  VANTAGE_TRY(const auto made, relocalizer.plugin->index(MapInMemory(points)));
+  return open_index(relocalizer.plugin, made);
+}
+
+}  // namespace vantage

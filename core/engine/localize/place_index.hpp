@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "vantage/engine/bundle.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/engine/plugin_loader.hpp"
+#include "vantage/relocalizer.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// A relocalizer that searches a bundle. None: the bundle is not searched.
+struct BundleRelocalizer {
+  PluginPtr<Relocalizer> plugin;
+  bool reads_index = true;  ///< false: the bundle's index is that of another one
+};
+
+/// Loads the relocalizer of a configuration, or the one that made the bundle's index if the
+/// configuration names none, and finds out whether it can read the index.
+/// Errors: those of PluginLoader::load and of the store; `invalid_config` for a relocalizer that
+/// cannot, if the bundle holds no points to make another index from.
+[[nodiscard]] Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& config,
+                                                        const PluginLoader& plugins);
+
+/// Errors: those of Relocalizer::open; `internal` for a relocalizer that breaks its contract.
+[[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(
+    const PluginPtr<Relocalizer>& relocalizer, std::span<const std::byte> bytes);
+
+/// Opens the index that a bundle keeps. If there is none that the relocalizer can read, it is made
+/// from the bundle's points.
+/// Errors: `unsupported` for a bundle with neither, or without a relocalizer; those of the store
+/// and of the relocalizer.
+[[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
+                                                             const BundleRelocalizer& relocalizer);
+
+}  // namespace vantage
