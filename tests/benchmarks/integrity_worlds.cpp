@@ -29,6 +29,7 @@ const char* to_string(Scenario scenario) noexcept {
     case Scenario::constant_velocity: return "constant_velocity";
     case Scenario::wrong_start: return "wrong_start";
     case Scenario::kidnap: return "kidnap";
+    case Scenario::prior: return "prior";
   }
   return "";
 }
@@ -57,6 +58,13 @@ std::span<const NamedWorld> all_worlds() {
        .overrides = {},
        .scenarios = {Scenario::wrong_start},
        .wrong_starts = 12},
+      {.name = "sweeps", .overrides = {"lidar.motion_distortion=true", "drive.scan_every=1"}},
+      {.name = "large",
+       .overrides = {"campus.size_x=500.0", "campus.size_y=500.0", "drive.length=120.0"},
+       .wrong_starts = 2},
+      {.name = "slopes",
+       .overrides = {"campus.ground_relief=15.0", "lidar.roll=6.0", "lidar.pitch=-8.0"}},
+      {.name = "doubled", .overrides = {}, .ambiguous = true, .second_copy = {0.5, 0.5, 0.0}},
   };
   return worlds;
 }

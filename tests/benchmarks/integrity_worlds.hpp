@@ -20,9 +20,10 @@ enum class Scenario : std::uint8_t {
   constant_velocity,  ///< from the right start, without odometry
   wrong_start,        ///< from starts that are far off, with odometry
   kidnap,             ///< from the right start, with odometry, carried away on the way
+  prior,              ///< as odometry, with a biased absolute prior that jumps for a while
 };
 inline constexpr std::array kScenarios{Scenario::odometry, Scenario::constant_velocity,
-                                       Scenario::wrong_start, Scenario::kidnap};
+                                       Scenario::wrong_start, Scenario::kidnap, Scenario::prior};
 [[nodiscard]] const char* to_string(Scenario scenario) noexcept;
 
 /// A row of the benchmark's table: a world, and what differs between its map and its drive.
@@ -32,6 +33,8 @@ struct NamedWorld {
   bool ambiguous = false;              ///< it has places that look alike to the sensor
   std::vector<Scenario> scenarios{kScenarios.begin(), kScenarios.end()};
   int wrong_starts = 5;  ///< a drive
+  /// The map holds everything twice: the second copy is moved by this [m].
+  Point second_copy = Point::Zero();
 };
 [[nodiscard]] std::span<const NamedWorld> all_worlds();
 

@@ -40,15 +40,19 @@ plugin = "{}"
   return parse_config(table);
 }
 
-Result<Bundle> WorldBundles::open(const simulation::WorldParams& params, const NamedMap& map) {
+Result<Bundle> WorldBundles::open(const simulation::WorldParams& params, const NamedMap& map,
+                                  const Point& second_copy) {
   simulation::WorldParams key;
   key.seed = params.seed;
   key.campus = params.campus;
   key.map = params.map;
-  auto& world = worlds_[simulation::to_world_file(key)];
+  auto& world = worlds_[fmt::format("{}\n{} {} {}", simulation::to_world_file(key), second_copy.x(),
+                                    second_copy.y(), second_copy.z())];
   if (!world) {
     VANTAGE_TRY(PointCloud points, simulated_map(key));
     world = std::make_unique<OfWorld>();
+    const std::size_t once = second_copy == Point::Zero() ? 0 : points.size();
+    for (std::size_t i = 0; i < once; ++i) points.push_back(points[i] + second_copy);
     world->map = std::move(points);
   }
   const std::filesystem::path place = world->folder.path() / map.name;

@@ -20,15 +20,19 @@ std::optional<double> search_radius(std::uint32_t scans, double everywhere,
   return {};
 }
 
-std::optional<PlaceArea> around(const PosePrior& prior) {
+/// Twice as far after so many scans in a row that did not find the sensor: the prior may be wrong.
+std::optional<PlaceArea> around(const PosePrior& prior, std::uint32_t scans) {
   constexpr double kSigmas = 3.0, kSlack = 2.0;  // [m]
+  constexpr std::uint32_t kPatience = 16;
   const double sigma = prior.sigma_translation.head<2>().maxCoeff();
   if (!std::isfinite(sigma)) return {};
   PlaceArea area;
   area.centre = prior.T_map_sensor.translation.head<2>();
-  area.radius = kSlack + kSigmas * sigma;
+  area.radius = std::ldexp(kSlack + kSigmas * sigma, static_cast<int>(scans / kPatience));
   area.heading = heading_of(prior.T_map_sensor);
-  area.heading_within = std::min(std::numbers::pi, kSigmas * prior.sigma_heading);
+  area.heading_within = scans < kPatience
+                            ? std::min(std::numbers::pi, kSigmas * prior.sigma_heading)
+                            : std::numbers::pi;
   return area;
 }
 
@@ -39,7 +43,10 @@ std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
                                      std::uint32_t scans, bool everywhere,
                                      const LocalizerParams& params) {
   if (prior) {
-    if (auto area = around(*prior)) return area;
+    if (auto area = around(*prior, scans)) {
+      const bool is_quick = area->radius <= kQuick;
+      return is_quick || scans % params.search_pause == 0 ? area : std::nullopt;
+    }
   }
   if (!predicted) {
     if (scans > 2 && scans % params.search_pause != 0) return {};

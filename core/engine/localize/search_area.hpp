@@ -11,8 +11,9 @@
 namespace vantage {
 
 /// Where to search for a sensor whose pose is in doubt. The search goes around the absolute prior
-/// if there is one. Otherwise it goes around the prediction, in a circle that grows from scan to
-/// scan. Without a prediction either, it goes everywhere.
+/// if there is one, and twice as far after every 16 scans, because the prior may be wrong.
+/// Otherwise it goes around the prediction, in a circle that grows from scan to scan. Without a
+/// prediction either, it goes everywhere.
 /// @param predicted   prediction of the best hypothesis; none if the sensor may be anywhere
 /// @param scans       number of doubtful scans in a row, this one included
 /// @param everywhere  without a prior, the circle is the widest at once
