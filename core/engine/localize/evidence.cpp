@@ -149,7 +149,8 @@ double log_likelihood_ratio_of_margin(const Evidence& evidence) {
   if (evidence.margin >= 0.0 || !(noise > 0.0)) return 0.0;
   const double below = -evidence.margin / noise - kUsualNoise;
   const double by_noise = 0.5 * std::erfc(below / std::numbers::sqrt2);
-  return std::log(std::lerp(by_noise, std::exp(evidence.margin / kOfThose), kNotAtOptimum));
+  const double q = std::lerp(by_noise, std::exp(evidence.margin / kOfThose), kNotAtOptimum);
+  return std::log(std::max(std::numeric_limits<double>::min(), q));
 }
 
 }  // namespace vantage

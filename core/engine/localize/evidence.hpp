@@ -19,8 +19,8 @@ struct Fit {
   /// also about 0 along a bare wall.
   double sharpness = 0.0;
   /// The level at the pose less the highest level at the alert limit from it, as a part of the
-  /// former: the pose is moved along and turned about all six axes of the sensor, both ways. Below
-  /// 0, the scan fits better at the limit than at the pose. 0 if it was not asked for.
+  /// former: the pose is moved along and turned about each of the sensor's three axes, both ways.
+  /// Below 0, the scan fits better at the limit than at the pose. 0 if it was not asked for.
   double margin = 0.0;
   double margin_noise = 0.0;  ///< standard deviation of `margin`
   double compared = 1.0;      ///< ScanScore::compared at the pose

@@ -61,6 +61,9 @@ struct Hypothesis {
   return alignment.score.nvtl * alignment.score.coverage;
 }
 
+/// An alignment is a rival of a better one if its level is at least this part of the better one's.
+inline constexpr double kRivalsLevel = 0.7;
+
 /// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
   return (a.translation - b.translation).norm() < metres && rotation_between(a, b) < radians;

@@ -267,6 +267,7 @@ struct Localizer::State {
         return is_same_pose(other.pose(), alignment.T_map_scan);
       });
       if (known) continue;
+      if (hypotheses.size() >= 2 * params.max_hypotheses) return;
       Hypothesis rival = hypotheses[h];
       rival.R = vantage::noise_of(alignment, points, params);
       rival.alignment = std::move(alignment);
@@ -304,11 +305,12 @@ struct Localizer::State {
     return std::has_single_bit(contradicted_scans);
   }
 
-  /// Tells the belief what a prior says of each hypothesis.
+  /// Tells the belief what a prior says of each hypothesis. A scan without one says nothing.
   void see(const std::optional<PosePrior>& prior) {
-    if (!prior) return;
     std::vector<double> ratios;
-    for (const Hypothesis& one : hypotheses) ratios.push_back(agreement(one.pose(), *prior));
+    for (const Hypothesis& one : hypotheses) {
+      ratios.push_back(prior ? agreement(one.pose(), *prior) : 0.0);
+    }
     belief.see_prior(std::move(ratios));
   }
 
@@ -518,14 +520,16 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
   std::vector<double> comparison;
-  bool surprise = false;
+  bool surprise = false, contradicted = false;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(sweep, report));
+    s.see(centred.prior);
+    contradicted = s.is_contradicted(centred.prior);
     const Hypothesis& first = s.hypotheses.front();
     surprise = s.weighing.is_surprising(first);
     const double doubt = doubt_of_prediction(first);
     // A find is compared with what is followed: both have to be weighed with the same scan.
-    const bool searching = s.job.under_way() || !s.is_sure();
+    const bool searching = s.job.under_way() || contradicted || !s.is_sure();
     if (!searching && !s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
       s.belief.forget(doubt);
     } else {
@@ -545,9 +549,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.surprised = s.surprised || surprise;
     s.compared = s.params.recovery_radius == 0.0;
   }
-  s.see(centred.prior);
   const bool sure = s.is_sure();
-  const bool contradicted = s.is_contradicted(centred.prior);
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
   if (s.middle) s.job.move(s.step(expected));
   s.middle = time.middle();

@@ -17,8 +17,6 @@ namespace {
 constexpr double kWorthTrying = 0.4;
 constexpr std::size_t kFirstPoints = 1000;  // that are aligned first
 constexpr std::size_t kWhole = 5;           // poses from which the whole scan is aligned
-// A find beside the best one is a rival if its level is this part of the best one's.
-constexpr double kAsHigh = 0.5;
 
 struct Start {
   RegionId region;
@@ -157,7 +155,8 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
       if (level_of(find.alignment) > level_of(found[0].alignment)) found[0] = find;
     }
     for (const Find& find : near) {
-      if (level_of(find.alignment) >= kAsHigh * level_of(found[0].alignment)) found.push_back(find);
+      if (level_of(find.alignment) >= kRivalsLevel * level_of(found[0].alignment))
+        found.push_back(find);
     }
   }
   result.finds = different(found, kWhole);

@@ -44,7 +44,7 @@ std::vector<Pose> reached_by(const MotionFilter& predicted) {
   return poses;
 }
 
-/// @param rivals  takes those that score half as high as the best, elsewhere; the best come first
+/// @param rivals  takes those that score nearly as high as the best, elsewhere; the best come first
 Result<Alignment> align_best(const MatchTarget& target, PointsView points,
                              const std::vector<Pose>& starts, std::vector<Alignment>& rivals) {
   if (starts.size() == 1) return target.align(points, starts.front());
@@ -53,13 +53,13 @@ Result<Alignment> align_best(const MatchTarget& target, PointsView points,
                     [&](std::size_t k) { found[k] = target.align(points, starts[k]); });
   std::vector<Alignment> aligned;
   for (Result<Alignment>& one : found) {
+    if (!one && one.error().code != ErrorCode::too_few_matches) return std::move(one);
     if (one && is_valid(one->T_map_scan)) aligned.push_back(*std::move(one));
   }
   if (aligned.empty()) return std::move(found.front());
   std::ranges::stable_sort(aligned, std::greater(), level_of);
-  constexpr double kAsHigh = 0.5;
   for (const Alignment& one : aligned) {
-    if (level_of(one) < kAsHigh * level_of(aligned.front())) break;
+    if (level_of(one) < kRivalsLevel * level_of(aligned.front())) break;
     const bool same = is_same_pose(one.T_map_scan, aligned.front().T_map_scan) ||
                       std::ranges::any_of(rivals, [&](const Alignment& rival) {
                         return is_same_pose(one.T_map_scan, rival.T_map_scan);

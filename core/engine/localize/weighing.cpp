@@ -166,13 +166,6 @@ Result<double> Weighing::ratio(Hypothesis& one, PointsView some) const {
   VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan, limit_));
   one.evidence = evidence_of(fit, *reference_);
   const double told = log_likelihood_ratio(*one.evidence, usual_share_, model_);
-  std::fprintf(
-      stderr,
-      "  weigh share %.3f noise %.3f bias %.3f margin %.3f +- %.3f level %.3f of %.3f told %.2f "
-      "silent %d surprise %.2f pose %.2f %.2f %.2f\n",
-      one.evidence->share, one.evidence->noise, one.evidence->bias, one.evidence->margin,
-      one.evidence->margin_noise, fit.level, reference_->level, told, is_silent(one), surprise(one),
-      one.pose().translation.x(), one.pose().translation.y(), one.pose().translation.z());
   // Where nothing holds the matcher, its wandering says nothing either.
   if (is_silent(one)) return log_likelihood_ratio_of_margin(*one.evidence);
   return told + surprise(one);

@@ -66,7 +66,6 @@ class World {
  public:
   explicit World(std::vector<std::string> overrides) {
     test::write_text(folder_.path() / "map.toml", kConfig);
-    overrides.emplace_back("atlas.max_sites=0");
     auto build = BundleBuild::prepare(config(overrides), with_columns());
     REQUIRE_MESSAGE(build, to_string(build.error()));
     const auto report = build->run(map_, {});
