@@ -62,7 +62,7 @@ struct Hypothesis {
 }
 
 /// An alignment is a rival of a better one if its level is at least this part of the better one's.
-inline constexpr double kRivalsLevel = 0.7;
+inline constexpr double kRivalsLevel = 0.85;
 
 /// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
