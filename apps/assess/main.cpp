@@ -96,8 +96,7 @@ void print(const AssessmentReport& report, const Options& options) {
   }
   std::cout << fmt::format(
       "; above {:g} m at {}, alike places at {}, no match at {}\n{:.1f} s, {:.1f} core-seconds; "
-      "the "
-      "bundle keeps it, and `vantage info` shows more\n",
+      "the bundle keeps it, and `vantage info` shows more\n",
       kAlertLimit, cli::grouped(all.beyond_limit), cli::grouped(all.alike),
       cli::grouped(all.unmatched), report.seconds, report.core_seconds);
 }

@@ -31,7 +31,7 @@ struct BundleInfo {
   std::vector<FileGroup> files;  ///< the largest first
   BundleSummary summary;
   std::string matcher;                       ///< for which maps are prepared; empty if not known
-  std::optional<PluginChoice> relocalizer;   ///< of the index of places; none if there is none
+  std::optional<PluginChoice> relocalizer;   ///< that made the index of places, if there is one
   std::optional<Atlas> atlas;                ///< none if it was not assessed
   std::optional<PredictedErrors> predicted;  ///< none if no selector chose elements
   std::optional<double> target_error;        ///< of the selector [m]

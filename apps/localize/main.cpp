@@ -110,7 +110,7 @@ void print_summary(const std::vector<std::string>& remarks, const RunSummary& s,
   std::cout << '\n' << table.to_string(style) << "\nwritten to " << out.string() << '\n';
 }
 
-/// Nothing if the bundle's index of places is that of the run's relocalizer, or if there is none.
+/// Nothing if the run's relocalizer made the bundle's index of places, or the bundle has no index.
 Result<std::string> note_on_index(const Bundle& bundle, const Config& config) {
   VANTAGE_TRY(const auto made_by, bundle.indexed_by());
   if (!made_by || !config.relocalizer || made_by->plugin == config.relocalizer->plugin) {

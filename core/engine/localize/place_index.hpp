@@ -28,8 +28,8 @@ struct BundleRelocalizer {
 [[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(
     const PluginPtr<Relocalizer>& relocalizer, std::span<const std::byte> bytes);
 
-/// Opens the index that a bundle keeps. If there is none that the relocalizer can read, it is made
-/// from the bundle's points.
+/// Opens the index that a bundle keeps. If the relocalizer can read none there, it makes one from
+/// the bundle's points.
 /// Errors: `unsupported` for a bundle with neither, or without a relocalizer; those of the store
 /// and of the relocalizer.
 [[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,

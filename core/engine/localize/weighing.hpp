@@ -91,7 +91,7 @@ class Weighing {
   Point reference_at_ = Point::Zero();
   bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
-  double weighed_stamp_ = 0.0;       // of the scan before it
+  double weighed_stamp_ = 0.0;       // of that scan
   bool fitted_ = true;               // whether the first hypothesis fitted then
   double told_ = 0.0;                // the first hypothesis's log likelihood ratio then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]

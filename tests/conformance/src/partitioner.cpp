@@ -181,24 +181,6 @@ void no_region_is_empty(const Subject& subject) {
   }
 }
 
-/// A map in pieces of a size.
-class Pieces final : public MapPasses {
- public:
-  Pieces(PointsView map, std::size_t size) : map_(map), size_(size) {}
-  [[nodiscard]] Bounds3 bounds() const noexcept override { return bounds_of(map_); }
-  [[nodiscard]] std::uint64_t points() const noexcept override { return map_.size(); }
-  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
-    for (std::size_t k = 0; k < map_.size(); k += size_) {
-      VANTAGE_CHECK(visitor.see(map_.subspan(k, std::min(size_, map_.size() - k))));
-    }
-    return {};
-  }
-
- private:
-  PointsView map_;
-  std::size_t size_;
-};
-
 void cuts_in_passes(const Subject& subject) {
   const auto partitioner = subject.make<Partitioner>();
   for (const auto& [map, size] :

@@ -21,24 +21,6 @@ using Bytes = std::vector<std::byte>;
 double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
-/// A map in pieces of a size.
-class Pieces final : public MapPasses {
- public:
-  explicit Pieces(PointsView map, std::size_t size = 100'000) : map_(map), size_(size) {}
-  [[nodiscard]] Bounds3 bounds() const noexcept override { return bounds_of(map_); }
-  [[nodiscard]] std::uint64_t points() const noexcept override { return map_.size(); }
-  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
-    for (std::size_t k = 0; k < map_.size(); k += size_) {
-      VANTAGE_CHECK(visitor.see(map_.subspan(k, std::min(size_, map_.size() - k))));
-    }
-    return {};
-  }
-
- private:
-  PointsView map_;
-  std::size_t size_;
-};
-
 /// Walls and posts at random on level ground, 120 x 120 m; no two places are alike.
 PointCloud town(const Subject& subject, std::uint32_t variant = 0) {
   Random random(subject.seed() + variant);

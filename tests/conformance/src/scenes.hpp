@@ -1,13 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <random>
 #include <thread>
 #include <vector>
 
+#include "vantage/map_passes.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/result.hpp"
 
 /// Invented places with which the clauses test plugins, and ways to vary them.
 namespace vantage::conformance {
@@ -35,6 +39,25 @@ class Random {
 
  private:
   std::mt19937 engine_;
+};
+
+/// A map that comes in pieces of a size.
+class Pieces final : public MapPasses {
+ public:
+  /// @param map  must outlive the object
+  explicit Pieces(PointsView map, std::size_t size = 100'000) : map_(map), size_(size) {}
+  [[nodiscard]] Bounds3 bounds() const noexcept override { return bounds_of(map_); }
+  [[nodiscard]] std::uint64_t points() const noexcept override { return map_.size(); }
+  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
+    for (std::size_t k = 0; k < map_.size(); k += size_) {
+      VANTAGE_CHECK(visitor.see(map_.subspan(k, std::min(size_, map_.size() - k))));
+    }
+    return {};
+  }
+
+ private:
+  PointsView map_;
+  std::size_t size_;
 };
 
 [[nodiscard]] PointCloud random_cloud(Random& random, std::size_t n, const Point& min,
