@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "bundle/built_as_asked.hpp"
-#include "localize/belief.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/regions_ahead.hpp"
 #include "localize/search_area.hpp"
@@ -38,12 +37,11 @@ namespace {
 
 // What is believed of a pose that a user gives, before any scan.
 constexpr double kTrustInStart = 0.97;
-// The probability that the sensor was carried away, after a surprise.
+// The probability that the sensor was carried away, after a surprise, or that the scans before have
+// led astray if one does not fit.
 constexpr double kCarriedAway = 0.05;
 // With less belief than this in the best hypothesis, others are looked for.
 constexpr double kSure = 0.8;
-// Hypotheses with less belief are dropped.
-constexpr double kLeastBelief = 1e-4;
 // Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
 constexpr double kFoundMetres = 0.3, kFoundRadians = 0.05;
@@ -113,7 +111,7 @@ struct Localizer::State {
   std::optional<double> stamp;         // of the last scan
   std::optional<double> middle;        // of its sweep [s]
   std::vector<Hypothesis> hypotheses;  // the first is the one that is reported
-  Belief belief;                       // in them
+  double elsewhere = 1.0;              // the belief that the sensor is at none of them
 
   std::shared_ptr<const ReadyRegion> map;  // of `region`
   RegionId region;
@@ -273,7 +271,7 @@ struct Localizer::State {
       rival.alignment = std::move(alignment);
       rival.shown.reset();
       // Both are that far from one prediction.
-      belief.add_beside(h, 0.5 * (hypotheses[h].innovation() - rival.innovation()));
+      rival.support.favour(0.5 * (hypotheses[h].innovation() - rival.innovation()));
       hypotheses.push_back(std::move(rival));
     }
   }
@@ -292,7 +290,8 @@ struct Localizer::State {
 
   /// Whether no other poses need to be looked for.
   [[nodiscard]] bool is_sure() const {
-    return !hypotheses.empty() && compared && hypotheses.front().fits() && belief.of(0) >= kSure;
+    return !hypotheses.empty() && compared && hypotheses.front().fits() &&
+           hypotheses.front().belief >= kSure;
   }
 
   /// Whether to look where a prior says that the sensor is, although there is no other doubt: less
@@ -305,13 +304,11 @@ struct Localizer::State {
     return std::has_single_bit(contradicted_scans);
   }
 
-  /// Tells the belief what a prior says of each hypothesis. A scan without one says nothing.
+  /// Tells each hypothesis what a prior says of it. A scan without one says nothing.
   void see(const std::optional<PosePrior>& prior) {
-    std::vector<double> ratios;
-    for (const Hypothesis& one : hypotheses) {
-      ratios.push_back(prior ? agreement(one.pose(), *prior) : 0.0);
+    for (Hypothesis& one : hypotheses) {
+      one.support.see_prior(prior ? agreement(one.pose(), *prior) : 0.0);
     }
-    belief.see_prior(std::move(ratios));
   }
 
   /// How the sensor moved since the scan before. @param expected  the motion without this scan
@@ -347,71 +344,64 @@ struct Localizer::State {
                                                   prepared.points, Weighing::scored(prepared),
                                                   answer.to_itself, AlertLimit::of(params)));
     }
+    if (known->T_then_now) {
+      for (Tried& one : answer.found.tried) one.T_map_scan = one.T_map_scan * *known->T_then_now;
+    }
     compared = compared || !answer.searchable || (answer.compared && !startled);
-    for (const Find& f : answer.found.finds) {
-      VANTAGE_TRY(const bool is_new, add(f, sweep, expected));
-      if (!is_new) continue;
-      // The best of many wrong poses fits better than one of them.
-      belief.add(std::log(answer.recall / (1.0 - answer.recall) /
-                          static_cast<double>(answer.found.aligned)) +
-                     weighing.of(f.evidence),
-                 scan.prior ? agreement(f.alignment.T_map_scan, *scan.prior) : 0.0);
+    for (Hypothesis& one : hypotheses) learn(answer, one);
+    for (const Find& find : answer.found.finds) {
+      VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
+      if (!found) continue;
+      found->support =
+          Support(answer.log_odds(), answer.found.around(found->pose(), weighing.model()));
+      if (scan.prior) found->support.see_prior(agreement(found->pose(), *scan.prior));
+      VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
+      weighing.take_first(*found);
+      hypotheses.push_back(*std::move(found));
     }
     return {};
   }
 
-  /// @return whether it is a new one
-  Result<bool> add(const Find& find, const Sweep& sweep, const MotionFilter& expected) {
+  /// Tells a hypothesis what a search says of it.
+  void learn(const SearchAnswer& answer, Hypothesis& one) const {
+    const Pose pose = one.pose();
+    const PlaceArea& area = answer.area;
+    if (!answer.searchable || !(answer.recall > 0.0)) return;
+    if ((pose.translation.head<2>() - area.centre).norm() > area.radius) return;
+    const double turned = std::remainder(heading_of(pose) - area.heading, 2.0 * std::numbers::pi);
+    if (std::abs(turned) > area.heading_within) return;
+    one.support.searched(answer.found.came_to(pose), answer.recall);
+    one.support.be_among(answer.found.around(pose, weighing.model()).scale);
+  }
+
+  /// @return nothing if nothing matches there, or if that pose is followed already
+  [[nodiscard]] Result<std::optional<Hypothesis>> hypothesis_at(
+      const Find& find, const Sweep& sweep, const MotionFilter& expected) const {
     constexpr double kMatched = 1.0, kTurned = 5.0 * std::numbers::pi / 180.0;  // [m], [rad]
+    using Outcome = Result<std::optional<Hypothesis>>;
     const auto is_known = [&](const Pose& pose) {
       return std::ranges::any_of(
           hypotheses, [&](const Hypothesis& known) { return is_same_pose(known.pose(), pose); });
     };
     const Pose& pose = find.alignment.T_map_scan;
-    if (is_known(pose)) return false;
+    if (is_known(pose)) return Outcome();
     // The sensor was elsewhere all the time: its motion continues from there.
     MotionFilter motion = expected;
     motion.place(pose, uncertainty(kFoundMetres, kFoundRadians));
     Sweep own = sweep;
     VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
-    if (!match.alignment) return false;
+    if (!match.alignment) return Outcome();
     const Pose& matched = match.alignment->T_map_scan;
-    if (!is_near(matched, pose, kMatched, kTurned) || is_known(matched)) return false;
-    hypotheses.push_back({.initial = pose,
-                          .last = pose,
-                          .motion = motion,
-                          .shown = match.motion,
-                          .region = find.region,
-                          .map = find.map,
-                          .alignment = std::move(match.alignment),
-                          .R = match.R,
-                          .evidence = find.evidence});
-    return true;
-  }
-
-  /// Orders the hypotheses by belief, and drops those that are refuted. Those that became the same
-  /// pose become one.
-  void sort_out() {
-    std::vector<std::size_t> order(hypotheses.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return belief.of(a) > belief.of(b); });
-    std::vector<std::vector<std::size_t>> groups;
-    for (const std::size_t h : order) {
-      const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-        return is_same_pose(hypotheses[h].pose(), hypotheses[group.front()].pose());
-      });
-      if (same != groups.end()) {
-        same->push_back(h);
-      } else if (groups.empty() ||
-                 (groups.size() < params.max_hypotheses && belief.of(h) >= kLeastBelief)) {
-        groups.push_back({h});
-      }
-    }
-    belief.keep(groups);
-    std::vector<Hypothesis> sorted;
-    for (const auto& group : groups) sorted.push_back(std::move(hypotheses[group.front()]));
-    hypotheses = std::move(sorted);
+    if (!is_near(matched, pose, kMatched, kTurned) || is_known(matched)) return Outcome();
+    Hypothesis found{.initial = pose,
+                     .last = pose,
+                     .motion = motion,
+                     .shown = match.motion,
+                     .region = find.region,
+                     .map = find.map,
+                     .alignment = std::move(match.alignment),
+                     .R = match.R};
+    return Outcome(std::move(found));
   }
 
   /// Every hypothesis takes the scan in. @param best  the motion of the one that is reported
@@ -427,7 +417,7 @@ struct Localizer::State {
 
   void forget_everything(bool lost) {
     hypotheses.clear();
-    belief = Belief();
+    elsewhere = 1.0;
     job.drop();
     stamp.reset();
     middle.reset();
@@ -474,8 +464,11 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
                                                 " ready"));
   }
   s.forget_everything(false);
-  s.hypotheses.push_back({.initial = T_map_scan, .last = T_map_scan});
-  s.belief = Belief::in_one(kTrustInStart);
+  const double log_odds = std::log(kTrustInStart / (1.0 - kTrustInStart));
+  s.hypotheses.push_back({.initial = T_map_scan,
+                          .last = T_map_scan,
+                          .support = Support(log_odds, Lookalikes::of(s.weighing.model()))});
+  s.elsewhere = update_beliefs(s.hypotheses, s.compared);
   return {};
 }
 
@@ -519,32 +512,33 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
 
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
-  std::vector<double> comparison;
-  bool surprise = false, contradicted = false;
+  bool weighed = false, surprise = false, contradicted = false;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(sweep, report));
     s.see(centred.prior);
     contradicted = s.is_contradicted(centred.prior);
     const Hypothesis& first = s.hypotheses.front();
     surprise = s.weighing.is_surprising(first);
-    const double doubt = doubt_of_prediction(first);
+    double doubted = doubt_of_prediction(first);
     // A find is compared with what is followed: both have to be weighed with the same scan.
-    const bool searching = s.job.under_way() || contradicted || !s.is_sure();
-    if (!searching && !s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
-      s.belief.forget(doubt);
-    } else {
+    weighed = s.job.under_way() || contradicted || !s.is_sure() ||
+              s.weighing.is_due(s.hypotheses, first.belief - doubted);
+    if (weighed) {
       const ScopeTimer timer(report.seconds_verdict);
-      auto news = s.weighing(prepared, s.hypotheses);
-      if (!news) return during(std::move(news).error());
-      // A scan that does not fit speaks for itself. One that still fits may be from a place alike.
-      s.belief.forget(surprise && first.fits() ? kCarriedAway : doubt);
-      s.belief.weigh(*news);
-      comparison = s.weighing.compare(s.hypotheses);
-      s.belief.weigh(comparison);
+      if (auto measured = s.weighing.measure(prepared, s.hypotheses); !measured) {
+        return during(std::move(measured).error());
+      }
+      s.weighing.take(s.hypotheses);
+      s.elsewhere = update_beliefs(s.hypotheses, s.compared);
+      // After a surprise, a scan that still fits may be from a place alike.
+      if (surprise && first.fits()) doubted = kCarriedAway;
+      if (!first.fits()) doubted = std::max(doubted, kCarriedAway - s.elsewhere);
     }
+    doubt(s.hypotheses, doubted);
+    s.elsewhere = update_beliefs(s.hypotheses, s.compared);
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
-  if (surprise || (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5)) {
+  if (surprise || (!s.hypotheses.empty() && s.elsewhere > 0.5)) {
     s.startled = s.startled || s.compared || surprise;
     s.surprised = s.surprised || surprise;
     s.compared = s.params.recovery_radius == 0.0;
@@ -555,19 +549,15 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.middle = time.middle();
   const Stopwatch search;
   if ((!sure || contradicted) && !prepared.points.empty() && !s.job.under_way()) {
-    s.begin_search(centred, prepared, !comparison.empty());
+    s.begin_search(centred, prepared, weighed);
   }
   if (s.job.under_way() && !prepared.points.empty()) {
     if (auto taken = s.take_finds(centred, sweep, expected); !taken) {
       return during(std::move(taken).error());
     }
     report.seconds_search = search.seconds();
-    // The finds take part in the comparison.
-    const ScopeTimer timer(report.seconds_verdict);
-    std::vector<double> anew = s.weighing.compare(s.hypotheses);
-    for (std::size_t h = 0; h < comparison.size(); ++h) anew[h] -= comparison[h];
-    s.belief.weigh(anew);
   }
+  if (weighed || s.hypotheses.size() > 1) s.weighing.compare(s.hypotheses);
   s.stamp = scan.stamp;
   if (s.hypotheses.empty()) {
     s.inputs.forget_before(*s.middle);
@@ -575,16 +565,14 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     report.has_pose = false;
     return report;
   }
-  s.sort_out();
+  s.elsewhere = update_beliefs(s.hypotheses, s.compared);
+  sort_out(s.hypotheses, s.params.max_hypotheses);
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
-  std::vector<double> beliefs;
-  for (std::size_t h = 0; h < s.hypotheses.size(); ++h) beliefs.push_back(s.belief.of(h));
   const MotionFilter motion =
       s.verdict.conclude(s.hypotheses,
-                         {.beliefs = std::move(beliefs),
-                          .elsewhere = s.belief.elsewhere(),
+                         {.elsewhere = s.elsewhere,
                           .compared = s.compared,
                           .scores_as_usual = s.weighing.scores_as_usual(best)},
                          s.inputs, s.noise, report);
@@ -596,7 +584,6 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
-  best.proven = best.proven || tracked;
   report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);

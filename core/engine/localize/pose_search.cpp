@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -129,6 +130,27 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 
 }  // namespace
 
+Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const {
+  // What the model expects of wrong poses counts like so many of them.
+  constexpr double kExpected = 4.0;
+  constexpr double kSamePlace = 5.0;  // [m]
+  double sum = kExpected * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
+  double samples = kExpected;
+  for (const Tried& one : tried) {
+    if ((one.T_map_scan.translation - T_map_scan.translation).norm() < kSamePlace) continue;
+    sum += std::max(0.0, one.share);
+    samples += 1.0;
+  }
+  return {static_cast<double>(tried.size()), sum / samples};
+}
+
+bool Finds::came_to(const Pose& T_map_scan) const {
+  constexpr double kMetres = 1.0, kRadians = 5.0 * std::numbers::pi / 180.0;
+  return std::ranges::any_of(tried, [&](const Tried& one) {
+    return is_near(one.T_map_scan, T_map_scan, kMetres, kRadians);
+  });
+}
+
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
                           const Fit& to_itself, const AlertLimit& limit, const PlaceQuery& query) {
   VANTAGE_TRY(const PoseCandidates candidates, bundle.places.find(scan, query));
@@ -137,7 +159,6 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
   result.work.search_ms = candidates.nominal_ms;
   VANTAGE_TRY(std::vector<Start> starts,
               starts_at(bundle, candidates.poses, result.work, query.stop));
-  result.aligned = starts.size();
   if (query.stop.stop_requested()) return result;
 
   const auto align = [&](PointsView points, const std::vector<Start>& from) {
@@ -146,7 +167,10 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
   };
   VANTAGE_TRY(const auto first, align(evenly_picked(scan, kFirstPoints), starts));
   starts.clear();
-  for (const Find& find : different(first, kWhole)) starts.push_back(start_at(find));
+  for (const Find& find : different(first, first.size())) {
+    result.tried.push_back({find.alignment.T_map_scan, find.evidence.share});
+    if (starts.size() < kWhole) starts.push_back(start_at(find));
+  }
   VANTAGE_TRY(auto found, align(scan, starts));
   found = different(found, kWhole);
   if (!found.empty()) {

@@ -1,5 +1,6 @@
 #include "localize/searcher.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "localize/weighing.hpp"
@@ -7,17 +8,21 @@
 namespace vantage {
 namespace {
 
-// A search finds the place, if it is in the area.
+// A search comes to the sensor's place, if that is in the area.
 constexpr double kRecall = 0.9, kInArea = 0.5;
 // In a narrow area [m], it hardly misses it.
 constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
 
 double recall_in(const PlaceArea& area) {
-  if (!area.complete) return kRecall * kInArea;
-  return area.radius <= kNarrow ? kRecallNarrow : kRecall;
+  return area.complete && area.radius <= kNarrow ? kRecallNarrow : kRecall;
 }
 
 }  // namespace
+
+double SearchAnswer::log_odds() const {
+  const double there = recall * (area.complete ? 1.0 : kInArea);
+  return std::log(there / (1.0 - there));
+}
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
   const PointCloud some = Weighing::scored(task.scan);
@@ -34,6 +39,7 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
                                        *to_itself, AlertLimit::of(params_), query));
   return SearchAnswer{.compared = task.area.complete,
                       .recall = recall_in(task.area),
+                      .area = task.area,
                       .found = std::move(found),
                       .to_itself = *to_itself};
 }

@@ -28,9 +28,13 @@ struct SearchTask {
 struct SearchAnswer {
   bool searchable = true;  ///< false: the bundle holds nothing that can be searched
   bool compared = false;   ///< whether all places where the sensor may be were looked at
-  double recall = 0.0;     ///< probability that the sensor's place is among the finds
+  double recall = 0.0;     ///< probability that the search comes to a place in its area
+  PlaceArea area = {};
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
+
+  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds.
+  [[nodiscard]] double log_odds() const;
 };
 
 /// Searches a bundle. It reads only what other threads may read at the same time.

@@ -1,0 +1,50 @@
+#include "localize/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vantage {
+namespace {
+
+// However clear the evidence: odds that reached 0 could never recover.
+constexpr double kLeast = -60.0;
+// The most that scans before are worth, so that a few that do not fit are noticed.
+constexpr double kMostFar = 20.0;
+// The mean is that of about so many independent scans.
+constexpr double kMeanOf = 5.0;
+// The probability of a place that is alike, as long as nobody has looked for one.
+constexpr double kAlike = 0.05;
+
+}  // namespace
+
+void Support::take(double told, double news) {
+  far_ = std::clamp(far_ + news * told, kLeast, kMostFar);
+}
+
+void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
+                   const ShareModel& model) {
+  take(told, news);
+  scans_ = std::min(kMeanOf, scans_ + news);
+  const double part = news / scans_;
+  for (double Evidence::*const value : {&Evidence::share, &Evidence::noise, &Evidence::bias,
+                                        &Evidence::margin, &Evidence::margin_noise}) {
+    mean_.*value = std::lerp(mean_.*value, evidence.*value, part);
+  }
+  lookalike_ = odds_of_lookalike(mean_, usual, among_, model);
+}
+
+void Support::searched(bool found, double recall) { missed_ = found ? 0.0 : std::log1p(-recall); }
+
+void Support::favour(double log_odds) { prior_ = std::max(kLeast, prior_ + log_odds); }
+
+void Support::doubt(double log_odds) {
+  const double far = std::exp(log_prior() - log_odds) - lookalike_;
+  if (far > std::exp(-far_)) far_ = std::max(kLeast, -std::log(far));
+}
+
+double Support::log_odds(bool compared) const {
+  return log_prior() -
+         std::log(std::exp(-far_) + (compared ? lookalike_ : std::max(kAlike, lookalike_)));
+}
+
+}  // namespace vantage

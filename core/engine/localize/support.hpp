@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+
+#include "localize/evidence.hpp"
+
+namespace vantage {
+
+/// What speaks for a pose that is followed: its odds against "elsewhere", which says that the
+/// sensor is at none of the poses that are followed. The odds are those before any scan, times what
+/// the scans say. Scans at different places are independent for a pose that is far off, so their
+/// logarithms add up. They are not for a lookalike, so its odds are those of the mean of all scans,
+/// however many there are.
+class Support {
+ public:
+  Support() = default;
+  /// @param log_odds  of the pose, before any scan
+  /// @param among     what it was chosen from
+  Support(double log_odds, const Lookalikes& among) : prior_(log_odds), among_(among) {}
+
+  /// Takes in a scan.
+  /// @param told  log(p(scan | right) / p(scan | far off))
+  /// @param news  how independent the scan is of those before, in [0, 1]
+  void take(const Evidence& evidence, double told, double news, std::optional<double> usual,
+            const ShareModel& model);
+  /// The same for a scan whose share says nothing.
+  void take(double told, double news);
+
+  /// What another sensor says of where the sensor is, as in `agreement`. Its errors persist, so it
+  /// counts once: what it said before is forgotten.
+  void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
+  /// What a search of all places says: whether it came to this pose, which it does with the
+  /// probability `recall` if the pose is right.
+  void searched(bool found, double recall);
+  /// What the last search says of wrong poses around here.
+  void be_among(double scale) { among_.scale = scale; }
+  /// Makes the odds higher or lower.
+  void favour(double log_odds);
+  /// Lowers the odds to these; scans may raise them again.
+  void doubt(double log_odds);
+
+  /// @param compared  the pose, with all other places; otherwise one of them may be alike
+  [[nodiscard]] double log_odds(bool compared) const;
+
+ private:
+  [[nodiscard]] double log_prior() const { return prior_ + absolute_ + missed_; }
+
+  double prior_ = 0.0, absolute_ = 0.0, missed_ = 0.0;
+  double far_ = 0.0;  // log ratio to a pose that is far off
+  Lookalikes among_ = Lookalikes::of({});
+  Evidence mean_;
+  double scans_ = 0.0;      // in the mean, by their news
+  double lookalike_ = 0.0;  // odds_of_lookalike of the mean
+};
+
+}  // namespace vantage

@@ -1,0 +1,103 @@
+#include "localize/support.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "localize/hypothesis.hpp"
+
+using namespace vantage;
+
+namespace {
+
+/// What a scan with this share says, where nothing is usual yet.
+void take(Support& support, double share, double news = 1.0) {
+  const Evidence evidence{.share = share, .noise = 0.01, .margin = 0.3};
+  support.take(evidence, log_ratio_to_far(evidence, {}), news, {}, {});
+}
+
+Hypothesis with_odds(double odds) {
+  Hypothesis one;
+  one.support = Support(std::log(odds), Lookalikes::of({}));
+  return one;
+}
+
+}  // namespace
+
+TEST_CASE("beliefs add up to 1, whatever the evidence") {
+  std::vector<Hypothesis> both{with_odds(9.0), with_odds(4.0)};
+  CHECK(update_beliefs(both, true) == doctest::Approx(1.0 / 14.0));
+  CHECK(both[0].belief == doctest::Approx(9.0 / 14.0));
+  both[0].support.favour(-500.0);
+  both[1].support.take(500.0, 1.0);
+  CHECK(update_beliefs(both, true) + both[0].belief + both[1].belief == doctest::Approx(1.0));
+  CHECK(both[1].belief == doctest::Approx(1.0));
+  CHECK(both[0].belief > 0.0);                // it can come back
+  CHECK(update_beliefs(both, false) > 0.01);  // somewhere it may look the same
+}
+
+TEST_CASE("scans at different places tell a pose from those far off, but not from a lookalike") {
+  const Lookalikes street{.count = 10.0, .scale = 0.06};
+  Support once(0.0, street), often(0.0, street), sharp(0.0, street);
+  take(once, 0.15);
+  for (int k = 0; k < 20; ++k) take(often, 0.15);
+  take(sharp, 0.7);
+  CHECK(once.log_odds(true) < 1.0);
+  CHECK(often.log_odds(true) < 1.0);
+  CHECK(sharp.log_odds(true) > 5.0);
+  Support alone(0.0, {.count = 10.0, .scale = 0.015});  // the others there did not fit at all
+  take(alone, 0.15);
+  CHECK(alone.log_odds(true) > once.log_odds(true) + 1.0);
+  once.be_among(0.015);
+  take(once, 0.15);
+  CHECK(once.log_odds(true) > 1.0);
+}
+
+TEST_CASE("a few scans that do not fit outweigh any number that did") {
+  Support support(0.0, Lookalikes::of({}));
+  for (int k = 0; k < 1000; ++k) take(support, 0.7);
+  for (int k = 0; k < 8; ++k) take(support, 0.0);
+  CHECK(support.log_odds(true) < 0.0);
+}
+
+TEST_CASE("a prior counts once, however often it is seen, and a later one replaces it") {
+  Support support(2.0, Lookalikes::of({}));
+  support.take(20.0, 1.0);
+  const double before = support.log_odds(true);
+  for (int k = 0; k < 10; ++k) support.see_prior(-2.0);
+  CHECK(support.log_odds(true) == doctest::Approx(before - 2.0));
+  support.see_prior(0.0);
+  CHECK(support.log_odds(true) == doctest::Approx(before));
+}
+
+TEST_CASE("a search that does not come to a pose speaks against it, and counts once") {
+  Support support(2.0, Lookalikes::of({}));
+  const double before = support.log_odds(true);
+  for (int k = 0; k < 3; ++k) support.searched(false, 0.9);
+  CHECK(support.log_odds(true) == doctest::Approx(before + std::log(0.1)));
+  support.searched(true, 0.9);
+  CHECK(support.log_odds(true) == doctest::Approx(before));
+}
+
+TEST_CASE("what is doubted goes elsewhere, and scans that fit bring it back") {
+  std::vector<Hypothesis> one{with_odds(4.0)};
+  take(one[0].support, 0.7);
+  const double sure = one[0].support.log_odds(true);
+  doubt(one, 0.25);
+  CHECK(update_beliefs(one, true) == doctest::Approx(0.25).epsilon(0.01));
+  doubt(one, 0.0);
+  CHECK(update_beliefs(one, true) == doctest::Approx(0.25).epsilon(0.01));
+  for (int k = 0; k < 3; ++k) take(one[0].support, 0.7);
+  CHECK(one[0].support.log_odds(true) == doctest::Approx(sure).epsilon(0.05));
+}
+
+TEST_CASE("poses that became the same are believed together, and a dropped one is elsewhere") {
+  std::vector<Hypothesis> all{with_odds(1.0), with_odds(3.0), with_odds(2.0)};
+  all[1].last.translation.x() = 0.1;
+  all[2].last.translation.x() = 50.0;
+  static_cast<void>(update_beliefs(all, true));
+  sort_out(all, 1);
+  REQUIRE(all.size() == 1);
+  CHECK(all[0].last.translation.x() == 0.1);
+  CHECK(update_beliefs(all, true) == doctest::Approx(3.0 / 7.0).epsilon(0.01));
+}
