@@ -27,7 +27,8 @@ enum class Change : std::uint64_t {
   buildings_gone,
   buildings_new,
   leaves_gone,
-  fences_new
+  fences_new,
+  rebuilt_half
 };
 
 template <class... Numbers>
@@ -68,6 +69,7 @@ class Changer {
     VANTAGE_CHECK(remove_buildings());
     VANTAGE_CHECK(add_buildings());
     VANTAGE_CHECK(add_fences());
+    if (changes_.rebuilt_half) rebuild_half();
     Campus result = without(with_fewer_leaves(), gone_);
     result.add(std::move(new_));
     return result;
@@ -84,8 +86,10 @@ class Changer {
 
   [[nodiscard]] std::vector<Plot> plots(std::initializer_list<Surface> kinds) const {
     std::vector<Plot> found;
-    for (const Thing& thing : campus_.things) {
-      if (std::ranges::find(kinds, thing.kind) != kinds.end()) found.push_back(thing.plot);
+    for (const auto* things : {&campus_.things, &new_.things}) {
+      for (const Thing& thing : *things) {
+        if (std::ranges::find(kinds, thing.kind) != kinds.end()) found.push_back(thing.plot);
+      }
     }
     return found;
   }
@@ -132,33 +136,54 @@ class Changer {
     return fail_at({key}, std::string(key) + ": the campus has no place left for " + what);
   }
 
-  [[nodiscard]] Result<void> add_buildings() {
+  /// @param suits  whether a building may stand there
+  template <class Suits>
+  [[nodiscard]] Result<void> add_building(Random random, const char* key, Suits suits) {
     constexpr double kMargin = 2.2;  // from the border of the block, as for the others
-    std::vector<Plot> taken = plots({Surface::building, Surface::wall, Surface::overpass});
-    for (int k = 0; k < changes_.buildings_new; ++k) {
-      Random random = random_of(params_, Change::buildings_new, k);
-      const auto draw = [&](int tries) -> std::optional<Plot> {
-        const Block& block = blocks_[random.next() % blocks_.size()];
-        const double largest = std::lerp(6.0, 2.8, static_cast<double>(tries) / kPlacesTried);
-        const double half_x = random.uniform(2.8, largest), half_y = random.uniform(2.8, largest);
-        const double u = random.uniform(), v = random.uniform();
-        const Plot plot{block.corners[0] + u * (block.corners[1] - block.corners[0]) +
-                            v * (block.corners[3] - block.corners[0]),
-                        block.along(0),
-                        {half_x, half_y}};
-        if (!block.contains(plot, kMargin) || !is_free(plot.grown(kGap), taken)) {
-          return std::nullopt;
-        }
-        return plot;
-      };
-      VANTAGE_TRY(const Plot plot, find_place(draw, "changes.buildings_new", "a building"));
-      taken.push_back(plot);
-      new_.add(Surface::building, plot, make_building(BuildingShape::box, plot, terrain_, random));
-      for (const std::size_t plant : things(Surface::vegetation)) {
-        if (overlap(plot.grown(2.0), campus_.things[plant].plot)) gone_[plant] = true;
+    const auto taken = plots({Surface::building, Surface::wall, Surface::overpass});
+    const auto draw = [&](int tries) -> std::optional<Plot> {
+      const Block& block = blocks_[random.next() % blocks_.size()];
+      const double largest = std::lerp(6.0, 2.8, static_cast<double>(tries) / kPlacesTried);
+      const double half_x = random.uniform(2.8, largest), half_y = random.uniform(2.8, largest);
+      const double u = random.uniform(), v = random.uniform();
+      const Plot plot{block.corners[0] + u * (block.corners[1] - block.corners[0]) +
+                          v * (block.corners[3] - block.corners[0]),
+                      block.along(0),
+                      {half_x, half_y}};
+      if (!block.contains(plot, kMargin) || !is_free(plot.grown(kGap), taken) || !suits(plot)) {
+        return std::nullopt;
       }
+      return plot;
+    };
+    VANTAGE_TRY(const Plot plot, find_place(draw, key, "a building"));
+    new_.add(Surface::building, plot, make_building(BuildingShape::box, plot, terrain_, random));
+    for (const std::size_t plant : things(Surface::vegetation)) {
+      if (overlap(plot.grown(2.0), campus_.things[plant].plot)) gone_[plant] = true;
     }
     return {};
+  }
+
+  [[nodiscard]] Result<void> add_buildings() {
+    for (int k = 0; k < changes_.buildings_new; ++k) {
+      VANTAGE_CHECK(add_building(random_of(params_, Change::buildings_new, k),
+                                 "changes.buildings_new", [](const Plot&) { return true; }));
+    }
+    return {};
+  }
+
+  void rebuild_half() {
+    const auto is_there = [](const Plot& plot) { return plot.centre.x() > 0.0; };
+    int count = 0;
+    for (const std::size_t building : things(Surface::building)) {
+      if (!is_there(campus_.things[building].plot)) continue;
+      gone_[building] = true;
+      ++count;
+    }
+    for (int k = 0; k < count; ++k) {
+      const auto added = add_building(random_of(params_, Change::rebuilt_half, k),
+                                      "changes.rebuilt_half", is_there);
+      if (!added) break;  // there is no place left
+    }
   }
 
   /// On the line between a verge and its block, where nothing else stands.

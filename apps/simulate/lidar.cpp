@@ -20,7 +20,8 @@ Lidar::Lidar(const LidarParams& params, std::uint64_t seed)
     : params_(params),
       seed_(hash(seed, Purpose::ray)),
       clutter_seed_(hash(seed, Purpose::clutter)),
-      angle_seed_(hash(seed, Purpose::ray_angle)) {}
+      angle_seed_(hash(seed, Purpose::ray_angle)),
+      crowd_(params, seed) {}
 
 bool Lidar::is_disturbed(std::size_t index, std::size_t scans) const noexcept {
   const double driven = static_cast<double>(index) / static_cast<double>(scans);
@@ -125,8 +126,9 @@ Sweep Lidar::sweep(const World& world, const Drive& drive, std::size_t index) co
     }
     for (int ring = 0; ring < params_.rings; ++ring) {
       const Eigen::Vector3d ahead = direction(firing, ring, number);
-      const auto hit =
-          world.cast(pose.translation, (rotation * ahead).normalized(), params_.max_range);
+      const Eigen::Vector3d ray_direction = (rotation * ahead).normalized();
+      auto hit = world.cast(pose.translation, ray_direction, params_.max_range);
+      if (disturbed) hit = crowd_.before(hit, ray_direction, stamp + seconds - drive.stamp(0));
       const Ray ray{index, firing, ring};
       auto range = disturbed ? cluttered(hit, ray) : std::nullopt;
       if (!range) range = returned(hit, ray);

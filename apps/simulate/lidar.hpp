@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "simulate/crowd.hpp"
 #include "simulate/drive.hpp"
 #include "simulate/params.hpp"
 #include "simulate/world.hpp"
@@ -32,7 +33,7 @@ class Lidar {
                                           std::size_t number = 0) const noexcept;
 
   /// Noise, clutter and losses of a ray depend only on the seed, the scan and the ray. A covered or
-  /// cluttered ray changes no other ray.
+  /// cluttered ray, and one that meets a person, changes no other ray.
   /// With `motion_distortion`, a point is in the sensor frame at its own moment; otherwise in the
   /// sensor frame at the scan's stamp.
   [[nodiscard]] Sweep sweep(const World& world, const Drive& drive, std::size_t index) const;
@@ -58,6 +59,7 @@ class Lidar {
 
   LidarParams params_;
   std::uint64_t seed_, clutter_seed_, angle_seed_;
+  Crowd crowd_;
 };
 
 }  // namespace vantage::simulation

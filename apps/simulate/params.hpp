@@ -151,6 +151,7 @@ struct LidarParams {
   bool motion_distortion = true;
   std::optional<double> covered_from, covered_to;
   double clutter = 0.0;
+  int people = 0;
   double disturbed_from = 0.0, disturbed_to = 1.0;
 
   static constexpr auto schema() {
@@ -219,8 +220,11 @@ struct LidarParams {
                  "share of the rays that return early, like from rain or dust: at any range up to "
                  "15 m before the surface",
                  between(0, 1)),
+        optional("people", &P::people, "",
+                 "who walk with the sensor, 1 to 5 m away from it, and are in no map",
+                 between(0, 100)),
         optional("disturbed_from", &P::disturbed_from, "",
-                 "share of the drive after which the sensor is covered and sees clutter",
+                 "share of the drive after which the sensor is covered and sees clutter and people",
                  between(0, 1)),
         optional("disturbed_to", &P::disturbed_to, "", "share of the drive at which this ends",
                  between(0, 1)),
@@ -239,6 +243,7 @@ struct ChangesParams {
   int buildings_gone = 0, buildings_new = 0;
   double leaves_gone = 0.0;
   int fences_new = 0;
+  bool rebuilt_half = false;
 
   static constexpr auto schema() {
     using P = ChangesParams;
@@ -256,11 +261,14 @@ struct ChangesParams {
                  between(0, 1)),
         optional("fences_new", &P::fences_new, "",
                  "straight walls that were built beside the streets", between(0, 1000)),
+        optional("rebuilt_half", &P::rebuilt_half, "",
+                 "true: where x > origin_x, all buildings were taken away, and as many were built "
+                 "elsewhere in that half, if there are places"),
     };
   }
   [[nodiscard]] bool any() const noexcept {
     return moved_cars > 0.0 || buildings_gone > 0 || buildings_new > 0 || leaves_gone > 0.0 ||
-           fences_new > 0;
+           fences_new > 0 || rebuilt_half;
   }
 };
 

@@ -24,6 +24,7 @@ enum class Purpose : std::uint64_t {
   imu_bias,
   roughness,
   ray_angle,
+  crowd,
 };
 
 /// SplitMix64 with the distributions that the simulation needs. Unlike the distributions of

@@ -5,20 +5,17 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "arguments.hpp"
-#include "drive.hpp"
 #include "integrity_runs.hpp"
+#include "integrity_scenarios.hpp"
 #include "integrity_worlds.hpp"
-#include "simulate/random.hpp"
 #include "support/plugins.hpp"
 #include "terminal/command_line.hpp"
 #include "vantage/kit/atomic_file.hpp"
@@ -27,14 +24,13 @@
 namespace vantage::benchmarks {
 namespace {
 
-constexpr std::size_t kScansAfterWrongStart = 30;
-
 struct Options {
   std::vector<std::uint64_t> seeds;
   std::vector<std::string> worlds, matchers{"ndt", "icp", "gicp"}, maps, scenarios;
   std::string localizer;  // lines of [localizer], with ';' between them
   std::size_t scans = 0;  // of a run; 0: all
   int kidnaps = 2;        // of a drive with kidnaps
+  int stretch = 1;
   std::filesystem::path json;
   bool quick = false;
   std::size_t jobs = 1;
@@ -52,6 +48,12 @@ const std::vector<NamedMap>& all_maps() {
        .partitioner = kRegionsOf20m,
        .visibility = keep_near,
        .content = "prepared"},
+      {.name = "surface",
+       .partitioner = kRegionsOf20m,
+       .visibility = "plugin = \"surface\"\nmax_range = 60.0"},
+      {.name = "hpr",
+       .partitioner = kRegionsOf20m,
+       .visibility = "plugin = \"hpr\"\nmax_range = 60.0\nparams = { alpha = 100.0 }"},
       {.name = "chosen20",
        .partitioner = kRegionsOf20m,
        .visibility = keep_near,
@@ -72,102 +74,6 @@ std::string localizer_of(const Options& options) {
   return "scan_min_range = 1.0\nprefetch = false\n" + localizer;
 }
 
-/// A run that is to be done.
-struct Task {
-  Scenario scenario;
-  std::size_t part = 0;
-  Pose start;
-  std::size_t begin = 0, end = 0;  // scans
-};
-
-/// 5 to 40 m and any heading off, within the campus.
-Pose wrong_start(const Pose& T_map_sensor, const simulation::WorldParams& params,
-                 std::size_t part) {
-  simulation::Random random(hash(params.seed, 0x577a47U, part));
-  constexpr double kPi = std::numbers::pi, kBorder = 5.0;
-  while (true) {
-    const double metres = random.uniform(5.0, 40.0), direction = kPi * random.symmetric();
-    const Point place =
-        T_map_sensor.translation + metres * Point(std::cos(direction), std::sin(direction), 0.0);
-    const double turn = kPi * random.symmetric();
-    if (std::abs(place.x() - params.campus.origin_x) > params.campus.size_x / 2.0 - kBorder ||
-        std::abs(place.y() - params.campus.origin_y) > params.campus.size_y / 2.0 - kBorder) {
-      continue;
-    }
-    return {.rotation = rotation_from_vector({0.0, 0.0, turn}) * T_map_sensor.rotation,
-            .translation = place};
-  }
-}
-
-std::vector<Task> tasks_of(const NamedWorld& world, Scenario scenario, const SimulatedDrive& drive,
-                           const simulation::WorldParams& params) {
-  const std::size_t scans = drive.scans.size();
-  if (scenario != Scenario::wrong_start) {
-    return {
-        {.scenario = scenario, .start = drive.reference.front().pose, .begin = 0, .end = scans}};
-  }
-  std::vector<Task> tasks;
-  const auto starts = static_cast<std::size_t>(world.wrong_starts);
-  const std::size_t length = std::min(kScansAfterWrongStart, scans);
-  for (std::size_t k = 0; k < starts; ++k) {
-    const std::size_t begin = k * (scans - length) / std::max<std::size_t>(1, starts - 1);
-    tasks.push_back({.scenario = scenario,
-                     .part = k,
-                     .start = wrong_start(drive.reference[begin].pose, params, k),
-                     .begin = begin,
-                     .end = begin + length});
-  }
-  return tasks;
-}
-
-/// GNSS among buildings: 1.5 m off all the time, and 30 m off in the middle third of the drive.
-PosePrior biased_prior(const SimulatedDrive& drive, std::size_t i) {
-  const bool jumps = 3 * i >= drive.scans.size() && 3 * i < 2 * drive.scans.size();
-  PosePrior prior{.T_map_sensor = drive.reference[i].pose};
-  prior.T_map_sensor.translation += Point(jumps ? 30.0 : 1.5, 0.0, 1.0);
-  prior.sigma_translation = {3.0, 3.0, 3.0};
-  return prior;
-}
-
-JudgedScan judge(const ScanReport& report, const Pose& truth) {
-  JudgedScan scan{.stamp = report.stamp,
-                  .tracking = report.tracking,
-                  .risk = report.risk,
-                  .has_pose = report.has_pose,
-                  .seconds_align = report.seconds_align,
-                  .seconds_search = report.seconds_search,
-                  .reason = report.reason};
-  if (report.has_pose) {
-    const PoseError error = error_of(report.T_map_scan, truth);
-    scan.metres = error.centimetres / 100.0;
-    scan.degrees = error.degrees;
-  }
-  if (report.alignment) {
-    scan.nvtl = report.alignment->score.nvtl;
-    scan.coverage = report.alignment->score.coverage;
-  }
-  return scan;
-}
-
-Result<std::vector<JudgedScan>> localize(Localizer localizer, const Task& task,
-                                         const SimulatedDrive& drive) {
-  VANTAGE_CHECK(localizer.start(task.start));
-  std::vector<JudgedScan> scans;
-  for (std::size_t i = task.begin; i < task.end; ++i) {
-    if (task.scenario != Scenario::constant_velocity) {
-      const double stamp = drive.reference[i].stamp;
-      VANTAGE_CHECK(localizer.add(OdometrySample{stamp, drive.odometry[i].pose}));
-    }
-    Scan scan = drive.scan(i);
-    if (task.scenario == Scenario::prior) scan.prior = biased_prior(drive, i);
-    VANTAGE_TRY(const ScanReport report, localizer.localize(scan));
-    scans.push_back(judge(report, drive.reference[i].pose));
-    scans.back().misled =
-        drive.kidnapped[i] || (task.scenario == Scenario::wrong_start && i == task.begin);
-  }
-  return scans;
-}
-
 class Bench {
  public:
   explicit Bench(const Options& options)
@@ -176,14 +82,17 @@ class Bench {
   [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed) {
     const auto begin = std::chrono::steady_clock::now();
     const std::size_t before = scans_;
-    for (const bool kidnapped : {false, true}) {
-      std::vector<Scenario> scenarios;
-      for (const Scenario scenario : world.scenarios) {
-        if ((scenario == Scenario::kidnap) == kidnapped && is_wanted(scenario)) {
-          scenarios.push_back(scenario);
-        }
-      }
-      if (!scenarios.empty()) VANTAGE_CHECK(add(world, seed, scenarios, kidnapped));
+    std::vector<std::pair<DriveNeeds, std::vector<Scenario>>> drives;
+    for (const Scenario scenario : world.scenarios) {
+      if (!is_wanted(scenario)) continue;
+      const DriveNeeds needs = needs_of(scenario, options_.kidnaps, options_.stretch);
+      const auto same = std::ranges::find(drives, needs, &decltype(drives)::value_type::first);
+      auto& drive =
+          same == drives.end() ? drives.emplace_back(needs, std::vector<Scenario>{}) : *same;
+      drive.second.push_back(scenario);
+    }
+    for (const auto& [needs, scenarios] : drives) {
+      VANTAGE_CHECK(add(world, seed, scenarios, needs));
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     std::cerr << fmt::format("{}, seed {}: {} scans in {:.1f} s\n", world.name, seed,
@@ -195,24 +104,25 @@ class Bench {
 
  private:
   [[nodiscard]] bool is_wanted(Scenario scenario) const {
-    return options_.scenarios.empty() ||
-           std::ranges::find(options_.scenarios, to_string(scenario)) != options_.scenarios.end();
+    if (options_.scenarios.empty())
+      return std::ranges::find(kRepeatable, scenario) != kRepeatable.end();
+    return std::ranges::find(options_.scenarios, to_string(scenario)) != options_.scenarios.end();
   }
 
   [[nodiscard]] Result<void> add(const NamedWorld& world, std::uint64_t seed,
-                                 const std::vector<Scenario>& scenarios, bool kidnapped) {
-    VANTAGE_TRY(const auto params, params_of(world, seed, kidnapped ? options_.kidnaps : 0));
-    VANTAGE_TRY(const SimulatedDrive drive, simulated_drive(params, options_.scans, params.seed));
+                                 const std::vector<Scenario>& scenarios, const DriveNeeds& needs) {
+    VANTAGE_TRY(const auto params, params_of(world, seed, needs));
+    VANTAGE_TRY(const JudgedDrive drive, judged_drive(world, params, options_.scans));
     for (const std::string& name : options_.maps) {
       const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);
       for (const std::string& matcher : options_.matchers) {
         // Only ndt prepares maps, and selectors choose from prepared ones.
         if (map.content == "prepared" && matcher != "ndt") continue;
-        VANTAGE_TRY(const Bundle bundle, bundles_.open(params, map, world.second_copy));
+        VANTAGE_TRY(const Bundle bundle, bundles_.open(params, map, world.map));
         VANTAGE_TRY(const Config config, config_of(map, matcher, localizer_, bundle.name()));
         std::vector<Task> tasks;
         for (const Scenario scenario : scenarios) {
-          const auto more = tasks_of(world, scenario, drive, params);
+          const auto more = tasks_of(world, scenario, drive.drive, params);
           tasks.insert(tasks.end(), more.begin(), more.end());
         }
         VANTAGE_CHECK(localize_all(tasks, drive, bundle, config,
@@ -227,12 +137,14 @@ class Bench {
   }
 
   /// @param run  all but what belongs to a task
-  [[nodiscard]] Result<void> localize_all(const std::vector<Task>& tasks,
-                                          const SimulatedDrive& drive, const Bundle& bundle,
-                                          const Config& config, const JudgedRun& run) {
+  [[nodiscard]] Result<void> localize_all(const std::vector<Task>& tasks, const JudgedDrive& drive,
+                                          const Bundle& bundle, const Config& config,
+                                          const JudgedRun& run) {
     std::vector<std::optional<Result<std::vector<JudgedScan>>>> done(tasks.size());
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t k) {
-      auto localizer = Localizer::open(bundle, config, test::built_plugins());
+      Config here = config;
+      here.localizer = params_in(tasks[k].scenario, *config.localizer);
+      auto localizer = Localizer::open(bundle, here, test::built_plugins());
       if (!localizer) {
         done[k] = fail(std::move(localizer).error());
       } else {
@@ -273,6 +185,7 @@ Result<void> run(Options options) {
   std::vector<JudgedRun> runs;
   std::size_t scans = 0;
   for (const std::uint64_t seed : options.seeds) {
+    std::cout << fmt::format("Seed {}: {}.\n", seed, use_of_seed(seed));
     Bench bench(options);
     for (const NamedWorld& world : all_worlds()) {
       if (options.worlds.empty() ||
@@ -302,7 +215,8 @@ void declare(Arguments& arguments, Options& options) {
     return result;
   };
   std::vector<std::string> scenarios;
-  for (const Scenario scenario : kScenarios) scenarios.emplace_back(to_string(scenario));
+  for (const Scenario scenario : kRepeatable) scenarios.emplace_back(to_string(scenario));
+  scenarios.emplace_back(to_string(Scenario::live));
   arguments
       .add("--seeds", options.seeds,
            "of the worlds, none of configs/simulate; 101 and 102 if left out", "N,N,...")
@@ -317,12 +231,13 @@ void declare(Arguments& arguments, Options& options) {
       ->delimiter(',');
   arguments
       .add("--maps", options.maps,
-           "the whole map, region maps with points, region maps that ndt prepared, and the 20 or "
-           "80 kB of those that contribute; the first three if left out",
+           "the whole map, region maps with points, region maps that ndt prepared, what surface or "
+           "hpr take for visible, and the 20 or 80 kB that contribute; the first three if left out",
            "NAME,NAME,...", CLI::IsMember(names(all_maps())))
       ->delimiter(',');
   arguments
-      .add("--scenarios", options.scenarios, "all if left out", "NAME,NAME,...",
+      .add("--scenarios", options.scenarios,
+           "all but live if left out, whose results depend on the machine", "NAME,NAME,...",
            CLI::IsMember(scenarios))
       ->delimiter(',');
   arguments.add("--localizer", options.localizer, "keys of [localizer]: 'min_nvtl = 0.6; ...'",
@@ -330,6 +245,9 @@ void declare(Arguments& arguments, Options& options) {
   arguments.add("--scans", options.scans, "the first of each drive only", "N", CLI::PositiveNumber);
   arguments.shown("--kidnaps", options.kidnaps, "in each drive with kidnaps", "N",
                   CLI::Range(1, 1000));
+  arguments.shown("--stretch", options.stretch,
+                  "with odometry, scans are so many times as far apart, and drives as long", "N",
+                  CLI::Range(1, 100));
   arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
   arguments.flag("--quick", options.quick,
                  "unless given: one seed, region maps with points, 60 scans a drive");

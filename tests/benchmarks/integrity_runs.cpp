@@ -1,26 +1,20 @@
 #include "integrity_runs.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
 
-#include "drive.hpp"
-#include "vantage/evaluation/statistics.hpp"
-
 namespace vantage::benchmarks {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr std::array kRisks{1e-1, 3e-2, 1e-2, 3e-3, 1e-3};
 
 bool is_tracked(const JudgedScan& scan) { return scan.tracking == Tracking::tracked; }
+
+bool is_tracked_and_wrong(const JudgedScan& scan) { return is_tracked(scan) && !scan.is_right(); }
 
 /// Until the next event at most.
 double scans_until_found(std::span<const JudgedScan> from_event) {
@@ -31,134 +25,28 @@ double scans_until_found(std::span<const JudgedScan> from_event) {
   return kNever;
 }
 
-// ---- what is printed
-
-std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
-
-/// "0.25 % (3 of 1204; 0.05-0.73)".
-std::string with_interval(const Count& count) {
-  if (count.of == 0) return "-";
-  const Interval interval = clopper_pearson(count);
-  return fmt::format("{} % ({} of {}; {}-{})", percent(count.share()), count.hits, count.of,
-                     percent(interval.low), percent(interval.high));
-}
-
-/// "2 / never (1 of 12)": median, worst and how often never.
-std::string waits(std::vector<double> found_after) {
-  if (found_after.empty()) return "-";
-  std::ranges::sort(found_after);
-  const auto text = [](double scans) {
-    return std::isfinite(scans) ? fmt::format("{:g}", scans) : std::string("never");
-  };
-  const double median = found_after[(found_after.size() - 1) / 2];
-  const auto never = std::ranges::count(found_after, kNever);
-  std::string result = text(median) + " / " + text(found_after.back());
-  if (never > 0) result += fmt::format(" ({} of {})", never, found_after.size());
-  return result;
-}
-
-std::vector<std::string> row(const std::string& world, const std::string& matcher,
-                             const Verdict& verdict) {
-  const double align =
-      verdict.aligned > 0 ? verdict.seconds_align / static_cast<double>(verdict.aligned) : 0.0;
-  return {world,
-          matcher,
-          std::to_string(verdict.scans),
-          with_interval(verdict.wrong_of_tracked),
-          with_interval(verdict.lost_of_right),
-          with_interval(verdict.uncertain),
-          std::to_string(verdict.found_after.size()),
-          waits(verdict.found_after),
-          fmt::format("{} of {}", verdict.wrong_finds, verdict.finds),
-          fmt::format("{:.2f}", 1e3 * align)};
-}
-
-template <class Key>
-std::vector<std::string> in_order(const std::vector<JudgedRun>& runs, Key key) {
-  std::vector<std::string> all;
-  for (const JudgedRun& run : runs) {
-    if (std::ranges::find(all, run.*key) == all.end()) all.push_back(run.*key);
-  }
-  return all;
-}
-
-template <class Take>
-std::vector<const JudgedRun*> those(const std::vector<JudgedRun>& runs, Take take) {
-  std::vector<const JudgedRun*> chosen;
-  for (const JudgedRun& run : runs) {
-    if (take(run)) chosen.push_back(&run);
-  }
-  return chosen;
-}
-
-Verdict verdict_of(const std::vector<const JudgedRun*>& runs) {
-  Verdict verdict;
-  for (const JudgedRun* run : runs) verdict.add(*run);
-  return verdict;
-}
-
-void print_verdicts(const std::vector<JudgedRun>& runs, const char* title, const char* what,
-                    std::string JudgedRun::*key) {
-  print_head(title,
-             {what, "matcher", "scans", "wrong of the tracked", "lost of the right", "uncertain",
-              "misled", "scans until found: median / worst", "wrong finds", "align [ms]"});
-  const auto matchers = in_order(runs, &JudgedRun::matcher);
-  for (const std::string& name : in_order(runs, key)) {
-    for (const std::string& matcher : matchers) {
-      const auto chosen = those(
-          runs, [&](const JudgedRun& run) { return run.*key == name && run.matcher == matcher; });
-      if (!chosen.empty()) print_row(row(name, matcher, verdict_of(chosen)));
-    }
-  }
-}
-
-void print_totals(const std::vector<JudgedRun>& runs) {
-  print_head("In total:", {"worlds", "matcher", "scans", "wrong of the tracked",
-                           "lost of the right", "uncertain", "misled",
-                           "scans until found: median / worst", "wrong finds", "align [ms]"});
-  const auto add = [&](const std::string& name, const std::string& matcher, auto take) {
-    const auto chosen = those(runs, take);
-    if (!chosen.empty()) print_row(row(name, matcher, verdict_of(chosen)));
-  };
-  for (const std::string& matcher : in_order(runs, &JudgedRun::matcher)) {
-    add("all", matcher, [&](const JudgedRun& run) { return run.matcher == matcher; });
-  }
-  add("ambiguous", "all", [](const JudgedRun& run) { return run.ambiguous; });
-  add("the others", "all", [](const JudgedRun& run) { return !run.ambiguous; });
-  add("all", "all", [](const JudgedRun&) { return true; });
-}
-
-std::string shown(Kept kept) {
-  switch (kept) {
-    case Kept::yes: return "yes";
-    case Kept::no: return "NO";
-    case Kept::undecided: return "undecided";
-  }
-  return {};
-}
-
-void print_calibration(const std::vector<JudgedRun>& runs) {
-  print_head("Is the stated risk kept?", {"matcher", "risk at most", "scans", "mean of the stated",
-                                          "wrong", "stretches", "upper limit (95 %)", "kept"});
-  const auto add = [&](const std::string& name, const std::vector<const JudgedRun*>& chosen) {
-    for (const double risk : kRisks) {
-      const Calibration c = calibration(chosen, risk);
-      print_row({name, fmt::format("{:g}", risk), std::to_string(c.wrong.of),
-                 c.wrong.of > 0 ? fmt::format("{:.2g}", c.stated) : "-",
-                 c.wrong.of > 0 ? fmt::format("{:.2g} ({})", c.wrong.share(), c.wrong.hits) : "-",
-                 std::to_string(c.stretches), fmt::format("{:.2g}", upper_limit(c.wrong)),
-                 shown(kept(c))});
-    }
-  };
-  const auto matchers = in_order(runs, &JudgedRun::matcher);
-  for (const std::string& matcher : matchers) {
-    add(matcher, those(runs, [&](const JudgedRun& run) { return run.matcher == matcher; }));
-  }
-  if (matchers.size() > 1) add("all", those(runs, [](const JudgedRun&) { return true; }));
-}
-
 nlohmann::ordered_json number_or_null(const std::optional<double>& x) {
   return x ? nlohmann::ordered_json(*x) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json to_json(const Verdict& verdict) {
+  nlohmann::ordered_json result{{"scans", verdict.scans},
+                                {"kilometres", verdict.kilometres},
+                                {"tracked", verdict.wrong_of_tracked.of},
+                                {"wrong", verdict.wrong_of_tracked.hits},
+                                {"stretches", verdict.stretches},
+                                {"farthest_m", verdict.farthest},
+                                {"least_risk", verdict.least_risk},
+                                {"goals", nlohmann::ordered_json::array()}};
+  for (const Goal& goal : goals(verdict)) {
+    result["goals"].push_back({{"what", goal.what},
+                               {"value", goal.value},
+                               {"low", goal.interval.low},
+                               {"high", goal.interval.high},
+                               {"limit", goal.limit},
+                               {"met", goal.is_met()}});
+  }
+  return result;
 }
 
 }  // namespace
@@ -167,8 +55,15 @@ void Verdict::add(const JudgedRun& run) {
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const JudgedScan& scan = run.scans[i];
     ++scans;
+    kilometres += scan.driven / 1000.0;
     uncertain.add(scan.tracking == Tracking::uncertain);
+    if (!run.ambiguous) uncertain_if_clear.add(scan.tracking == Tracking::uncertain);
     if (is_tracked(scan)) wrong_of_tracked.add(!scan.is_right());
+    if (is_tracked_and_wrong(scan)) {
+      if (i == 0 || !is_tracked_and_wrong(run.scans[i - 1])) ++stretches;
+      farthest = std::max(farthest, scan.metres);
+      least_risk = std::min(least_risk, scan.risk);
+    }
     if (scan.is_right()) lost_of_right.add(scan.tracking == Tracking::lost);
     if (i > 0 && is_tracked(scan) && !is_tracked(run.scans[i - 1])) {
       ++finds;
@@ -194,7 +89,7 @@ Calibration calibration(const std::vector<const JudgedRun*>& runs, double risk) 
         result.wrong.add(wrong);
         result.stated += scan.risk;
       }
-      if (wrong && !in_stretch) ++result.stretches;
+      if (counts && !(wrong && in_stretch)) result.wrong_by_stretch.add(wrong);
       in_stretch = wrong;
     }
   }
@@ -202,18 +97,40 @@ Calibration calibration(const std::vector<const JudgedRun*>& runs, double risk) 
   return result;
 }
 
-Kept kept(const Calibration& calibration) {
-  if (upper_limit(calibration.wrong) <= calibration.risk) return Kept::yes;
-  if (clopper_pearson(calibration.wrong).low > calibration.risk) return Kept::no;
+Kept kept(const Count& wrong, double risk) {
+  if (upper_limit(wrong) <= risk) return Kept::yes;
+  if (clopper_pearson(wrong).low > risk) return Kept::no;
   return Kept::undecided;
 }
 
-void print(const std::vector<JudgedRun>& runs) {
-  print_verdicts(runs, "By world:", "world", &JudgedRun::world);
-  print_verdicts(runs, "By scenario:", "scenario", &JudgedRun::scenario);
-  print_verdicts(runs, "By map:", "map", &JudgedRun::map);
-  print_totals(runs);
-  print_calibration(runs);
+std::vector<Goal> goals(const Verdict& verdict) {
+  const auto share = [](const char* what, const Count& count, double limit) {
+    return Goal{
+        .what = what, .value = count.share(), .interval = clopper_pearson(count), .limit = limit};
+  };
+  const double per_kilometre = verdict.kilometres > 0.0 ? 1.0 / verdict.kilometres : 0.0;
+  const Interval events = poisson_interval(verdict.stretches);
+  return {share("wrong of the tracked", verdict.wrong_of_tracked, 1e-3),
+          {.what = "wrong stretches a kilometre",
+           .value = static_cast<double>(verdict.stretches) * per_kilometre,
+           .interval = {events.low * per_kilometre, events.high * per_kilometre},
+           .limit = 1.0 / 20.0},
+          share("lost of the right", verdict.lost_of_right, 5e-3),
+          share("uncertain, where a place is not ambiguous", verdict.uncertain_if_clear, 3e-2)};
+}
+
+Verdict verdict_of(const std::vector<const JudgedRun*>& runs) {
+  Verdict verdict;
+  for (const JudgedRun* run : runs) verdict.add(*run);
+  return verdict;
+}
+
+std::vector<std::string> in_order(const std::vector<JudgedRun>& runs, std::string JudgedRun::*key) {
+  std::vector<std::string> all;
+  for (const JudgedRun& run : runs) {
+    if (std::ranges::find(all, run.*key) == all.end()) all.push_back(run.*key);
+  }
+  return all;
 }
 
 std::string to_json(const std::vector<JudgedRun>& runs) {
@@ -235,6 +152,7 @@ std::string to_json(const std::vector<JudgedRun>& runs) {
                                  {"error_deg", nullptr},
                                  {"nvtl", number_or_null(scan.nvtl)},
                                  {"coverage", number_or_null(scan.coverage)},
+                                 {"driven_m", scan.driven},
                                  {"seconds_align", scan.seconds_align},
                                  {"seconds_search", scan.seconds_search},
                                  {"reason", scan.reason}};
@@ -245,10 +163,18 @@ std::string to_json(const std::vector<JudgedRun>& runs) {
       scans.push_back(std::move(one));
     }
   }
-  return nlohmann::ordered_json{
-             {"alert_m", kAlertMetres}, {"alert_deg", kAlertDegrees}, {"scans", std::move(scans)}}
-             .dump(1) +
-         "\n";
+  nlohmann::ordered_json worlds;
+  for (const std::string& world : in_order(runs, &JudgedRun::world)) {
+    worlds[world] =
+        to_json(verdict_of(those(runs, [&](const JudgedRun& run) { return run.world == world; })));
+  }
+  const nlohmann::ordered_json all{
+      {"alert_m", kAlertMetres},
+      {"alert_deg", kAlertDegrees},
+      {"total", to_json(verdict_of(those(runs, [](const JudgedRun&) { return true; })))},
+      {"worlds", std::move(worlds)},
+      {"scans", std::move(scans)}};
+  return all.dump(1) + "\n";
 }
 
 }  // namespace vantage::benchmarks

@@ -12,16 +12,6 @@
 #include "simulate/world.hpp"
 
 namespace vantage::benchmarks {
-namespace {
-
-/// A level campus with a straight street of 120 m, which the drive takes as its second one.
-std::vector<std::string> long_street(const std::string& layout) {
-  return {"campus.layout=" + layout,     "campus.size_x=80.0",       "campus.size_y=240.0",
-          "campus.street_spacing=120.0", "campus.street_jitter=0.0", "campus.ground_relief=0.0",
-          "drive.length=130.0",          "drive.scan_every=6"};
-}
-
-}  // namespace
 
 const char* to_string(Scenario scenario) noexcept {
   switch (scenario) {
@@ -30,43 +20,19 @@ const char* to_string(Scenario scenario) noexcept {
     case Scenario::wrong_start: return "wrong_start";
     case Scenario::kidnap: return "kidnap";
     case Scenario::prior: return "prior";
+    case Scenario::slip: return "slip";
+    case Scenario::late_odometry: return "late_odometry";
+    case Scenario::budget: return "budget";
+    case Scenario::live: return "live";
   }
   return "";
 }
 
-std::span<const NamedWorld> all_worlds() {
-  static const std::vector<NamedWorld> worlds{
-      {.name = "plain", .overrides = {}},
-      {.name = "half_covered",
-       .overrides = {"lidar.covered_from=-180.0", "lidar.covered_to=0.0",
-                     "lidar.disturbed_from=0.2"}},
-      {.name = "cars_moved", .overrides = {"changes.moved_cars=1.0"}},
-      {.name = "building_gone", .overrides = {"changes.buildings_gone=3"}},
-      {.name = "building_new", .overrides = {"changes.buildings_new=2", "changes.fences_new=4"}},
-      {.name = "leaves", .overrides = {"changes.leaves_gone=1.0"}},
-      {.name = "clutter", .overrides = {"lidar.clutter=0.15"}},
-      {.name = "rows", .overrides = long_street("rows"), .ambiguous = true},
-      {.name = "tunnel", .overrides = long_street("tunnel"), .ambiguous = true},
-      {.name = "square",
-       .overrides = {"campus.layout=square", "campus.size_x=150.0", "campus.size_y=150.0",
-                     "campus.street_spacing=50.0", "campus.ground_relief=0.0",
-                     "lidar.max_range=35.0", "drive.route=2", "drive.length=130.0",
-                     "drive.scan_every=6"},
-       .ambiguous = true},
-      {.name = "kidnaps", .overrides = {"drive.length=90.0"}, .scenarios = {Scenario::kidnap}},
-      {.name = "wrong_starts",
-       .overrides = {},
-       .scenarios = {Scenario::wrong_start},
-       .wrong_starts = 12},
-      {.name = "sweeps", .overrides = {"lidar.motion_distortion=true", "drive.scan_every=1"}},
-      {.name = "large",
-       .overrides = {"campus.size_x=500.0", "campus.size_y=500.0", "drive.length=120.0"},
-       .wrong_starts = 2},
-      {.name = "slopes",
-       .overrides = {"campus.ground_relief=15.0", "lidar.roll=6.0", "lidar.pitch=-8.0"}},
-      {.name = "doubled", .overrides = {}, .ambiguous = true, .second_copy = {0.5, 0.5, 0.0}},
-  };
-  return worlds;
+const char* use_of_seed(std::uint64_t seed) noexcept {
+  constexpr std::array<std::uint64_t, 3> kChose{301, 303, 311}, kSeen{401, 402, 403};
+  if (std::ranges::find(kChose, seed) != kChose.end()) return "constants were chosen on it";
+  if (std::ranges::find(kSeen, seed) != kSeen.end()) return "seen once, after the choice";
+  return seed >= 601 ? "not seen before" : "seen by earlier versions";
 }
 
 Result<void> check_seed(std::uint64_t seed) {
@@ -78,12 +44,13 @@ Result<void> check_seed(std::uint64_t seed) {
   return {};
 }
 
-Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
-                                          int kidnaps) {
+Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed, int kidnaps,
+                                          const std::vector<std::string>& more) {
   VANTAGE_CHECK(check_seed(seed));
   std::vector<std::string> overrides = world.overrides;
   overrides.push_back(fmt::format("seed={}", seed));
   overrides.push_back(fmt::format("drive.kidnaps={}", kidnaps));
+  overrides.insert(overrides.end(), more.begin(), more.end());
   return simulation::load_world(VANTAGE_SOURCE_DIR "/configs/simulate/integrity.toml", overrides);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +14,7 @@
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
+#include "world_maps.hpp"
 
 namespace vantage::benchmarks {
 
@@ -21,29 +24,49 @@ enum class Scenario : std::uint8_t {
   wrong_start,        ///< from starts that are far off, with odometry
   kidnap,             ///< from the right start, with odometry, carried away on the way
   prior,              ///< as odometry, with a biased absolute prior that jumps for a while
+  slip,               ///< as odometry, whose wheels spin on a fifth of the way
+  late_odometry,      ///< as odometry, whose clock is 50 ms late
+  budget,             ///< as kidnap, and a scan waits for a search for 20 ms
+  live,               ///< as budget, in real time
 };
-inline constexpr std::array kScenarios{Scenario::odometry, Scenario::constant_velocity,
-                                       Scenario::wrong_start, Scenario::kidnap, Scenario::prior};
+/// Those that give the same results on every machine.
+inline constexpr std::array kRepeatable{Scenario::odometry,      Scenario::constant_velocity,
+                                        Scenario::wrong_start,   Scenario::kidnap,
+                                        Scenario::prior,         Scenario::slip,
+                                        Scenario::late_odometry, Scenario::budget};
 [[nodiscard]] const char* to_string(Scenario scenario) noexcept;
 
 /// A row of the benchmark's table: a world, and what differs between its map and its drive.
 struct NamedWorld {
   std::string name;
   std::vector<std::string> overrides;  ///< of configs/simulate/integrity.toml
-  bool ambiguous = false;              ///< it has places that look alike to the sensor
-  std::vector<Scenario> scenarios{kScenarios.begin(), kScenarios.end()};
+  /// `uncertain` is a right answer here: places look alike, or the map does not show them.
+  bool ambiguous = false;
+  std::vector<Scenario> scenarios{Scenario::odometry, Scenario::constant_velocity,
+                                  Scenario::wrong_start, Scenario::kidnap, Scenario::prior};
   int wrong_starts = 5;  ///< a drive
-  /// The map holds everything twice: the second copy is moved by this [m].
-  Point second_copy = Point::Zero();
+  MapDifference map = {};
+  /// The localizer gets `axes * p` for every point p of a scan.
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+
+  /// Whether a pose can be right: not in the map of another place, and not with mirrored scans.
+  [[nodiscard]] bool has_truth() const noexcept {
+    return !map.of_another_place && axes.determinant() > 0.0;
+  }
 };
 [[nodiscard]] std::span<const NamedWorld> all_worlds();
+
+/// What is known of the worlds of a seed: whether constants of the verdict were chosen on them.
+[[nodiscard]] const char* use_of_seed(std::uint64_t seed) noexcept;
 
 /// Errors: `invalid_input` for a seed of configs/simulate/, whose worlds the engine was made with.
 [[nodiscard]] Result<void> check_seed(std::uint64_t seed);
 
+/// @param more  overrides
 /// Errors: those of load_world and of check_seed.
 [[nodiscard]] Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t seed,
-                                                        int kidnaps);
+                                                        int kidnaps,
+                                                        const std::vector<std::string>& more = {});
 
 /// @return  what map.pcd would hold, map frame [m]
 [[nodiscard]] Result<PointCloud> simulated_map(const simulation::WorldParams& params);

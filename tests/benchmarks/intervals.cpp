@@ -1,6 +1,7 @@
 #include "intervals.hpp"
 
 #include <boost/math/special_functions/beta.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 
 namespace vantage::benchmarks {
 namespace {
@@ -27,5 +28,12 @@ Interval clopper_pearson(const Count& count, double confidence) {
 }
 
 double upper_limit(const Count& count, double confidence) { return upper(count, 1.0 - confidence); }
+
+Interval poisson_interval(std::size_t events, double confidence) {
+  const double tail = (1.0 - confidence) / 2.0;
+  const auto k = static_cast<double>(events);
+  return {.low = events == 0 ? 0.0 : boost::math::gamma_p_inv(k, tail),
+          .high = boost::math::gamma_q_inv(k + 1.0, tail)};
+}
 
 }  // namespace vantage::benchmarks

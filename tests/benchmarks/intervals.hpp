@@ -34,4 +34,8 @@ struct Interval {
 /// The one-sided upper limit of that probability; 1 if nothing was counted.
 [[nodiscard]] double upper_limit(const Count& count, double confidence = 0.95);
 
+/// The exact interval of Garwood (Biometrika 28, 1936) for the mean of a Poisson distribution, from
+/// the number of events that were counted.
+[[nodiscard]] Interval poisson_interval(std::size_t events, double confidence = 0.95);
+
 }  // namespace vantage::benchmarks

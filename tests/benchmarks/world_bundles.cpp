@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "integrity_worlds.hpp"
 #include "support/plugins.hpp"
 #include "vantage/engine/assessment.hpp"
 #include "vantage/engine/bundle_build.hpp"
@@ -41,19 +40,16 @@ plugin = "{}"
 }
 
 Result<Bundle> WorldBundles::open(const simulation::WorldParams& params, const NamedMap& map,
-                                  const Point& second_copy) {
+                                  const MapDifference& difference) {
   simulation::WorldParams key;
   key.seed = params.seed;
   key.campus = params.campus;
   key.map = params.map;
-  auto& world = worlds_[fmt::format("{}\n{} {} {}", simulation::to_world_file(key), second_copy.x(),
-                                    second_copy.y(), second_copy.z())];
+  key.drive.route = params.drive.route;  // of a survey
+  auto& world = worlds_[simulation::to_world_file(key) + difference.key()];
   if (!world) {
-    VANTAGE_TRY(PointCloud points, simulated_map(key));
     world = std::make_unique<OfWorld>();
-    const std::size_t once = second_copy == Point::Zero() ? 0 : points.size();
-    for (std::size_t i = 0; i < once; ++i) points.push_back(points[i] + second_copy);
-    world->map = std::move(points);
+    VANTAGE_TRY(world->map, map_of(key, difference));
   }
   const std::filesystem::path place = world->folder.path() / map.name;
   const PluginLoader plugins = test::built_plugins();

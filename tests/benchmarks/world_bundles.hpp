@@ -12,6 +12,7 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
+#include "world_maps.hpp"
 
 namespace vantage::benchmarks {
 
@@ -41,10 +42,9 @@ class WorldBundles {
   /// @param localizer  lines of [localizer]
   explicit WorldBundles(std::string localizer) : localizer_(std::move(localizer)) {}
 
-  /// @param second_copy  if it is not 0, the map holds everything twice, moved by this [m]
   /// Errors: those of World, of the build and of Bundle::open.
   [[nodiscard]] Result<Bundle> open(const simulation::WorldParams& params, const NamedMap& map,
-                                    const Point& second_copy = Point::Zero());
+                                    const MapDifference& difference = {});
 
  private:
   struct OfWorld {
