@@ -94,7 +94,8 @@ std::vector<NamedWorld> make_worlds() {
       // Sites of other sizes.
       {.name = "site_250", .overrides = site(250, "0.25"), .wrong_starts = 2},
       {.name = "large",
-       .overrides = {"campus.size_x=500.0", "campus.size_y=500.0", "drive.length=120.0"},
+       .overrides = {"campus.size_x=500.0", "campus.size_y=500.0", "map.point_spacing=0.4",
+                     "drive.length=120.0"},
        .wrong_starts = 2},
       {.name = "site_800", .overrides = site(800, "0.5"), .wrong_starts = 2},
 
