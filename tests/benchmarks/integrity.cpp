@@ -113,7 +113,8 @@ class Bench {
                                  const std::vector<Scenario>& scenarios, const DriveNeeds& needs) {
     VANTAGE_TRY(const auto params, params_of(world, seed, needs));
     VANTAGE_TRY(const JudgedDrive drive, judged_drive(world, params, options_.scans));
-    for (const std::string& name : options_.maps) {
+    const std::vector<std::string> whole{"whole"};
+    for (const std::string& name : world.only_whole ? whole : options_.maps) {
       const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);
       for (const std::string& matcher : options_.matchers) {
         // Only ndt prepares maps, and selectors choose from prepared ones.
