@@ -174,6 +174,11 @@ Options quick(Options options) {
   if (options.seeds.empty()) options.seeds = {101};
   if (options.maps.empty()) options.maps = {"points"};
   if (options.scans == 0) options.scans = 60;
+  if (options.worlds.empty()) {  // all but the sites whose maps take minutes
+    for (const NamedWorld& world : all_worlds()) {
+      if (world.name != "large" && world.name != "site_800") options.worlds.push_back(world.name);
+    }
+  }
   return options;
 }
 
@@ -250,8 +255,9 @@ void declare(Arguments& arguments, Options& options) {
                   "with odometry, scans are so many times as far apart, and drives as long", "N",
                   CLI::Range(1, 100));
   arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
-  arguments.flag("--quick", options.quick,
-                 "unless given: one seed, region maps with points, 60 scans a drive");
+  arguments.flag(
+      "--quick", options.quick,
+      "unless given: one seed, region maps with points, 60 scans a drive, no large sites");
   arguments.shown("-j,--jobs", options.jobs, "threads; results do not depend on it; 0: all", "N");
 }
 
