@@ -251,9 +251,11 @@ void declare(Arguments& arguments, Options& options) {
   arguments.add("--scans", options.scans, "the first of each drive only", "N", CLI::PositiveNumber);
   arguments.shown("--kidnaps", options.kidnaps, "in each drive with kidnaps", "N",
                   CLI::Range(1, 1000));
-  arguments.shown("--stretch", options.stretch,
-                  "with odometry, scans are so many times as far apart, and drives as long", "N",
-                  CLI::Range(1, 100));
+  arguments.shown(
+      "--stretch", options.stretch,
+      "with odometry, scans that are no raw sweeps are so many times as far apart, and drives as "
+      "long",
+      "N", CLI::Range(1, 100));
   arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
   arguments.flag(
       "--quick", options.quick,

@@ -77,6 +77,9 @@ TEST_CASE("scans several times as far apart make a drive of as many scans so man
   REQUIRE(far);
   CHECK(*far->drive.length == 4.0 * *near->drive.length);
   CHECK(far->drive.scan_every == 4 * near->drive.scan_every);
+  const auto sweeps = params_of(world_of("sweeps"), 101, DriveNeeds{.stretch = 4});
+  REQUIRE(sweeps);
+  CHECK(sweeps->drive.scan_every == 1);
   CHECK(needs_of(Scenario::constant_velocity, 2, 4) == DriveNeeds{});
   CHECK(needs_of(Scenario::kidnap, 2, 4) == DriveNeeds{.kidnaps = 2, .stretch = 4});
 }
