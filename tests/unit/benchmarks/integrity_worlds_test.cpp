@@ -84,6 +84,17 @@ TEST_CASE("scans several times as far apart make a drive of as many scans so man
   CHECK(needs_of(Scenario::kidnap, 2, 4) == DriveNeeds{.kidnaps = 2, .stretch = 4});
 }
 
+TEST_CASE("what a scenario changes of the localizer") {
+  const LocalizerParams usual;
+  for (const Scenario scenario : kRepeatable) {
+    const LocalizerParams params = params_in(scenario, usual);
+    CHECK_FALSE(params.live);
+    CHECK(params.search_budget.has_value() == (scenario == Scenario::budget));
+  }
+  CHECK(params_in(Scenario::live, usual).live);
+  CHECK(params_in(Scenario::live, usual).search_budget == 20.0);
+}
+
 TEST_CASE("the truth of a drive whose scans have other axes") {
   for (const NamedWorld& world : all_worlds()) {
     CAPTURE(world.name);
