@@ -113,7 +113,8 @@ class Bench {
                                  const std::vector<Scenario>& scenarios, const DriveNeeds& needs) {
     VANTAGE_TRY(const auto params, params_of(world, seed, needs));
     VANTAGE_TRY(const JudgedDrive drive, judged_drive(world, params, options_.scans));
-    for (const std::string& name : options_.maps) {
+    const std::vector<std::string> whole{"whole"};
+    for (const std::string& name : world.only_whole ? whole : options_.maps) {
       const NamedMap& map = *std::ranges::find(all_maps(), name, &NamedMap::name);
       for (const std::string& matcher : options_.matchers) {
         // Only ndt prepares maps, and selectors choose from prepared ones.
@@ -173,6 +174,11 @@ Options quick(Options options) {
   if (options.seeds.empty()) options.seeds = {101};
   if (options.maps.empty()) options.maps = {"points"};
   if (options.scans == 0) options.scans = 60;
+  if (options.worlds.empty()) {  // all but the sites whose maps take minutes
+    for (const NamedWorld& world : all_worlds()) {
+      if (world.name != "large" && world.name != "site_800") options.worlds.push_back(world.name);
+    }
+  }
   return options;
 }
 
@@ -245,12 +251,15 @@ void declare(Arguments& arguments, Options& options) {
   arguments.add("--scans", options.scans, "the first of each drive only", "N", CLI::PositiveNumber);
   arguments.shown("--kidnaps", options.kidnaps, "in each drive with kidnaps", "N",
                   CLI::Range(1, 1000));
-  arguments.shown("--stretch", options.stretch,
-                  "with odometry, scans are so many times as far apart, and drives as long", "N",
-                  CLI::Range(1, 100));
+  arguments.shown(
+      "--stretch", options.stretch,
+      "with odometry, scans that are no raw sweeps are so many times as far apart, and drives as "
+      "long",
+      "N", CLI::Range(1, 100));
   arguments.add("--json", options.json, "where to write what was said of each scan", "FILE");
-  arguments.flag("--quick", options.quick,
-                 "unless given: one seed, region maps with points, 60 scans a drive");
+  arguments.flag(
+      "--quick", options.quick,
+      "unless given: one seed, region maps with points, 60 scans a drive, no large sites");
   arguments.shown("-j,--jobs", options.jobs, "threads; results do not depend on it; 0: all", "N");
 }
 

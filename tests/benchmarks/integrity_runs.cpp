@@ -39,7 +39,8 @@ nlohmann::ordered_json to_json(const Verdict& verdict) {
                                 {"least_risk", verdict.least_risk},
                                 {"goals", nlohmann::ordered_json::array()}};
   for (const Goal& goal : goals(verdict)) {
-    result["goals"].push_back({{"what", goal.what},
+    result["goals"].push_back({{"name", goal.name},
+                               {"what", goal.what},
                                {"value", goal.value},
                                {"low", goal.interval.low},
                                {"high", goal.interval.high},
@@ -104,19 +105,24 @@ Kept kept(const Count& wrong, double risk) {
 }
 
 std::vector<Goal> goals(const Verdict& verdict) {
-  const auto share = [](const char* what, const Count& count, double limit) {
-    return Goal{
-        .what = what, .value = count.share(), .interval = clopper_pearson(count), .limit = limit};
+  const auto share = [](const char* name, const char* what, const Count& count, double limit) {
+    return Goal{.name = name,
+                .what = what,
+                .value = count.share(),
+                .interval = clopper_pearson(count),
+                .limit = limit};
   };
   const double per_kilometre = verdict.kilometres > 0.0 ? 1.0 / verdict.kilometres : 0.0;
   const Interval events = poisson_interval(verdict.stretches);
-  return {share("wrong of the tracked", verdict.wrong_of_tracked, 1e-3),
-          {.what = "wrong stretches a kilometre",
+  return {share("wrong", "wrong of the tracked", verdict.wrong_of_tracked, 1e-3),
+          {.name = "stretches",
+           .what = "wrong stretches a kilometre",
            .value = static_cast<double>(verdict.stretches) * per_kilometre,
            .interval = {events.low * per_kilometre, events.high * per_kilometre},
            .limit = 1.0 / 20.0},
-          share("lost of the right", verdict.lost_of_right, 5e-3),
-          share("uncertain, where a place is not ambiguous", verdict.uncertain_if_clear, 3e-2)};
+          share("lost", "lost of the right", verdict.lost_of_right, 5e-3),
+          share("uncertain", "uncertain, where a place is not ambiguous",
+                verdict.uncertain_if_clear, 3e-2)};
 }
 
 Verdict verdict_of(const std::vector<const JudgedRun*>& runs) {

@@ -97,7 +97,7 @@ enum class Kept : std::uint8_t {
 
 /// What the verdict must keep, and what was counted.
 struct Goal {
-  std::string what;
+  std::string name, what;
   double value = 0.0;
   Interval interval;  ///< exact, 95 %
   double limit = 0.0;

@@ -96,6 +96,7 @@ Result<simulation::WorldParams> params_of(const NamedWorld& world, std::uint64_t
   std::vector<std::string> more;
   if (needs.slips) more.emplace_back("odometry.slip=0.2");
   VANTAGE_TRY(auto params, params_of(world, seed, needs.kidnaps, more));
+  if (params.lidar.motion_distortion) return params;
   if (params.drive.length) *params.drive.length *= needs.stretch;
   params.drive.scan_every *= needs.stretch;
   return params;

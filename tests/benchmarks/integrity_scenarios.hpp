@@ -23,7 +23,8 @@ struct JudgedDrive {
 struct DriveNeeds {
   int kidnaps = 0;
   bool slips = false;
-  int stretch = 1;  ///< scans are so many times as far apart, and the drive as long
+  /// Scans are so many times as far apart, and the drive as long; raw sweeps follow each other.
+  int stretch = 1;
 
   bool operator==(const DriveNeeds&) const = default;
 };

@@ -110,10 +110,14 @@ std::string of(const Count& count) {
   return count.of == 0 ? "-" : fmt::format("{} of {}", count.hits, count.of);
 }
 
+std::string metres(double x) {
+  return std::isfinite(x) ? fmt::format("{:.2f}", x) : std::string("none is right");
+}
+
 std::string not_met(const Verdict& verdict) {
   std::vector<std::string> names;
   for (const Goal& goal : goals(verdict)) {
-    if (!goal.is_met()) names.push_back(goal.what.substr(0, goal.what.find_first_of(" ,")));
+    if (!goal.is_met()) names.push_back(goal.name);
   }
   return names.empty() ? "-" : fmt::format("{}", fmt::join(names, ", "));
 }
@@ -127,7 +131,7 @@ void print_failures(const std::vector<JudgedRun>& runs) {
     print_row({name, std::to_string(verdict.scans), fmt::format("{:.1f}", verdict.kilometres),
                std::to_string(verdict.wrong_of_tracked.of),
                std::to_string(verdict.wrong_of_tracked.hits), std::to_string(verdict.stretches),
-               in_100_km(verdict), wrong ? fmt::format("{:.2f}", verdict.farthest) : "-",
+               in_100_km(verdict), wrong ? metres(verdict.farthest) : "-",
                wrong ? fmt::format("{:.1g}", verdict.least_risk) : "-", of(verdict.lost_of_right),
                of(verdict.uncertain), not_met(verdict)});
   };

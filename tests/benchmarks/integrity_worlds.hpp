@@ -44,7 +44,8 @@ struct NamedWorld {
   bool ambiguous = false;
   std::vector<Scenario> scenarios{Scenario::odometry, Scenario::constant_velocity,
                                   Scenario::wrong_start, Scenario::kidnap, Scenario::prior};
-  int wrong_starts = 5;  ///< a drive
+  int wrong_starts = 5;     ///< a drive
+  bool only_whole = false;  ///< the site is so large that its region maps take too long to make
   MapDifference map = {};
   /// The localizer gets `axes * p` for every point p of a scan.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();

@@ -82,8 +82,8 @@ std::vector<NamedWorld> make_worlds() {
        .overrides = {"lidar.motion_distortion=true", "drive.scan_every=2", "drive.still_start=2.0",
                      "drive.stops=3", "drive.turns_in_place=2", "drive.roughness=0.02"}},
       {.name = "fast",
-       .overrides = around({"lidar.motion_distortion=true", "drive.speed=8.0",
-                            "drive.acceleration=3.0", "drive.stops=2"}),
+       .overrides = {"lidar.motion_distortion=true", "drive.speed=8.0", "drive.acceleration=3.0",
+                     "drive.stops=2", "drive.length=240.0", "drive.scan_every=2"},
        .scenarios = kRepeatableAndLive},
       {.name = "slopes",
        .overrides = {"campus.ground_relief=15.0", "lidar.roll=6.0", "lidar.pitch=-8.0"}},
@@ -94,9 +94,10 @@ std::vector<NamedWorld> make_worlds() {
       // Sites of other sizes.
       {.name = "site_250", .overrides = site(250, "0.25"), .wrong_starts = 2},
       {.name = "large",
-       .overrides = {"campus.size_x=500.0", "campus.size_y=500.0", "drive.length=120.0"},
+       .overrides = {"campus.size_x=500.0", "campus.size_y=500.0", "map.point_spacing=0.4",
+                     "drive.length=120.0"},
        .wrong_starts = 2},
-      {.name = "site_800", .overrides = site(800, "0.5"), .wrong_starts = 2},
+      {.name = "site_800", .overrides = site(800, "0.5"), .wrong_starts = 2, .only_whole = true},
 
       // Maps.
       {.name = "map_by_hdl64", .overrides = {}, .map = {.surveyed_by = SensorModel::hdl64}},

@@ -3,7 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace vantage::benchmarks {
 namespace {
@@ -23,6 +26,8 @@ TEST_CASE("what is right") {
   JudgedScan nowhere = scan(Tracking::tracked, 0.0);
   nowhere.has_pose = false;
   CHECK_FALSE(nowhere.is_right());
+  // Where no pose is right.
+  CHECK_FALSE(scan(Tracking::tracked, std::numeric_limits<double>::infinity()).is_right());
 }
 
 TEST_CASE("the verdict of runs") {
@@ -51,6 +56,63 @@ TEST_CASE("the verdict of runs") {
   CHECK(verdict.scans == 16);
 }
 
+TEST_CASE("consecutive scans that are tracked and wrong are one stretch") {
+  JudgedRun run;
+  run.scans = {scan(Tracking::tracked, kWrong, 1e-3),
+               scan(Tracking::tracked, 7.0, 1e-5),  // one
+               scan(Tracking::tracked, kRight),
+               scan(Tracking::tracked, kWrong),  // two
+               scan(Tracking::uncertain, kWrong),
+               scan(Tracking::tracked, kWrong),  // three
+               scan(Tracking::lost, 100.0)};
+  for (JudgedScan& scan : run.scans) scan.driven = 500.0;
+  Verdict verdict;
+  verdict.add(run);
+  CHECK(verdict.wrong_of_tracked.hits == 4);
+  CHECK(verdict.stretches == 3);
+  CHECK(verdict.kilometres == doctest::Approx(3.5));
+  CHECK(verdict.farthest == 7.0);
+  CHECK(verdict.least_risk == 1e-5);
+  // A run that begins as another ended begins a stretch of its own.
+  JudgedRun other;
+  other.scans = {scan(Tracking::tracked, kWrong)};
+  verdict.add(other);
+  verdict.add(other);
+  CHECK(verdict.stretches == 5);
+}
+
+TEST_CASE("the goals of a verdict") {
+  JudgedRun clear, ambiguous;
+  ambiguous.ambiguous = true;
+  for (int k = 0; k < 2000; ++k) {
+    clear.scans.push_back(scan(k % 40 == 0 ? Tracking::uncertain : Tracking::tracked, kRight));
+    clear.scans.back().driven = 10.0;
+    ambiguous.scans.push_back(scan(Tracking::uncertain, kRight));
+    ambiguous.scans.back().driven = 5.0;
+  }
+  const auto met = [](const std::vector<JudgedRun>& runs) {
+    std::vector<std::string> names;
+    for (const Goal& goal : goals(verdict_of(those(runs, [](const JudgedRun&) { return true; })))) {
+      CHECK(goal.interval.low <= goal.value);
+      CHECK(goal.value <= goal.interval.high);
+      if (goal.is_met()) names.push_back(goal.name);
+    }
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  CHECK(met({clear, ambiguous}) == Names{"wrong", "stretches", "lost", "uncertain"});
+  // One stretch of two scans in 30 km: too many scans, but not too many stretches.
+  clear.scans[100] = clear.scans[101] = scan(Tracking::tracked, kWrong);
+  CHECK(met({clear, ambiguous}) == Names{"stretches", "lost", "uncertain"});
+  clear.scans[500] = scan(Tracking::tracked, kWrong);
+  CHECK(met({clear, ambiguous}) == Names{"lost", "uncertain"});
+  for (std::size_t k = 0; k < 30; ++k) {
+    clear.scans[2 * k].tracking = Tracking::lost;
+    clear.scans[1000 + k].tracking = Tracking::uncertain;
+  }
+  CHECK(met({clear, ambiguous}).empty());
+}
+
 TEST_CASE("whether a stated risk is kept") {
   JudgedRun run;
   for (int k = 0; k < 400; ++k) {
@@ -60,16 +122,16 @@ TEST_CASE("whether a stated risk is kept") {
   const Calibration high = calibration({&run}, 0.1);
   CHECK(high.wrong.of == 400);
   CHECK(high.wrong.hits == 8);
-  CHECK(high.stretches == 4);
+  CHECK(high.wrong_by_stretch.hits == 4);
+  CHECK(high.wrong_by_stretch.of == 396);
   CHECK(high.stated == doctest::Approx(0.01));
-  CHECK(kept(high) == Kept::yes);
-  CHECK(kept(calibration({&run}, 0.02)) == Kept::undecided);
-  Calibration understated = high;
-  understated.risk = 0.003;
-  CHECK(kept(understated) == Kept::no);
+  CHECK(kept(high.wrong, 0.1) == Kept::yes);
+  CHECK(kept(high.wrong, 0.02) == Kept::undecided);
+  CHECK(kept(high.wrong_by_stretch, 0.03) == Kept::yes);
+  CHECK(kept(high.wrong, 0.003) == Kept::no);
   const Calibration none = calibration({&run}, 0.001);
   CHECK(none.wrong.of == 0);
-  CHECK(kept(none) == Kept::undecided);
+  CHECK(kept(none.wrong, 0.001) == Kept::undecided);
 }
 
 TEST_CASE("the JSON has every scan") {
@@ -87,6 +149,9 @@ TEST_CASE("the JSON has every scan") {
   CHECK(first["nvtl"] == 1.5);
   CHECK(first["coverage"].is_null());
   CHECK(json["scans"][1]["error_m"].is_null());
+  CHECK(json["total"]["scans"] == 2);
+  CHECK(json["worlds"]["plain"]["tracked"] == 1);
+  CHECK(json["worlds"]["plain"]["goals"].size() == 4);
 }
 
 }  // namespace

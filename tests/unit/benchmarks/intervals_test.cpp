@@ -52,5 +52,21 @@ TEST_CASE("intervals of Clopper and Pearson") {
   }
 }
 
+TEST_CASE("intervals of a Poisson mean") {
+  // P(at most `events`) for a mean.
+  const auto at_most = [](std::size_t events, double mean) {
+    double term = std::exp(-mean), sum = term;
+    for (std::size_t k = 1; k <= events; ++k) sum += term *= mean / static_cast<double>(k);
+    return sum;
+  };
+  CHECK(poisson_interval(0).low == 0.0);
+  CHECK(poisson_interval(0).high == doctest::Approx(-std::log(0.025)));
+  for (const std::size_t events : {1U, 4U, 30U}) {
+    const Interval interval = poisson_interval(events, 0.9);
+    CHECK(at_most(events, interval.high) == doctest::Approx(0.05));
+    CHECK(1.0 - at_most(events - 1, interval.low) == doctest::Approx(0.05));
+  }
+}
+
 }  // namespace
 }  // namespace vantage::benchmarks

@@ -147,6 +147,22 @@ TEST_CASE("changes of the campus") {
       }
     }
   }
+  SUBCASE("half of the campus is rebuilt, and the other half stays") {
+    params.changes.rebuilt_half = true;
+    const World after = test::make_world(params, Day::drive);
+    const Difference buildings = difference(before, after, Surface::building);
+    const auto all = things_of(before, Surface::building);
+    const auto is_there = [](const Key& key) { return std::get<1>(key) > 0.0; };
+    CHECK(static_cast<std::ptrdiff_t>(buildings.gone.size()) ==
+          std::ranges::count_if(all, is_there));
+    CHECK(buildings.gone.size() >= 2);
+    CHECK(std::ranges::all_of(buildings.gone, is_there));
+    CHECK_FALSE(buildings.come.empty());
+    CHECK(buildings.come.size() <= buildings.gone.size());
+    CHECK(std::ranges::all_of(buildings.come, is_there));
+    CHECK(difference(before, after, Surface::vegetation).come.empty());
+    check_same(before, after, {Surface::building, Surface::vegetation});
+  }
   SUBCASE("leaves fall") {
     params.changes.leaves_gone = 0.25;
     const World after = test::make_world(params, Day::drive);

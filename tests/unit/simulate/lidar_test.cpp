@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <vector>
 
 #include "small_world.hpp"
 
@@ -216,6 +217,57 @@ TEST_CASE("clutter returns its share of the rays before their surfaces, and no o
         doctest::Approx(0.1).epsilon(0.1));
   CHECK(in_the_sky > 100);
   CHECK(rays == clear.size() + in_the_sky);
+}
+
+TEST_CASE("people stand around the sensor, before the surfaces, and no other ray differs") {
+  WorldParams params = exact_world();
+  const World world = test::make_world(params);
+  const Drive drive = test::make_drive(world, params);
+  const auto clear = ranges_of(Lidar(params.lidar, 1).scan(world, drive, 0));
+  params.lidar.people = 8;
+  std::size_t on_people = 0;
+  for (const Point& p : Lidar(params.lidar, 1).scan(world, drive, 0)) {
+    const auto surface = clear.find(ray_of(p));
+    if (surface != clear.end() && p.norm() == surface->second) continue;
+    ++on_people;
+    CHECK((surface == clear.end() || p.norm() < surface->second));
+    CHECK(p.head<2>().norm() > 0.4);
+    CHECK(p.head<2>().norm() < 5.6);
+  }
+  CHECK(on_people > 500);
+}
+
+TEST_CASE("a person is as wide and as high as a cylinder, wherever the ray comes from") {
+  LidarParams params;
+  params.people = 1;
+  const Crowd crowd(params, 5);
+  double low = 10.0, high = -10.0, nearest = 10.0, widest = 0.0;
+  std::vector<Eigen::Vector2d> seen;
+  for (int a = 0; a < 3600; ++a) {
+    for (int e = -80; e <= 80; ++e) {
+      const double azimuth = 0.1 * a * kDegree, elevation = 0.5 * e * kDegree;
+      const Vector3d ray(std::cos(elevation) * std::cos(azimuth),
+                         std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const auto hit = crowd.before(std::nullopt, ray, 3.0);
+      if (!hit) continue;
+      const Point p = hit->range * ray;
+      low = std::min(low, p.z());
+      high = std::max(high, p.z());
+      nearest = std::min(nearest, p.head<2>().norm());
+      seen.emplace_back(p.head<2>());
+      CHECK(crowd
+                .before(Hit{.range = hit->range - 0.01, .cos_incidence = 1.0, .surface = {}}, ray,
+                        3.0)
+                ->range == hit->range - 0.01);
+    }
+  }
+  for (const auto& a : seen) widest = std::max(widest, (a - seen.front()).norm());
+  CHECK(low >= -params.height);
+  CHECK(high <= 1.75 - params.height);
+  CHECK(high > 1.75 - params.height - 0.1);
+  CHECK(nearest > 0.4);
+  CHECK(widest <= 0.5);
+  CHECK(widest > 0.4);
 }
 
 TEST_CASE("a sensor may be disturbed for a part of the drive only") {
