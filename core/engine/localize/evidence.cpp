@@ -162,7 +162,10 @@ double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
   const double m = evidence.margin;
   const double near = kNearAtZero * std::exp(m < 0.0 ? m / kNearBelow : -m / kNearAbove);
   const double q = std::exp(log_likelihood_ratio_of_margin(evidence));
-  return (similar / density_right(evidence, usual, model) + model.near * near + model.alike) / q;
+  // What is usual was learned from this very pose, maybe, so it may not speak for the pose.
+  const double right =
+      std::min(density_right(evidence, usual, model), density_right(evidence, {}, model));
+  return (similar / right + model.near * near + model.alike) / q;
 }
 
 double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,

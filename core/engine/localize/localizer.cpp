@@ -371,6 +371,7 @@ struct Localizer::State {
     const double turned = std::remainder(heading_of(pose) - area.heading, 2.0 * std::numbers::pi);
     if (std::abs(turned) > area.heading_within) return;
     one.support.searched(answer.found.came_to(pose), answer.recall);
+    if (answer.found.tried.empty()) return;
     one.support.be_among(answer.found.around(pose, weighing.model()).scale);
   }
 
