@@ -37,8 +37,8 @@ namespace {
 
 // What is believed of a pose that a user gives, before any scan.
 constexpr double kTrustInStart = 0.97;
-// The probability that the sensor was carried away, after a surprise, or that the scans before have
-// led astray if one does not fit.
+// The probability that the sensor was carried away, after a surprise, or that scans that did not
+// fit have led astray.
 constexpr double kCarriedAway = 0.05;
 // With less belief than this in the best hypothesis, others are looked for.
 constexpr double kSure = 0.8;
@@ -121,6 +121,7 @@ struct Localizer::State {
   bool compared = false;                 // the hypotheses with all other places
   std::uint32_t doubtful_scans = 0;      // in a row
   std::uint32_t contradicted_scans = 0;  // by their priors, in a row
+  bool prior_searched = false;           // the place where these priors say that the sensor is
 
   Searcher searcher{bundle, relocalizer, matcher, ahead, maps, params};
   bool startled = false;   // the sensor was carried away, maybe, since the search began
@@ -270,8 +271,10 @@ struct Localizer::State {
       rival.R = vantage::noise_of(alignment, points, params);
       rival.alignment = std::move(alignment);
       rival.shown.reset();
-      // Both are that far from one prediction.
-      rival.support.favour(0.5 * (hypotheses[h].innovation() - rival.innovation()));
+      // Both are that far from one prediction, whose odds they share.
+      const double odds = std::exp(0.5 * (hypotheses[h].innovation() - rival.innovation()));
+      hypotheses[h].support.favour(-std::log1p(odds));
+      rival.support.favour(-std::log1p(1.0 / odds));
       hypotheses.push_back(std::move(rival));
     }
   }
@@ -299,15 +302,16 @@ struct Localizer::State {
   [[nodiscard]] bool is_contradicted(const std::optional<PosePrior>& prior) {
     constexpr double kDisagreement = -1.0;
     if (!prior || hypotheses.empty()) return false;
-    const bool agrees = agreement(hypotheses.front().pose(), *prior) > kDisagreement;
+    const bool agrees = agreement(hypotheses.front().pose(), *prior, false) > kDisagreement;
     contradicted_scans = agrees ? 0 : contradicted_scans + 1;
+    prior_searched = prior_searched && !agrees;
     return std::has_single_bit(contradicted_scans);
   }
 
   /// Tells each hypothesis what a prior says of it. A scan without one says nothing.
   void see(const std::optional<PosePrior>& prior) {
     for (Hypothesis& one : hypotheses) {
-      one.support.see_prior(prior ? agreement(one.pose(), *prior) : 0.0);
+      one.support.see_prior(prior ? agreement(one.pose(), *prior, prior_searched) : 0.0);
     }
   }
 
@@ -348,13 +352,15 @@ struct Localizer::State {
       for (Tried& one : answer.found.tried) one.T_map_scan = one.T_map_scan * *known->T_then_now;
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
+    prior_searched = prior_searched || contradicted_scans > 0;
     for (Hypothesis& one : hypotheses) learn(answer, one);
     for (const Find& find : answer.found.finds) {
       VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
       if (!found) continue;
       found->support =
           Support(answer.log_odds(), answer.found.around(found->pose(), weighing.model()));
-      if (scan.prior) found->support.see_prior(agreement(found->pose(), *scan.prior));
+      if (scan.prior)
+        found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
       VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
       weighing.take_first(*found);
       hypotheses.push_back(*std::move(found));
@@ -425,6 +431,7 @@ struct Localizer::State {
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
     doubtful_scans = contradicted_scans = 0;
+    prior_searched = false;
     weighing.forget();
     verdict.forget(lost);
     started = true;
@@ -516,8 +523,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   bool weighed = false, surprise = false, contradicted = false;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(sweep, report));
-    s.see(centred.prior);
     contradicted = s.is_contradicted(centred.prior);
+    s.see(centred.prior);
     const Hypothesis& first = s.hypotheses.front();
     surprise = s.weighing.is_surprising(first);
     double doubted = doubt_of_prediction(first);
@@ -529,11 +536,12 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       if (auto measured = s.weighing.measure(prepared, s.hypotheses); !measured) {
         return during(std::move(measured).error());
       }
+      if (s.weighing.was_adrift() && first.fits()) {
+        doubt(s.hypotheses, kCarriedAway - s.elsewhere);
+      }
       s.weighing.take(s.hypotheses);
-      s.elsewhere = update_beliefs(s.hypotheses, s.compared);
       // After a surprise, a scan that still fits may be from a place alike.
       if (surprise && first.fits()) doubted = kCarriedAway;
-      if (!first.fits()) doubted = std::max(doubted, kCarriedAway - s.elsewhere);
     }
     doubt(s.hypotheses, doubted);
     s.elsewhere = update_beliefs(s.hypotheses, s.compared);

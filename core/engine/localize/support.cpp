@@ -9,7 +9,7 @@ namespace {
 // However clear the evidence: odds that reached 0 could never recover.
 constexpr double kLeast = -60.0;
 // The most that scans before are worth, so that a few that do not fit are noticed.
-constexpr double kMostFar = 20.0;
+constexpr double kMostFar = 40.0;
 // The mean is that of about so many independent scans.
 constexpr double kMeanOf = 5.0;
 // The probability of a place that is alike, as long as nobody has looked for one.

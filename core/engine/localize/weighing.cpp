@@ -36,9 +36,10 @@ double surprise(const Hypothesis& one) {
 
 }  // namespace
 
-double agreement(const Pose& pose, const PosePrior& prior) {
+double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
   constexpr double kElsewhere = 3.0;
   constexpr double kWrong = 1e-3;  // of all priors
+  constexpr double kMissed = 0.1;  // of all searches
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const double off = pose.translation[axis] - prior.T_map_sensor.translation[axis];
@@ -47,7 +48,8 @@ double agreement(const Pose& pose, const PosePrior& prior) {
   const double turned =
       std::remainder(heading_of(pose) - heading_of(prior.T_map_sensor), 2.0 * std::numbers::pi);
   squared += turned * turned / (prior.sigma_heading * prior.sigma_heading);
-  return std::clamp(kElsewhere - 0.5 * squared, std::log(kWrong), 0.0);
+  return std::clamp(kElsewhere - 0.5 * squared, std::log(searched ? kWrong / kMissed : kWrong),
+                    0.0);
 }
 
 double doubt_of_prediction(const Hypothesis& best) {
@@ -90,11 +92,13 @@ double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motio
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
-  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || told_ < kDoesNotFit) return true;
+  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || was_adrift()) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   return (first.pose().translation - *weighed_at_).norm() >= kSettledWay ||
          stamp_of(first) - weighed_stamp_ >= kSettledTime;
 }
+
+bool Weighing::was_adrift() const noexcept { return told_ < kDoesNotFit; }
 
 Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses) {
   fresh_ = false;
@@ -170,13 +174,15 @@ void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
   const auto share = [](const Hypothesis& one) {
     return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
   };
-  const auto bias = [](const Hypothesis& one) { return one.evidence ? one.evidence->bias : 0.0; };
+  const auto error = [](const Hypothesis& one) {
+    return one.evidence ? std::hypot(one.evidence->noise, one.evidence->bias) : 0.0;
+  };
   const auto best = std::ranges::max_element(hypotheses, {}, share);
   if (best == hypotheses.end() || share(*best) <= 0.0) return;
   for (Hypothesis& one : hypotheses) {
     if (one.silent) continue;
-    // A smaller difference may come from the elements that the two maps happen to have.
-    const double by_chance = std::hypot(bias(*best), bias(one));
+    // A smaller difference may come from noise, or from the elements that the maps happen to have.
+    const double by_chance = std::hypot(error(*best), error(one));
     const double worse = std::max(0.0, share(*best) - share(one) - by_chance) / share(*best);
     one.support.favour(-news_ * kPreference * worse);
   }

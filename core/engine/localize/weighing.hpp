@@ -12,7 +12,9 @@ namespace vantage {
 
 /// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-6.9, 0]: one prior in a
 /// thousand is wrong, whatever its deviations say.
-[[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior);
+/// @param searched  the place where the prior says that the sensor is was searched, and the sensor
+///                  was not found: nine tenths of "elsewhere" are ruled out; in [-4.6, 0]
+[[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior, bool searched);
 
 /// The probability that the sensor is not where the best hypothesis predicts it: it grows with the
 /// way since the scan before.
@@ -58,6 +60,9 @@ class Weighing {
   void compare(std::vector<Hypothesis>& hypotheses) const;
 
   [[nodiscard]] const ShareModel& model() const noexcept { return model_; }
+
+  /// Whether the scan that was weighed last did not fit.
+  [[nodiscard]] bool was_adrift() const noexcept;
 
   /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);

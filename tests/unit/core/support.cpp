@@ -56,7 +56,7 @@ TEST_CASE("scans at different places tell a pose from those far off, but not fro
 TEST_CASE("a few scans that do not fit outweigh any number that did") {
   Support support(0.0, Lookalikes::of({}));
   for (int k = 0; k < 1000; ++k) take(support, 0.7);
-  for (int k = 0; k < 8; ++k) take(support, 0.0);
+  for (int k = 0; k < 12; ++k) take(support, 0.0);
   CHECK(support.log_odds(true) < 0.0);
 }
 

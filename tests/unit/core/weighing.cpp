@@ -104,11 +104,11 @@ TEST_CASE("a pose is not preferred less where the scan shows nothing that is sha
 TEST_CASE("a difference that the choice of elements may make is no news") {
   Bench bench;
   Hypothesis better = at_level(1.0), worse = at_level(1.0);
-  better.evidence = Evidence{.share = 0.5, .noise = 0.01};
-  worse.evidence = Evidence{.share = 0.4, .noise = 0.01};
+  better.evidence = Evidence{.share = 0.5};
+  worse.evidence = Evidence{.share = 0.4};
   CHECK(bench.compared({better, worse})[0] == 0.0);
   CHECK(bench.compared({better, worse})[1] == doctest::Approx(-15.0 * (0.5 - 0.4) / 0.5));
-  better.evidence->bias = 0.09;
+  better.evidence->noise = 0.09;
   worse.evidence->bias = 0.12;
   CHECK(bench.compared({better, worse}) == std::vector{0.0, 0.0});
   worse.evidence->share = 0.2;
@@ -120,9 +120,10 @@ TEST_CASE("a prior may be wrong, whatever its deviations say") {
   PosePrior prior;
   prior.sigma_translation = {5.0, 5.0, 5.0};
   const auto at = [](double x) { return Pose{.translation = {x, 0.0, 0.0}}; };
-  CHECK(agreement(at(0.0), prior) == 0.0);
-  CHECK(agreement(at(10.0), prior) == 0.0);
-  CHECK(agreement(at(15.0), prior) == doctest::Approx(-1.5));
-  CHECK(agreement(at(25.0), prior) == doctest::Approx(std::log(1e-3)));
-  CHECK(agreement(at(1e6), prior) == agreement(at(25.0), prior));
+  CHECK(agreement(at(0.0), prior, false) == 0.0);
+  CHECK(agreement(at(10.0), prior, false) == 0.0);
+  CHECK(agreement(at(15.0), prior, false) == doctest::Approx(-1.5));
+  CHECK(agreement(at(25.0), prior, false) == doctest::Approx(std::log(1e-3)));
+  CHECK(agreement(at(25.0), prior, true) == doctest::Approx(std::log(1e-2)));
+  CHECK(agreement(at(1e6), prior, false) == agreement(at(25.0), prior, false));
 }
