@@ -68,6 +68,9 @@ struct Hypothesis {
   return alignment.score.nvtl * alignment.score.coverage;
 }
 
+/// Scans that are taken nearer to each other than this share their errors [m].
+inline constexpr double kIndependent = 2.0;
+
 /// An alignment is a rival of a better one if its level is at least this part of the better one's.
 inline constexpr double kRivalsLevel = 0.85;
 

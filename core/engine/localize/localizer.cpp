@@ -124,8 +124,10 @@ struct Localizer::State {
   bool prior_searched = false;           // the place where these priors say that the sensor is
 
   Searcher searcher{bundle, relocalizer, matcher, ahead, maps, params};
-  bool startled = false;   // the sensor was carried away, maybe, since the search began
-  bool surprised = false;  // by a scan, since a search began last
+  double failed_searches = 0.0;  // without a prior, since a scan was tracked; by their news
+  double way = kIndependent;     // since the last one [m]
+  bool startled = false;         // the sensor was carried away, maybe, since the search began
+  bool surprised = false;        // by a scan, since a search began last
   SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
 
   struct Choice {
@@ -357,13 +359,17 @@ struct Localizer::State {
     for (const Find& find : answer.found.finds) {
       VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
       if (!found) continue;
-      found->support =
-          Support(answer.log_odds(), answer.found.around(found->pose(), weighing.model()));
+      found->support = Support(answer.log_odds(failed_searches),
+                               answer.found.around(found->pose(), weighing.model()));
       if (scan.prior)
         found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
       VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
       weighing.take_first(*found);
       hypotheses.push_back(*std::move(found));
+    }
+    if (answer.compared && !scan.prior) {
+      failed_searches += std::min(1.0, way / kIndependent);
+      way = 0.0;
     }
     return {};
   }
@@ -431,6 +437,8 @@ struct Localizer::State {
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
     doubtful_scans = contradicted_scans = 0;
+    failed_searches = 0.0;
+    way = kIndependent;
     prior_searched = false;
     weighing.forget();
     verdict.forget(lost);
@@ -554,7 +562,11 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   }
   const bool sure = s.is_sure();
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
-  if (s.middle) s.job.move(s.step(expected));
+  if (s.middle) {
+    const Pose step = s.step(expected);
+    s.way += step.translation.norm();
+    s.job.move(step);
+  }
   s.middle = time.middle();
   const Stopwatch search;
   if ((!sure || contradicted) && !prepared.points.empty() && !s.job.under_way()) {
@@ -593,6 +605,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
+  if (tracked) s.failed_searches = 0.0;
   report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);

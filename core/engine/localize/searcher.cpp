@@ -1,5 +1,6 @@
 #include "localize/searcher.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,6 +13,9 @@ namespace {
 constexpr double kRecall = 0.9, kInArea = 0.5;
 // In a narrow area [m], it hardly misses it.
 constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
+// The sensor is nowhere in the map. Searches fail together where the world has changed, so only a
+// few of them count.
+constexpr double kNowhere = 0.01, kMostFailed = 3.0;
 
 double recall_in(const PlaceArea& area) {
   return area.complete && area.radius <= kNarrow ? kRecallNarrow : kRecall;
@@ -19,9 +23,10 @@ double recall_in(const PlaceArea& area) {
 
 }  // namespace
 
-double SearchAnswer::log_odds() const {
+double SearchAnswer::log_odds(double failed) const {
   const double there = recall * (area.complete ? 1.0 : kInArea);
-  return std::log(there / (1.0 - there));
+  const double nowhere = kNowhere * std::pow(1.0 - there, -std::min(kMostFailed, failed));
+  return std::log(there / (1.0 - there + nowhere));
 }
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {

@@ -33,8 +33,10 @@ struct SearchAnswer {
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
 
-  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds.
-  [[nodiscard]] double log_odds() const;
+  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds. The
+  /// sensor may be nowhere in the map, which searches that failed speak for.
+  /// @param failed  so many searches of other scans found nothing before
+  [[nodiscard]] double log_odds(double failed) const;
 };
 
 /// Searches a bundle. It reads only what other threads may read at the same time.

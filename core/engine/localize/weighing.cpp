@@ -10,8 +10,7 @@
 namespace vantage {
 namespace {
 
-// Scans taken this near to each other say the same [m].
-constexpr double kIndependent = 2.0, kLeastNews = 0.1;
+constexpr double kLeastNews = 0.1;  // of a scan at the place of the last one
 // But if the log likelihood ratio of the first hypothesis changes by this much, they do not.
 constexpr double kChange = 3.0;
 // A hypothesis beyond doubt is weighed after this way [m] or time [s].
