@@ -24,8 +24,10 @@ void Support::take(double told, double news) {
 void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
                    const ShareModel& model) {
   take(told, news);
-  scans_ = std::min(kMeanOf, scans_ + news);
-  const double part = news / scans_;
+  const double precision = std::min(1.0, model.wrong_scale / evidence.noise);
+  const double weight = news * precision * precision;
+  scans_ = std::min(kMeanOf, scans_ + weight);
+  const double part = weight / scans_;
   for (double Evidence::*const value : {&Evidence::share, &Evidence::noise, &Evidence::bias,
                                         &Evidence::margin, &Evidence::margin_noise}) {
     mean_.*value = std::lerp(mean_.*value, evidence.*value, part);

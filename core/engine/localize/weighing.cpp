@@ -21,6 +21,7 @@ constexpr double kSurroundings = 25.0;
 // From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
 // usual change is a surprise: the sensor may have been carried away.
 constexpr double kUnusual = 6.0, kFirstChange = 0.05, kLeastChange = 0.01, kLeastLevel = 1e-6;
+constexpr double kTooGood = 2.0;  // share
 constexpr std::size_t kScored = 512;
 // A scan that matches nothing may come from a place off the map, or from a covered sensor.
 constexpr double kNothingFits = -3.0;
