@@ -104,8 +104,9 @@ class Bench {
 
  private:
   [[nodiscard]] bool is_wanted(Scenario scenario) const {
-    if (options_.scenarios.empty())
+    if (options_.scenarios.empty()) {
       return std::ranges::find(kRepeatable, scenario) != kRepeatable.end();
+    }
     return std::ranges::find(options_.scenarios, to_string(scenario)) != options_.scenarios.end();
   }
 
@@ -169,7 +170,7 @@ class Bench {
   std::size_t scans_ = 0;
 };
 
-/// What the command line leaves open, for a look of a minute.
+/// What the command line leaves open, for a look of some minutes.
 Options quick(Options options) {
   if (options.seeds.empty()) options.seeds = {101};
   if (options.maps.empty()) options.maps = {"points"};

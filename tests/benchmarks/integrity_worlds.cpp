@@ -29,10 +29,11 @@ const char* to_string(Scenario scenario) noexcept {
 }
 
 const char* use_of_seed(std::uint64_t seed) noexcept {
-  constexpr std::array<std::uint64_t, 3> kChose{301, 303, 311}, kSeen{401, 402, 403};
+  constexpr std::array<std::uint64_t, 3> kChose{301, 303, 311};
+  constexpr std::array<std::uint64_t, 4> kSeen{401, 402, 403, 601};
   if (std::ranges::find(kChose, seed) != kChose.end()) return "constants were chosen on it";
-  if (std::ranges::find(kSeen, seed) != kSeen.end()) return "seen once, after the choice";
-  return seed >= 601 ? "not used for the verdict" : "seen by earlier versions";
+  if (std::ranges::find(kSeen, seed) != kSeen.end()) return "seen after the choice";
+  return seed > 601 ? "not used for the verdict" : "seen by earlier versions";
 }
 
 Result<void> check_seed(std::uint64_t seed) {

@@ -43,6 +43,16 @@ TEST_CASE("the seeds of the shipped worlds are refused") {
   }
 }
 
+TEST_CASE("a seed on which constants were chosen is not called unseen") {
+  const std::string chose = use_of_seed(301), seen = use_of_seed(401), unseen = use_of_seed(700);
+  CHECK(chose == "constants were chosen on it");
+  CHECK(chose == use_of_seed(303));
+  CHECK(chose == use_of_seed(311));
+  CHECK(seen == use_of_seed(601));
+  CHECK(unseen == "not used for the verdict");
+  CHECK(std::set<std::string>{chose, seen, unseen, use_of_seed(212)}.size() == 4);
+}
+
 TEST_CASE("a simulated drive has what a localizer needs") {
   const auto params = params_of(all_worlds().front(), 101, 2);
   REQUIRE(params);
