@@ -136,14 +136,14 @@ class Turned {
  public:
   Turned(const PlaceIndex& index, const Steps& steps, const PlaceArea& area, int heading)
       : index_(index), heading_(heading), steps_(steps) {
-    const auto voxel = [&](double metres, int axis) {
-      const double at = std::floor((metres - index.origin()[axis]) / kVoxel);
-      return int(std::clamp(at, double(PlaceIndex::kMargin),
-                            double(index.size()[axis] - PlaceIndex::kMargin - 1)));
-    };
     for (const int axis : {0, 1}) {
-      first_[axis] = voxel(area.centre[axis] - area.radius, axis);
-      last_[axis] = voxel(area.centre[axis] + area.radius, axis);
+      const double low = PlaceIndex::kMargin, high = index.size()[axis] - PlaceIndex::kMargin - 1;
+      const auto voxel = [&](double metres) {
+        return std::floor((metres - index.origin()[axis]) / kVoxel);
+      };
+      // Empty, with the last before the first, if the area lies off the map.
+      first_[axis] = int(std::clamp(voxel(area.centre[axis] - area.radius), low, high + 1.0));
+      last_[axis] = int(std::clamp(voxel(area.centre[axis] + area.radius), low - 1.0, high));
     }
     limit_ = int(steps.size() / 4);
     by_layer_.resize(std::size_t(index.size().z() + kLayersAbove));
@@ -154,6 +154,7 @@ class Turned {
     std::uint64_t words = 0;
   };
   [[nodiscard]] Best best(const std::stop_token& stop) && {
+    if (last_.x() < first_.x()) return {};
     const int words = last_.x() / 64;
     for (int word = first_.x() / 64; word <= words && !stop.stop_requested(); word += 2) {
       for (int y = first_.y(); y <= last_.y(); ++y) try_at(word, y);
