@@ -11,6 +11,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -136,6 +137,7 @@ JudgedScan judge(const ScanReport& report, const Pose& truth) {
                   .has_pose = report.has_pose,
                   .seconds_align = report.seconds_align,
                   .seconds_search = report.seconds_search,
+                  .seconds_verdict = report.seconds_verdict,
                   .reason = report.reason};
   if (report.has_pose) {
     const PoseError error = error_of(report.T_map_scan, truth);
@@ -149,11 +151,16 @@ JudgedScan judge(const ScanReport& report, const Pose& truth) {
   return scan;
 }
 
-Result<std::vector<JudgedScan>> localize(Localizer localizer, const Task& task,
+/// @param live  scans come at the pace of their stamps
+Result<std::vector<JudgedScan>> localize(Localizer localizer, bool live, const Task& task,
                                          const SimulatedDrive& drive) {
   VANTAGE_CHECK(localizer.start(task.start));
   std::vector<JudgedScan> scans;
+  const auto begin = std::chrono::steady_clock::now();
   for (std::size_t i = task.begin; i < task.end; ++i) {
+    const std::chrono::duration<double> since(drive.reference[i].stamp -
+                                              drive.reference[task.begin].stamp);
+    if (live) std::this_thread::sleep_until(begin + since);
     if (task.scenario != Scenario::constant_velocity) {
       const double stamp = drive.reference[i].stamp;
       VANTAGE_CHECK(localizer.add(OdometrySample{stamp, drive.odometry[i].pose}));
@@ -236,7 +243,8 @@ class Bench {
       if (!localizer) {
         done[k] = fail(std::move(localizer).error());
       } else {
-        done[k] = localize(*std::move(localizer), tasks[k], drive);
+        const bool live = config.localizer && config.localizer->live;
+        done[k] = localize(*std::move(localizer), live, tasks[k], drive);
       }
     });
     for (std::size_t k = 0; k < tasks.size(); ++k) {

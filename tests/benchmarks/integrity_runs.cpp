@@ -128,6 +128,34 @@ void print_totals(const std::vector<JudgedRun>& runs) {
   add("all", "all", [](const JudgedRun&) { return true; });
 }
 
+/// "0.1 / 2 / 20 / 25": median, p90, p99 and worst.
+std::string spread_of(std::vector<double> times) {
+  if (times.empty()) return "-";
+  std::ranges::sort(times);
+  return fmt::format("{:.2f} / {:.2f} / {:.2f} / {:.2f}", percentile(times, 0.5),
+                     percentile(times, 0.9), percentile(times, 0.99), times.back());
+}
+
+void print_recovery(const std::vector<JudgedRun>& runs) {
+  print_head(
+      "After kidnaps and wrong starts:",
+      {"world", "matcher", "misled", fmt::format("found by {} scans", Recovery::kSoon),
+       "tracked and wrong before", "such scans",
+       "verdict and search until then [ms]: median / p90 / p99 / worst", "of the other scans"});
+  for (const std::string& world : in_order(runs, &JudgedRun::world)) {
+    for (const std::string& matcher : in_order(runs, &JudgedRun::matcher)) {
+      Recovery all;
+      for (const JudgedRun& run : runs) {
+        if (run.world == world && run.matcher == matcher) all.add(run);
+      }
+      if (all.soon.of == 0) continue;
+      print_row({world, matcher, std::to_string(all.soon.of), with_interval(all.soon),
+                 std::to_string(all.misleading), std::to_string(all.wrong_scans),
+                 spread_of(all.until_found), spread_of(all.otherwise)});
+    }
+  }
+}
+
 std::string shown(Kept kept) {
   switch (kept) {
     case Kept::yes: return "yes";
@@ -182,6 +210,29 @@ void Verdict::add(const JudgedRun& run) {
   }
 }
 
+void Recovery::add(const JudgedRun& run) {
+  bool searching = false;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const JudgedScan& scan = run.scans[i];
+    if (scan.misled) {
+      const auto from_event = std::span(run.scans).subspan(i);
+      soon.add(scans_until_found(from_event) < static_cast<double>(kSoon));
+      std::size_t wrong = 0;
+      for (std::size_t k = 0; k < from_event.size() && (k == 0 || !from_event[k].misled); ++k) {
+        if (!is_tracked(from_event[k])) continue;
+        if (from_event[k].is_right()) break;
+        ++wrong;
+      }
+      wrong_scans += wrong;
+      misleading += wrong > 0 ? 1 : 0;
+      searching = true;
+    }
+    (searching ? until_found : otherwise)
+        .push_back(1e3 * (scan.seconds_verdict + scan.seconds_search));
+    if (is_tracked(scan) && scan.is_right()) searching = false;
+  }
+}
+
 Calibration calibration(const std::vector<const JudgedRun*>& runs, double risk) {
   Calibration result;
   result.risk = risk;
@@ -213,6 +264,7 @@ void print(const std::vector<JudgedRun>& runs) {
   print_verdicts(runs, "By scenario:", "scenario", &JudgedRun::scenario);
   print_verdicts(runs, "By map:", "map", &JudgedRun::map);
   print_totals(runs);
+  print_recovery(runs);
   print_calibration(runs);
 }
 
@@ -237,6 +289,7 @@ std::string to_json(const std::vector<JudgedRun>& runs) {
                                  {"coverage", number_or_null(scan.coverage)},
                                  {"seconds_align", scan.seconds_align},
                                  {"seconds_search", scan.seconds_search},
+                                 {"seconds_verdict", scan.seconds_verdict},
                                  {"reason", scan.reason}};
       if (scan.has_pose) {
         one["error_m"] = scan.metres;

@@ -22,7 +22,7 @@ struct JudgedScan {
   bool has_pose = false;
   double metres = 0.0, degrees = 0.0;  ///< the error of the pose; no meaning without a pose
   std::optional<double> nvtl = {}, coverage = {};
-  double seconds_align = 0.0, seconds_search = 0.0;
+  double seconds_align = 0.0, seconds_search = 0.0, seconds_verdict = 0.0;
   std::string reason = {};
   bool misled = false;  ///< the first scan after a kidnap or a wrong start
 
@@ -51,6 +51,19 @@ struct Verdict {
   std::vector<double> found_after;
   double seconds_align = 0.0;  ///< the sum
   std::size_t aligned = 0;     ///< scans that were aligned
+
+  void add(const JudgedRun& run);
+};
+
+/// How a sensor that was misled is found again, and what it costs.
+struct Recovery {
+  static constexpr std::size_t kSoon = 5;  ///< scans
+
+  Count soon;                   ///< kidnaps and wrong starts found by one of the first kSoon scans
+  std::size_t misleading = 0;   ///< of these, those with a scan that is tracked and wrong before
+  std::size_t wrong_scans = 0;  ///< such scans
+  /// Verdict and search [ms]: of the scans until the sensor is found, and of all others.
+  std::vector<double> until_found, otherwise;
 
   void add(const JudgedRun& run);
 };
