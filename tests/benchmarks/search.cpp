@@ -2,14 +2,12 @@
 // candidates: in simulated campuses, and on the recorded street.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -105,14 +103,6 @@ std::vector<Question> questions_of(const Options& options) {
   return questions;
 }
 
-/// Memory of this process [bytes].
-double resident() {
-  std::ifstream file("/proc/self/statm");
-  double all = 0.0, pages = 0.0;
-  file >> all >> pages;
-  return pages * static_cast<double>(::sysconf(_SC_PAGESIZE));
-}
-
 struct Answers {
   std::size_t scans = 0, right = 0, near = 0, first = 0, candidates = 0;
   std::vector<double> nominal_ms, elapsed_ms, cpu_ms;
@@ -173,18 +163,17 @@ Result<void> measure(const PluginPtr<Relocalizer>& relocalizer, const Case& in,
   VANTAGE_TRY(const auto bytes, relocalizer->index(MapInMemory(in.map)));
   const double made = cpu_seconds() - cpu;
   cpu = cpu_seconds();
-  const double before = resident();
+  const double before = resident_megabytes();
   VANTAGE_TRY(auto opened, relocalizer->open(bytes));
   const double open = cpu_seconds() - cpu;
-  const double memory = resident() - before;
+  const double memory = resident_megabytes() - before;
   const auto index = in_library_of(relocalizer, std::move(opened));
-  print_head(
-      fmt::format("{}: {:.2f} M points; index of {:.1f} kB, made in {:.0f} ms, opened in "
-                  "{:.0f} ms (CPU), {:.1f} MB in memory",
-                  in.name, static_cast<double>(in.map.size()) / 1e6,
-                  static_cast<double>(bytes.size()) / 1e3, 1e3 * made, 1e3 * open, memory / 1e6),
-      {"search", "scans", "candidates", "one within 1 m, 5 deg", "within 2 m", "the first",
-       "nominal ms, p50", "p95", "CPU ms, p50", "elapsed ms, p50", "p95"});
+  print_head(fmt::format("{}: {:.2f} M points; index of {:.1f} kB, made in {:.0f} ms, opened in "
+                         "{:.0f} ms (CPU), {:.1f} MB in memory",
+                         in.name, static_cast<double>(in.map.size()) / 1e6,
+                         static_cast<double>(bytes.size()) / 1e3, 1e3 * made, 1e3 * open, memory),
+             {"search", "scans", "candidates", "one within 1 m, 5 deg", "within 2 m", "the first",
+              "nominal ms, p50", "p95", "CPU ms, p50", "elapsed ms, p50", "p95"});
   for (const Question& question : questions_of(options)) {
     VANTAGE_TRY(const Answers a, ask(*index, in, question));
     const auto share = [&](std::size_t n) {
