@@ -138,7 +138,8 @@ Result<Answers> ask(const RelocalizerIndex& index, const Case& in, const Questio
                           Eigen::Vector3d(std::cos(direction), std::sin(direction), 0.0)),
                       .translation = Eigen::Vector3d::Zero()};
       for (Point& p : scan) p = held.inverse() * p;
-      truth = truth * held;
+      // A search that takes the z axis for up can find the place and the heading, but no tilt.
+      if (!question.told_up) truth = truth * held;
     }
     query.area.radius = question.radius;
     if (std::isfinite(question.radius)) {

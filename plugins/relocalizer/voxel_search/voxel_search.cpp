@@ -87,4 +87,4 @@ struct VoxelSearch {
 
 VANTAGE_PLUGIN(vantage::Relocalizer, vantage::RelocalizerOf<vantage::voxel_search::VoxelSearch>,
                "voxel_search",
-               "occupied voxels at all places and headings, compared 128 at a time");
+               "occupied voxels at all places and headings, blocks of eight first");
