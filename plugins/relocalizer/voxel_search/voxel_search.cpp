@@ -86,5 +86,4 @@ struct VoxelSearch {
 }  // namespace vantage::voxel_search
 
 VANTAGE_PLUGIN(vantage::Relocalizer, vantage::RelocalizerOf<vantage::voxel_search::VoxelSearch>,
-               "voxel_search",
-               "occupied voxels at all places and headings, compared 128 at a time");
+               "voxel_search", "occupied voxels at all places and headings, blocks of eight first");
