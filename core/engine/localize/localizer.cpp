@@ -374,17 +374,10 @@ struct Localizer::State {
     return {};
   }
 
-  /// Tells a hypothesis what a search says of it.
+  /// Tells a hypothesis how well wrong poses fit around here.
   void learn(const SearchAnswer& answer, Hypothesis& one) const {
-    const Pose pose = one.pose();
-    const PlaceArea& area = answer.area;
-    if (!answer.searchable || !(answer.recall > 0.0)) return;
-    if ((pose.translation.head<2>() - area.centre).norm() > area.radius) return;
-    const double turned = std::remainder(heading_of(pose) - area.heading, 2.0 * std::numbers::pi);
-    if (std::abs(turned) > area.heading_within) return;
-    one.support.searched(answer.found.came_to(pose), answer.recall);
     if (answer.found.tried.empty()) return;
-    one.support.be_among(answer.found.around(pose, weighing.model()).scale);
+    one.support.be_among(answer.found.around(one.pose(), weighing.model()).scale);
   }
 
   /// @return nothing if nothing matches there, or if that pose is followed already

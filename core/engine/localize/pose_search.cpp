@@ -144,13 +144,6 @@ Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const 
   return {static_cast<double>(tried.size()), sum / samples};
 }
 
-bool Finds::came_to(const Pose& T_map_scan) const {
-  constexpr double kMetres = 1.0, kRadians = 5.0 * std::numbers::pi / 180.0;
-  return std::ranges::any_of(tried, [&](const Tried& one) {
-    return is_near(one.T_map_scan, T_map_scan, kMetres, kRadians);
-  });
-}
-
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
                           const Fit& to_itself, const AlertLimit& limit, const PlaceQuery& query) {
   VANTAGE_TRY(const PoseCandidates candidates, bundle.places.find(scan, query));

@@ -45,8 +45,6 @@ struct Finds {
   /// What a pose was chosen from: the places that were tried, with the mean share of those that are
   /// not at the pose.
   [[nodiscard]] Lookalikes around(const Pose& T_map_scan, const ShareModel& model) const;
-  /// Whether one of the tried poses is about this one.
-  [[nodiscard]] bool came_to(const Pose& T_map_scan) const;
 };
 
 /// The parts of a bundle that a search reads.

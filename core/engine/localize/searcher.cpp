@@ -9,7 +9,7 @@
 namespace vantage {
 namespace {
 
-// A search comes to the sensor's place, if that is in the area.
+// A search finds the place, if it is in the area.
 constexpr double kRecall = 0.9, kInArea = 0.5;
 // In a narrow area [m], it hardly misses it.
 constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
@@ -18,15 +18,15 @@ constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
 constexpr double kNowhere = 0.01, kMostFailed = 3.0;
 
 double recall_in(const PlaceArea& area) {
-  return area.complete && area.radius <= kNarrow ? kRecallNarrow : kRecall;
+  if (!area.complete) return kRecall * kInArea;
+  return area.radius <= kNarrow ? kRecallNarrow : kRecall;
 }
 
 }  // namespace
 
 double SearchAnswer::log_odds(double failed) const {
-  const double there = recall * (area.complete ? 1.0 : kInArea);
-  const double nowhere = kNowhere * std::pow(1.0 - there, -std::min(kMostFailed, failed));
-  return std::log(there / (1.0 - there + nowhere));
+  const double nowhere = kNowhere * std::pow(1.0 - recall, -std::min(kMostFailed, failed));
+  return std::log(recall / (1.0 - recall + nowhere));
 }
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
@@ -44,7 +44,6 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
                                        *to_itself, AlertLimit::of(params_), query));
   return SearchAnswer{.compared = task.area.complete,
                       .recall = recall_in(task.area),
-                      .area = task.area,
                       .found = std::move(found),
                       .to_itself = *to_itself};
 }

@@ -28,8 +28,7 @@ struct SearchTask {
 struct SearchAnswer {
   bool searchable = true;  ///< false: the bundle holds nothing that can be searched
   bool compared = false;   ///< whether all places where the sensor may be were looked at
-  double recall = 0.0;     ///< probability that the search comes to a place in its area
-  PlaceArea area = {};
+  double recall = 0.0;     ///< probability that the sensor's place is among the finds
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
 

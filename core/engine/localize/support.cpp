@@ -35,8 +35,6 @@ void Support::take(const Evidence& evidence, double told, double news, std::opti
   lookalike_ = odds_of_lookalike(mean_, usual, among_, model);
 }
 
-void Support::searched(bool found, double recall) { missed_ = found ? 0.0 : std::log1p(-recall); }
-
 void Support::favour(double log_odds) { prior_ = std::max(kLeast, prior_ + log_odds); }
 
 void Support::doubt(double log_odds) {

@@ -29,9 +29,6 @@ class Support {
   /// What another sensor says of where the sensor is, as in `agreement`. Its errors persist, so it
   /// counts once: what it said before is forgotten.
   void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
-  /// What a search of all places says: whether it came to this pose, which it does with the
-  /// probability `recall` if the pose is right.
-  void searched(bool found, double recall);
   /// What the last search says of wrong poses around here.
   void be_among(double scale) { among_.scale = scale; }
   /// Makes the odds higher or lower.
@@ -43,9 +40,9 @@ class Support {
   [[nodiscard]] double log_odds(bool compared) const;
 
  private:
-  [[nodiscard]] double log_prior() const { return prior_ + absolute_ + missed_; }
+  [[nodiscard]] double log_prior() const { return prior_ + absolute_; }
 
-  double prior_ = 0.0, absolute_ = 0.0, missed_ = 0.0;
+  double prior_ = 0.0, absolute_ = 0.0;
   double far_ = 0.0;  // log ratio to a pose that is far off
   Lookalikes among_ = Lookalikes::of({});
   Evidence mean_;

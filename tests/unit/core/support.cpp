@@ -70,15 +70,6 @@ TEST_CASE("a prior counts once, however often it is seen, and a later one replac
   CHECK(support.log_odds(true) == doctest::Approx(before));
 }
 
-TEST_CASE("a search that does not come to a pose speaks against it, and counts once") {
-  Support support(2.0, Lookalikes::of({}));
-  const double before = support.log_odds(true);
-  for (int k = 0; k < 3; ++k) support.searched(false, 0.9);
-  CHECK(support.log_odds(true) == doctest::Approx(before + std::log(0.1)));
-  support.searched(true, 0.9);
-  CHECK(support.log_odds(true) == doctest::Approx(before));
-}
-
 TEST_CASE("what is doubted goes elsewhere, and scans that fit bring it back") {
   std::vector<Hypothesis> one{with_odds(4.0)};
   take(one[0].support, 0.7);
