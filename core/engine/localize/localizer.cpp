@@ -537,14 +537,17 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       if (auto measured = s.weighing.measure(prepared, s.hypotheses); !measured) {
         return during(std::move(measured).error());
       }
-      if (s.weighing.was_adrift() && first.fits()) {
-        doubt(s.hypotheses, kCarriedAway - s.elsewhere);
+      // A scan that does not fit speaks for itself. One that fits again, or after a surprise, may
+      // be from a place alike.
+      if (first.fits() && surprise) doubted = kCarriedAway;
+      if (first.fits() && s.weighing.was_adrift()) {
+        doubted = std::max(doubted, kCarriedAway - s.elsewhere);
       }
+      doubt(s.hypotheses, doubted);
       s.weighing.take(s.hypotheses);
-      // After a surprise, a scan that still fits may be from a place alike.
-      if (surprise && first.fits()) doubted = kCarriedAway;
+    } else {
+      doubt(s.hypotheses, doubted);
     }
-    doubt(s.hypotheses, doubted);
     s.elsewhere = update_beliefs(s.hypotheses, s.compared);
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
