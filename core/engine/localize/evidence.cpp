@@ -155,8 +155,8 @@ double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
                          const Lookalikes& among, const ShareModel& model) {
   const double x = bounded_share(evidence, model);
   const double scale = scale_of_wrong(among.scale, evidence);
-  const double above = std::exp(-x / scale);
-  // The best of several has the density of their maximum.
+  // The best of several has the density of their maximum. A share below its mode is no better.
+  const double above = std::min(std::exp(-x / scale), 1.0 / std::max(1.0, among.count));
   const double others = among.count > 1.0 ? std::pow(1.0 - above, among.count - 1.0) : 1.0;
   const double similar = among.count * others * above / scale;
   const double m = evidence.margin;

@@ -57,7 +57,7 @@ void doubt(std::vector<Hypothesis>& hypotheses, double share) {
   }
 }
 
-void sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most) {
+double sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most) {
   constexpr double kLeastBelief = 1e-4;
   std::ranges::stable_sort(hypotheses, std::greater(), &Hypothesis::belief);
   std::vector<Hypothesis> kept;
@@ -82,6 +82,7 @@ void sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most) {
   }
   hypotheses = std::move(kept);
   doubt(hypotheses, dropped);
+  return dropped;
 }
 
 double heading_of(const Pose& pose) {

@@ -96,7 +96,8 @@ void doubt(std::vector<Hypothesis>& hypotheses, double share);
 
 /// Orders the hypotheses by belief, and drops those that are refuted, and those beyond `most`.
 /// Those that became the same pose become one.
-void sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most);
+/// @return  the belief in those that were dropped, which is elsewhere now
+[[nodiscard]] double sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most);
 
 /// The direction of the sensor's x axis in plan view [rad].
 [[nodiscard]] double heading_of(const Pose& pose);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -124,7 +123,7 @@ struct Localizer::State {
   bool prior_searched = false;           // the place where these priors say that the sensor is
 
   Searcher searcher{bundle, relocalizer, matcher, ahead, maps, params};
-  double failed_searches = 0.0;  // without a prior, since a scan was tracked; by their news
+  double failed_searches = 0.0;  // of all places, until a scan was tracked; by their news
   double way = kIndependent;     // since the last one [m]
   bool startled = false;         // the sensor was carried away, maybe, since the search began
   bool surprised = false;        // by a scan, since a search began last
@@ -359,7 +358,7 @@ struct Localizer::State {
     for (const Find& find : answer.found.finds) {
       VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
       if (!found) continue;
-      found->support = Support(answer.log_odds(failed_searches),
+      found->support = Support(answer.log_odds(scan.prior ? 0.0 : failed_searches),
                                answer.found.around(found->pose(), weighing.model()));
       if (scan.prior)
         found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
@@ -583,7 +582,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     return report;
   }
   s.elsewhere = update_beliefs(s.hypotheses, s.compared);
-  sort_out(s.hypotheses, s.params.max_hypotheses);
+  s.elsewhere += sort_out(s.hypotheses, s.params.max_hypotheses);
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();

@@ -32,9 +32,9 @@ struct SearchAnswer {
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
 
-  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds. The
-  /// sensor may be nowhere in the map, which searches that failed speak for.
-  /// @param failed  so many searches of other scans found nothing before
+  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds.
+  /// Searches that failed are evidence that the sensor is not in the map at all.
+  /// @param failed  so many searches at other places were not followed by a tracked scan
   [[nodiscard]] double log_odds(double failed) const;
 };
 

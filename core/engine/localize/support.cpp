@@ -12,6 +12,7 @@ constexpr double kLeast = -60.0;
 constexpr double kMostFar = 40.0;
 // The mean is that of about so many independent scans.
 constexpr double kMeanOf = 5.0;
+constexpr double kLeastMargin = -1.0;  // of a scan in the mean
 // The probability of a place that is alike, as long as nobody has looked for one.
 constexpr double kAlike = 0.05;
 
@@ -26,13 +27,17 @@ void Support::take(const Evidence& evidence, double told, double news, std::opti
   take(told, news);
   const double precision = std::min(1.0, model.wrong_scale / evidence.noise);
   const double weight = news * precision * precision;
+  if (!(weight > 0.0)) return;
+  Evidence bounded = evidence;  // one bad scan does not outweigh all others
+  bounded.share = std::clamp(evidence.share, 0.0, model.most_right);
+  bounded.margin = std::max(kLeastMargin, evidence.margin);
   scans_ = std::min(kMeanOf, scans_ + weight);
   const double part = weight / scans_;
   for (double Evidence::*const value : {&Evidence::share, &Evidence::noise, &Evidence::bias,
                                         &Evidence::margin, &Evidence::margin_noise}) {
-    mean_.*value = std::lerp(mean_.*value, evidence.*value, part);
+    mean_.*value = std::lerp(mean_.*value, bounded.*value, part);
   }
-  lookalike_ = odds_of_lookalike(mean_, usual, among_, model);
+  lookalike_ = std::min(std::exp(-kLeast), odds_of_lookalike(mean_, usual, among_, model));
 }
 
 void Support::favour(double log_odds) { prior_ = std::max(kLeast, prior_ + log_odds); }

@@ -6,11 +6,11 @@
 
 namespace vantage {
 
-/// What speaks for a pose that is followed: its odds against "elsewhere", which says that the
+/// The evidence for a pose that is followed: its odds against "elsewhere", which says that the
 /// sensor is at none of the poses that are followed. The odds are those before any scan, times what
 /// the scans say. Scans at different places are independent for a pose that is far off, so their
-/// logarithms add up. They are not for a lookalike, so its odds are those of the mean of all scans,
-/// however many there are.
+/// logarithms add up. They are not for a lookalike, so its odds are those of the mean of the last
+/// scans, however many there were.
 class Support {
  public:
   Support() = default;

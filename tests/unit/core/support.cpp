@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "localize/hypothesis.hpp"
 
@@ -53,6 +54,25 @@ TEST_CASE("scans at different places tell a pose from those far off, but not fro
   CHECK(once.log_odds(true) > 1.0);
 }
 
+TEST_CASE("the odds of a lookalike fall with the share, also where it was chosen from many") {
+  double before = 1e9;
+  for (double share = 0.0; share < 1.0; share += 0.01) {
+    const double odds = odds_of_lookalike({.share = share, .noise = 0.01, .margin = 0.3}, {},
+                                          {.count = 16.0, .scale = 0.1}, {});
+    CHECK(odds <= 1.3 * before);  // p(share | right) has a step at the least right share
+    before = odds;
+  }
+}
+
+TEST_CASE("one bad scan does not spoil the mean for long") {
+  Support support(2.0, Lookalikes::of({}));
+  for (int k = 0; k < 5; ++k) take(support, 0.7);
+  const Evidence covered{.share = -50.0, .noise = 0.01, .margin = -99.0, .margin_noise = 0.1};
+  support.take(covered, -6.0, 1.0, {}, {});
+  for (int k = 0; k < 12; ++k) take(support, 0.7);
+  CHECK(support.log_odds(true) > 6.0);
+}
+
 TEST_CASE("a few scans that do not fit outweigh any number that did") {
   Support support(0.0, Lookalikes::of({}));
   for (int k = 0; k < 1000; ++k) take(support, 0.7);
@@ -86,9 +106,9 @@ TEST_CASE("poses that became the same are believed together, and a dropped one i
   std::vector<Hypothesis> all{with_odds(1.0), with_odds(3.0), with_odds(2.0)};
   all[1].last.translation.x() = 0.1;
   all[2].last.translation.x() = 50.0;
-  static_cast<void>(update_beliefs(all, true));
-  sort_out(all, 1);
+  const double elsewhere = update_beliefs(all, true) + sort_out(all, 1);
   REQUIRE(all.size() == 1);
+  CHECK(all[0].belief + elsewhere == doctest::Approx(1.0));
   CHECK(all[0].last.translation.x() == 0.1);
   CHECK(update_beliefs(all, true) == doctest::Approx(3.0 / 7.0).epsilon(0.01));
 }
