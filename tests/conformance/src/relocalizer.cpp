@@ -209,9 +209,10 @@ void owns_its_data(const Subject& subject) {
   const PointCloud map = town(subject);
   const PointCloud scan = seen_from(map, some_poses(subject)[0]);
   PluginPtr<RelocalizerIndex> index;
+  Bytes bytes;  // spoiled, but not freed: the same bytes could come to lie in the same place
   {
     const auto relocalizer = subject.make<Relocalizer>();
-    Bytes bytes = index_of(*relocalizer, map);
+    bytes = index_of(*relocalizer, map);
     index = open(relocalizer, bytes);
     std::ranges::fill(bytes, std::byte{0x55});
   }
