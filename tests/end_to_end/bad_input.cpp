@@ -261,7 +261,7 @@ TEST_CASE(
 }
 
 TEST_CASE("localize: a pose outside every region keeps the nearest map, and the output says so") {
-  const test::Street street;
+  const test::Street street(true);
   const std::string config = street.write_config("c.toml", 20, "bundle");
   REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
   const auto from_there = [&](const std::string& recovery, int exit_code) {
@@ -280,6 +280,19 @@ TEST_CASE("localize: a pose outside every region keeps the nearest map, and the 
   const auto found = from_there("recovery_radius=1000", 0);
   CHECK(found["scans"]["tracked"] >= test::Street::kScans - 1);
   CHECK(found["scans"]["lost"] <= 1);
+}
+
+TEST_CASE("localize: where places are alike, scans are uncertain until one place is left") {
+  const test::Street street;
+  const std::string config = street.write_config("c.toml", 20, "bundle");
+  REQUIRE(test::run("vantage-build", {config, "--quiet"}).exit_code == 0);
+  const auto done = street.localize(config, "run", {"--initial-pose", "auto", "--json", "--quiet"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  const auto summary = nlohmann::json::parse(done.out);
+  CHECK(summary["scans"]["uncertain"] >= 1);
+  CHECK(summary["scans"]["lost"] == 0);
+  CHECK(summary["scans"]["tracked"] >= test::Street::kScans - 6);
+  CHECK(summary["error_m"]["max"] < 0.5);  // of tracked scans
 }
 
 TEST_CASE("evaluate: a missing bundle is told before any scan is localized") {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace vantage::test {
 
-Street::Street() {
+Street::Street(bool with_kiosk) {
   std::mt19937 random(7);
   const auto uniform = [&](double a, double b) {
     return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
@@ -24,7 +24,7 @@ Street::Street() {
   const auto noise = [&] { return uniform(-0.02, 0.02); };
   for (double x = 0; x < 60; x += 0.2) {
     for (double y = -6; y < 6; y += 0.2) map.push_back({x + noise(), y + noise(), noise()});
-    // House fronts step in and out every 7 m, which tells places along the street apart.
+    // House fronts step in and out every 7 m.
     const double step = static_cast<int>(x / 7) % 2 == 0 ? 0.0 : 2.0;
     for (double z = 0.2; z < 5; z += 0.2) {
       map.push_back({x + noise(), -6 - step + noise(), z});
@@ -43,6 +43,13 @@ Street::Street() {
     const double x = 5.0 * post + uniform(-1, 1), y = post % 2 == 0 ? -4.5 : 4.5;
     for (double z = 0; z < 3; z += 0.05) {
       map.push_back({x + 0.1 * std::cos(40 * z), y + 0.1 * std::sin(40 * z), z});
+    }
+  }
+  for (double along = 0; with_kiosk && along < 3; along += 0.2) {
+    for (double z = 0.2; z < 3; z += 0.2) {
+      map.push_back({20 + along + noise(), 3 + noise(), z});
+      map.push_back({20 + noise(), 3 + along + noise(), z});
+      map.push_back({23 + noise(), 3 + along + noise(), z});
     }
   }
   REQUIRE(io::write_pcd(folder() / "map.pcd", map, io::Precision::float64));

@@ -151,8 +151,8 @@ double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
          (ratio < 0.0 ? std::max(kLeastRatio, ratio) * told : ratio);
 }
 
-double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
-                         const Lookalikes& among, const ShareModel& model) {
+LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
+                                const Lookalikes& among, const ShareModel& model) {
   const double x = bounded_share(evidence, model);
   const double scale = scale_of_wrong(among.scale, evidence);
   // The best of several has the density of their maximum. A share below its mode is no better.
@@ -165,13 +165,14 @@ double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
   // What is usual was learned from this very pose, maybe, so it may not speak for the pose.
   const double right =
       std::min(density_right(evidence, usual, model), density_right(evidence, {}, model));
-  return (similar / right + model.near * near + model.alike) / q;
+  return {(similar / right + model.alike) / q, model.near * near / q};
 }
 
 double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                             const ShareModel& model) {
-  return -std::log(std::exp(-log_ratio_to_far(evidence, usual, model)) +
-                   odds_of_lookalike(evidence, usual, Lookalikes::of(model), model));
+  const LookalikeOdds odds = odds_of_lookalike(evidence, usual, Lookalikes::of(model), model);
+  return -std::log(std::exp(-log_ratio_to_far(evidence, usual, model)) + odds.elsewhere +
+                   odds.near);
 }
 
 double log_likelihood_ratio_of_margin(const Evidence& evidence) {

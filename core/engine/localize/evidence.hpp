@@ -85,14 +85,18 @@ struct Lookalikes {
 [[nodiscard]] double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
                                       const ShareModel& model = {});
 
-/// The odds that a pose is wrong in a way that persists, against being right: one of those that it
-/// was chosen from, one that is just beyond the alert limit, or a place that is alike.
+/// The odds that a pose is wrong in a way that persists, against being right.
+struct LookalikeOdds {
+  double elsewhere;  ///< one of those that it was chosen from, or a place that is alike
+  double near;       ///< just beyond the alert limit, where no search looks
+};
 /// @param evidence  the mean over independent scans
-[[nodiscard]] double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
-                                       const Lookalikes& among, const ShareModel& model = {});
+[[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
+                                              const Lookalikes& among,
+                                              const ShareModel& model = {});
 
 /// log(p(evidence | pose right) / p(evidence | pose wrong)) of a single scan: -log(1 / (q R) + c),
-/// with c = odds_of_lookalike. At most 9.2 with the default model.
+/// with c the sum of odds_of_lookalike. At most 9.2 with the default model.
 [[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                                           const ShareModel& model = {});
 

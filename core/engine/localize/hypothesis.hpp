@@ -19,6 +19,7 @@ namespace vantage {
 /// A pose that a sensor may have. All poses are those at the middle of a sweep.
 struct Hypothesis {
   std::optional<Pose> initial = {};  ///< a pose that was given or found, before its first scan
+  bool is_new = true;                ///< no scan before was matched from it
   Pose last = {};                    ///< the pose at the scan before; `initial` if there is none
   std::optional<MotionFilter> motion = {};      ///< up to this scan, without it
   std::optional<MotionFilter> shown = {};       ///< the same, with the twist that the sweep shows

@@ -269,6 +269,7 @@ struct Localizer::State {
       if (known) continue;
       if (hypotheses.size() >= 2 * params.max_hypotheses) return;
       Hypothesis rival = hypotheses[h];
+      rival.is_new = true;
       rival.R = vantage::noise_of(alignment, points, params);
       rival.alignment = std::move(alignment);
       rival.shown.reset();
@@ -348,20 +349,21 @@ struct Localizer::State {
       VANTAGE_TRY(answer.found.finds, align_again(answer.found.finds, *known->T_then_now,
                                                   prepared.points, Weighing::scored(prepared),
                                                   answer.to_itself, AlertLimit::of(params)));
-    }
-    if (known->T_then_now) {
       for (Tried& one : answer.found.tried) one.T_map_scan = one.T_map_scan * *known->T_then_now;
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
     prior_searched = prior_searched || contradicted_scans > 0;
-    for (Hypothesis& one : hypotheses) learn(answer, one);
+    const double missed = answer.missed(scan.prior ? 0.0 : failed_searches);
+    for (Hypothesis& one : hypotheses) learn(answer, missed, one);
     for (const Find& find : answer.found.finds) {
       VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
       if (!found) continue;
-      found->support = Support(answer.log_odds(scan.prior ? 0.0 : failed_searches),
-                               answer.found.around(found->pose(), weighing.model()));
-      if (scan.prior)
+      found->support =
+          Support(std::log(answer.recall), answer.found.around(found->pose(), weighing.model()));
+      found->support.be_found(answer.recall, missed);
+      if (scan.prior) {
         found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
+      }
       VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
       weighing.take_first(*found);
       hypotheses.push_back(*std::move(found));
@@ -373,10 +375,14 @@ struct Localizer::State {
     return {};
   }
 
-  /// Tells a hypothesis how well wrong poses fit around here.
-  void learn(const SearchAnswer& answer, Hypothesis& one) const {
+  /// Tells a hypothesis how well wrong poses fit around here, and whether the search found it.
+  void learn(const SearchAnswer& answer, double missed, Hypothesis& one) const {
     if (answer.found.tried.empty()) return;
     one.support.be_among(answer.found.around(one.pose(), weighing.model()).scale);
+    const bool is_found = std::ranges::any_of(answer.found.finds, [&](const Find& find) {
+      return is_same_pose(find.alignment.T_map_scan, one.pose());
+    });
+    if (is_found) one.support.be_found(answer.recall, missed);
   }
 
   /// @return nothing if nothing matches there, or if that pose is followed already
@@ -416,6 +422,7 @@ struct Localizer::State {
       one.motion = h == 0 ? best : one.moved();
       one.last = one.motion->pose();
       one.initial.reset();
+      one.is_new = false;
     }
     inputs.forget_before(*middle);
   }

@@ -141,7 +141,7 @@ Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const 
   double samples = kExpected;
   for (const Tried& one : tried) {
     if ((one.T_map_scan.translation - T_map_scan.translation).norm() < kSamePlace) continue;
-    sum += std::max(0.0, one.share);
+    sum += std::clamp(one.share, 0.0, model.most_right);
     samples += 1.0;
   }
   return {static_cast<double>(tried.size()), std::min(kMostScale, sum / samples)};

@@ -54,13 +54,15 @@ std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
   }
   PlaceArea area;
   area.centre = predicted->translation.head<2>();
-  // The distance to the farthest place of the map.
-  const double farthest = (area.centre - map.min.head<2>())
-                              .cwiseAbs()
-                              .cwiseMax((area.centre - map.max.head<2>()).cwiseAbs())
-                              .norm();
+  const Eigen::Vector2d least = map.min.head<2>(), most = map.max.head<2>();
+  // The distance to the farthest place of the map, and to the nearest one.
+  const double farthest =
+      (area.centre - least).cwiseAbs().cwiseMax((area.centre - most).cwiseAbs()).norm();
+  const double nearest = (area.centre - area.centre.cwiseMax(least).cwiseMin(most)).norm();
   const double widest = std::min(farthest, params.recovery_radius.value_or(farthest));
-  const std::optional<double> radius = everywhere ? widest : search_radius(scans, widest, params);
+  std::optional<double> radius = everywhere ? widest : search_radius(scans, widest, params);
+  // A circle off the map holds no place.
+  if (radius && *radius < nearest) radius = widest;
   if (!radius || *radius <= 0.0) return {};
   area.radius = *radius;
   area.complete = *radius >= widest;

@@ -12,8 +12,8 @@ namespace vantage {
 
 /// Where to search for a sensor whose pose is in doubt. The search goes around the absolute prior
 /// if there is one, and twice as far after every 16 scans, because the prior may be wrong.
-/// Otherwise it goes around the prediction, in a circle that grows from scan to scan. Without a
-/// prediction either, it goes everywhere.
+/// Otherwise it goes around the prediction, in a circle that grows from scan to scan; the widest at
+/// once if the map lies beyond it. Without a prediction either, it goes everywhere.
 /// @param predicted   prediction of the best hypothesis; none if the sensor may be anywhere
 /// @param scans       number of doubtful scans in a row, this one included
 /// @param everywhere  without a prior, the circle is the widest at once

@@ -24,9 +24,8 @@ double recall_in(const PlaceArea& area) {
 
 }  // namespace
 
-double SearchAnswer::log_odds(double failed) const {
-  const double nowhere = kNowhere * std::pow(1.0 - recall, -std::min(kMostFailed, failed));
-  return std::log(recall / (1.0 - recall + nowhere));
+double SearchAnswer::missed(double failed) const {
+  return 1.0 - recall + kNowhere * std::pow(1.0 - recall, -std::min(kMostFailed, failed));
 }
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {

@@ -32,10 +32,10 @@ struct SearchAnswer {
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
 
-  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds.
-  /// Searches that failed are evidence that the sensor is not in the map at all.
+  /// Probability that the sensor is not at a find, because the search missed its place or because
+  /// it is nowhere in the map. Searches that failed are evidence for the latter.
   /// @param failed  so many searches at other places were not followed by a tracked scan
-  [[nodiscard]] double log_odds(double failed) const;
+  [[nodiscard]] double missed(double failed) const;
 };
 
 /// Searches a bundle. It reads only what other threads may read at the same time.

@@ -15,11 +15,14 @@ constexpr double kMeanOf = 5.0;
 constexpr double kLeastMargin = -1.0;  // of a scan in the mean
 // The probability of a place that is alike, as long as nobody has looked for one.
 constexpr double kAlike = 0.05;
+// The log odds of a pose that scans refuted, if it fits again: it may have been led astray.
+constexpr double kRefuted = -3.0;
 
 }  // namespace
 
 void Support::take(double told, double news) {
   far_ = std::clamp(far_ + news * told, kLeast, kMostFar);
+  if (prior_ + far_ < kRefuted) prior_ = std::min(prior_, kRefuted);
 }
 
 void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
@@ -37,19 +40,28 @@ void Support::take(const Evidence& evidence, double told, double news, std::opti
                                         &Evidence::margin, &Evidence::margin_noise}) {
     mean_.*value = std::lerp(mean_.*value, bounded.*value, part);
   }
-  lookalike_ = std::min(std::exp(-kLeast), odds_of_lookalike(mean_, usual, among_, model));
+  lookalike_ = odds_of_lookalike(mean_, usual, among_, model);
 }
 
-void Support::favour(double log_odds) { prior_ = std::max(kLeast, prior_ + log_odds); }
+void Support::be_found(double recall, double missed) {
+  prior_ = std::max(prior_, std::log(recall));
+  searched_ = std::max(searched_, -std::log(missed));
+}
+
+void Support::favour(double log_odds) { relative_ = std::max(kLeast, relative_ + log_odds); }
 
 void Support::doubt(double log_odds) {
-  const double far = std::exp(log_prior() - log_odds) - lookalike_;
+  const double far = (std::exp(prior_ + absolute_ + relative_ - log_odds) - lookalike_.near) *
+                         std::exp(searched_) -
+                     lookalike_.elsewhere;
   if (far > std::exp(-far_)) far_ = std::max(kLeast, -std::log(far));
 }
 
 double Support::log_odds(bool compared) const {
-  return log_prior() -
-         std::log(std::exp(-far_) + (compared ? lookalike_ : std::max(kAlike, lookalike_)));
+  const double elsewhere =
+      std::exp(-far_) + std::max(compared ? 0.0 : kAlike, lookalike_.elsewhere);
+  const double wrong = elsewhere * std::exp(-searched_) + lookalike_.near;
+  return prior_ + absolute_ + relative_ + std::max(kLeast, -std::log(wrong));
 }
 
 }  // namespace vantage

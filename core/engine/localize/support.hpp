@@ -14,7 +14,7 @@ namespace vantage {
 class Support {
  public:
   Support() = default;
-  /// @param log_odds  of the pose, before any scan
+  /// @param log_odds  of the pose, before any scan and search
   /// @param among     what it was chosen from
   Support(double log_odds, const Lookalikes& among) : prior_(log_odds), among_(among) {}
 
@@ -31,7 +31,11 @@ class Support {
   void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
   /// What the last search says of wrong poses around here.
   void be_among(double scale) { among_.scale = scale; }
-  /// Makes the odds higher or lower.
+  /// A search found the pose. What it did not find becomes less probable, but once only: searches
+  /// miss the same places.
+  /// @param recall, missed  probability that the sensor is at a find, and that it is not
+  void be_found(double recall, double missed);
+  /// Makes the odds higher or lower, against those of other poses that are followed.
   void favour(double log_odds);
   /// Lowers the odds to these; scans may raise them again.
   void doubt(double log_odds);
@@ -40,14 +44,13 @@ class Support {
   [[nodiscard]] double log_odds(bool compared) const;
 
  private:
-  [[nodiscard]] double log_prior() const { return prior_ + absolute_; }
-
-  double prior_ = 0.0, absolute_ = 0.0;
-  double far_ = 0.0;  // log ratio to a pose that is far off
+  double prior_ = 0.0, absolute_ = 0.0, relative_ = 0.0;
+  double searched_ = 0.0;  // what the best search adds
+  double far_ = 0.0;       // log ratio to a pose that is far off
   Lookalikes among_ = Lookalikes::of({});
   Evidence mean_;
-  double scans_ = 0.0;      // in the mean, by their news
-  double lookalike_ = 0.0;  // odds_of_lookalike of the mean
+  double scans_ = 0.0;                 // in the mean, by their news
+  LookalikeOdds lookalike_{0.0, 0.0};  // of the mean
 };
 
 }  // namespace vantage

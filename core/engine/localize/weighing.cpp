@@ -11,8 +11,9 @@ namespace vantage {
 namespace {
 
 constexpr double kLeastNews = 0.1;  // of a scan at the place of the last one
-// But if the log likelihood ratio of the first hypothesis changes by this much, they do not.
-constexpr double kChange = 3.0;
+// But if what the first hypothesis is told changes by this much, they do not. More than the latter
+// is beyond doubt in any case.
+constexpr double kChange = 3.0, kBeyondDoubt = 9.0;
 // A hypothesis beyond doubt is weighed after this way [m] or time [s].
 constexpr double kSettledWay = 1.0, kSettledTime = 1.0, kSettledRisk = 2e-4;
 constexpr double kFall = 0.2;  // of the level, where it is still as usual
@@ -21,11 +22,9 @@ constexpr double kSurroundings = 25.0;
 // From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
 // usual change is a surprise: the sensor may have been carried away.
 constexpr double kUnusual = 6.0, kFirstChange = 0.05, kLeastChange = 0.01, kLeastLevel = 1e-6;
-constexpr double kTooGood = 2.0;  // share
 constexpr std::size_t kScored = 512;
 // A scan that matches nothing may come from a place off the map, or from a covered sensor.
 constexpr double kNothingFits = -3.0;
-constexpr double kDoesNotFit = -1.0;
 constexpr double kBelieved = 0.5;
 
 /// A wrong pose does not move as the sensor does: matching pulls it about.
@@ -92,13 +91,11 @@ double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motio
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
-  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || was_adrift()) return true;
+  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || adrift_) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   return (first.pose().translation - *weighed_at_).norm() >= kSettledWay ||
          stamp_of(first) - weighed_stamp_ >= kSettledTime;
 }
-
-bool Weighing::was_adrift() const noexcept { return told_ < kDoesNotFit; }
 
 Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses) {
   fresh_ = false;
@@ -150,8 +147,10 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
   const Point at = first.pose().translation;
   news_ =
       weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kIndependent, kLeastNews, 1.0) : 1.0;
-  if (std::abs(first.told - told_) > kChange) news_ = 1.0;
-  told_ = first.told;
+  const double told = std::min(kBeyondDoubt, first.told);
+  if (std::abs(told - told_) > kChange) news_ = 1.0;
+  told_ = told;
+  adrift_ = first.evidence ? !first.silent && !first.fits() : told < 0.0;
   weighed_at_ = at;
   weighed_stamp_ = stamp_of(first);
   for (Hypothesis& one : hypotheses) {
@@ -184,7 +183,9 @@ void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
     // A smaller difference may come from noise, or from the elements that the maps happen to have.
     const double by_chance = std::hypot(error(*best), error(one));
     const double worse = std::max(0.0, share(*best) - share(one) - by_chance) / share(*best);
-    one.support.favour(-news_ * kPreference * worse);
+    // Scans near each other tell two poses apart by the same points.
+    const double news = best->is_new || one.is_new ? 1.0 : news_;
+    one.support.favour(-news * kPreference * worse);
   }
 }
 
@@ -219,6 +220,7 @@ void Weighing::forget() {
   fresh_ = false;
   weighed_at_.reset();
   told_ = 0.0;
+  adrift_ = false;
   news_ = 1.0;
 }
 

@@ -62,7 +62,7 @@ class Weighing {
   [[nodiscard]] const ShareModel& model() const noexcept { return model_; }
 
   /// Whether the scan that was weighed last did not fit.
-  [[nodiscard]] bool was_adrift() const noexcept;
+  [[nodiscard]] bool was_adrift() const noexcept { return adrift_; }
 
   /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
@@ -101,7 +101,8 @@ class Weighing {
   bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double weighed_stamp_ = 0.0;       // of that scan
-  double told_ = 0.0;                // by the first hypothesis then
+  double told_ = 0.0;                // by the first hypothesis then, bounded
+  bool adrift_ = false;              // it did not fit then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
 

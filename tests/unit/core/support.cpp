@@ -57,10 +57,10 @@ TEST_CASE("scans at different places tell a pose from those far off, but not fro
 TEST_CASE("the odds of a lookalike fall with the share, also where it was chosen from many") {
   double before = 1e9;
   for (double share = 0.0; share < 1.0; share += 0.01) {
-    const double odds = odds_of_lookalike({.share = share, .noise = 0.01, .margin = 0.3}, {},
-                                          {.count = 16.0, .scale = 0.1}, {});
-    CHECK(odds <= 1.3 * before);  // p(share | right) has a step at the least right share
-    before = odds;
+    const LookalikeOdds odds = odds_of_lookalike({.share = share, .noise = 0.01, .margin = 0.3}, {},
+                                                 {.count = 16.0, .scale = 0.1}, {});
+    CHECK(odds.elsewhere <= 1.3 * before);  // p(share | right) has a step at the least right share
+    before = odds.elsewhere;
   }
 }
 
@@ -111,4 +111,17 @@ TEST_CASE("poses that became the same are believed together, and a dropped one i
   CHECK(all[0].belief + elsewhere == doctest::Approx(1.0));
   CHECK(all[0].last.translation.x() == 0.1);
   CHECK(update_beliefs(all, true) == doctest::Approx(3.0 / 7.0).epsilon(0.01));
+}
+
+TEST_CASE("a search that found a pose adds to its odds, but once, and does not undo comparisons") {
+  Support given(2.0, Lookalikes::of({})), found(std::log(0.45), Lookalikes::of({}));
+  const double before = given.log_odds(true), before_found = found.log_odds(true);
+  given.favour(-1.0);
+  for (int search = 0; search < 3; ++search) given.be_found(0.9, 0.1);
+  CHECK(given.log_odds(true) == doctest::Approx(before - 1.0 + std::log(10.0)));
+  // A find of a narrow search becomes one of a search of all places.
+  found.be_found(0.45, 0.55);
+  CHECK(found.log_odds(true) == doctest::Approx(before_found - std::log(0.55)));
+  found.be_found(0.9, 0.1);
+  CHECK(found.log_odds(true) == doctest::Approx(before_found + std::log(2.0) + std::log(10.0)));
 }
