@@ -25,8 +25,8 @@ constexpr double kFarthest = 58.0;  // [m]
 constexpr int kFarthestAround = 5;  // voxels, see contrast_at
 // What is read around a place lies in the margin of the index.
 static_assert(kFarthest / kVoxel + 1.0 + kFarthestAround <= PlaceIndex::kMargin);
-// The blocks that are kept, of each heading and of all.
-constexpr std::size_t kPerHeading = 150, kBlocks = 1000;
+// The blocks that are kept, of each heading and of all, and the voxels of those.
+constexpr std::size_t kPerHeading = 600, kBlocks = 8000, kVoxels = 3000;
 // Layers of the sensor above the lowest points around: up to 4.5 m.
 constexpr int kLayersAbove = 2;
 // Places nearer to each other than this are one.
@@ -262,13 +262,23 @@ class Turned {
   std::uint64_t work_ = 0;
 };
 
-/// How many points of a scan hit from a voxel.
-int hits_at(const PlaceIndex& index, const Steps& steps, int x, int y, int z) {
-  int hits = 0;
+/// How many points of a scan hit from each voxel of a block: x first, then y, then z.
+std::array<int, 8> hits_in(const PlaceIndex& index, const Steps& steps, const Try& block) {
+  std::array<int, 8> hits{};
   for (const Eigen::Vector3i& step : steps) {
-    const int layer = z + step.z(), column = x + step.x();
-    if (layer < 0 || layer >= index.size().z()) continue;
-    hits += int(index.row(y + step.y(), layer)[column >> 6] >> (column & 63) & 1U);
+    const int column = block.x + step.x(), bit = column & 63;
+    for (const int up : {0, 1}) {
+      const int layer = block.z + up + step.z();
+      if (layer < 0 || layer >= index.size().z()) continue;
+      for (const int beside : {0, 1}) {
+        const std::uint64_t* const word =
+            index.row(block.y + beside + step.y(), layer) + (column >> 6);
+        const std::uint64_t two = bit < 63 ? word[0] >> bit : word[0] >> 63U | word[1] << 1U;
+        const auto first = std::size_t(4 * up + 2 * beside);
+        hits[first] += int(two & 1U);
+        hits[first + 1] += int(two >> 1U & 1U);
+      }
+    }
   }
   return hits;
 }
@@ -277,16 +287,17 @@ int hits_at(const PlaceIndex& index, const Steps& steps, int x, int y, int z) {
 std::vector<Try> voxels_of(const std::vector<Try>& blocks, const PlaceIndex& index,
                            const std::vector<Steps>& steps, const Plan& plan) {
   std::vector<Try> voxels(8 * blocks.size());
-  tbb::parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t k) {
-    const Try& block = blocks[k / 8];
-    const Steps& turned = steps[std::size_t(block.heading)];
-    Try& voxel = voxels[k] = block;
-    voxel.x += int(k & 1U);
-    voxel.y += int(k >> 1U & 1U);
-    voxel.z += int(k >> 2U & 1U);
-    voxel.hits =
-        plan.has(voxel.x, voxel.y) ? hits_at(index, turned, voxel.x, voxel.y, voxel.z) : -1;
-    if (voxel.hits < int(turned.size() / 4)) voxel.hits = -1;
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const Steps& turned = steps[std::size_t(blocks[b].heading)];
+    const std::array<int, 8> hits = hits_in(index, turned, blocks[b]);
+    for (unsigned k = 0; k < 8; ++k) {
+      Try& voxel = voxels[8 * b + k] = blocks[b];
+      voxel.x += int(k & 1U);
+      voxel.y += int(k >> 1U & 1U);
+      voxel.z += int(k >> 2U & 1U);
+      const bool enough = hits[k] >= int(turned.size() / 4) && plan.has(voxel.x, voxel.y);
+      voxel.hits = enough ? hits[k] : -1;
+    }
   });
   std::erase_if(voxels, [](const Try& voxel) { return voxel.hits < 0; });
   return voxels;
@@ -355,8 +366,8 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
   }
   std::sort(tries.begin(), tries.end(), better);
   if (tries.size() > kBlocks) tries.resize(kBlocks);
-  // A voxel takes a quarter of a word's time for each point.
-  found.words += 2 * tries.size() * points.size();
+  // The voxels of a block take the time of six words for each point.
+  found.words += 6 * tries.size() * points.size();
   tries = voxels_of(tries, index, steps, plan);
   std::sort(tries.begin(), tries.end(), better);
 
@@ -365,6 +376,7 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
   std::erase_if(tries, [&](const Try& t) {
     return !taken.insert({t.x / 2, t.y / 2, t.heading / 2}).second;
   });
+  if (tries.size() > kVoxels) tries.resize(kVoxels);
   std::vector<PoseCandidate> weighed(tries.size());
   tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
     const Try& t = tries[k];
