@@ -24,8 +24,8 @@ Eigen::Matrix<double, 6, 1> limits() {
 
 Alignment::Hessian covariance_of(const Alignment& alignment, std::size_t points, double scale) {
   // In units of the limits, metres and radians can be compared.
-  constexpr double kPointsApart = 700.0;  // chosen on the recorded street
-  const double one = scale * (static_cast<double>(points) + kPointsApart);
+  constexpr double kIndependent = 700.0;  // chosen on the recorded street
+  const double one = scale * (static_cast<double>(points) + kIndependent);
   const Matrix6 information =
       limits().asDiagonal() * Matrix6(alignment.hessian / one) * limits().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6> known(information);

@@ -18,7 +18,6 @@ constexpr double kScoreNoise = 0.012;  // of the level, with 512 points
 constexpr double kBias = 0.15;         // of the share, if hardly a point was compared
 constexpr double kAnything = 0.2;      // share of right poses about which nothing is assumed
 constexpr double kSpread = 0.35;       // of the logarithm of the share, from scan to scan
-constexpr double kLeastRatio = -6.0;   // logarithm; of a share of 0
 
 // The margin is measured with so many points. Its deviation is that of a mean over those of them
 // that match.
@@ -61,27 +60,6 @@ Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Po
 double normal_of_log(double x, double median) {
   const double z = std::log(x / median) / kSpread;
   return std::exp(-0.5 * z * z) / (x * kSpread * std::sqrt(2.0 * std::numbers::pi));
-}
-
-double bounded_share(const Evidence& evidence, const ShareModel& model) {
-  return std::clamp(evidence.share, 0.0, model.most_right);
-}
-
-/// Density of the share at right poses.
-double density_right(const Evidence& evidence, std::optional<double> usual,
-                     const ShareModel& model) {
-  const double x = bounded_share(evidence, model);
-  const double floor = 1.0 / model.most_right;
-  const double any =
-      x < model.least_right ? floor : 1.0 / (x * std::log(model.most_right / model.least_right));
-  return kAnything * floor +
-         (1.0 - kAnything) * (usual && x > 0.0 ? 0.5 * (normal_of_log(x, *usual) + any) : any);
-}
-
-/// Little structure makes wrong poses look as sharp as right ones. So does a share that is mostly
-/// an estimate.
-double scale_of_wrong(double scale, const Evidence& evidence) {
-  return std::hypot(scale, std::hypot(evidence.noise, evidence.bias));
 }
 
 }  // namespace
@@ -140,38 +118,30 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   return evidence;
 }
 
-double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
-                        const ShareModel& model) {
-  const double scale = scale_of_wrong(model.wrong_scale, evidence);
-  const double far = std::exp(-bounded_share(evidence, model) / scale) / scale;
-  const double ratio = std::log(density_right(evidence, usual, model) / far);
-  // Without structure, nothing can be told from a small share.
-  const double told = std::min(1.0, model.wrong_scale / evidence.noise);
-  return log_likelihood_ratio_of_margin(evidence) +
-         (ratio < 0.0 ? std::max(kLeastRatio, ratio) * told : ratio);
-}
-
-double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
-                         const Lookalikes& among, const ShareModel& model) {
-  const double x = bounded_share(evidence, model);
-  const double scale = scale_of_wrong(among.scale, evidence);
-  // The best of several has the density of their maximum. A share below its mode is no better.
-  const double above = std::min(std::exp(-x / scale), 1.0 / std::max(1.0, among.count));
-  const double others = among.count > 1.0 ? std::pow(1.0 - above, among.count - 1.0) : 1.0;
-  const double similar = among.count * others * above / scale;
-  const double m = evidence.margin;
-  const double near = kNearAtZero * std::exp(m < 0.0 ? m / kNearBelow : -m / kNearAbove);
-  const double q = std::exp(log_likelihood_ratio_of_margin(evidence));
-  // What is usual was learned from this very pose, maybe, so it may not speak for the pose.
-  const double right =
-      std::min(density_right(evidence, usual, model), density_right(evidence, {}, model));
-  return (similar / right + model.near * near + model.alike) / q;
-}
-
 double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                             const ShareModel& model) {
-  return -std::log(std::exp(-log_ratio_to_far(evidence, usual, model)) +
-                   odds_of_lookalike(evidence, usual, Lookalikes::of(model), model));
+  const double x = std::clamp(evidence.share, 0.0, model.most_right);
+  // Little structure makes wrong poses look as sharp as right ones.
+  // So does a share that is mostly an estimate.
+  const double error = std::hypot(evidence.noise, evidence.bias);
+  const double scale = std::hypot(model.wrong_scale, error);
+  const double similar = std::hypot(model.similar_scale, error);
+  const double wrong = (1.0 - model.similar) * std::exp(-x / scale) / scale +
+                       model.similar * std::exp(-x / similar) / similar;
+  const double floor = 1.0 / model.most_right;
+  const double any =
+      x < model.least_right ? floor : 1.0 / (x * std::log(model.most_right / model.least_right));
+  const double right =
+      kAnything * floor +
+      (1.0 - kAnything) * (usual && x > 0.0 ? 0.5 * (normal_of_log(x, *usual) + any) : any);
+  // Without structure, nothing can be told from a small share.
+  const double told = std::min(1.0, model.wrong_scale / evidence.noise);
+  const double ratio = std::log(right / wrong);
+  const double R = std::exp(ratio < 0.0 ? std::max(-6.0, ratio) * told : ratio);
+  const double m = evidence.margin;
+  const double near =
+      model.near * kNearAtZero * std::exp(m < 0.0 ? m / kNearBelow : -m / kNearAbove);
+  return log_likelihood_ratio_of_margin(evidence) + std::log(R / (1.0 + (model.alike + near) * R));
 }
 
 double log_likelihood_ratio_of_margin(const Evidence& evidence) {

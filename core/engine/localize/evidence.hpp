@@ -59,7 +59,7 @@ struct Evidence {
 /// three matchers on the recorded street and the demo's campus, right (0.55-1.1) and wrong (99 %
 /// below 0.045). docs/localization.md tests them on others.
 struct ShareModel {
-  double wrong_scale = 0.015;  ///< mean share at poses that are far off; exponential
+  double wrong_scale = 0.015;  ///< mean share at wrong poses; exponential
   /// Of wrong poses that share a street's walls or a row of trees with the right one.
   double similar = 0.1, similar_scale = 0.06;
   /// Of poses that are wrong although they fit like right ones: places that are alike.
@@ -68,35 +68,16 @@ struct ShareModel {
   double least_right = 0.08, most_right = 1.2;
 };
 
-/// Wrong poses that fit a little, because a street fits a street. The share of one stays about the
-/// same from scan to scan, so further scans do not tell it from a right pose.
-struct Lookalikes {
-  double count;  ///< a pose was chosen from so many; below 1: the probability of being one
-  double scale;  ///< the mean of their shares, which are exponential
-  [[nodiscard]] static Lookalikes of(const ShareModel& model) noexcept {
-    return {model.similar, model.similar_scale};
-  }
-};
-
-/// log(p(evidence | pose right) / p(evidence | pose far off)): log(q R), where R is the ratio of
-/// the shares' densities, and q = p(margin | right) / p(a margin of at least 0 | right). Scans at
-/// different places are independent.
+/// log(p(evidence | pose right) / p(evidence | pose wrong)), at most 9.2 with the default model.
+/// With R = p(share | right) / p(share | far off), q = p(margin | right) / p(a margin of at least 0
+/// | right), and n = p(margin | beyond the alert limit, but near) / p(a margin of at least 0 |
+/// right), it is log(q R / (1 + (alike + near n) R)): a pose is far off, alike, or near the right
+/// one.
 /// @param usual  the share that recent tracked scans had; none before the first
-[[nodiscard]] double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
-                                      const ShareModel& model = {});
-
-/// The odds that a pose is wrong in a way that persists, against being right: one of those that it
-/// was chosen from, one that is just beyond the alert limit, or a place that is alike.
-/// @param evidence  the mean over independent scans
-[[nodiscard]] double odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
-                                       const Lookalikes& among, const ShareModel& model = {});
-
-/// log(p(evidence | pose right) / p(evidence | pose wrong)) of a single scan: -log(1 / (q R) + c),
-/// with c = odds_of_lookalike. At most 9.2 with the default model.
 [[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                                           const ShareModel& model = {});
 
-/// What the margin alone says where the share says nothing: log(q), at most 0.
+/// The same where the share says nothing: log(q), at most 0.
 [[nodiscard]] double log_likelihood_ratio_of_margin(const Evidence& evidence);
 
 /// Whether the evidence supports the pose, or at least does not speak against it.

@@ -3,9 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <utility>
 
 namespace vantage {
 
@@ -34,55 +32,6 @@ double Hypothesis::innovation() const {
   S.diagonal().tail<3>().array() += kRadians * kRadians;
   const PoseVector off = difference(alignment->T_map_scan, predicted());
   return off.dot(S.ldlt().solve(off));
-}
-
-double update_beliefs(std::vector<Hypothesis>& hypotheses, bool compared) {
-  double most = 0.0;  // the log odds of elsewhere
-  for (Hypothesis& one : hypotheses) {
-    one.belief = one.support.log_odds(compared);
-    most = std::max(most, one.belief);
-  }
-  double elsewhere = std::exp(-most), total = elsewhere;
-  for (Hypothesis& one : hypotheses) total += one.belief = std::exp(one.belief - most);
-  for (Hypothesis& one : hypotheses) one.belief /= total;
-  return elsewhere / total;
-}
-
-void doubt(std::vector<Hypothesis>& hypotheses, double share) {
-  if (!(share > 0.0)) return;
-  double all = 0.0;  // the odds of all against elsewhere
-  for (const Hypothesis& one : hypotheses) all += std::exp(one.support.log_odds(true));
-  for (Hypothesis& one : hypotheses) {
-    one.support.doubt(one.support.log_odds(true) + std::log1p(-share) - std::log1p(share * all));
-  }
-}
-
-double sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most) {
-  constexpr double kLeastBelief = 1e-4;
-  std::ranges::stable_sort(hypotheses, std::greater(), &Hypothesis::belief);
-  std::vector<Hypothesis> kept;
-  std::vector<double> beliefs;
-  double dropped = 0.0;
-  for (Hypothesis& one : hypotheses) {
-    const auto same = std::ranges::find_if(
-        kept, [&](const Hypothesis& other) { return is_same_pose(one.pose(), other.pose()); });
-    if (same != kept.end()) {
-      beliefs[static_cast<std::size_t>(same - kept.begin())] += one.belief;
-    } else if (kept.empty() || (kept.size() < most && one.belief >= kLeastBelief)) {
-      beliefs.push_back(one.belief);
-      kept.push_back(std::move(one));
-    } else {
-      dropped += one.belief;
-    }
-  }
-  for (std::size_t h = 0; h < kept.size(); ++h) {
-    if (beliefs[h] <= kept[h].belief) continue;
-    kept[h].support.favour(std::log(beliefs[h] / kept[h].belief));
-    kept[h].belief = beliefs[h];
-  }
-  hypotheses = std::move(kept);
-  doubt(hypotheses, dropped);
-  return dropped;
 }
 
 double heading_of(const Pose& pose) {

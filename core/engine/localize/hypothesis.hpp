@@ -1,13 +1,11 @@
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "localize/support.hpp"
+#include "localize/evidence.hpp"
 #include "vantage/engine/region_maps.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/pose.hpp"
@@ -27,15 +25,10 @@ struct Hypothesis {
   RegionId region = {};                         ///< the region whose map this scan is matched to
   std::shared_ptr<const ReadyRegion> map = {};  ///< of the region; held so that it stays ready
   std::optional<Alignment> alignment = {};
-  PoseMatrix R = PoseMatrix::Zero();      ///< covariance of the alignment's pose, from scan to scan
-  std::string failure = {};               ///< why there is no alignment
-  std::optional<Evidence> evidence = {};  ///< of this scan, if it was weighed
-  double told = 0.0;                      ///< log(p(scan | right) / p(scan | far off)) of this scan
-  /// The scan's share says nothing: a pose that is believed in scores as before, so its
-  /// surroundings have become featureless.
-  bool silent = false;
-  Support support = {};
-  double belief = 0.0;  ///< the probability of the pose, as update_beliefs sets it
+  PoseMatrix R = PoseMatrix::Zero();  ///< covariance of the alignment's pose, from scan to scan
+  std::string failure = {};           ///< why there is no alignment
+  std::optional<Evidence> evidence = {};
+  bool proven = false;  ///< was tracked, and has been followed since
 
   /// The prediction for this scan.
   [[nodiscard]] Pose predicted() const { return motion ? motion->pose() : last; }
@@ -68,9 +61,6 @@ struct Hypothesis {
   return alignment.score.nvtl * alignment.score.coverage;
 }
 
-/// Scans that are taken nearer to each other than this share their errors [m].
-inline constexpr double kIndependent = 2.0;
-
 /// An alignment is a rival of a better one if its level is at least this part of the better one's.
 inline constexpr double kRivalsLevel = 0.85;
 
@@ -84,20 +74,6 @@ inline constexpr double kRivalsLevel = 0.85;
   constexpr double kMetres = 0.3, kRadians = 3.0 * std::numbers::pi / 180.0;
   return is_near(a, b, kMetres, kRadians);
 }
-
-/// Sets the belief in each hypothesis.
-/// @param compared  them, with all other places of the map
-/// @return          the belief that the sensor is elsewhere; all beliefs add up to 1
-[[nodiscard]] double update_beliefs(std::vector<Hypothesis>& hypotheses, bool compared);
-
-/// Moves this share of the belief in each hypothesis to elsewhere: the sensor may have been carried
-/// away. Scans that fit bring it back.
-void doubt(std::vector<Hypothesis>& hypotheses, double share);
-
-/// Orders the hypotheses by belief, and drops those that are refuted, and those beyond `most`.
-/// Those that became the same pose become one.
-/// @return  the belief in those that were dropped, which is elsewhere now
-[[nodiscard]] double sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most);
 
 /// The direction of the sensor's x axis in plan view [rad].
 [[nodiscard]] double heading_of(const Pose& pose);

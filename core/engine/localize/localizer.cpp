@@ -5,11 +5,13 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "bundle/built_as_asked.hpp"
+#include "localize/belief.hpp"
 #include "localize/hypothesis.hpp"
 #include "localize/regions_ahead.hpp"
 #include "localize/search_area.hpp"
@@ -36,11 +38,12 @@ namespace {
 
 // What is believed of a pose that a user gives, before any scan.
 constexpr double kTrustInStart = 0.97;
-// The probability that the sensor was carried away, after a surprise, or that scans that did not
-// fit have led astray.
+// The probability that the sensor was carried away, after a surprise.
 constexpr double kCarriedAway = 0.05;
 // With less belief than this in the best hypothesis, others are looked for.
 constexpr double kSure = 0.8;
+// Hypotheses with less belief are dropped.
+constexpr double kLeastBelief = 1e-4;
 // Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
 constexpr double kFoundMetres = 0.3, kFoundRadians = 0.05;
@@ -110,7 +113,7 @@ struct Localizer::State {
   std::optional<double> stamp;         // of the last scan
   std::optional<double> middle;        // of its sweep [s]
   std::vector<Hypothesis> hypotheses;  // the first is the one that is reported
-  double elsewhere = 1.0;              // the belief that the sensor is at none of them
+  Belief belief;                       // in them
 
   std::shared_ptr<const ReadyRegion> map;  // of `region`
   RegionId region;
@@ -120,13 +123,10 @@ struct Localizer::State {
   bool compared = false;                 // the hypotheses with all other places
   std::uint32_t doubtful_scans = 0;      // in a row
   std::uint32_t contradicted_scans = 0;  // by their priors, in a row
-  bool prior_searched = false;           // the place where these priors say that the sensor is
 
   Searcher searcher{bundle, relocalizer, matcher, ahead, maps, params};
-  double failed_searches = 0.0;  // of all places, until a scan was tracked; by their news
-  double way = kIndependent;     // since the last one [m]
-  bool startled = false;         // the sensor was carried away, maybe, since the search began
-  bool surprised = false;        // by a scan, since a search began last
+  bool startled = false;   // the sensor was carried away, maybe, since the search began
+  bool surprised = false;  // by a scan, since a search began last
   SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
 
   struct Choice {
@@ -272,10 +272,8 @@ struct Localizer::State {
       rival.R = vantage::noise_of(alignment, points, params);
       rival.alignment = std::move(alignment);
       rival.shown.reset();
-      // Both are that far from one prediction, whose odds they share.
-      const double odds = std::exp(0.5 * (hypotheses[h].innovation() - rival.innovation()));
-      hypotheses[h].support.favour(-std::log1p(odds));
-      rival.support.favour(-std::log1p(1.0 / odds));
+      // Both are that far from one prediction.
+      belief.add_beside(h, 0.5 * (hypotheses[h].innovation() - rival.innovation()));
       hypotheses.push_back(std::move(rival));
     }
   }
@@ -294,8 +292,7 @@ struct Localizer::State {
 
   /// Whether no other poses need to be looked for.
   [[nodiscard]] bool is_sure() const {
-    return !hypotheses.empty() && compared && hypotheses.front().fits() &&
-           hypotheses.front().belief >= kSure;
+    return !hypotheses.empty() && compared && hypotheses.front().fits() && belief.of(0) >= kSure;
   }
 
   /// Whether to look where a prior says that the sensor is, although there is no other doubt: less
@@ -303,17 +300,18 @@ struct Localizer::State {
   [[nodiscard]] bool is_contradicted(const std::optional<PosePrior>& prior) {
     constexpr double kDisagreement = -1.0;
     if (!prior || hypotheses.empty()) return false;
-    const bool agrees = agreement(hypotheses.front().pose(), *prior, false) > kDisagreement;
+    const bool agrees = agreement(hypotheses.front().pose(), *prior) > kDisagreement;
     contradicted_scans = agrees ? 0 : contradicted_scans + 1;
-    prior_searched = prior_searched && !agrees;
     return std::has_single_bit(contradicted_scans);
   }
 
-  /// Tells each hypothesis what a prior says of it. A scan without one says nothing.
+  /// Tells the belief what a prior says of each hypothesis. A scan without one says nothing.
   void see(const std::optional<PosePrior>& prior) {
-    for (Hypothesis& one : hypotheses) {
-      one.support.see_prior(prior ? agreement(one.pose(), *prior, prior_searched) : 0.0);
+    std::vector<double> ratios;
+    for (const Hypothesis& one : hypotheses) {
+      ratios.push_back(prior ? agreement(one.pose(), *prior) : 0.0);
     }
+    belief.see_prior(std::move(ratios));
   }
 
   /// How the sensor moved since the scan before. @param expected  the motion without this scan
@@ -349,64 +347,71 @@ struct Localizer::State {
                                                   prepared.points, Weighing::scored(prepared),
                                                   answer.to_itself, AlertLimit::of(params)));
     }
-    if (known->T_then_now) {
-      for (Tried& one : answer.found.tried) one.T_map_scan = one.T_map_scan * *known->T_then_now;
-    }
     compared = compared || !answer.searchable || (answer.compared && !startled);
-    prior_searched = prior_searched || contradicted_scans > 0;
-    for (Hypothesis& one : hypotheses) learn(answer, one);
-    for (const Find& find : answer.found.finds) {
-      VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
-      if (!found) continue;
-      found->support = Support(answer.log_odds(scan.prior ? 0.0 : failed_searches),
-                               answer.found.around(found->pose(), weighing.model()));
-      if (scan.prior)
-        found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
-      VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
-      weighing.take_first(*found);
-      hypotheses.push_back(*std::move(found));
-    }
-    if (answer.compared && !scan.prior) {
-      failed_searches += std::min(1.0, way / kIndependent);
-      way = 0.0;
+    for (const Find& f : answer.found.finds) {
+      VANTAGE_TRY(const bool is_new, add(f, sweep, expected));
+      if (!is_new) continue;
+      // The best of many wrong poses fits better than one of them.
+      belief.add(std::log(answer.recall / (1.0 - answer.recall) /
+                          static_cast<double>(answer.found.aligned)) +
+                     weighing.of(f.evidence),
+                 scan.prior ? agreement(f.alignment.T_map_scan, *scan.prior) : 0.0);
     }
     return {};
   }
 
-  /// Tells a hypothesis how well wrong poses fit around here.
-  void learn(const SearchAnswer& answer, Hypothesis& one) const {
-    if (answer.found.tried.empty()) return;
-    one.support.be_among(answer.found.around(one.pose(), weighing.model()).scale);
-  }
-
-  /// @return nothing if nothing matches there, or if that pose is followed already
-  [[nodiscard]] Result<std::optional<Hypothesis>> hypothesis_at(
-      const Find& find, const Sweep& sweep, const MotionFilter& expected) const {
+  /// @return whether it is a new one
+  Result<bool> add(const Find& find, const Sweep& sweep, const MotionFilter& expected) {
     constexpr double kMatched = 1.0, kTurned = 5.0 * std::numbers::pi / 180.0;  // [m], [rad]
-    using Outcome = Result<std::optional<Hypothesis>>;
     const auto is_known = [&](const Pose& pose) {
       return std::ranges::any_of(
           hypotheses, [&](const Hypothesis& known) { return is_same_pose(known.pose(), pose); });
     };
     const Pose& pose = find.alignment.T_map_scan;
-    if (is_known(pose)) return Outcome();
+    if (is_known(pose)) return false;
     // The sensor was elsewhere all the time: its motion continues from there.
     MotionFilter motion = expected;
     motion.place(pose, uncertainty(kFoundMetres, kFoundRadians));
     Sweep own = sweep;
     VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
-    if (!match.alignment) return Outcome();
+    if (!match.alignment) return false;
     const Pose& matched = match.alignment->T_map_scan;
-    if (!is_near(matched, pose, kMatched, kTurned) || is_known(matched)) return Outcome();
-    Hypothesis found{.initial = pose,
-                     .last = pose,
-                     .motion = motion,
-                     .shown = match.motion,
-                     .region = find.region,
-                     .map = find.map,
-                     .alignment = std::move(match.alignment),
-                     .R = match.R};
-    return Outcome(std::move(found));
+    if (!is_near(matched, pose, kMatched, kTurned) || is_known(matched)) return false;
+    hypotheses.push_back({.initial = pose,
+                          .last = pose,
+                          .motion = motion,
+                          .shown = match.motion,
+                          .region = find.region,
+                          .map = find.map,
+                          .alignment = std::move(match.alignment),
+                          .R = match.R,
+                          .evidence = find.evidence});
+    return true;
+  }
+
+  /// Orders the hypotheses by belief, and drops those that are refuted. Those that became the same
+  /// pose become one.
+  void sort_out() {
+    std::vector<std::size_t> order(hypotheses.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return belief.of(a) > belief.of(b); });
+    std::vector<std::vector<std::size_t>> groups;
+    for (const std::size_t h : order) {
+      const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+        return is_same_pose(hypotheses[h].pose(), hypotheses[group.front()].pose());
+      });
+      if (same != groups.end()) {
+        same->push_back(h);
+      } else if (groups.empty() ||
+                 (groups.size() < params.max_hypotheses && belief.of(h) >= kLeastBelief)) {
+        groups.push_back({h});
+      }
+    }
+    belief.keep(groups);
+    std::vector<Hypothesis> sorted;
+    for (const auto& group : groups) sorted.push_back(std::move(hypotheses[group.front()]));
+    hypotheses = std::move(sorted);
   }
 
   /// Every hypothesis takes the scan in. @param best  the motion of the one that is reported
@@ -422,16 +427,13 @@ struct Localizer::State {
 
   void forget_everything(bool lost) {
     hypotheses.clear();
-    elsewhere = 1.0;
+    belief = Belief();
     job.drop();
     stamp.reset();
     middle.reset();
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
     doubtful_scans = contradicted_scans = 0;
-    failed_searches = 0.0;
-    way = kIndependent;
-    prior_searched = false;
     weighing.forget();
     verdict.forget(lost);
     started = true;
@@ -472,11 +474,8 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
                                                 " ready"));
   }
   s.forget_everything(false);
-  const double log_odds = std::log(kTrustInStart / (1.0 - kTrustInStart));
-  s.hypotheses.push_back({.initial = T_map_scan,
-                          .last = T_map_scan,
-                          .support = Support(log_odds, Lookalikes::of(s.weighing.model()))});
-  s.elsewhere = update_beliefs(s.hypotheses, s.compared);
+  s.hypotheses.push_back({.initial = T_map_scan, .last = T_map_scan});
+  s.belief = Belief::in_one(kTrustInStart);
   return {};
 }
 
@@ -520,60 +519,55 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
 
   const bool had_map = s.map != nullptr;
   const RegionId region_before = s.region;
-  bool weighed = false, surprise = false, contradicted = false;
+  std::vector<double> comparison;
+  bool surprise = false, contradicted = false;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(sweep, report));
-    contradicted = s.is_contradicted(centred.prior);
     s.see(centred.prior);
+    contradicted = s.is_contradicted(centred.prior);
     const Hypothesis& first = s.hypotheses.front();
     surprise = s.weighing.is_surprising(first);
-    double doubted = doubt_of_prediction(first);
+    const double doubt = doubt_of_prediction(first);
     // A find is compared with what is followed: both have to be weighed with the same scan.
-    weighed = s.job.under_way() || contradicted || !s.is_sure() ||
-              s.weighing.is_due(s.hypotheses, first.belief - doubted);
-    if (weighed) {
-      const ScopeTimer timer(report.seconds_verdict);
-      if (auto measured = s.weighing.measure(prepared, s.hypotheses); !measured) {
-        return during(std::move(measured).error());
-      }
-      // A scan that does not fit speaks for itself. One that fits again, or after a surprise, may
-      // be from a place alike.
-      if (first.fits() && surprise) doubted = kCarriedAway;
-      if (first.fits() && s.weighing.was_adrift()) {
-        doubted = std::max(doubted, kCarriedAway - s.elsewhere);
-      }
-      doubt(s.hypotheses, doubted);
-      s.weighing.take(s.hypotheses);
+    const bool searching = s.job.under_way() || contradicted || !s.is_sure();
+    if (!searching && !s.weighing.is_due(s.hypotheses, s.belief.of(0) - doubt)) {
+      s.belief.forget(doubt);
     } else {
-      doubt(s.hypotheses, doubted);
+      const ScopeTimer timer(report.seconds_verdict);
+      auto news = s.weighing(prepared, s.hypotheses);
+      if (!news) return during(std::move(news).error());
+      // A scan that does not fit speaks for itself. One that still fits may be from a place alike.
+      s.belief.forget(surprise && first.fits() ? kCarriedAway : doubt);
+      s.belief.weigh(*news);
+      comparison = s.weighing.compare(s.hypotheses);
+      s.belief.weigh(comparison);
     }
-    s.elsewhere = update_beliefs(s.hypotheses, s.compared);
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
-  if (surprise || (!s.hypotheses.empty() && s.elsewhere > 0.5)) {
+  if (surprise || (!s.hypotheses.empty() && s.belief.elsewhere() > 0.5)) {
     s.startled = s.startled || s.compared || surprise;
     s.surprised = s.surprised || surprise;
     s.compared = s.params.recovery_radius == 0.0;
   }
   const bool sure = s.is_sure();
   s.doubtful_scans = sure ? 0 : s.doubtful_scans + 1;
-  if (s.middle) {
-    const Pose step = s.step(expected);
-    s.way += step.translation.norm();
-    s.job.move(step);
-  }
+  if (s.middle) s.job.move(s.step(expected));
   s.middle = time.middle();
   const Stopwatch search;
   if ((!sure || contradicted) && !prepared.points.empty() && !s.job.under_way()) {
-    s.begin_search(centred, prepared, weighed);
+    s.begin_search(centred, prepared, !comparison.empty());
   }
   if (s.job.under_way() && !prepared.points.empty()) {
     if (auto taken = s.take_finds(centred, sweep, expected); !taken) {
       return during(std::move(taken).error());
     }
     report.seconds_search = search.seconds();
+    // The finds take part in the comparison.
+    const ScopeTimer timer(report.seconds_verdict);
+    std::vector<double> anew = s.weighing.compare(s.hypotheses);
+    for (std::size_t h = 0; h < comparison.size(); ++h) anew[h] -= comparison[h];
+    s.belief.weigh(anew);
   }
-  if (weighed || s.hypotheses.size() > 1) s.weighing.compare(s.hypotheses);
   s.stamp = scan.stamp;
   if (s.hypotheses.empty()) {
     s.inputs.forget_before(*s.middle);
@@ -581,14 +575,16 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     report.has_pose = false;
     return report;
   }
-  s.elsewhere = update_beliefs(s.hypotheses, s.compared);
-  s.elsewhere += sort_out(s.hypotheses, s.params.max_hypotheses);
+  s.sort_out();
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
+  std::vector<double> beliefs;
+  for (std::size_t h = 0; h < s.hypotheses.size(); ++h) beliefs.push_back(s.belief.of(h));
   const MotionFilter motion =
       s.verdict.conclude(s.hypotheses,
-                         {.elsewhere = s.elsewhere,
+                         {.beliefs = std::move(beliefs),
+                          .elsewhere = s.belief.elsewhere(),
                           .compared = s.compared,
                           .scores_as_usual = s.weighing.scores_as_usual(best)},
                          s.inputs, s.noise, report);
@@ -600,7 +596,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
-  if (tracked) s.failed_searches = 0.0;
+  best.proven = best.proven || tracked;
   report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);

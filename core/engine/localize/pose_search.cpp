@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -130,23 +129,6 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 
 }  // namespace
 
-Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const {
-  // What the model expects of wrong poses counts like so many of them.
-  constexpr double kExpected = 4.0;
-  constexpr double kSamePlace = 5.0;  // [m]
-  // In a map of one street, all places fit. Then the comparison of the poses has to tell them
-  // apart.
-  constexpr double kMostScale = 0.12;
-  double sum = kExpected * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
-  double samples = kExpected;
-  for (const Tried& one : tried) {
-    if ((one.T_map_scan.translation - T_map_scan.translation).norm() < kSamePlace) continue;
-    sum += std::max(0.0, one.share);
-    samples += 1.0;
-  }
-  return {static_cast<double>(tried.size()), std::min(kMostScale, sum / samples)};
-}
-
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
                           const Fit& to_itself, const AlertLimit& limit, const PlaceQuery& query) {
   VANTAGE_TRY(const PoseCandidates candidates, bundle.places.find(scan, query));
@@ -155,6 +137,7 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
   result.work.search_ms = candidates.nominal_ms;
   VANTAGE_TRY(std::vector<Start> starts,
               starts_at(bundle, candidates.poses, result.work, query.stop));
+  result.aligned = starts.size();
   if (query.stop.stop_requested()) return result;
 
   const auto align = [&](PointsView points, const std::vector<Start>& from) {
@@ -163,10 +146,7 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
   };
   VANTAGE_TRY(const auto first, align(evenly_picked(scan, kFirstPoints), starts));
   starts.clear();
-  for (const Find& find : different(first, first.size())) {
-    result.tried.push_back({find.alignment.T_map_scan, find.evidence.share});
-    if (starts.size() < kWhole) starts.push_back(start_at(find));
-  }
+  for (const Find& find : different(first, kWhole)) starts.push_back(start_at(find));
   VANTAGE_TRY(auto found, align(scan, starts));
   found = different(found, kWhole);
   if (!found.empty()) {

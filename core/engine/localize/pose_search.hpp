@@ -30,21 +30,11 @@ struct SearchWork {
   [[nodiscard]] bool operator==(const SearchWork&) const = default;
 };
 
-/// Where a scan was aligned, and how well it fits there.
-struct Tried {
-  Pose T_map_scan;
-  double share;  ///< Evidence::share
-};
-
 struct Finds {
-  /// No two of them are the same pose; the best evidence comes first.
-  std::vector<Find> finds = {};
-  std::vector<Tried> tried = {};  ///< all places; no two of them are the same pose
+  std::vector<Find> finds =
+      {};                   ///< no two of them are the same pose; the best evidence comes first
+  std::size_t aligned = 0;  ///< number of places where the scan was aligned
   SearchWork work = {};
-
-  /// What a pose was chosen from: the places that were tried, with the mean share of those that are
-  /// not at the pose.
-  [[nodiscard]] Lookalikes around(const Pose& T_map_scan, const ShareModel& model) const;
 };
 
 /// The parts of a bundle that a search reads.

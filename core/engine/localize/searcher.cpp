@@ -1,7 +1,5 @@
 #include "localize/searcher.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "localize/weighing.hpp"
@@ -13,9 +11,6 @@ namespace {
 constexpr double kRecall = 0.9, kInArea = 0.5;
 // In a narrow area [m], it hardly misses it.
 constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
-// The sensor is nowhere in the map. Searches fail together where the world has changed, so only a
-// few of them count.
-constexpr double kNowhere = 0.01, kMostFailed = 3.0;
 
 double recall_in(const PlaceArea& area) {
   if (!area.complete) return kRecall * kInArea;
@@ -23,11 +18,6 @@ double recall_in(const PlaceArea& area) {
 }
 
 }  // namespace
-
-double SearchAnswer::log_odds(double failed) const {
-  const double nowhere = kNowhere * std::pow(1.0 - recall, -std::min(kMostFailed, failed));
-  return std::log(recall / (1.0 - recall + nowhere));
-}
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
   const PointCloud some = Weighing::scored(task.scan);

@@ -31,11 +31,6 @@ struct SearchAnswer {
   double recall = 0.0;     ///< probability that the sensor's place is among the finds
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
-
-  /// log(p(the sensor is at a find) / p(elsewhere)), before anything is known of the finds.
-  /// Searches that failed are evidence that the sensor is not in the map at all.
-  /// @param failed  so many searches at other places were not followed by a tracked scan
-  [[nodiscard]] double log_odds(double failed) const;
 };
 
 /// Searches a bundle. It reads only what other threads may read at the same time.

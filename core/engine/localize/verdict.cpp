@@ -14,6 +14,11 @@ namespace {
 // A scan is lost if the sensor is probably at none of the poses that are followed, unless the scan
 // scores as usual.
 constexpr double kLost = 0.5;
+// The probability of a place that looks alike, as long as nobody has looked for one.
+constexpr double kAlike = 0.05;
+// At least the probability that a pose is off that only motion carries on: before a scan ceases to
+// fit, the scans before it may have led astray.
+constexpr double kAdrift = 0.05;
 
 /// Two-sided tail of the normal distribution beyond `limit` for a standard deviation `sigma`.
 double beyond(double limit, double sigma) {
@@ -42,11 +47,17 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
                                const MotionInputs& inputs, const MotionNoise& noise,
                                ScanReport& report) {
   const Hypothesis& best = hypotheses.front();
+  constexpr double kFirm = 0.2;  // share of sharpness that says where an adrift sensor is
   report.alignment = best.alignment;
   if (best.alignment) {
     const double fitness = best.alignment->score.fitness;
     report.lcp = localization_contribution_per_point(fitness, report.map_points);
   }
+  // The pose of a scan that does not fit is where the motion led, not where matching pulled it.
+  const bool fits = best.fits();
+  if (best.initial) adrift_ = false;  // the sensor was found anew
+  if (!fits) adrift_ = true;
+  if (fits && best.evidence && best.evidence->share >= kFirm) adrift_ = false;
   MotionFilter motion = best.moved();
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
   report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
@@ -54,12 +65,14 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   for (std::size_t h = 1; h < hypotheses.size(); ++h) {
     const MotionFilter other = hypotheses[h].moved();
     const Pose reported = motion.pose(), there = other.pose();
-    place += hypotheses[h].belief * beyond(limit_, confidence_of(published(other)),
-                                           (reported.translation - there.translation).norm(),
-                                           rotation_between(reported, there));
+    place += known.beliefs[h] * beyond(limit_, confidence_of(published(other)),
+                                       (reported.translation - there.translation).norm(),
+                                       rotation_between(reported, there));
   }
-  report.risk = std::min(1.0, place + best.belief * beyond(limit_, *report.confidence, 0.0, 0.0));
-  report.compared = known.compared;
+  report.risk =
+      std::min(1.0, place + known.beliefs.front() * beyond(limit_, *report.confidence, 0.0, 0.0));
+  if (!known.compared) report.risk = std::max(report.risk, kAlike);
+  if (adrift_) report.risk = std::max(report.risk, kAdrift);
   judge(best, known, place, report);
   if (!limit(best, report)) motion = *best.motion;
   if (report.tracking == Tracking::tracked) {
@@ -86,11 +99,9 @@ void Verdict::judge(const Hypothesis& best, const Known& known, double place,
                : conclude(Tracking::lost, kDoesNotFit);
   }
   if (!best.fits()) return conclude(Tracking::uncertain, kDoesNotFit);
-  if (!known.compared) {
-    return conclude(Tracking::uncertain, "not compared with the rest of the map yet");
-  }
-  if (report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
-  if (place > params_.max_risk) {
+  const bool settled = known.compared && !adrift_;
+  if (settled && report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
+  if (place > params_.max_risk || !known.compared) {
     return conclude(Tracking::uncertain, "other poses are not ruled out yet");
   }
   constexpr double kKnownSpeed = 1.0;  // [m/s]
@@ -117,6 +128,11 @@ bool Verdict::limit(const Hypothesis& best, ScanReport& report) const {
   }
   report.tracking = Tracking::lost;
   return false;
+}
+
+void Verdict::forget(bool lost) {
+  was_lost_ = lost;
+  adrift_ = false;
 }
 
 }  // namespace vantage

@@ -10,9 +10,10 @@ namespace vantage {
 
 /// What is known of the hypotheses.
 struct Known {
-  double elsewhere = 0.0;        ///< belief that the sensor is at none of them
-  bool compared = false;         ///< the hypotheses, with all other places of the map
-  bool scores_as_usual = false;  ///< the scan, at the best hypothesis
+  std::vector<double> beliefs = {};  ///< in each of them; the first is the best
+  double elsewhere = 0.0;            ///< belief that the sensor is at none of them
+  bool compared = false;             ///< the hypotheses, with all other places of the map
+  bool scores_as_usual = false;      ///< the scan, at the best hypothesis
 };
 
 /// Turns the belief in a hypothesis into the report of a scan.
@@ -31,7 +32,7 @@ class Verdict {
                                       const MotionInputs& inputs, const MotionNoise& noise,
                                       ScanReport& report);
 
-  void forget(bool lost) { was_lost_ = lost; }
+  void forget(bool lost);
 
  private:
   /// Sets the state and its reason. @param place  the part of the risk that is due to other places
@@ -42,6 +43,7 @@ class Verdict {
   LocalizerParams params_;
   AlertLimit limit_;
   bool was_lost_ = false;  // since the last tracked scan
+  bool adrift_ = false;    // the last scans that did not fit have not been made good by a firm one
 };
 
 }  // namespace vantage

@@ -10,7 +10,8 @@
 namespace vantage {
 namespace {
 
-constexpr double kLeastNews = 0.1;  // of a scan at the place of the last one
+// Scans taken this near to each other say the same [m].
+constexpr double kIndependent = 2.0, kLeastNews = 0.1;
 // But if the log likelihood ratio of the first hypothesis changes by this much, they do not.
 constexpr double kChange = 3.0;
 // A hypothesis beyond doubt is weighed after this way [m] or time [s].
@@ -21,12 +22,9 @@ constexpr double kSurroundings = 25.0;
 // From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
 // usual change is a surprise: the sensor may have been carried away.
 constexpr double kUnusual = 6.0, kFirstChange = 0.05, kLeastChange = 0.01, kLeastLevel = 1e-6;
-constexpr double kTooGood = 2.0;  // share
 constexpr std::size_t kScored = 512;
 // A scan that matches nothing may come from a place off the map, or from a covered sensor.
 constexpr double kNothingFits = -3.0;
-constexpr double kDoesNotFit = -1.0;
-constexpr double kBelieved = 0.5;
 
 /// A wrong pose does not move as the sensor does: matching pulls it about.
 double surprise(const Hypothesis& one) {
@@ -36,10 +34,9 @@ double surprise(const Hypothesis& one) {
 
 }  // namespace
 
-double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
+double agreement(const Pose& pose, const PosePrior& prior) {
   constexpr double kElsewhere = 3.0;
   constexpr double kWrong = 1e-3;  // of all priors
-  constexpr double kMissed = 0.1;  // of all searches
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const double off = pose.translation[axis] - prior.T_map_sensor.translation[axis];
@@ -48,8 +45,7 @@ double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
   const double turned =
       std::remainder(heading_of(pose) - heading_of(prior.T_map_sensor), 2.0 * std::numbers::pi);
   squared += turned * turned / (prior.sigma_heading * prior.sigma_heading);
-  return std::clamp(kElsewhere - 0.5 * squared, std::log(searched ? kWrong / kMissed : kWrong),
-                    0.0);
+  return std::clamp(kElsewhere - 0.5 * squared, std::log(kWrong), 0.0);
 }
 
 double doubt_of_prediction(const Hypothesis& best) {
@@ -88,104 +84,70 @@ bool Weighing::scores_as_usual(const Hypothesis& one) const {
   return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kFall) * usual;
 }
 
+bool Weighing::is_silent(const Hypothesis& one) const {
+  return one.proven && one.evidence && !fits(*one.evidence) && scores_as_usual(one);
+}
+
 double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motion->stamp() : 0.0; }
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
-  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || was_adrift()) return true;
+  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || !fitted_) return true;
   if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
   return (first.pose().translation - *weighed_at_).norm() >= kSettledWay ||
          stamp_of(first) - weighed_stamp_ >= kSettledTime;
 }
 
-bool Weighing::was_adrift() const noexcept { return told_ < kDoesNotFit; }
-
-Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses) {
+Result<std::vector<double>> Weighing::operator()(const PreparedScan& scan,
+                                                 std::vector<Hypothesis>& hypotheses) {
   fresh_ = false;
   const PointCloud some = scored(scan);
   const Point at = hypotheses.front().pose().translation;
   if (!reference_ || (at - reference_at_).norm() >= kSurroundings) {
     VANTAGE_CHECK(renew_reference(scan, at));
   }
+  std::vector<double> ratios(hypotheses.size(), 0.0);
   for (const bool again : {false, true}) {
-    for (Hypothesis& one : hypotheses) VANTAGE_CHECK(measure(one, some, reference_));
-    // A poor fit may come from an old reference.
-    if (again || fresh_ ||
-        std::ranges::any_of(hypotheses, [](const Hypothesis& one) { return one.told >= 0.0; })) {
-      break;
+    for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+      VANTAGE_TRY(ratios[h], ratio(hypotheses[h], some));
     }
+    // A poor fit may come from an old reference.
+    if (again || fresh_ || std::ranges::max(ratios) >= 0.0) break;
     VANTAGE_CHECK(renew_reference(scan, at));
   }
-  return {};
-}
-
-Result<void> Weighing::measure(const PreparedScan& scan, const Fit& to_itself,
-                               Hypothesis& found) const {
-  return measure(found, scored(scan), to_itself);
-}
-
-Result<void> Weighing::measure(Hypothesis& one, PointsView some,
-                               const std::optional<Fit>& reference) const {
-  one.evidence.reset();
-  one.told = 0.0;
-  one.silent = false;
-  if (some.empty()) return {};  // says nothing
-  if (!one.alignment) {
-    one.told = kNothingFits;
-    return {};
-  }
-  if (!reference) return {};
-  VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
-  VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan, limit_));
-  one.evidence = evidence_of(fit, *reference);
-  one.silent = one.belief >= kBelieved && !fits(*one.evidence) && scores_as_usual(one);
-  // Where nothing holds the matcher, its wandering says nothing either.
-  one.told = one.silent ? log_likelihood_ratio_of_margin(*one.evidence)
-                        : log_ratio_to_far(*one.evidence, usual_share_, model_) + surprise(one);
-  return {};
-}
-
-void Weighing::take(std::vector<Hypothesis>& hypotheses) {
-  const Hypothesis& first = hypotheses.front();
-  const Point at = first.pose().translation;
   news_ =
       weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kIndependent, kLeastNews, 1.0) : 1.0;
-  if (std::abs(first.told - told_) > kChange) news_ = 1.0;
-  told_ = first.told;
+  if (std::abs(ratios.front() - told_) > kChange) news_ = 1.0;
+  told_ = ratios.front();
+  for (double& ratio : ratios) ratio *= news_;
   weighed_at_ = at;
-  weighed_stamp_ = stamp_of(first);
-  for (Hypothesis& one : hypotheses) {
-    if (one.evidence && !one.silent) {
-      one.support.take(*one.evidence, one.told, news_, usual_share_, model_);
-    } else {
-      one.support.take(one.told, news_);
-    }
-  }
+  weighed_stamp_ = stamp_of(hypotheses.front());
+  fitted_ = hypotheses.front().fits();
+  return ratios;
 }
 
-void Weighing::take_first(Hypothesis& found) const {
-  if (found.evidence) {
-    found.support.take(*found.evidence, found.told, 1.0, usual_share_, model_);
-  }
-}
-
-void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
+std::vector<double> Weighing::compare(const std::vector<Hypothesis>& hypotheses) const {
   constexpr double kPreference = 15.0;
   const auto share = [](const Hypothesis& one) {
     return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
   };
-  const auto error = [](const Hypothesis& one) {
-    return one.evidence ? std::hypot(one.evidence->noise, one.evidence->bias) : 0.0;
-  };
+  const auto bias = [](const Hypothesis& one) { return one.evidence ? one.evidence->bias : 0.0; };
+  std::vector<double> ratios(hypotheses.size(), 0.0);
   const auto best = std::ranges::max_element(hypotheses, {}, share);
-  if (best == hypotheses.end() || share(*best) <= 0.0) return;
-  for (Hypothesis& one : hypotheses) {
-    if (one.silent) continue;
-    // A smaller difference may come from noise, or from the elements that the maps happen to have.
-    const double by_chance = std::hypot(error(*best), error(one));
-    const double worse = std::max(0.0, share(*best) - share(one) - by_chance) / share(*best);
-    one.support.favour(-news_ * kPreference * worse);
+  if (best == hypotheses.end() || share(*best) <= 0.0) return ratios;
+  for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+    if (is_silent(hypotheses[h])) continue;
+    // A smaller difference may come from the elements that the two maps happen to have.
+    const double by_chance = std::hypot(bias(*best), bias(hypotheses[h]));
+    const double worse =
+        std::max(0.0, share(*best) - share(hypotheses[h]) - by_chance) / share(*best);
+    ratios[h] = -news_ * kPreference * worse;
   }
+  return ratios;
+}
+
+double Weighing::of(const Evidence& evidence) const {
+  return log_likelihood_ratio(evidence, usual_share_, model_);
 }
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
@@ -193,6 +155,20 @@ Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at
   reference_at_ = at;
   fresh_ = true;
   return {};
+}
+
+Result<double> Weighing::ratio(Hypothesis& one, PointsView some) const {
+  one.evidence.reset();
+  if (some.empty()) return 0.0;  // says nothing
+  if (!one.alignment) return kNothingFits;
+  if (!reference_) return 0.0;
+  VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
+  VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan, limit_));
+  one.evidence = evidence_of(fit, *reference_);
+  const double told = log_likelihood_ratio(*one.evidence, usual_share_, model_);
+  // Where nothing holds the matcher, its wandering says nothing either.
+  if (is_silent(one)) return log_likelihood_ratio_of_margin(*one.evidence);
+  return told + surprise(one);
 }
 
 void Weighing::learn(const Hypothesis& first, bool tracked) {
@@ -218,6 +194,7 @@ void Weighing::forget() {
   reference_.reset();
   fresh_ = false;
   weighed_at_.reset();
+  fitted_ = true;
   told_ = 0.0;
   news_ = 1.0;
 }

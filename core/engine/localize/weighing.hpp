@@ -12,9 +12,7 @@ namespace vantage {
 
 /// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-6.9, 0]: one prior in a
 /// thousand is wrong, whatever its deviations say.
-/// @param searched  the place where the prior says that the sensor is was searched, and the sensor
-///                  was not found: nine tenths of "elsewhere" are ruled out; in [-4.6, 0]
-[[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior, bool searched);
+[[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior);
 
 /// The probability that the sensor is not where the best hypothesis predicts it: it grows with the
 /// way since the scan before.
@@ -41,28 +39,20 @@ class Weighing {
   /// high as it would in a perfect map.
   [[nodiscard]] bool scores_as_usual(const Hypothesis& one) const;
 
-  /// Sets the evidence of each hypothesis, and what it tells.
+  /// log(p(scan | hypothesis right) / p(scan | wrong)) of each hypothesis. The call also sets the
+  /// evidence of each. Scans that are taken near each other share their errors, so they count less.
+  /// The hypotheses are not compared with each other.
   /// Errors: those of the matcher and of RegionMaps::borrow.
-  [[nodiscard]] Result<void> measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses);
-  /// The same for a pose that a search found.
-  /// @param to_itself  the fit of the scan to itself
-  [[nodiscard]] Result<void> measure(const PreparedScan& scan, const Fit& to_itself,
-                                     Hypothesis& found) const;
-
-  /// Gives every hypothesis the support of the scan that was measured. Scans that are taken near
-  /// each other share their errors, so they count less.
-  void take(std::vector<Hypothesis>& hypotheses);
-  /// The same for a pose that a search found: the scan is its first.
-  void take_first(Hypothesis& found) const;
+  [[nodiscard]] Result<std::vector<double>> operator()(const PreparedScan& scan,
+                                                       std::vector<Hypothesis>& hypotheses);
 
   /// Compares the hypotheses with each other: for one scan, a wrong pose fits worse than the right
-  /// one. The support of each but the best fit falls, the lower the more its fit falls short.
-  void compare(std::vector<Hypothesis>& hypotheses) const;
+  /// one. The result has a logarithm of a likelihood ratio for each hypothesis. It is 0 for the
+  /// best fit, and the lower the more a fit falls short of it.
+  [[nodiscard]] std::vector<double> compare(const std::vector<Hypothesis>& hypotheses) const;
 
-  [[nodiscard]] const ShareModel& model() const noexcept { return model_; }
-
-  /// Whether the scan that was weighed last did not fit.
-  [[nodiscard]] bool was_adrift() const noexcept;
+  /// log(p(scan | pose right) / p(scan | wrong)) of a pose that a search found.
+  [[nodiscard]] double of(const Evidence& evidence) const;
 
   /// The points of a scan that are scored.
   [[nodiscard]] static PointCloud scored(const PreparedScan& scan);
@@ -81,12 +71,13 @@ class Weighing {
   [[nodiscard]] double rise(const Hypothesis& one) const;
   /// A change of the level's logarithm that is far from usual.
   [[nodiscard]] double unusual_change() const;
+  /// Whether a scan that does not fit says nothing: a proven pose scores as before, so its
+  /// surroundings have become featureless.
+  [[nodiscard]] bool is_silent(const Hypothesis& one) const;
   /// The time of the scan [s].
   [[nodiscard]] static double stamp_of(const Hypothesis& one);
   [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
-  /// @param reference  the fit of the points `some` to their scan
-  [[nodiscard]] Result<void> measure(Hypothesis& one, PointsView some,
-                                     const std::optional<Fit>& reference) const;
+  [[nodiscard]] Result<double> ratio(Hypothesis& one, PointsView some) const;
 
   const ScanMatcher& matcher_;
   const RegionMaps& maps_;
@@ -101,7 +92,8 @@ class Weighing {
   bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double weighed_stamp_ = 0.0;       // of that scan
-  double told_ = 0.0;                // by the first hypothesis then
+  bool fitted_ = true;               // whether the first hypothesis fitted then
+  double told_ = 0.0;                // the first hypothesis's log likelihood ratio then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };
 

@@ -30,26 +30,25 @@ ScanReport judged(const Hypothesis& best, const Known& known, const LocalizerPar
   ScanReport report;
   report.map_points = 1000;
   report.scan_points = scan_points;
-  Hypothesis believed = best;
-  believed.belief = 1.0 - known.elsewhere;
-  static_cast<void>(Verdict(params).conclude({believed}, known, kNoInputs, {}, report));
+  static_cast<void>(Verdict(params).conclude({best}, known, kNoInputs, {}, report));
   return report;
 }
 
 }  // namespace
 
 TEST_CASE("a belief beyond doubt is tracked once it was compared with all other places") {
-  const ScanReport sure = judged(aligned(), {.elsewhere = 1e-4, .compared = true});
+  const ScanReport sure =
+      judged(aligned(), {.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true});
   CHECK(sure.tracking == Tracking::tracked);
   CHECK(sure.reason.empty());
   CHECK(sure.risk < 0.001);
-  const ScanReport alone = judged(aligned(), {.elsewhere = 1e-4});
+  const ScanReport alone = judged(aligned(), {.beliefs = {0.9999}, .elsewhere = 1e-4});
   CHECK(alone.tracking == Tracking::uncertain);
-  CHECK_FALSE(alone.compared);
+  CHECK(alone.risk >= 0.05);
 }
 
 TEST_CASE("who is probably elsewhere is lost, unless the scan scores as usual") {
-  Known known{.elsewhere = 0.9, .compared = true};
+  Known known{.beliefs = {0.1}, .elsewhere = 0.9, .compared = true};
   CHECK(judged(aligned(), known).tracking == Tracking::lost);
   known.scores_as_usual = true;
   const ScanReport open = judged(aligned(), known);
@@ -61,8 +60,8 @@ TEST_CASE("who is probably elsewhere is lost, unless the scan scores as usual") 
 TEST_CASE("a scan that matched nothing is lost, whatever is believed") {
   Hypothesis nothing = predicted();
   nothing.failure = "too few matches";
-  const ScanReport report =
-      judged(nothing, {.elsewhere = 1e-4, .compared = true, .scores_as_usual = true});
+  const ScanReport report = judged(
+      nothing, {.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true, .scores_as_usual = true});
   CHECK(report.tracking == Tracking::lost);
   CHECK(report.reason == "too few matches");
 }
@@ -70,15 +69,16 @@ TEST_CASE("a scan that matched nothing is lost, whatever is believed") {
 TEST_CASE("a pose that was not compared with the map is not tracked, whatever risk is accepted") {
   LocalizerParams params;
   params.max_risk = 0.3;
-  const ScanReport alone = judged(aligned(), {.elsewhere = 1e-4}, params);
+  const ScanReport alone = judged(aligned(), {.beliefs = {0.9999}, .elsewhere = 1e-4}, params);
   CHECK(alone.tracking == Tracking::uncertain);
-  CHECK(alone.reason == "not compared with the rest of the map yet");
+  CHECK(alone.reason == "other poses are not ruled out yet");
 }
 
 TEST_CASE("a scan without points says nothing: it is uncertain where the motion led") {
   Hypothesis nothing = predicted();
   nothing.failure = "too few matches";
-  const ScanReport report = judged(nothing, {.elsewhere = 1e-4, .compared = true}, {}, 0);
+  const ScanReport report =
+      judged(nothing, {.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true}, {}, 0);
   CHECK(report.tracking == Tracking::uncertain);
   CHECK(report.reason == "the scan has no points");
 }
@@ -86,7 +86,7 @@ TEST_CASE("a scan without points says nothing: it is uncertain where the motion 
 TEST_CASE("the published covariance is that of the published pose") {
   ScanReport report;
   report.scan_points = 100;
-  const Known known{.elsewhere = 1e-4, .compared = true};
+  const Known known{.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true};
   Hypothesis one = aligned();
   one.alignment->T_map_scan.translation.x() = 0.02;
   const MotionFilter fitting =
@@ -107,10 +107,8 @@ TEST_CASE("a pose at a stamp beside the middle of the sweep is as sure as its sp
   ScanReport report;
   report.scan_points = 100;
   report.stamp = -0.05;  // the filter is at 0, and its speed unknown: 8 m/s
-  const Known known{.elsewhere = 1e-4, .compared = true};
-  Hypothesis best = aligned();
-  best.belief = 1.0 - known.elsewhere;
-  static_cast<void>(Verdict(LocalizerParams{}).conclude({best}, known, kNoInputs, {}, report));
+  const Known known{.beliefs = {0.9999}, .elsewhere = 1e-4, .compared = true};
+  static_cast<void>(Verdict(LocalizerParams{}).conclude({aligned()}, known, kNoInputs, {}, report));
   CHECK(report.confidence->sigma_translation[0] ==
         doctest::Approx(0.4 * std::sqrt(1.5)).epsilon(0.05));
   CHECK(report.tracking == Tracking::uncertain);
@@ -125,12 +123,9 @@ TEST_CASE("a rival within the alert limit of the reported pose is no risk, one b
     rival.alignment->T_map_scan.translation.x() = metres;
     ScanReport report;
     report.scan_points = 100;
-    const Known known{.elsewhere = 0.001, .compared = true};
-    Hypothesis best = aligned();
-    best.belief = 0.6;
-    rival.belief = 0.399;
+    const Known known{.beliefs = {0.6, 0.399}, .elsewhere = 0.001, .compared = true};
     static_cast<void>(
-        Verdict(LocalizerParams{}).conclude({best, rival}, known, kNoInputs, {}, report));
+        Verdict(LocalizerParams{}).conclude({aligned(), rival}, known, kNoInputs, {}, report));
     return report.risk;
   };
   CHECK(risk_beside(0.35) == doctest::Approx(0.001).epsilon(0.01));

@@ -41,9 +41,6 @@ struct ScanReport {
   Pose T_map_scan;       ///< the estimate if tracked, otherwise the best guess
   /// Integrity risk: the probability that `T_map_scan` is off by more than the alert limit.
   double risk = 1.0;
-  /// Whether the poses that are followed were compared with all other places of the map, or cannot
-  /// be. Before that, a scan is not tracked, whatever its risk.
-  bool compared = false;
   Pose T_map_scan_predicted;
   bool recovered = false;  ///< the first tracked scan after lost ones
 
