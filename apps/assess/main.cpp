@@ -68,16 +68,16 @@ Result<building::WideAreaMap> map_of(const Subject& subject, std::uint64_t memor
   return fail(std::move(error).during("assessing " + subject.bundle.name()));
 }
 
-/// @param alert_limit  [m]
-void print(const AssessmentReport& report, double alert_limit, const Options& options) {
-  const Localizability all = localizability_of(report.atlas, alert_limit);
+void print(const AssessmentReport& report, const Options& options) {
+  constexpr double kAlertLimit = LocalizerParams{}.alert_limit;  // [m]
+  const Localizability all = localizability_of(report.atlas, kAlertLimit);
   const Statistics& error = all.expected_error;
   if (options.common.json) {
     nlohmann::ordered_json json{{"matcher", report.atlas.calibration.matcher.plugin},
                                 {"sites", all.sites},
                                 {"unmatched_sites", all.unmatched},
                                 {"expected_error", nullptr},
-                                {"alert_limit", alert_limit},
+                                {"alert_limit", kAlertLimit},
                                 {"sites_beyond_alert_limit", all.beyond_limit},
                                 {"sites_with_alike_places", all.alike},
                                 {"seconds", report.seconds},
@@ -97,7 +97,7 @@ void print(const AssessmentReport& report, double alert_limit, const Options& op
   std::cout << fmt::format(
       "; above {:g} m at {}, alike places at {}, no match at {}\n{:.1f} s, {:.1f} core-seconds; "
       "the bundle keeps it, and `vantage info` shows more\n",
-      alert_limit, cli::grouped(all.beyond_limit), cli::grouped(all.alike),
+      kAlertLimit, cli::grouped(all.beyond_limit), cli::grouped(all.alike),
       cli::grouped(all.unmatched), report.seconds, report.core_seconds);
 }
 
@@ -122,7 +122,7 @@ Result<void> run(const Options& options) {
       VANTAGE_TRY(report, assessment.run(map.points, told));
     }
   }
-  print(report, subject.config.localizer.value_or(LocalizerParams{}).alert_limit, options);
+  print(report, options);
   return {};
 }
 

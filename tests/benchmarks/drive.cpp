@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <malloc.h>
-#include <unistd.h>
 
 #include <ctime>
-#include <fstream>
 #include <iostream>
 #include <numbers>
 #include <utility>
@@ -67,14 +64,6 @@ DriveErrors follow(
     result.degrees.push_back(error.degrees);
   }
   return result;
-}
-
-double resident_megabytes() {
-  malloc_trim(0);
-  std::ifstream status("/proc/self/statm");
-  double pages = 0.0;
-  status >> pages >> pages;
-  return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
 }
 
 double cpu_seconds() {

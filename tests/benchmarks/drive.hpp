@@ -57,9 +57,6 @@ struct DriveErrors {
 /// CPU time of the process [s]: what others do on the machine tells less in it than in wall time.
 [[nodiscard]] double cpu_seconds();
 
-/// Resident memory of the process, without what was freed [MB].
-[[nodiscard]] double resident_megabytes();
-
 /// A row of a markdown table on stdout.
 void print_row(const std::vector<std::string>& cells);
 /// Its title, above an empty line, and its first two rows.

@@ -78,29 +78,6 @@ void Verdict::add(const JudgedRun& run) {
   }
 }
 
-void Recovery::add(const JudgedRun& run) {
-  bool searching = false;
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    const JudgedScan& scan = run.scans[i];
-    if (scan.misled) {
-      const auto from_event = std::span(run.scans).subspan(i);
-      soon.add(scans_until_found(from_event) < static_cast<double>(kSoon));
-      std::size_t wrong = 0;
-      for (std::size_t k = 0; k < from_event.size() && (k == 0 || !from_event[k].misled); ++k) {
-        if (!is_tracked(from_event[k])) continue;
-        if (from_event[k].is_right()) break;
-        ++wrong;
-      }
-      wrong_scans += wrong;
-      misleading += wrong > 0 ? 1 : 0;
-      searching = true;
-    }
-    (searching ? until_found : otherwise)
-        .push_back(1e3 * (scan.seconds_verdict + scan.seconds_search));
-    if (is_tracked(scan) && scan.is_right()) searching = false;
-  }
-}
-
 Calibration calibration(const std::vector<const JudgedRun*>& runs, double risk) {
   Calibration result;
   result.risk = risk;
@@ -184,7 +161,6 @@ std::string to_json(const std::vector<JudgedRun>& runs) {
                                  {"driven_m", scan.driven},
                                  {"seconds_align", scan.seconds_align},
                                  {"seconds_search", scan.seconds_search},
-                                 {"seconds_verdict", scan.seconds_verdict},
                                  {"reason", scan.reason}};
       if (scan.has_pose) {
         one["error_m"] = scan.metres;

@@ -23,7 +23,7 @@ struct JudgedScan {
   /// The error of the pose, infinite if no pose is right; no meaning without a pose.
   double metres = 0.0, degrees = 0.0;
   std::optional<double> nvtl = {}, coverage = {};
-  double seconds_align = 0.0, seconds_search = 0.0, seconds_verdict = 0.0;
+  double seconds_align = 0.0, seconds_search = 0.0;
   std::string reason = {};
   bool misled = false;  ///< the first scan after a kidnap or a wrong start
   double driven = 0.0;  ///< since the scan before [m]
@@ -76,19 +76,6 @@ template <class Take>
 /// What runs have under a key, in the order of their first appearance.
 [[nodiscard]] std::vector<std::string> in_order(const std::vector<JudgedRun>& runs,
                                                 std::string JudgedRun::*key);
-
-/// How a sensor that was misled is found again, and what it costs.
-struct Recovery {
-  static constexpr std::size_t kSoon = 5;  ///< scans
-
-  Count soon;                   ///< kidnaps and wrong starts found by one of the first kSoon scans
-  std::size_t misleading = 0;   ///< of these, those with a scan that is tracked and wrong before
-  std::size_t wrong_scans = 0;  ///< such scans
-  /// Verdict and search [ms]: of the scans until the sensor is found, and of all others.
-  std::vector<double> until_found, otherwise;
-
-  void add(const JudgedRun& run);
-};
 
 /// What a stated risk is worth: the scans whose risk is `risk` or less.
 struct Calibration {

@@ -55,7 +55,6 @@ JudgedScan judge(const ScanReport& report, const std::optional<Pose>& truth) {
                   .metres = std::numeric_limits<double>::infinity(),
                   .seconds_align = report.seconds_align,
                   .seconds_search = report.seconds_search,
-                  .seconds_verdict = report.seconds_verdict,
                   .reason = report.reason};
   if (report.has_pose && truth) {
     const PoseError error = error_of(report.T_map_scan, *truth);

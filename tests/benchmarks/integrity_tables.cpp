@@ -11,7 +11,6 @@
 
 #include "drive.hpp"
 #include "integrity_runs.hpp"
-#include "vantage/evaluation/statistics.hpp"
 
 namespace vantage::benchmarks {
 namespace {
@@ -123,34 +122,6 @@ std::string not_met(const Verdict& verdict) {
   return names.empty() ? "-" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// "0.1 / 2 / 20 / 25": median, p90, p99 and worst.
-std::string spread_of(std::vector<double> times) {
-  if (times.empty()) return "-";
-  std::ranges::sort(times);
-  return fmt::format("{:.2f} / {:.2f} / {:.2f} / {:.2f}", percentile(times, 0.5),
-                     percentile(times, 0.9), percentile(times, 0.99), times.back());
-}
-
-void print_recovery(const std::vector<JudgedRun>& runs) {
-  print_head(
-      "After kidnaps and wrong starts:",
-      {"world", "matcher", "misled", fmt::format("found by {} scans", Recovery::kSoon),
-       "tracked and wrong before", "such scans",
-       "verdict and search until then [ms]: median / p90 / p99 / worst", "of the other scans"});
-  for (const std::string& world : in_order(runs, &JudgedRun::world)) {
-    for (const std::string& matcher : in_order(runs, &JudgedRun::matcher)) {
-      Recovery all;
-      for (const JudgedRun& run : runs) {
-        if (run.world == world && run.matcher == matcher) all.add(run);
-      }
-      if (all.soon.of == 0) continue;
-      print_row({world, matcher, std::to_string(all.soon.of), with_interval(all.soon),
-                 std::to_string(all.misleading), std::to_string(all.wrong_scans),
-                 spread_of(all.until_found), spread_of(all.otherwise)});
-    }
-  }
-}
-
 void print_failures(const std::vector<JudgedRun>& runs) {
   print_head("By failure, all matchers, maps and scenarios:",
              {"world", "scans", "km", "tracked", "wrong", "stretches", "in 100 km", "farthest [m]",
@@ -211,7 +182,6 @@ void print(const std::vector<JudgedRun>& runs) {
   print_verdicts(runs, "By scenario:", "scenario", &JudgedRun::scenario);
   print_verdicts(runs, "By map:", "map", &JudgedRun::map);
   print_totals(runs);
-  print_recovery(runs);
   print_failures(runs);
   print_calibration(runs);
   print_goals(runs);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <iostream>
 #include <random>
 
@@ -41,6 +42,14 @@ using Clock = std::chrono::steady_clock;
 
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Resident memory of this process [MB].
+double resident() {
+  std::ifstream status("/proc/self/statm");
+  double pages = 0.0;
+  status >> pages >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
 }
 
 /// Points of a block: its ground, and the walls of its house.
@@ -197,7 +206,7 @@ Result<void> drive(Bundle bundle, const Options& options, double before) {
              fmt::format("{:.3f} ms", share(stalls, 0.99)), fmt::format("{:.3f} ms", stalls.back()),
              fmt::format("{:.2f} ms", share(loads, 0.5)),
              fmt::format("{:.2f} ms", share(loads, 0.99)),
-             fmt::format("{:.1f} MB more", resident_megabytes() - before)});
+             fmt::format("{:.1f} MB more", resident() - before)});
   return {};
 }
 
@@ -215,14 +224,14 @@ Result<void> run(const Options& options) {
   const PluginLoader plugins = test::built_plugins();
   (void)test::plugin<MapStore>(options.store, "root = '/nowhere'");  // its library is loaded now
   std::vector<double> opens;
-  const double before = resident_megabytes();
+  const double before = resident();
   std::optional<Bundle> bundle;
   for (std::uint32_t k = 0; k < options.opens; ++k) {
     const auto start = Clock::now();
     VANTAGE_TRY(bundle, Bundle::open(root, plugins));
     opens.push_back(milliseconds_since(start));
   }
-  const double opened = resident_megabytes();
+  const double opened = resident();
   print_head("The bundle", {"regions", "opened in, first",
                             "median of " + std::to_string(options.opens), "memory"});
   const double first = opens.front();

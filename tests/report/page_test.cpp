@@ -236,10 +236,6 @@ TEST_CASE("the page shows the sites of an atlas, if a bundle has one") {
   CHECK(markup.find("Bundles without an atlas: wide, L&lt;20; `vantage assess` makes it.") !=
         std::string::npos);
 
-  e.configs[1].routes[0].run.alert_limit.metres = 5.6;
-  CHECK(markup_of(page_of(e)).find("median 30.0 cm, 1 above 5.6 m") != std::string::npos);
-  e.configs[1].routes[0].run.alert_limit = {};
-
   // Neither an atlas without sites nor one without a match, a map or a route stops the page.
   e.configs[1].atlas = Atlas{};
   CHECK(page_of(e).find("id=\"localizability\"") == std::string::npos);

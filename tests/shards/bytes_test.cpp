@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <utility>
 
 #include "shards/small_town.hpp"
 
@@ -79,16 +76,6 @@ TEST_CASE("shards: an atlas has the same bytes, whether the map is in memory or 
   CHECK(assessed({town.path("bundle"), "--memory", kLittle, "--set", "atlas.max_sites=9"}) ==
         whole);
   CHECK(assessed({town.path("bundle"), "--set", "atlas.max_sites=3"}) != whole);
-  // The alert limit that is configured counts sites, and changes nothing else.
-  for (const auto& [limit, beyond] : {std::pair{"1e-6", 3}, std::pair{"1e6", 0}}) {
-    const auto told =
-        test::run("vantage-assess", {config, "-q", "--json", "--set", "atlas.max_sites=3", "--set",
-                                     "localizer.alert_limit=" + std::string(limit)});
-    REQUIRE_MESSAGE(told.exit_code == 0, told.err);
-    const auto report = nlohmann::json::parse(told.out);
-    CHECK(report["alert_limit"] == std::stod(limit));
-    CHECK(report["sites_beyond_alert_limit"] == beyond);
-  }
 }
 
 TEST_CASE("shards: the same bytes with every plugin that works part by part") {

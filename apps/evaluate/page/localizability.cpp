@@ -10,6 +10,7 @@
 #include "report/html.hpp"
 #include "report/plan.hpp"
 #include "terminal/counts.hpp"
+#include "vantage/engine/localizer_params.hpp"
 
 namespace vantage::page {
 namespace {
@@ -48,8 +49,7 @@ std::string weak_tick(const SitePrecision& p, double x, double y, double radius)
 std::string sites_svg(const Evaluation& e, const EvaluatedConfig& config,
                       const PlanWindow& window) {
   const Atlas& atlas = *config.atlas;
-  const double limit =
-      config.routes.empty() ? AlertLimit{}.metres : config.routes.front().run.alert_limit.metres;
+  const double limit = LocalizerParams{}.alert_limit;
   const Localizability all = localizability_of(atlas, limit);
   std::string note =
       fmt::format("{} for {}", cli::counted(all.sites, "site"), atlas.calibration.matcher.plugin);
@@ -113,8 +113,8 @@ Result<std::string> localizability(const Evaluation& e) {
   }
   const PlanWindow window = report::window_of_drive(extent);
   std::string html =
-      "<p>How well a sensor can be localized, wherever it stands: measured with virtual scans by "
-      "<code>vantage assess</code>, without any drive.</p>\n" +
+      "<p>How well a sensor can be localized, wherever it stands: measured with virtual scans when "
+      "the bundle was built, without any drive.</p>\n" +
       sites_legend();
   if (!e.map.empty()) {
     VANTAGE_TRY(const std::string png, report::density_picture(e.map, window));

@@ -156,25 +156,19 @@ Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t 
   return scan;
 }
 
-Result<PluginPtr<MatchTarget>> SiteTrials::target_of(const RegionMap& map) const {
-  const bool is_prepared = !map.prepared.bytes.empty();
-  if (!is_prepared && map.points.empty()) return PluginPtr<MatchTarget>();
-  auto made = is_prepared ? matcher_->restore(map.prepared.bytes) : matcher_->prepare(map.points);
-  if (made) return in_library_of(matcher_, *std::move(made));
-  if (made.error().code == ErrorCode::too_few_matches) return PluginPtr<MatchTarget>();
-  return fail(std::move(made).error());
-}
-
 Result<void> SiteTrials::run_in(RegionId region, const RegionMap& map) {
   const InRegion& here = by_region_[region.value];
   // Isolated: a thread that waits here must not take up another region, whose map it would hold
   // beside this one.
   return tbb::this_task_arena::isolate([&]() -> Result<void> {
-    VANTAGE_TRY(const auto target, target_of(map));
-    if (!target) {
-      for (std::size_t k = 0; k < here.own.size(); ++k) step_();
-      return {};
+    const bool is_prepared = !map.prepared.bytes.empty();
+    if (!is_prepared && map.points.empty()) return {};
+    auto made = is_prepared ? matcher_->restore(map.prepared.bytes) : matcher_->prepare(map.points);
+    if (!made) {
+      if (made.error().code == ErrorCode::too_few_matches) return {};
+      return fail(std::move(made).error());
     }
+    const auto target = in_library_of(matcher_, *std::move(made));
     std::vector<std::pair<std::size_t, std::vector<std::size_t>>> rivals;  // by site
     for (const auto& [site, rival] : here.rivals) {
       if (rivals.empty() || rivals.back().first != site) rivals.push_back({site, {}});

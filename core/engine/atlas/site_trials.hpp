@@ -69,8 +69,6 @@ class SiteTrials {
       : matcher_(matcher), step_(std::move(step)) {}
 
   [[nodiscard]] Result<void> look_around(SiteState& site, const RelocalizerIndex* places) const;
-  /// None: nothing matches in the map.
-  [[nodiscard]] Result<PluginPtr<MatchTarget>> target_of(const RegionMap& map) const;
   [[nodiscard]] Result<Scan> scan_of(const SiteState& site, std::size_t variant) const;
   /// @param points, scored  of a scan; no evidence without scored ones
   [[nodiscard]] Result<std::optional<Trial>> tried(const MatchTarget& target, const Fit& to_itself,

@@ -30,16 +30,6 @@ std::vector<std::int16_t> least_within(const std::vector<std::int16_t>& line, in
   return least;
 }
 
-/// The even bits of a word, in the lower half.
-std::uint64_t even_bits(std::uint64_t word) {
-  word &= 0x5555555555555555U;
-  word = (word | word >> 1U) & 0x3333333333333333U;
-  word = (word | word >> 2U) & 0x0F0F0F0F0F0F0F0FU;
-  word = (word | word >> 4U) & 0x00FF00FF00FF00FFU;
-  word = (word | word >> 8U) & 0x0000FFFF0000FFFFU;
-  return (word | word >> 16U) & 0x00000000FFFFFFFFU;
-}
-
 }  // namespace
 
 std::uint64_t PlaceIndex::most_memory(std::uint64_t voxels) noexcept {
@@ -71,7 +61,6 @@ PlaceIndex PlaceIndex::from(const std::vector<std::uint64_t>& keys, const Eigen:
                                                                                    << (x % 64);
   }
   index.find_lowest();
-  index.find_blocks();
   return index;
 }
 
@@ -147,29 +136,6 @@ void PlaceIndex::find_lowest() {
     for (std::size_t y = 0; y < height; ++y) line[y] = lowest_[y * width + x];
     const std::vector<std::int16_t> least = least_within(line, reach);
     for (std::size_t y = 0; y < height; ++y) lowest_[y * width + x] = least[y];
-  }
-}
-
-void PlaceIndex::find_blocks() {
-  blocks_.assign(2 * words_in_blocks() * std::size_t(size_.y()) * std::size_t(size_.z()) + 3, 0);
-  std::vector<std::uint64_t> any(words_ + 1);  // of the four voxels at an x
-  for (int z = 0; z < size_.z(); ++z) {
-    for (int y = 0; y < size_.y(); ++y) {
-      std::ranges::fill(any, 0);
-      for (const int dz : {0, 1}) {
-        for (const int dy : {0, 1}) {
-          if (y + dy == size_.y() || z + dz == size_.z()) continue;
-          const std::uint64_t* const words = row(y + dy, z + dz);
-          for (std::size_t w = 0; w < words_; ++w) any[w] |= words[w];
-        }
-      }
-      for (std::size_t w = 0; w < words_; ++w) {
-        const std::uint64_t two = any[w] | any[w] >> 1U | any[w + 1] << 63U;
-        for (const int odd : {0, 1}) {
-          blocks_[first_of_blocks(odd, y, z) + w / 2] |= even_bits(two >> odd) << (w % 2 * 32);
-        }
-      }
-    }
   }
 }
 

@@ -25,8 +25,8 @@ class PlaceIndex {
   [[nodiscard]] static Result<PlaceIndex> of(PointsView map);
   /// Makes the index of a map that comes part by part.
   class Builder;
-  /// The memory that so many voxels may take [bytes]: 1 GiB, which is a city of 10 x 10 km, and
-  /// less for a few voxels that lie far apart. Blocks take as much again.
+  /// The memory that the index of so many voxels may take [bytes]: 1 GiB, which is a city of
+  /// 10 x 10 km, and less for a few voxels that lie far apart.
   [[nodiscard]] static std::uint64_t most_memory(std::uint64_t voxels) noexcept;
   /// Takes no more memory than `most_memory` of the voxels that the bytes hold. Reads the bytes of
   /// earlier versions too.
@@ -48,18 +48,6 @@ class PlaceIndex {
   [[nodiscard]] std::size_t words_in_layer() const noexcept {
     return words_ * std::size_t(size_.y());
   }
-  /// A row of blocks of 2 x 2 x 2 voxels, one bit each: bit i tells whether any voxel of the block
-  /// is occupied whose lowest corner is the voxel (2 i + odd, y, z). Blocks overlap along y and z.
-  /// At least one word beyond its end may be read.
-  [[nodiscard]] const std::uint64_t* blocks(int odd, int y, int z) const noexcept {
-    return blocks_.data() + first_of_blocks(odd, y, z);
-  }
-  /// Where that row begins, in words from the first row of blocks.
-  [[nodiscard]] std::size_t first_of_blocks(int odd, int y, int z) const noexcept {
-    return ((std::size_t(z) * 2 + std::size_t(odd)) * std::size_t(size_.y()) + std::size_t(y)) *
-           words_in_blocks();
-  }
-  [[nodiscard]] std::size_t words_in_blocks() const noexcept { return words_ / 2 + 3; }
   [[nodiscard]] bool occupied(const Eigen::Vector3i& voxel) const noexcept {
     if ((voxel.array() < 0).any() || (voxel.array() >= size_.array()).any()) return false;
     return (row(voxel.y(), voxel.z())[voxel.x() / 64] >> (voxel.x() % 64) & 1U) != 0;
@@ -81,12 +69,11 @@ class PlaceIndex {
                                        const Eigen::Vector3i& first, const Eigen::Vector3i& extent);
   [[nodiscard]] std::uint64_t memory() const noexcept;  // [bytes] of `bits_` and `lowest_`
   void find_lowest();
-  void find_blocks();
 
   Eigen::Vector3i first_ = Eigen::Vector3i::Zero();  // voxel (0, 0, 0), in voxels from the world's
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
   std::size_t words_ = 0;
-  std::vector<std::uint64_t> bits_, blocks_;
+  std::vector<std::uint64_t> bits_;
   std::vector<std::int16_t> lowest_;
 };
 

@@ -18,21 +18,19 @@ namespace {
 
 constexpr double kVoxel = PlaceIndex::kVoxel;
 constexpr int kHeadings = 72;
-constexpr std::size_t kPoints = 200;  // of the scan; fewer than 256, the counters have eight bits
-// After so many points, many blocks are out of the question.
-constexpr std::array<std::size_t, 3> kDecided{96, 128, 160};
-constexpr double kFarthest = 58.0;  // [m]
-constexpr int kFarthestAround = 5;  // voxels, see contrast_at
+constexpr std::size_t kPoints = 200;   // of the scan; fewer than 256, the counters have eight bits
+constexpr std::size_t kDecided = 112;  // after so many points, most places are out of the question
+constexpr double kFarthest = 58.0;     // [m]
+constexpr int kFarthestAround = 5;     // voxels, see contrast_at
 // What is read around a place lies in the margin of the index.
 static_assert(kFarthest / kVoxel + 1.0 + kFarthestAround <= PlaceIndex::kMargin);
-// The blocks that are kept, of each heading and of all.
-constexpr std::size_t kPerHeading = 150, kBlocks = 1000;
+constexpr std::size_t kPerHeading = 256, kWeighed = 4000;
 // Layers of the sensor above the lowest points around: up to 4.5 m.
 constexpr int kLayersAbove = 2;
 // Places nearer to each other than this are one.
 constexpr double kApart = 3.0, kTurned = 0.2;
 
-/// 128 blocks of a row.
+/// 128 voxels of a row.
 using Bits = std::uint64_t __attribute__((vector_size(16)));
 using Words = std::uint64_t __attribute__((vector_size(16), aligned(8)));
 
@@ -120,9 +118,9 @@ Steps turned(const PointCloud& points, int heading) {
   return steps;
 }
 
-/// A turned point of the scan, as steps from the sensor's block.
+/// A turned point of the scan, as steps from the sensor's voxel.
 struct Step {
-  std::ptrdiff_t words;  // from the first word of the sensor's 128 blocks
+  std::ptrdiff_t words;  // from the first word of the sensor's 128 voxels
   unsigned bit;
 };
 
@@ -133,33 +131,20 @@ Bits bits_at(const std::uint64_t* base, const Step& step) {
   return (low >> step.bit) | (high << 1U << (63U - step.bit));
 }
 
-/// The voxels of an area, first and last; none if the last is before the first.
-struct Plan {
-  Eigen::Vector2i first, last;
-
-  [[nodiscard]] bool has(int x, int y) const {
-    return x >= first.x() && x <= last.x() && y >= first.y() && y <= last.y();
-  }
-};
-Plan plan_of(const PlaceIndex& index, const PlaceArea& area) {
-  Plan plan;
-  for (const int axis : {0, 1}) {
-    const double low = PlaceIndex::kMargin, high = index.size()[axis] - PlaceIndex::kMargin - 1;
-    const auto voxel = [&](double metres) {
-      return std::floor((metres - index.origin()[axis]) / kVoxel);
-    };
-    plan.first[axis] = int(std::clamp(voxel(area.centre[axis] - area.radius), low, high + 1.0));
-    plan.last[axis] = int(std::clamp(voxel(area.centre[axis] + area.radius), low - 1.0, high));
-  }
-  return plan;
-}
-
-/// All translations by whole blocks with one heading. A block at even steps along each axis has at
-/// least the hits of each of its voxels.
+/// All translations with one heading.
 class Turned {
  public:
-  Turned(const PlaceIndex& index, const Steps& steps, const Plan& plan, int heading)
-      : index_(index), heading_(heading), steps_(steps), plan_(plan) {
+  Turned(const PlaceIndex& index, const Steps& steps, const PlaceArea& area, int heading)
+      : index_(index), heading_(heading), steps_(steps) {
+    const auto voxel = [&](double metres, int axis) {
+      const double at = std::floor((metres - index.origin()[axis]) / kVoxel);
+      return int(std::clamp(at, double(PlaceIndex::kMargin),
+                            double(index.size()[axis] - PlaceIndex::kMargin - 1)));
+    };
+    for (const int axis : {0, 1}) {
+      first_[axis] = voxel(area.centre[axis] - area.radius, axis);
+      last_[axis] = voxel(area.centre[axis] + area.radius, axis);
+    }
     limit_ = int(steps.size() / 4);
     by_layer_.resize(std::size_t(index.size().z() + kLayersAbove));
   }
@@ -169,10 +154,9 @@ class Turned {
     std::uint64_t words = 0;
   };
   [[nodiscard]] Best best(const std::stop_token& stop) && {
-    if (plan_.last.x() < plan_.first.x()) return {};
-    const int words = plan_.last.x() / 128;
-    for (int word = plan_.first.x() / 128; word <= words && !stop.stop_requested(); word += 2) {
-      for (int y = plan_.first.y() / 2 * 2; y <= plan_.last.y(); y += 2) try_at(word, y);
+    const int words = last_.x() / 64;
+    for (int word = first_.x() / 64; word <= words && !stop.stop_requested(); word += 2) {
+      for (int y = first_.y(); y <= last_.y(); ++y) try_at(word, y);
     }
     std::sort(tries_.begin(), tries_.end(), better);
     if (tries_.size() > kPerHeading) tries_.resize(kPerHeading);
@@ -180,17 +164,16 @@ class Turned {
   }
 
  private:
-  /// @param word  of 64 blocks
   void try_at(int word, int y) {
     int lowest = PlaceIndex::kNothing, highest = -1;
-    const int end = std::min(128 * word + 256, index_.size().x());
-    for (int x = 128 * word; x < end; x += 3) {
+    const int end = std::min(64 * word + 128, index_.size().x());
+    for (int x = 64 * word; x < end; x += 3) {
       const int low = index_.lowest(x, y);
       if (low == PlaceIndex::kNothing) continue;
       lowest = std::min(lowest, low);
       highest = std::max(highest, low);
     }
-    for (int z = lowest; z <= highest + kLayersAbove && highest >= 0; z += 2) try_at(word, y, z);
+    for (int z = lowest; z <= highest + kLayersAbove && highest >= 0; ++z) try_at(word, y, z);
   }
 
   void try_at(int word, int y, int z) {
@@ -198,7 +181,7 @@ class Turned {
     const auto points = int(here.size());
     if (points < limit_) return;
     const std::uint64_t* const base =
-        index_.blocks(0, 0, 0) + std::ptrdiff_t(index_.words_in_blocks()) * y + word;
+        index_.row(0, 0) + std::ptrdiff_t(index_.words_in_row()) * y + word;
     Counters counters;
     std::size_t k = 0;
     const auto add = [&](std::size_t to) {
@@ -209,23 +192,19 @@ class Turned {
                      bits_at(base, s[6]), bits_at(base, s[7]));
       }
     };
-    for (const std::size_t decided : kDecided) {
-      if (decided >= here.size()) break;
-      add(decided);
-      const Bits may = counters.at_least(std::max(0, limit_ - (points - int(k))));
-      if ((may[0] | may[1]) != 0) continue;
-      work_ += k;
-      return;
-    }
-    work_ += here.size();
+    add(std::min(kDecided, here.size()));
+    const Bits may = counters.at_least(std::max(0, limit_ - (points - int(k))));
+    work_ += k;
+    if ((may[0] | may[1]) == 0) return;
+    work_ += here.size() - k;
     add(here.size());
     for (; k < here.size(); ++k) counters.add(bits_at(base, here[k]));
     const Bits found = counters.at_least(limit_);
     for (const std::size_t half : {0U, 1U}) {
       for (std::uint64_t set = found[half]; set != 0; set &= set - 1) {
         const auto bit = unsigned(__builtin_ctzll(set));
-        const int x = 2 * (64 * (word + int(half)) + int(bit));
-        if (x + 1 < plan_.first.x() || x > plan_.last.x()) continue;
+        const int x = 64 * (word + int(half)) + int(bit);
+        if (x < first_.x() || x > last_.x()) continue;
         tries_.push_back({counters.count(half, bit), x, y, z, heading_});
       }
     }
@@ -236,18 +215,17 @@ class Turned {
     }
   }
 
-  /// The steps of the points that stay in the index if the sensor is in a layer or the one above.
+  /// The steps of the points that stay in the index if the sensor is in a layer.
   const std::vector<Step>& steps_in(int z) {
     std::vector<Step>& steps = by_layer_[std::size_t(z)];
     if (!steps.empty()) return steps;
     for (const Eigen::Vector3i& step : steps_) {
-      if (z + step.z() < -1 || z + step.z() >= index_.size().z()) continue;
-      const int at = std::max(0, z + step.z());  // also holds layer 0
-      const int blocks = step.x() >> 1;
-      const int words = blocks >> 6;
-      steps.push_back({.words = std::ptrdiff_t(index_.first_of_blocks(step.x() & 1, 0, at)) +
-                                std::ptrdiff_t(index_.words_in_blocks()) * step.y() + words,
-                       .bit = unsigned(blocks - 64 * words)});
+      const int at = z + step.z();
+      if (at < 0 || at >= index_.size().z()) continue;
+      const int words = step.x() >> 6;
+      steps.push_back({.words = std::ptrdiff_t(index_.words_in_layer()) * at +
+                                std::ptrdiff_t(index_.words_in_row()) * step.y() + words,
+                       .bit = unsigned(step.x() - 64 * words)});
     }
     return steps;
   }
@@ -255,42 +233,12 @@ class Turned {
   const PlaceIndex& index_;
   int heading_;
   const Steps& steps_;
-  Plan plan_;
+  Eigen::Vector2i first_, last_;
   int limit_;  // tries with fewer hits are not among the best
   std::vector<std::vector<Step>> by_layer_;
   std::vector<Try> tries_;
   std::uint64_t work_ = 0;
 };
-
-/// How many points of a scan hit from a voxel.
-int hits_at(const PlaceIndex& index, const Steps& steps, int x, int y, int z) {
-  int hits = 0;
-  for (const Eigen::Vector3i& step : steps) {
-    const int layer = z + step.z(), column = x + step.x();
-    if (layer < 0 || layer >= index.size().z()) continue;
-    hits += int(index.row(y + step.y(), layer)[column >> 6] >> (column & 63) & 1U);
-  }
-  return hits;
-}
-
-/// The voxels of blocks that have hits enough.
-std::vector<Try> voxels_of(const std::vector<Try>& blocks, const PlaceIndex& index,
-                           const std::vector<Steps>& steps, const Plan& plan) {
-  std::vector<Try> voxels(8 * blocks.size());
-  tbb::parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t k) {
-    const Try& block = blocks[k / 8];
-    const Steps& turned = steps[std::size_t(block.heading)];
-    Try& voxel = voxels[k] = block;
-    voxel.x += int(k & 1U);
-    voxel.y += int(k >> 1U & 1U);
-    voxel.z += int(k >> 2U & 1U);
-    voxel.hits =
-        plan.has(voxel.x, voxel.y) ? hits_at(index, turned, voxel.x, voxel.y, voxel.z) : -1;
-    if (voxel.hits < int(turned.size() / 4)) voxel.hits = -1;
-  });
-  std::erase_if(voxels, [](const Try& voxel) { return voxel.hits < 0; });
-  return voxels;
-}
 
 /// The share of the points that hit, less that share 4 and 7 m around.
 double contrast_at(const PlaceIndex& index, const Steps& steps, const Try& at) {
@@ -339,13 +287,12 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
   const PointCloud points = picked(scan);
   if (points.empty()) return {};
   const std::vector<int> headings = headings_in(area);
-  const Plan plan = plan_of(index, area);
   std::vector<Steps> steps(kHeadings);
   std::vector<Turned::Best> by_heading(headings.size());
   tbb::parallel_for(std::size_t{0}, headings.size(), [&](std::size_t k) {
     const auto heading = std::size_t(headings[k]);
     steps[heading] = turned(points, headings[k]);
-    by_heading[k] = Turned(index, steps[heading], plan, headings[k]).best(stop);
+    by_heading[k] = Turned(index, steps[heading], area, headings[k]).best(stop);
   });
   PlacesFound found;
   std::vector<Try> tries;
@@ -354,17 +301,13 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
     found.words += words;
   }
   std::sort(tries.begin(), tries.end(), better);
-  if (tries.size() > kBlocks) tries.resize(kBlocks);
-  // A voxel takes a quarter of a word's time for each point.
-  found.words += 2 * tries.size() * points.size();
-  tries = voxels_of(tries, index, steps, plan);
-  std::sort(tries.begin(), tries.end(), better);
 
   // Of neighbours, the best.
   std::set<std::array<int, 3>> taken;
   std::erase_if(tries, [&](const Try& t) {
     return !taken.insert({t.x / 2, t.y / 2, t.heading / 2}).second;
   });
+  if (tries.size() > kWeighed) tries.resize(kWeighed);
   std::vector<PoseCandidate> weighed(tries.size());
   tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
     const Try& t = tries[k];

@@ -17,13 +17,13 @@ struct PlacesFound {
   /// points that fall into an occupied voxel there, less the same share a few metres away. A scan
   /// falls into a thicket's voxels anywhere in the thicket; it fits its own place only there.
   std::vector<PoseCandidate> places;
-  std::uint64_t words = 0;  ///< 128 blocks that were compared with a point: the work
+  std::uint64_t words = 0;  ///< 128 voxels that were compared with a point: the work
 };
 
-/// Finds the places that a scan fits best. It tries all translations by whole blocks, all headings
-/// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby,
-/// and the voxels of the best blocks. It tests 128 blocks at once as bits. A bound excludes blocks
-/// that cannot be among the best. The result does not depend on the number of threads.
+/// Finds the places that a scan fits best. It tries all translations by whole voxels, all headings
+/// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby.
+/// It tests 128 translations at once as bits. A bound excludes places that cannot be among the
+/// best. The result does not depend on the number of threads.
 /// @param scan  points on upright things, sensor frame, z up [m]
 /// @param most  how many places to return at most
 /// @param stop  ends the search early; the answer is then worthless

@@ -86,4 +86,5 @@ struct VoxelSearch {
 }  // namespace vantage::voxel_search
 
 VANTAGE_PLUGIN(vantage::Relocalizer, vantage::RelocalizerOf<vantage::voxel_search::VoxelSearch>,
-               "voxel_search", "occupied voxels at all places and headings, blocks of eight first");
+               "voxel_search",
+               "occupied voxels at all places and headings, compared 128 at a time");

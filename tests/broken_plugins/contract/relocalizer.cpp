@@ -36,16 +36,13 @@ class BrokenIndex final : public RelocalizerIndex {
     return guarded([&]() -> Result<PoseCandidates> {
       if (!sound_) return PoseCandidates{};
       PlaceQuery query = asked;
+      if (breaks("R3")) query.area = {};
       if (breaks("R10") && query.up) query.up = Eigen::Vector3d::UnitZ();
       if (breaks("R11") && !query.up) query.up = Eigen::Vector3d::UnitZ();
       if (breaks("R13")) query.stop = {};
       PointCloud finite(scan.begin(), scan.end());
       if (breaks("R14")) std::erase_if(finite, [](const Point& p) { return !p.allFinite(); });
       VANTAGE_TRY(PoseCandidates found, search(finite, query));
-      if (breaks("R3") && found.poses.empty()) {
-        query.area = {};
-        VANTAGE_TRY(found, search(finite, query));
-      }
       if (breaks("R2")) std::ranges::reverse(found.poses);
       if (breaks("R7") && Crowded(inside_) && !found.poses.empty()) found.poses[0].score += 1e-9;
       if (breaks("R8") && !is_first(finite) && !found.poses.empty()) found.poses.pop_back();

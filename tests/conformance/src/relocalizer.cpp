@@ -42,7 +42,7 @@ PointCloud town(const Subject& subject, std::uint32_t variant = 0) {
 }
 
 /// What of the map lies within 40 m of a sensor, in its frame.
-PointCloud seen_from(PointsView map, const Pose& T_map_scan) {
+PointCloud seen_from(const PointCloud& map, const Pose& T_map_scan) {
   const Pose T_scan_map = T_map_scan.inverse();
   PointCloud scan;
   for (const Point& p : map) {
@@ -160,32 +160,24 @@ void keeps_to_the_area(const Subject& subject) {
   const PointCloud map = town(subject);
   const auto index = indexed(subject, map);
   constexpr double kRadius = 12.0, kSlackMetres = 5.0, kSlackDegrees = 10.0;
-  const auto check = [&](const RelocalizerIndex& where, PointsView from, const Pose& truth,
-                         const Point& away) {
-    const Eigen::Vector3d ahead = truth.rotation * Eigen::Vector3d::UnitX();
-    PlaceQuery query;
-    query.area.centre = (truth.translation + away).head<2>();
-    query.area.radius = kRadius;
-    query.area.heading = std::atan2(ahead.y(), ahead.x());
-    query.area.heading_within = radians(20.0);
-    const PoseCandidates found = find(where, seen_from(from, truth), query);
-    for (const auto& [pose, score] : found.poses) {
-      const double off = (pose.translation.head<2>() - query.area.centre).norm();
-      CHECK_MESSAGE(off <= 1.5 * kRadius + kSlackMetres,
-                    "a candidate is " << off << " m from the middle of the area");
-      const double turned = degrees(rotation_between(pose, truth));
-      CHECK_MESSAGE(turned <= 20.0 + kSlackDegrees, "a heading is " << turned << " deg off");
-    }
-    if (away.norm() < kRadius) check_found(subject, found, truth);
-  };
   for (const Pose& truth : some_poses(subject, 2)) {
-    check(*index, map, truth, {5.0, -4.0, 0.0});
-    check(*index, map, truth, {45.0, 0.0, 0.0});
-    // The sensor stands at the edge of the map, and the area lies off the map.
-    PointCloud half = map;
-    std::erase_if(half, [&](const Point& p) { return p.x() > truth.translation.x(); });
-    const auto index_of_half = indexed(subject, half);
-    check(*index_of_half, half, truth, {60.0, 0.0, 0.0});
+    const Eigen::Vector3d ahead = truth.rotation * Eigen::Vector3d::UnitX();
+    for (const Point& away : {Point(5.0, -4.0, 0.0), Point(45.0, 0.0, 0.0)}) {
+      PlaceQuery query;
+      query.area.centre = (truth.translation + away).head<2>();
+      query.area.radius = kRadius;
+      query.area.heading = std::atan2(ahead.y(), ahead.x());
+      query.area.heading_within = radians(20.0);
+      const PoseCandidates found = find(*index, seen_from(map, truth), query);
+      for (const auto& [pose, score] : found.poses) {
+        const double off = (pose.translation.head<2>() - query.area.centre).norm();
+        CHECK_MESSAGE(off <= 1.5 * kRadius + kSlackMetres,
+                      "a candidate is " << off << " m from the middle of the area");
+        const double turned = degrees(rotation_between(pose, truth));
+        CHECK_MESSAGE(turned <= 20.0 + kSlackDegrees, "a heading is " << turned << " deg off");
+      }
+      if (away.norm() < kRadius) check_found(subject, found, truth);
+    }
   }
 }
 

@@ -113,29 +113,6 @@ TEST_CASE("the goals of a verdict") {
   CHECK(met({clear, ambiguous}).empty());
 }
 
-TEST_CASE("how a misled sensor is found again") {
-  JudgedRun run;
-  run.scans.assign(20, scan(Tracking::tracked, kRight));
-  run.scans[2] = scan(Tracking::uncertain, kWrong);  // found by the second scan
-  run.scans[2].misled = true;
-  run.scans[2].seconds_search = 0.02;
-  run.scans[3].seconds_verdict = 0.001;
-  for (std::size_t i = 6; i < 11; ++i) run.scans[i] = scan(Tracking::lost, kWrong);  // by the sixth
-  run.scans[6].misled = true;
-  for (std::size_t i = 14; i < 20; ++i) run.scans[i] = scan(Tracking::tracked, kWrong);  // by none
-  run.scans[14].misled = run.scans[18].misled = true;
-  Recovery recovery;
-  recovery.add(run);
-  CHECK(recovery.soon.of == 4);
-  CHECK(recovery.soon.hits == 1);
-  CHECK(recovery.misleading == 2);
-  CHECK(recovery.wrong_scans == 6);
-  CHECK(recovery.until_found.size() == 2 + 6 + 6);
-  CHECK(recovery.until_found[0] == 20.0);
-  CHECK(recovery.until_found[1] == 1.0);
-  CHECK(recovery.otherwise.size() == 6);
-}
-
 TEST_CASE("whether a stated risk is kept") {
   JudgedRun run;
   for (int k = 0; k < 400; ++k) {

@@ -106,27 +106,6 @@ TEST_CASE("an index of any width comes back from its bytes voxel by voxel") {
   }
 }
 
-TEST_CASE("a block is occupied if one of its eight voxels is") {
-  std::mt19937 random(12);
-  PointCloud map;
-  for (int i = 0; i < 300; ++i) map.emplace_back(random() % 200, random() % 60, random() % 20);
-  const PlaceIndex index = PlaceIndex::of(map).value();
-  std::size_t occupied = 0;
-  for (int z = 0; z < index.size().z(); ++z) {
-    for (int y = 0; y < index.size().y(); ++y) {
-      for (int x = 0; x < index.size().x(); ++x) {
-        bool any = false;
-        for (int k = 0; k < 8; ++k)
-          any = any || index.occupied({x + k % 2, y + k / 2 % 2, z + k / 4});
-        const bool bit = (index.blocks(x % 2, y, z)[x / 128] >> (x / 2 % 64) & 1U) != 0;
-        if (bit != any) FAIL_CHECK("at voxel " << x << ", " << y << ", " << z);
-        occupied += bit ? 1 : 0;
-      }
-    }
-  }
-  CHECK(occupied > 1000);
-}
-
 TEST_CASE("an index takes less than two bits for each voxel") {
   const PlaceIndex index = PlaceIndex::of(town(2)).value();
   CHECK(8 * index.encode().size() < 2 * occupied_of(index));
@@ -244,24 +223,6 @@ TEST_CASE("the bits count what a point by point search counts") {
   const auto places = find_places(index, seen(map, truth), {}, 1).places;
   REQUIRE(places.size() == 1);
   CHECK(is_at(places.front(), truth));
-}
-
-TEST_CASE("an area off the map has no places, and one at its edge only its own") {
-  const PointCloud map = town(7);
-  const PlaceIndex index = PlaceIndex::of(map).value();
-  const Pose truth = pose_from_xyz_rpy({-50.0, 8.0, 1.5}, {0, 0, 0.5});
-  const PointCloud scan = seen(map, truth);
-  const Point low = index.origin() + Point::Constant(PlaceIndex::kMargin * PlaceIndex::kVoxel);
-  for (const Eigen::Vector2d& away : {Eigen::Vector2d(-200, 0), {0, 200}, {0, -200}, {9e9, 9e9}}) {
-    const Eigen::Vector2d centre = Eigen::Vector2d(-50.0, 8.0) + away;
-    CHECK(find_places(index, scan, {.centre = centre, .radius = 60.0}, 5).places.empty());
-  }
-  const auto places =
-      find_places(index, scan, {.centre = {low.x() - 30.0, 8.0}, .radius = 45.0}, 5).places;
-  REQUIRE_FALSE(places.empty());
-  for (const PoseCandidate& place : places) {
-    CHECK(place.T_map_scan.translation.x() < low.x() + 15.0 + PlaceIndex::kVoxel);
-  }
 }
 
 TEST_CASE("nothing is found for an empty scan") {

@@ -15,7 +15,7 @@ struct AtlasParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("max_sites", &AtlasParams::max_sites, "",
-                 "at most so many viewpoints are measured at; in a larger map, they stand farther "
+                 "the most viewpoints that are measured at; in a larger map, they stand farther "
                  "apart",
                  at_least(1)),
         optional("site_spacing", &AtlasParams::site_spacing, "m",

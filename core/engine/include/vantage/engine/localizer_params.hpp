@@ -15,10 +15,10 @@
 
 namespace vantage {
 
-/// What is known of a sensor's tilt before it is found, unless an IMU tells where up is.
+/// What is known of a sensor's tilt before it is found.
 enum class Gravity : std::uint8_t {
   sensor_z,  ///< the sensor's z axis points up, to a few degrees
-  unknown,   ///< nothing: the relocalizer has to find it out
+  unknown,   ///< the sensor may be held at a tilt of up to 30 degrees
 };
 constexpr auto enum_names(Gravity) {
   return std::array{std::pair{std::string_view("sensor_z"), Gravity::sensor_z},
@@ -118,9 +118,8 @@ struct LocalizerParams {
                  "scans come as they are made: searches run in the background, so results depend "
                  "on timing"),
         optional("gravity", &LocalizerParams::gravity, "",
-                 "what a search is told of the sensor's tilt, unless an IMU tells where up is: "
-                 "sensor_z, that the sensor's z axis points up, to a few degrees; unknown, "
-                 "nothing"),
+                 "unknown: the sensor may be held at a tilt of up to 30 degrees, and a search "
+                 "levels the scan by the ground that it shows"),
         optional("max_hypotheses", &LocalizerParams::max_hypotheses, "",
                  "this many poses are followed while it is uncertain which of them is right",
                  at_least(1)),
