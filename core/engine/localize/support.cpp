@@ -20,9 +20,15 @@ constexpr double kRefuted = -3.0;
 
 }  // namespace
 
+Support::Support(double recall, double missed, const Lookalikes& among)
+    : prior_(std::log(recall / missed)), found_(true), among_(among) {}
+
 void Support::take(double told, double news) {
   far_ = std::clamp(far_ + news * told, kLeast, kMostFar);
-  if (prior_ + far_ < kRefuted) prior_ = std::min(prior_, kRefuted);
+  if (prior_ + far_ >= kRefuted) return;
+  prior_ = std::min(prior_, kRefuted);
+  searched_ = 0.0;
+  found_ = true;
 }
 
 void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
@@ -44,8 +50,11 @@ void Support::take(const Evidence& evidence, double told, double news, std::opti
 }
 
 void Support::be_found(double recall, double missed) {
-  prior_ = std::max(prior_, std::log(recall));
-  searched_ = std::max(searched_, -std::log(missed));
+  if (found_) {
+    prior_ = std::max(prior_, std::log(recall / missed));
+  } else {
+    searched_ = std::max(searched_, -std::log(missed));
+  }
 }
 
 void Support::favour(double log_odds) { relative_ = std::max(kLeast, relative_ + log_odds); }

@@ -14,9 +14,10 @@ namespace vantage {
 class Support {
  public:
   Support() = default;
-  /// @param log_odds  of the pose, before any scan and search
-  /// @param among     what it was chosen from
+  /// A pose that was given. @param log_odds  of it, before any scan and search
   Support(double log_odds, const Lookalikes& among) : prior_(log_odds), among_(among) {}
+  /// A pose that a search found. @param among  what it was chosen from
+  Support(double recall, double missed, const Lookalikes& among);
 
   /// Takes in a scan.
   /// @param told  log(p(scan | right) / p(scan | far off))
@@ -31,7 +32,8 @@ class Support {
   void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
   /// What the last search says of wrong poses around here.
   void be_among(double scale) { among_.scale = scale; }
-  /// A search found the pose. What it did not find becomes less probable, but once only: searches
+  /// A search found the pose. If it had been found or refuted before, its odds are at least those
+  /// of a find. Otherwise, the sensor is less probably elsewhere; that counts once, as searches
   /// miss the same places.
   /// @param recall, missed  probability that the sensor is at a find, and that it is not
   void be_found(double recall, double missed);
@@ -45,7 +47,8 @@ class Support {
 
  private:
   double prior_ = 0.0, absolute_ = 0.0, relative_ = 0.0;
-  double searched_ = 0.0;  // what the best search adds
+  bool found_ = false;     // the prior is that of a find
+  double searched_ = 0.0;  // what the best search adds, if it is not
   double far_ = 0.0;       // log ratio to a pose that is far off
   Lookalikes among_ = Lookalikes::of({});
   Evidence mean_;

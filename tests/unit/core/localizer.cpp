@@ -240,7 +240,7 @@ TEST_CASE("recovery_radius bounds the search, 0 is none; search_pause spaces it 
     for (int i = 0; i < 3; ++i) world.look(localizer, 0.1 * i, at(1.0));
     int searches = 0;
     for (int i = 0; i < 12; ++i) {
-      const ScanReport report = world.look(localizer, 1.0 + 0.1 * i, at(25.0));
+      const ScanReport report = world.look(localizer, 1.0 + 0.1 * i, at(40.0));
       CHECK(report.tracking != Tracking::tracked);
       searches += report.seconds_search > 0.0 ? 1 : 0;
     }

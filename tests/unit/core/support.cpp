@@ -114,14 +114,31 @@ TEST_CASE("poses that became the same are believed together, and a dropped one i
 }
 
 TEST_CASE("a search that found a pose adds to its odds, but once, and does not undo comparisons") {
-  Support given(2.0, Lookalikes::of({})), found(std::log(0.45), Lookalikes::of({}));
+  Support given(2.0, Lookalikes::of({})), found(0.45, 0.55, Lookalikes::of({}));
   const double before = given.log_odds(true), before_found = found.log_odds(true);
   given.favour(-1.0);
   for (int search = 0; search < 3; ++search) given.be_found(0.9, 0.1);
   CHECK(given.log_odds(true) == doctest::Approx(before - 1.0 + std::log(10.0)));
-  // A find of a narrow search becomes one of a search of all places.
   found.be_found(0.45, 0.55);
-  CHECK(found.log_odds(true) == doctest::Approx(before_found - std::log(0.55)));
+  CHECK(found.log_odds(true) == doctest::Approx(before_found));
+  // A find of a narrow search becomes one of a search of all places.
   found.be_found(0.9, 0.1);
-  CHECK(found.log_odds(true) == doctest::Approx(before_found + std::log(2.0) + std::log(10.0)));
+  CHECK(found.log_odds(true) == doctest::Approx(before_found + std::log(9.0 * 0.55 / 0.45)));
+}
+
+TEST_CASE("a pose that was refuted has to be found anew, or to fit clearly") {
+  Support support(3.5, Lookalikes::of({}));
+  for (int k = 0; k < 5; ++k) take(support, 0.7);
+  for (int k = 0; k < 15; ++k) support.take(-6.0, 1.0);
+  CHECK(support.log_odds(true) < -3.0);
+  Support weak = support, clear = support, again = support;
+  for (int k = 0; k < 12; ++k) {
+    take(weak, 0.2);
+    take(clear, 0.7);
+    take(again, 0.2);
+  }
+  CHECK(weak.log_odds(true) < 1.0);
+  CHECK(clear.log_odds(true) > 4.6);
+  again.be_found(0.9, 0.1);
+  CHECK(again.log_odds(true) > weak.log_odds(true) + 4.0);
 }
