@@ -88,7 +88,7 @@ struct Lookalikes {
 /// The odds that a pose is wrong in a way that persists, against being right.
 struct LookalikeOdds {
   double elsewhere;  ///< one of those that it was chosen from, or a place that is alike
-  double near;       ///< just beyond the alert limit, where no search looks
+  double near;       ///< just beyond the alert limit, if as many poses are wrong as right
 };
 /// @param evidence  the mean over independent scans
 [[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,

@@ -43,7 +43,12 @@ double update_beliefs(std::vector<Hypothesis>& hypotheses, bool compared) {
     most = std::max(most, one.belief);
   }
   double elsewhere = std::exp(-most), total = elsewhere;
-  for (Hypothesis& one : hypotheses) total += one.belief = std::exp(one.belief - most);
+  for (Hypothesis& one : hypotheses) {
+    one.belief = std::exp(one.belief - most);
+    const double near = one.belief * one.support.odds_near();
+    elsewhere += near;
+    total += one.belief + near;
+  }
   for (Hypothesis& one : hypotheses) one.belief /= total;
   return elsewhere / total;
 }

@@ -359,7 +359,8 @@ struct Localizer::State {
       VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
       if (!found) continue;
       found->support =
-          Support(answer.recall, missed, answer.found.around(found->pose(), weighing.model()));
+          Support(std::log(answer.recall), answer.found.around(found->pose(), weighing.model()));
+      found->support.be_found(answer.recall, missed);
       if (scan.prior) {
         found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
       }

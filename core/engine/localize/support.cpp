@@ -15,20 +15,18 @@ constexpr double kMeanOf = 5.0;
 constexpr double kLeastMargin = -1.0;  // of a scan in the mean
 // The probability of a place that is alike, as long as nobody has looked for one.
 constexpr double kAlike = 0.05;
+// Of all poses that matching settles in, this many are wrong.
+constexpr double kWrong = 0.1;
 // The log odds of a pose that scans refuted, if it fits again: it may have been led astray.
 constexpr double kRefuted = -3.0;
 
 }  // namespace
-
-Support::Support(double recall, double missed, const Lookalikes& among)
-    : prior_(std::log(recall / missed)), found_(true), among_(among) {}
 
 void Support::take(double told, double news) {
   far_ = std::clamp(far_ + news * told, kLeast, kMostFar);
   if (prior_ + far_ >= kRefuted) return;
   prior_ = std::min(prior_, kRefuted);
   searched_ = 0.0;
-  found_ = true;
 }
 
 void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
@@ -50,27 +48,22 @@ void Support::take(const Evidence& evidence, double told, double news, std::opti
 }
 
 void Support::be_found(double recall, double missed) {
-  if (found_) {
-    prior_ = std::max(prior_, std::log(recall / missed));
-  } else {
-    searched_ = std::max(searched_, -std::log(missed));
-  }
+  prior_ = std::max(prior_, std::log(recall));
+  searched_ = std::max(searched_, -std::log(missed));
 }
 
 void Support::favour(double log_odds) { relative_ = std::max(kLeast, relative_ + log_odds); }
 
 void Support::doubt(double log_odds) {
-  const double far = (std::exp(prior_ + absolute_ + relative_ - log_odds) - lookalike_.near) *
-                         std::exp(searched_) -
-                     lookalike_.elsewhere;
+  const double far = std::exp(log_prior() - log_odds) - lookalike_.elsewhere;
   if (far > std::exp(-far_)) far_ = std::max(kLeast, -std::log(far));
 }
 
 double Support::log_odds(bool compared) const {
-  const double elsewhere =
-      std::exp(-far_) + std::max(compared ? 0.0 : kAlike, lookalike_.elsewhere);
-  const double wrong = elsewhere * std::exp(-searched_) + lookalike_.near;
-  return prior_ + absolute_ + relative_ + std::max(kLeast, -std::log(wrong));
+  const double alike = std::max(compared ? 0.0 : kAlike, lookalike_.elsewhere);
+  return log_prior() + std::max(kLeast, -std::log(std::exp(-far_) + alike));
 }
+
+double Support::odds_near() const { return std::min(std::exp(-kLeast), kWrong * lookalike_.near); }
 
 }  // namespace vantage

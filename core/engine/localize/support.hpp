@@ -14,10 +14,9 @@ namespace vantage {
 class Support {
  public:
   Support() = default;
-  /// A pose that was given. @param log_odds  of it, before any scan and search
+  /// @param log_odds  of the pose, before any scan and search
+  /// @param among     what it was chosen from
   Support(double log_odds, const Lookalikes& among) : prior_(log_odds), among_(among) {}
-  /// A pose that a search found. @param among  what it was chosen from
-  Support(double recall, double missed, const Lookalikes& among);
 
   /// Takes in a scan.
   /// @param told  log(p(scan | right) / p(scan | far off))
@@ -32,9 +31,8 @@ class Support {
   void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
   /// What the last search says of wrong poses around here.
   void be_among(double scale) { among_.scale = scale; }
-  /// A search found the pose. If it had been found or refuted before, its odds are at least those
-  /// of a find. Otherwise, the sensor is less probably elsewhere; that counts once, as searches
-  /// miss the same places.
+  /// A search found the pose. Then the sensor is less probably elsewhere; that counts once, because
+  /// searches miss the same places.
   /// @param recall, missed  probability that the sensor is at a find, and that it is not
   void be_found(double recall, double missed);
   /// Makes the odds higher or lower, against those of other poses that are followed.
@@ -44,11 +42,15 @@ class Support {
 
   /// @param compared  the pose, with all other places; otherwise one of them may be alike
   [[nodiscard]] double log_odds(bool compared) const;
+  /// The odds that the sensor is just beyond the alert limit from the pose, against being there.
+  /// They are no part of `log_odds`: no search looks there, and nothing else speaks for it.
+  [[nodiscard]] double odds_near() const;
 
  private:
+  [[nodiscard]] double log_prior() const { return prior_ + absolute_ + relative_ + searched_; }
+
   double prior_ = 0.0, absolute_ = 0.0, relative_ = 0.0;
-  bool found_ = false;     // the prior is that of a find
-  double searched_ = 0.0;  // what the best search adds, if it is not
+  double searched_ = 0.0;  // what the best search adds
   double far_ = 0.0;       // log ratio to a pose that is far off
   Lookalikes among_ = Lookalikes::of({});
   Evidence mean_;

@@ -114,16 +114,16 @@ TEST_CASE("poses that became the same are believed together, and a dropped one i
 }
 
 TEST_CASE("a search that found a pose adds to its odds, but once, and does not undo comparisons") {
-  Support given(2.0, Lookalikes::of({})), found(0.45, 0.55, Lookalikes::of({}));
+  Support given(2.0, Lookalikes::of({})), found(std::log(0.45), Lookalikes::of({}));
   const double before = given.log_odds(true), before_found = found.log_odds(true);
   given.favour(-1.0);
   for (int search = 0; search < 3; ++search) given.be_found(0.9, 0.1);
   CHECK(given.log_odds(true) == doctest::Approx(before - 1.0 + std::log(10.0)));
   found.be_found(0.45, 0.55);
-  CHECK(found.log_odds(true) == doctest::Approx(before_found));
+  CHECK(found.log_odds(true) == doctest::Approx(before_found - std::log(0.55)));
   // A find of a narrow search becomes one of a search of all places.
   found.be_found(0.9, 0.1);
-  CHECK(found.log_odds(true) == doctest::Approx(before_found + std::log(9.0 * 0.55 / 0.45)));
+  CHECK(found.log_odds(true) == doctest::Approx(before_found + std::log(2.0) + std::log(10.0)));
 }
 
 TEST_CASE("a pose that was refuted has to be found anew, or to fit clearly") {
