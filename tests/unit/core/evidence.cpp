@@ -125,15 +125,6 @@ TEST_CASE("a margin below its noise speaks against a pose, however sharp it is")
   CHECK(fits(evidence));
 }
 
-TEST_CASE("the example of docs/localization.md, by hand") {
-  const auto odds = [](double margin) {
-    return std::exp(log_likelihood_ratio(
-        {.share = 0.7, .noise = 0.018, .margin = margin, .margin_noise = 0.019}, {}));
-  };
-  CHECK(odds(0.25) == doctest::Approx(7121.0).epsilon(0.001));
-  CHECK(odds(-0.15) == doctest::Approx(0.0046).epsilon(0.01));
-}
-
 TEST_CASE("points are picked evenly, and no more than there are") {
   const PointCloud points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
   CHECK(evenly_picked(points, 2).size() == 2);

@@ -142,3 +142,15 @@ TEST_CASE("a pose that was refuted has to be found anew, or to fit clearly") {
   again.be_found(0.9, 0.1);
   CHECK(again.log_odds(true) > weak.log_odds(true) + 4.0);
 }
+
+TEST_CASE("the example of docs/localization.md, by hand") {
+  const auto elsewhere = [](double margin) {
+    const Evidence evidence{.share = 0.7, .noise = 0.018, .margin = margin, .margin_noise = 0.019};
+    std::vector<Hypothesis> one(1);
+    one[0].support = Support(std::log(0.97 / 0.03), Lookalikes::of({}));
+    one[0].support.take(evidence, log_ratio_to_far(evidence, {}), 1.0, {}, {});
+    return update_beliefs(one, true);
+  };
+  CHECK(elsewhere(0.25) == doctest::Approx(4.51e-6).epsilon(0.01));
+  CHECK(elsewhere(-0.15) == doctest::Approx(0.955).epsilon(0.01));
+}
