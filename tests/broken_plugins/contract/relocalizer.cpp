@@ -35,6 +35,8 @@ class BrokenIndex final : public RelocalizerIndex {
                                             const PlaceQuery& asked) const noexcept override {
     return guarded([&]() -> Result<PoseCandidates> {
       if (!sound_) return PoseCandidates{};
+      std::optional<Crowded> here;  // before the search, as searches end at different times
+      if (breaks("R7")) here.emplace(inside_);
       PlaceQuery query = asked;
       if (breaks("R10") && query.up) query.up = Eigen::Vector3d::UnitZ();
       if (breaks("R11") && !query.up) query.up = Eigen::Vector3d::UnitZ();
@@ -47,7 +49,7 @@ class BrokenIndex final : public RelocalizerIndex {
         VANTAGE_TRY(found, search(finite, query));
       }
       if (breaks("R2")) std::ranges::reverse(found.poses);
-      if (breaks("R7") && Crowded(inside_) && !found.poses.empty()) found.poses[0].score += 1e-9;
+      if (here && *here && !found.poses.empty()) found.poses[0].score += 1e-9;
       if (breaks("R8") && !is_first(finite) && !found.poses.empty()) found.poses.pop_back();
       if (breaks("R12")) found.nominal_ms = 0.0;
       for (PoseCandidate& candidate : found.poses) {
