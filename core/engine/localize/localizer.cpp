@@ -346,9 +346,9 @@ struct Localizer::State {
     VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
     if (!answer.searchable) params.recovery_radius = 0.0;
     if (known->T_then_now) {
-      VANTAGE_TRY(answer.found.finds, align_again(answer.found.finds, *known->T_then_now,
-                                                  prepared.points, Weighing::scored(prepared),
-                                                  answer.to_itself, AlertLimit::of(params)));
+      VANTAGE_TRY(answer.found.finds,
+                  align_again(answer.found.finds, *known->T_then_now, prepared.points,
+                              Weighing::scored(prepared), answer.to_itself));
       for (Tried& one : answer.found.tried) one.T_map_scan = one.T_map_scan * *known->T_then_now;
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -27,7 +28,7 @@ struct Start {
 
 /// Nothing if nothing matches there.
 Result<std::optional<Find>> align_at(const Start& start, PointsView scan, PointsView some,
-                                     const Fit& to_itself, const AlertLimit& limit) {
+                                     const Fit& to_itself) {
   const MatchTarget& target = *start.map->target;
   auto alignment = target.align(scan, start.T_map_scan);
   if (!alignment) {
@@ -35,27 +36,23 @@ Result<std::optional<Find>> align_at(const Start& start, PointsView scan, Points
     return fail(std::move(alignment).error());
   }
   if (!is_valid(alignment->T_map_scan)) return std::optional<Find>();
-  VANTAGE_TRY(const Fit fit, fit_at(target, some, alignment->T_map_scan, limit));
-  return Find{start.region, start.map, *std::move(alignment), evidence_of(fit, to_itself)};
+  VANTAGE_TRY(const Fit fit, fit_at(target, some, alignment->T_map_scan));
+  return Find{start.region, start.map, *std::move(alignment), evidence_of(fit, to_itself).share};
 }
 
 /// Aligns from every start; starts from which nothing matches are left out.
 Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsView scan,
-                                     PointsView some, const Fit& to_itself,
-                                     const AlertLimit& limit) {
+                                     PointsView some, const Fit& to_itself) {
   std::vector<Result<std::optional<Find>>> found(starts.size());
-  tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t k) {
-    found[k] = align_at(starts[k], scan, some, to_itself, limit);
-  });
+  tbb::parallel_for(std::size_t{0}, starts.size(),
+                    [&](std::size_t k) { found[k] = align_at(starts[k], scan, some, to_itself); });
   std::vector<Find> finds;
   for (auto& find : found) {
     VANTAGE_TRY(auto one, std::move(find));
     if (one) finds.push_back(*std::move(one));
   }
   // A stable order: starts have one.
-  std::stable_sort(finds.begin(), finds.end(), [](const Find& a, const Find& b) {
-    return a.evidence.share > b.evidence.share;
-  });
+  std::ranges::stable_sort(finds, std::greater(), &Find::share);
   return finds;
 }
 
@@ -148,7 +145,7 @@ Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const 
 }
 
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
-                          const Fit& to_itself, const AlertLimit& limit, const PlaceQuery& query) {
+                          const Fit& to_itself, const PlaceQuery& query) {
   VANTAGE_TRY(const PoseCandidates candidates, bundle.places.find(scan, query));
   VANTAGE_CHECK(check_candidates(candidates, query));
   Finds result;
@@ -159,12 +156,12 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
 
   const auto align = [&](PointsView points, const std::vector<Start>& from) {
     result.work.aligned += from.size() * points.size();
-    return align_from(from, points, some, to_itself, limit);
+    return align_from(from, points, some, to_itself);
   };
   VANTAGE_TRY(const auto first, align(evenly_picked(scan, kFirstPoints), starts));
   starts.clear();
   for (const Find& find : different(first, first.size())) {
-    result.tried.push_back({find.alignment.T_map_scan, find.evidence.share});
+    result.tried.push_back({find.alignment.T_map_scan, find.share});
     if (starts.size() < kWhole) starts.push_back(start_at(find));
   }
   VANTAGE_TRY(auto found, align(scan, starts));
@@ -184,14 +181,13 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
 }
 
 Result<std::vector<Find>> align_again(const std::vector<Find>& finds, const Pose& T_then_now,
-                                      PointsView scan, PointsView some, const Fit& to_itself,
-                                      const AlertLimit& limit) {
+                                      PointsView scan, PointsView some, const Fit& to_itself) {
   std::vector<Start> starts;
   for (const Find& find : finds) {
     starts.push_back(start_at(find));
     starts.back().T_map_scan = starts.back().T_map_scan * T_then_now;
   }
-  VANTAGE_TRY(const auto again, align_from(starts, scan, some, to_itself, limit));
+  VANTAGE_TRY(const auto again, align_from(starts, scan, some, to_itself));
   return different(again, finds.size());
 }
 

@@ -18,7 +18,7 @@ struct Find {
   RegionId region;
   std::shared_ptr<const ReadyRegion> map;  ///< of the region
   Alignment alignment;
-  Evidence evidence;
+  double share;  ///< Evidence::share
 };
 
 /// How much there was to do; the same on any machine.
@@ -37,7 +37,7 @@ struct Tried {
 };
 
 struct Finds {
-  /// No two of them are the same pose; the best evidence comes first.
+  /// No two of them are the same pose; the greatest share comes first.
   std::vector<Find> finds = {};
   std::vector<Tried> tried = {};  ///< all places; no two of them are the same pose
   SearchWork work = {};
@@ -59,12 +59,11 @@ struct SearchedBundle {
 /// @param scan       N points, sensor frame [m], evenly thinned
 /// @param some       the points that are scored, sensor frame [m]
 /// @param to_itself  the fit of the points `some` to their own scan
-/// @param limit      for the margins of the finds
 /// Errors: those of the relocalizer, of RegionMaps::borrow and of the matcher, except
 /// `too_few_matches`; `internal` for a relocalizer that breaks its contract.
 [[nodiscard]] Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan,
                                         PointsView some, const Fit& to_itself,
-                                        const AlertLimit& limit, const PlaceQuery& query);
+                                        const PlaceQuery& query);
 
 /// Aligns a later scan at the poses that were found for an earlier one.
 /// @param T_then_now  how the sensor moved in between
@@ -73,7 +72,6 @@ struct SearchedBundle {
 /// Errors: those of the matcher, except `too_few_matches`.
 [[nodiscard]] Result<std::vector<Find>> align_again(const std::vector<Find>& finds,
                                                     const Pose& T_then_now, PointsView scan,
-                                                    PointsView some, const Fit& to_itself,
-                                                    const AlertLimit& limit);
+                                                    PointsView some, const Fit& to_itself);
 
 }  // namespace vantage

@@ -39,8 +39,8 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   if (!searchable) return SearchAnswer{.searchable = false};
   PlaceQuery query{.area = task.area, .stop = stop};
   if (task.up || params_.gravity == Gravity::unknown) query.up = task.up;
-  VANTAGE_TRY(Finds found, search_pose({regions_, maps_, *places_}, task.scan.points, some,
-                                       *to_itself, AlertLimit::of(params_), query));
+  VANTAGE_TRY(Finds found,
+              search_pose({regions_, maps_, *places_}, task.scan.points, some, *to_itself, query));
   return SearchAnswer{.compared = task.area.complete,
                       .recall = recall_in(task.area),
                       .found = std::move(found),
