@@ -145,10 +145,8 @@ double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
   const double scale = scale_of_wrong(model.wrong_scale, evidence);
   const double far = std::exp(-bounded_share(evidence, model) / scale) / scale;
   const double ratio = std::log(density_right(evidence, usual, model) / far);
-  // Without structure, nothing can be told from a small share.
-  const double told = std::min(1.0, model.wrong_scale / evidence.noise);
   return log_likelihood_ratio_of_margin(evidence) +
-         (ratio < 0.0 ? std::max(kLeastRatio, ratio) * told : ratio);
+         (ratio < 0.0 ? std::max(kLeastRatio, ratio) * weight_of_share(evidence, model) : ratio);
 }
 
 LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
@@ -173,6 +171,10 @@ double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usua
   const LookalikeOdds odds = odds_of_lookalike(evidence, usual, Lookalikes::of(model), model);
   return -std::log(std::exp(-log_ratio_to_far(evidence, usual, model)) + odds.elsewhere +
                    odds.near);
+}
+
+double weight_of_share(const Evidence& evidence, const ShareModel& model) noexcept {
+  return std::min(1.0, model.wrong_scale / evidence.noise);
 }
 
 double log_likelihood_ratio_of_margin(const Evidence& evidence) {

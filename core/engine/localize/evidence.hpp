@@ -100,6 +100,9 @@ struct LookalikeOdds {
 [[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
                                           const ShareModel& model = {});
 
+/// How much a share says, in [0, 1]: little for a scan without structure.
+[[nodiscard]] double weight_of_share(const Evidence& evidence, const ShareModel& model) noexcept;
+
 /// What the margin alone says where the share says nothing: log(q), at most 0.
 [[nodiscard]] double log_likelihood_ratio_of_margin(const Evidence& evidence);
 

@@ -58,7 +58,7 @@ std::optional<PlaceArea> search_area(const std::optional<PosePrior>& prior,
   // The distance to the farthest place of the map, and to the nearest one.
   const double farthest =
       (area.centre - least).cwiseAbs().cwiseMax((area.centre - most).cwiseAbs()).norm();
-  const double nearest = (area.centre - area.centre.cwiseMax(least).cwiseMin(most)).norm();
+  const double nearest = distance(HalfOpenBox{least, most}, area.centre);
   const double widest = std::min(farthest, params.recovery_radius.value_or(farthest));
   std::optional<double> radius = everywhere ? widest : search_radius(scans, widest, params);
   // A circle off the map holds no place.

@@ -13,7 +13,7 @@ constexpr double kMostFar = 40.0;
 // The mean is that of about so many independent scans.
 constexpr double kMeanOf = 5.0;
 constexpr double kLeastMargin = -1.0;  // of a scan in the mean
-// The probability of a place that is alike, as long as nobody has looked for one.
+// The probability that another place looks like this one, before a search has compared them.
 constexpr double kAlike = 0.05;
 // Of all poses that matching settles in, this many are wrong.
 constexpr double kWrong = 0.1;
@@ -32,7 +32,7 @@ void Support::take(double told, double news) {
 void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
                    const ShareModel& model) {
   take(told, news);
-  const double precision = std::min(1.0, model.wrong_scale / evidence.noise);
+  const double precision = weight_of_share(evidence, model);
   const double weight = news * precision * precision;
   if (!(weight > 0.0)) return;
   Evidence bounded = evidence;  // one bad scan does not outweigh all others

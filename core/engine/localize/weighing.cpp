@@ -11,8 +11,8 @@ namespace vantage {
 namespace {
 
 constexpr double kLeastNews = 0.1;  // of a scan at the place of the last one
-// But if what the first hypothesis is told changes by this much, they do not. More than the latter
-// is beyond doubt in any case.
+// A scan counts fully if it tells the first hypothesis something that differs this much from what
+// the scan before told. Whatever exceeds kBeyondDoubt counts as equal.
 constexpr double kChange = 3.0, kBeyondDoubt = 9.0;
 // A hypothesis beyond doubt is weighed after this way [m] or time [s].
 constexpr double kSettledWay = 1.0, kSettledTime = 1.0, kSettledRisk = 2e-4;
@@ -52,12 +52,12 @@ double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
 }
 
 double doubt_of_prediction(const Hypothesis& best) {
-  constexpr double kCarriedAway = 3e-5;  // a metre, unnoticed
-  constexpr double kLeastWay = 0.3;      // [m]
-  constexpr double kBasin = 2.0;         // [m]; matching corrects less than this
+  constexpr double kUnnoticed = 3e-5;  // carried away, for each metre
+  constexpr double kLeastWay = 0.3;    // [m]
+  constexpr double kBasin = 2.0;       // [m]; matching corrects less than this
   constexpr double kMost = 0.9;
   const double way = (best.predicted().translation - best.last.translation).norm();
-  const double carried = kCarriedAway * std::max(kLeastWay, way);
+  const double carried = kUnnoticed * std::max(kLeastWay, way);
   if (best.initial) return carried;
   // All around is matched, too; a prediction vaguer than that may be anywhere.
   const double reach = reach_of(best.sigma());

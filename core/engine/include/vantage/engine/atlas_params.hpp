@@ -15,8 +15,8 @@ struct AtlasParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("max_sites", &AtlasParams::max_sites, "",
-                 "at most so many viewpoints are measured at; in a larger map, they stand farther "
-                 "apart",
+                 "the assessment measures at this many viewpoints at most; in a larger map, they "
+                 "stand farther apart",
                  at_least(1)),
         optional("site_spacing", &AtlasParams::site_spacing, "m",
                  "one viewpoint is measured at in each square of this size", positive),

@@ -117,10 +117,10 @@ struct LocalizerParams {
         optional("live", &LocalizerParams::live, "",
                  "scans come as they are made: searches run in the background, so results depend "
                  "on timing"),
-        optional("gravity", &LocalizerParams::gravity, "",
-                 "what a search is told of the sensor's tilt, unless an IMU tells where up is: "
-                 "sensor_z, that the sensor's z axis points up, to a few degrees; unknown, "
-                 "nothing"),
+        optional(
+            "gravity", &LocalizerParams::gravity, "",
+            "sensor_z: a search takes the sensor's z axis for up, to a few degrees; unknown: a "
+            "search has to find out where up is; an IMU overrides both"),
         optional("max_hypotheses", &LocalizerParams::max_hypotheses, "",
                  "this many poses are followed while it is uncertain which of them is right",
                  at_least(1)),
