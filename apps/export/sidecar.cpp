@@ -7,6 +7,7 @@
 
 #include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/file_content.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::exporting {
 namespace {
@@ -26,7 +27,8 @@ Result<std::set<std::string>> files_of_export(const fs::path& folder) {
         std::string("is not an earlier export, so it is not replaced: it holds no ") + kSidecar);
   }
   if (!text) return fail(std::move(text).error());
-  const auto json = nlohmann::json::parse(text->view(), nullptr, false);
+  VANTAGE_TRY(const auto json, parse_json<nlohmann::json>(text->view(), path.string(),
+                                                          "the list of exported files is damaged"));
   const auto files = json.is_object() ? json.find("files") : json.end();
   if (!json.is_object() || files == json.end() || !files->is_array()) {
     return error_at(path, ErrorCode::corrupt_data, "lists no files, expected an array 'files'");

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "vantage/kit/json_text.hpp"
+
 namespace vantage::checks {
 
 void print(std::ostream& out, std::span<const Note> notes) {
@@ -26,10 +28,10 @@ Result<std::vector<Note>> decode(std::span<const std::byte> bytes) {
     return fail(ErrorCode::corrupt_data, "the bundle's notes are not what a build writes");
   };
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const auto list = nlohmann::json::parse(text, nullptr, false);
-  if (!list.is_array()) return corrupt();
+  const auto read = parse_json<nlohmann::json>(text, "", "");
+  if (!read || !read->is_array()) return corrupt();
   std::vector<Note> notes;
-  for (const auto& item : list) {
+  for (const auto& item : *read) {
     if (!item.is_object() || !item.contains("what") || !item.contains("advice") ||
         !item["what"].is_string() || !item["advice"].is_string()) {
       return corrupt();

@@ -11,6 +11,7 @@
 #include "io/text.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/kit/file_content.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -179,7 +180,8 @@ Result<AlertLimit> read_alert_limit(const fs::path& summary) {
   if (!fs::exists(summary, error)) return AlertLimit{};
   const std::string file = summary.string();
   VANTAGE_TRY(const io::FileContent content, io::read_file(summary, "summary.json of a run"));
-  const auto json = nlohmann::json::parse(content.view(), nullptr, /*allow_exceptions=*/false);
+  VANTAGE_TRY(const auto json, parse_json<nlohmann::json>(content.view(), file,
+                                                          "the summary of the run is damaged"));
   if (!json.is_object()) return corrupt("the summary of the run is no JSON object", file, 0);
   const auto stated = json.find("alert_limit");
   if (stated == json.end()) return AlertLimit{};

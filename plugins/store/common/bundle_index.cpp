@@ -11,6 +11,7 @@
 #include "common/index_format.hpp"
 #include "common/written_index.hpp"
 #include "vantage/kit/checksum.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::bundle_folder {
 namespace {
@@ -225,15 +226,6 @@ class Reader {
   std::optional<Error> error_;
 };
 
-SourceLocation place_of(std::string_view text, std::size_t byte, const std::string& file) {
-  const std::string_view before = text.substr(0, std::min(byte == 0 ? 0 : byte - 1, text.size()));
-  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
-  const std::size_t last_line = before.rfind('\n');
-  const std::size_t column =
-      before.size() - (last_line == std::string_view::npos ? 0 : last_line + 1) + 1;
-  return {file, static_cast<std::uint32_t>(line), static_cast<std::uint32_t>(column)};
-}
-
 }  // namespace
 
 std::string region_file_name(const BundleFormat& format, const Region& region) {
@@ -297,17 +289,7 @@ Result<std::string> to_json(const BundleFormat& format, const BundleIndex& index
 Result<BundleIndex> from_json(const BundleFormat& format, std::string_view text,
                               const std::string& file) {
   if (auto index = read_as_written(format, text)) return *std::move(index);
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::parse_error& e) {
-    return fail(ErrorCode::corrupt_data, "the index is damaged or cut short: it is not JSON",
-                place_of(text, e.byte, file));
-  } catch (const Json::exception& e) {
-    return fail(ErrorCode::corrupt_data, std::string("the index is damaged: ") + e.what(),
-                SourceLocation{file, 0, 0});
-  }
-
+  VANTAGE_TRY(const Json json, parse_json<Json>(text, file, "the index is damaged or cut short"));
   Reader reader(json, file);
   IndexContent content;
   describe(reader, format, content);

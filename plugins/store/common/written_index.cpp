@@ -10,6 +10,7 @@
 
 #include "common/index_format.hpp"
 #include "vantage/kit/checksum.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::bundle_folder {
 namespace {
@@ -91,12 +92,11 @@ class Scanner {
       text = inside;
       return;
     }
-    const auto value = nlohmann::json::parse("\"" + std::string(inside) + "\"", nullptr,
-                                             /*allow_exceptions=*/false);
-    if (!value.is_string()) {
+    const auto value = parse_json<nlohmann::json>("\"" + std::string(inside) + "\"", "", "");
+    if (!value || !value->is_string()) {
       ok_ = false;
     } else {
-      text = value.get<std::string>();
+      text = value->get<std::string>();
     }
   }
   template <class Reason>

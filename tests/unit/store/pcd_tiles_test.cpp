@@ -14,6 +14,7 @@
 #include "support/real_data.hpp"
 
 namespace vantage {
+#include "vantage/region_directory.hpp"
 namespace {
 
 namespace fs = std::filesystem;
@@ -714,6 +715,26 @@ TEST_CASE("a region of many blocks comes back whole, and thousands of regions do
     REQUIRE_MESSAGE(map, to_string(map.error()));
     CHECK(worst(map->points, maps[r].points) < 2e-6);
     CHECK(worst(map->viewpoints, maps[r].viewpoints) < 2e-6);
+TEST_CASE("an index that is nested without end is refused, wherever the nesting is") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle", file = root / "index.json";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  const std::string good = read_text(file);
+  const std::string arrays = std::string(200'000, '[') + std::string(200'000, ']');
+  std::string objects = "1";
+  for (int k = 0; k < 100; ++k) objects = "{\"x\":" + objects + "}";
+  for (const std::string& deep : {arrays, objects}) {
+    for (const std::string& text :
+         {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
+          replaced(good, "\"version\": 3", "\"version\": " + deep),
+          replaced(good, "\"inf\"", deep)}) {
+      write_text(file, text);
+      check_fails(store_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
+      check_fails(store_at(root)->directory(), ErrorCode::corrupt_data, file.string());
+    }
+  }
+}
+
     CHECK(map->prepared == maps[r].prepared);
   }
 }
