@@ -196,6 +196,16 @@ double distance(const Footprint& footprint, const Vector2d& xy) noexcept {
       footprint);
 }
 
+std::string defect_of(const Region& region) {
+  if (!file_safe(region.label)) {
+    return "a label is 1 to " + std::to_string(kMaxLabelLength) +
+           " letters, digits, '_', '-', '+' or '.', and does not begin with '.'";
+  }
+  std::string what = std::visit([](const auto& shape) { return defect(shape); }, region.footprint);
+  const bool is_high = region.height.min < region.height.max;
+  return what.empty() && !is_high ? "the height interval is empty or not a number" : what;
+}
+
 /// One hashed grid per size class of convex parts. Buckets are at least as wide as the boxes of
 /// their class, so a part is in at most four of them, whatever the extent of the map. Buckets are
 /// at most twice as wide, so disjoint parts do not crowd a bucket. The widths are powers of two:
@@ -295,25 +305,15 @@ Result<Partition> Partition::from(std::vector<Region> regions) {
   std::size_t all_parts = 0;
   for (std::size_t id = 0; id < regions.size(); ++id) {
     const Region& region = regions[id];
-    if (!file_safe(region.label)) {
-      return refuse(id, region,
-                    "a label is 1 to " + std::to_string(kMaxLabelLength) +
-                        " letters, digits, '_', '-', '+' or '.', and does not begin with '.'");
-    }
+    if (const std::string what = defect_of(region); !what.empty()) return refuse(id, region, what);
     if (!labels.insert(region.label).second) {
       return refuse(id, region, "another region has the same label");
     }
-    const std::string what =
-        std::visit([](const auto& shape) { return defect(shape); }, region.footprint);
-    if (!what.empty()) return refuse(id, region, what);
     all_parts += std::visit([](const auto& shape) { return parts(shape); }, region.footprint);
     if (all_parts > kMaxParts) {
       return refuse(
           id, region,
           "the regions consist of more than " + std::to_string(kMaxParts) + " boxes and polygons");
-    }
-    if (!(region.height.min < region.height.max)) {
-      return refuse(id, region, "the height interval is empty or not a number");
     }
   }
 

@@ -170,7 +170,7 @@ Result<void> FolderStore::commit() noexcept {
       VANTAGE_CHECK(
           writing_->folder.write_file(kRegionsFile, [&](const Sink& sink) -> Result<void> {
             VANTAGE_TRY(index.packed,
-                        write_packed(index.map.partition.regions(), index.files, sink));
+                        write_packed(format_, index.map.partition.regions(), index.files, sink));
             return {};
           }));
     }

@@ -11,8 +11,9 @@
 #include "common/bundle_index.hpp"
 #include "vantage/partition.hpp"
 
-/// The format of `index.json`, said once for its writer and for both of its readers (the reader of
-/// any JSON, and the faster one of what a build writes).
+/// What an index says of regions and their files, said once for all writers and readers: those of
+/// `index.json` (one writer, the reader of any JSON, and the faster one of what a build writes) and
+/// those of a packed index. Whoever reads a region checks what the others check.
 ///
 /// An Archive goes through the members in the order of the file. As a writer it takes the values,
 /// as a reader it puts them in; after its first error it does nothing more. It has
@@ -114,21 +115,27 @@ void describe_file(Archive& archive, const BundleFormat& format, RegionFile& fil
   archive.member(kChecksum, [&] { archive.checksum(file.checksum); });
 }
 
+/// A region but for its label.
+template <class Archive>
+void describe_area_and_file(Archive& archive, const BundleFormat& format, IndexedRegion& one) {
+  Region& region = one.region;
+  archive.member("footprint", [&] { describe(archive, region.footprint); });
+  Eigen::Vector2d height(region.height.min, region.height.max);
+  archive.member("height", [&] { archive.numbers(height); });
+  region.height = {height[0], height[1]};
+  describe_file(archive, format, one.file);
+}
+
 template <class Archive>
 void describe(Archive& archive, const BundleFormat& format, IndexedRegion& one) {
-  auto& [region, file] = one;
   archive.object([&] {
-    archive.member("label", [&] { archive.text(region.label); });
-    const std::string expected = region_file_name(format, region);
+    archive.member("label", [&] { archive.text(one.region.label); });
+    const std::string expected = region_file_name(format, one.region);
     std::string name = expected;
     archive.member("file", [&] { archive.text(name); });
     archive.check(name == expected, "file",
                   [&] { return " must be '" + expected + "', not '" + name + "'"; });
-    archive.member("footprint", [&] { describe(archive, region.footprint); });
-    Eigen::Vector2d height(region.height.min, region.height.max);
-    archive.member("height", [&] { archive.numbers(height); });
-    region.height = {height[0], height[1]};
-    describe_file(archive, format, file);
+    describe_area_and_file(archive, format, one);
   });
 }
 

@@ -12,6 +12,7 @@
 #include "common/bundle_format.hpp"
 #include "common/bundle_index.hpp"
 #include "common/index_format.hpp"
+#include "common/packed_pages.hpp"
 #include "vantage/kit/file_content.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/result.hpp"
@@ -36,18 +37,23 @@ struct RegionTotals {
   Bounds2 extent;  ///< of all footprints [m]
 
   void add(const Bounds2& box, const RegionFile& file);
+  [[nodiscard]] packed::Summary summary(std::uint64_t entries_bytes, std::uint64_t content) const;
 };
 
 /// Errors: those of `sink`.
-[[nodiscard]] Result<PackedRegions> write_packed(std::span<const Region> regions,
+[[nodiscard]] Result<PackedRegions> write_packed(const BundleFormat& format,
+                                                 std::span<const Region> regions,
                                                  std::span<const RegionFile> files,
                                                  const Sink& sink);
 
+/// What is read is checked as far as it is read: a region by itself, a page of the tree against the
+/// one above it. `all` checks the whole file.
 /// Thread safety: const methods may run on one object from many threads at once.
 class PackedIndex {
  public:
   /// Reads the last page. Errors (`where` is the file): `corrupt_data`; `io_failure`.
-  [[nodiscard]] static Result<PackedIndex> open(const std::filesystem::path& path);
+  /// @param format  must outlive the object
+  [[nodiscard]] static Result<PackedIndex> open(const BundleFormat& format, io::InputFile file);
 
   [[nodiscard]] const RegionTotals& totals() const noexcept { return totals_; }
   /// As `index.json` names the file.
@@ -56,28 +62,35 @@ class PackedIndex {
   }
   /// Errors: `corrupt_data` for a damaged page or entry; `io_failure`.
   [[nodiscard]] Result<IndexedRegion> entry(std::uint32_t region) const;
-  /// The regions whose rectangles meet an area, ascending. Errors: those above.
+  /// The regions whose rectangles meet an area, ascending and each once. Errors: those above.
   [[nodiscard]] Result<std::vector<RegionId>> meeting(const Bounds2& area) const;
   /// The region of that label. Errors: those above.
   [[nodiscard]] Result<std::optional<RegionId>> find(std::string_view label) const;
-  /// All regions, by id. Errors: those above.
+  /// All regions, by id. Errors: those above; also `corrupt_data` for a tree, labels or totals that
+  /// are not those of the regions.
   [[nodiscard]] Result<std::vector<IndexedRegion>> all() const;
 
  private:
-  explicit PackedIndex(io::InputFile file) : file_(std::move(file)) {}
-  static constexpr std::size_t kPage = 4096;  // [bytes]
-  using Page = std::array<char, kPage>;
+  using Page = std::array<char, packed::kPage>;
+  PackedIndex(const BundleFormat& format, io::InputFile file)
+      : format_(&format), file_(std::move(file)) {}
   [[nodiscard]] Result<void> read_page(std::uint64_t page, Page& into) const;
   [[nodiscard]] Result<std::uint64_t> offset_of(std::uint64_t region) const;
   [[nodiscard]] Result<IndexedRegion> decode(std::string_view bytes, std::uint32_t region,
                                              std::uint64_t offset) const;
+  /// The leaves of the tree that meet an area, in any order.
+  [[nodiscard]] Result<std::vector<packed::Child>> leaves_meeting(const Bounds2& area) const;
+  [[nodiscard]] Result<void> check_tree(std::span<const IndexedRegion> regions) const;
+  [[nodiscard]] Result<void> check_labels(std::span<const IndexedRegion> regions) const;
+  [[nodiscard]] Result<void> check_content() const;
   [[nodiscard]] tl::unexpected<Error> corrupt(const std::string& reason) const;
 
+  const BundleFormat* format_;
   io::InputFile file_;
   RegionTotals totals_;
   std::uint64_t checksum_ = 0;  // of the last page
-  std::uint64_t entries_bytes_ = 0;
-  std::uint64_t first_offsets_ = 0, root_ = 0, first_labels_ = 0;  // pages
+  packed::Summary summary_{};
+  packed::Layout layout_;
 };
 
 }  // namespace vantage::bundle_folder

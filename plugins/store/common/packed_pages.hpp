@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "vantage/kit/checksum.hpp"
 
@@ -24,11 +25,12 @@ inline constexpr std::array<char, 16> kTitle{'v', 'a', 'n', 't', 'a', 'g', 'e', 
 struct Summary {
   std::array<char, 16> title;
   std::uint64_t version, regions, entries_bytes;
-  std::uint64_t first_offsets, root, first_labels, pages;  // numbers of pages; of all before this
+  std::uint64_t content;  // checksum of the checksums of all entries, then of all pages before this
   std::uint64_t empty, without_points, least_points, most_points, points, viewpoints, elements,
       bytes, max_views;
   std::array<double, 4> extent;  // least x, y, largest x, y
 };
+inline constexpr std::uint64_t kVersion = 2;
 
 /// A page of the tree begins with this.
 struct Node {
@@ -36,7 +38,7 @@ struct Node {
 };
 struct Child {
   std::array<double, 4> box;  // least x, y, largest x, y
-  std::uint32_t number;       // of a region, or of a page of the tree, from the first page of it on
+  std::uint32_t region;       // of level 0; else 0
   std::uint32_t unused;
 };
 inline constexpr std::size_t kChildren = (kContent - sizeof(Node)) / sizeof(Child);
@@ -50,8 +52,37 @@ inline constexpr std::size_t kLabels = kContent / sizeof(Label);
 inline constexpr std::size_t kOffsets = kContent / sizeof(std::uint64_t);
 
 [[nodiscard]] constexpr std::uint64_t pages_for(std::uint64_t count, std::uint64_t in_page) {
-  return (count + in_page - 1) / in_page;
+  return count / in_page + (count % in_page > 0 ? 1 : 0);
 }
+
+/// Where everything is. It follows from two numbers, so nothing in a file can say otherwise: each
+/// page of the tree but the root has one parent, and the tree ends.
+struct Layout {
+  struct Level {
+    std::uint64_t first = 0, pages = 0;  // the number of its first page; of its pages
+    std::uint64_t children = 0;          // of all its pages: each has as many as fit but the last
+  };
+  std::uint64_t first_offsets = 0;
+  std::vector<Level> levels;  // the leaves first; the last has one page, the root
+  std::uint64_t first_labels = 0, last = 0;
+
+  /// Precondition: there are regions.
+  [[nodiscard]] static Layout of(std::uint64_t regions, std::uint64_t entries_bytes) {
+    Layout layout;
+    layout.first_offsets = pages_for(entries_bytes, kPage);
+    std::uint64_t next = layout.first_offsets + pages_for(regions + 1, kOffsets);
+    for (std::uint64_t children = regions;;) {
+      const std::uint64_t pages = pages_for(children, kChildren);
+      layout.levels.push_back({.first = next, .pages = pages, .children = children});
+      next += pages;
+      if (pages == 1) break;
+      children = pages;
+    }
+    layout.first_labels = next;
+    layout.last = next + pages_for(regions, kLabels);
+    return layout;
+  }
+};
 
 /// Of the words of a page, and of its number: a page that lies in the place of another is damage.
 [[nodiscard]] inline std::uint64_t sum_of_page(const char* content, std::uint64_t number) noexcept {
@@ -62,6 +93,12 @@ inline constexpr std::size_t kOffsets = kContent / sizeof(std::uint64_t);
     std::memcpy(&word, content + at, sizeof word);
     sum.add(word);
   }
+  return sum.value();
+}
+
+[[nodiscard]] inline std::uint64_t sum_of_entry(std::string_view bytes) noexcept {
+  Fnv1a sum;
+  sum.add(bytes);
   return sum.value();
 }
 

@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
+#include "common/packed_entry.hpp"
 #include "common/packed_index.hpp"
 #include "common/packed_pages.hpp"
 
@@ -9,104 +11,58 @@ namespace {
 
 using namespace packed;  // NOLINT(google-build-using-namespace)
 
-constexpr std::uint64_t kKnownVersion = 1;
+using Box = std::array<double, 4>;  // least x, y, largest x, y
 
-/// Takes numbers from the front of an entry. After one that is not there, it is not `ok`.
-class EntryReader {
- public:
-  explicit EntryReader(std::string_view bytes) noexcept : bytes_(bytes) {}
-  [[nodiscard]] bool at_end() const noexcept { return ok_ && bytes_.empty(); }
-  [[nodiscard]] bool ok() const noexcept { return ok_; }
-  std::string_view take(std::size_t size) noexcept {
-    if (size > bytes_.size()) ok_ = false;
-    if (!ok_) return {};
-    const std::string_view taken = bytes_.substr(0, size);
-    bytes_.remove_prefix(size);
-    return taken;
-  }
-  template <class T>
-  T number() noexcept {
-    const std::string_view bytes = take(sizeof(T));
-    return bytes.empty() ? T{} : packed::get<T>(bytes.data());
-  }
-  /// Of things that follow, each of so many bytes.
-  std::uint32_t count(std::size_t size) noexcept {
-    const auto n = number<std::uint32_t>();
-    if (n > bytes_.size() / size) ok_ = false;
-    return ok_ ? n : 0;
-  }
-  Eigen::Vector2d xy() noexcept {
-    const auto x = number<double>(), y = number<double>();
-    return {x, y};
-  }
-  HalfOpenBox box() noexcept {
-    const Eigen::Vector2d min = xy(), max = xy();
-    return {min, max};
-  }
-  Footprint footprint() {
-    const auto kind = number<std::uint32_t>();
-    if (kind == 0) return box();
-    if (kind == 1) {
-      ConvexPolygon polygon;
-      for (std::uint32_t n = count(16); n > 0; --n) polygon.corners.push_back(xy());
-      return polygon;
-    }
-    BoxUnion all;
-    if (kind != 2) ok_ = false;
-    for (std::uint32_t n = count(32); n > 0; --n) all.boxes.push_back(box());
-    return all;
-  }
+Box box_of(const Bounds2& bounds) noexcept {
+  return {bounds.min.x(), bounds.min.y(), bounds.max.x(), bounds.max.y()};
+}
 
- private:
-  std::string_view bytes_;
-  bool ok_ = true;
-};
+bool is_box(const Box& box) noexcept { return box[0] <= box[2] && box[1] <= box[3]; }
 
-bool meets(const Child& child, const Bounds2& area) noexcept {
-  const auto& [x0, y0, x1, y1] = child.box;
+bool meets(const Box& box, const Bounds2& area) noexcept {
+  const auto& [x0, y0, x1, y1] = box;
   return x0 <= area.max.x() && area.min.x() <= x1 && y0 <= area.max.y() && area.min.y() <= y1;
+}
+
+RegionTotals totals_of(const Summary& last) {
+  return {.regions = last.regions,
+          .empty = last.empty,
+          .without_points = last.without_points,
+          .least_points = last.least_points,
+          .most_points = last.most_points,
+          .points = last.points,
+          .viewpoints = last.viewpoints,
+          .elements = last.elements,
+          .bytes = last.bytes,
+          .max_views = last.max_views,
+          .extent = {{last.extent[0], last.extent[1]}, {last.extent[2], last.extent[3]}}};
 }
 
 }  // namespace
 
-Result<PackedIndex> PackedIndex::open(const std::filesystem::path& path) {
-  VANTAGE_TRY(io::InputFile file, io::InputFile::open(path, "the regions of a bundle"));
-  PackedIndex index(std::move(file));
+Result<PackedIndex> PackedIndex::open(const BundleFormat& format, io::InputFile file) {
+  PackedIndex index(format, std::move(file));
   const std::uint64_t size = index.file_.size();
-  if (size % kPage != 0) {
+  if (size == 0 || size % kPage != 0) {
     return index.corrupt("the file has " + std::to_string(size) +
                          " bytes, expected pages of 4096: it is cut off");
   }
   Page page;
   VANTAGE_CHECK(index.read_page(size / kPage - 1, page));
   const auto last = packed::get<Summary>(page.data());
-  if (last.title != kTitle || last.version != kKnownVersion) {
+  if (last.title != kTitle || last.version != kVersion) {
     return index.corrupt(
-        "the file does not hold the regions of a bundle, or is of a later version");
+        "the file does not hold the regions of a bundle, or is of another version");
   }
-  const std::uint64_t pages = size / kPage - 1;
-  const bool sound = last.regions > 0 && last.regions < 0xffff'ffffU && last.pages == pages &&
-                     last.entries_bytes <= size && last.first_offsets <= last.root &&
-                     last.root < last.first_labels && last.first_labels < pages &&
-                     pages_for(last.regions + 1, kOffsets) <= pages - last.first_offsets &&
-                     pages_for(last.regions, kLabels) <= pages - last.first_labels;
-  if (!sound) return index.corrupt("the last page contradicts itself");
-  index.totals_ = {.regions = last.regions,
-                   .empty = last.empty,
-                   .without_points = last.without_points,
-                   .least_points = last.least_points,
-                   .most_points = last.most_points,
-                   .points = last.points,
-                   .viewpoints = last.viewpoints,
-                   .elements = last.elements,
-                   .bytes = last.bytes,
-                   .max_views = last.max_views,
-                   .extent = {{last.extent[0], last.extent[1]}, {last.extent[2], last.extent[3]}}};
+  const bool fits = last.regions > 0 && last.regions <= kMostRegions &&
+                    last.regions <= size / sizeof(Label) && last.entries_bytes <= size;
+  if (fits) index.layout_ = Layout::of(last.regions, last.entries_bytes);
+  if (!fits || (index.layout_.last + 1) * kPage != size || !is_box(last.extent)) {
+    return index.corrupt("the last page contradicts itself");
+  }
+  index.totals_ = totals_of(last);
   index.checksum_ = packed::get<std::uint64_t>(page.data() + kContent);
-  index.entries_bytes_ = last.entries_bytes;
-  index.first_offsets_ = last.first_offsets;
-  index.root_ = last.root;
-  index.first_labels_ = last.first_labels;
+  index.summary_ = last;
   return index;
 }
 
@@ -120,14 +76,16 @@ Result<void> PackedIndex::read_page(std::uint64_t page, Page& into) const {
 
 Result<std::uint64_t> PackedIndex::offset_of(std::uint64_t region) const {
   Page page;
-  VANTAGE_CHECK(read_page(first_offsets_ + region / kOffsets, page));
+  VANTAGE_CHECK(read_page(layout_.first_offsets + region / kOffsets, page));
   return packed::get<std::uint64_t>(page.data() + region % kOffsets * sizeof(std::uint64_t));
 }
 
 Result<IndexedRegion> PackedIndex::entry(std::uint32_t region) const {
   VANTAGE_TRY(const std::uint64_t begin, offset_of(region));
   VANTAGE_TRY(const std::uint64_t end, offset_of(region + std::uint64_t{1}));
-  if (end < begin || end > entries_bytes_) return corrupt("the table of entries is damaged");
+  if (end < begin || end > summary_.entries_bytes) {
+    return corrupt("the table of entries is damaged");
+  }
   std::string bytes(end - begin, '\0');
   VANTAGE_CHECK(file_.read(begin, bytes));
   return decode(bytes, region, begin);
@@ -135,61 +93,75 @@ Result<IndexedRegion> PackedIndex::entry(std::uint32_t region) const {
 
 Result<IndexedRegion> PackedIndex::decode(std::string_view bytes, std::uint32_t region,
                                           std::uint64_t offset) const {
-  const auto damaged = [&] {
+  const auto damaged = [&](const std::string& how) {
     return corrupt("the entry of region " + std::to_string(region) + " at byte " +
-                   std::to_string(offset) + " is damaged");
+                   std::to_string(offset) + how);
   };
-  if (bytes.size() < sizeof(std::uint64_t)) return damaged();
+  if (bytes.size() < sizeof(std::uint64_t)) return damaged(" is damaged");
   const std::string_view content = bytes.substr(0, bytes.size() - sizeof(std::uint64_t));
-  Fnv1a sum;
-  sum.add(content);
-  if (packed::get<std::uint64_t>(bytes.data() + content.size()) != sum.value()) return damaged();
+  if (packed::get<std::uint64_t>(bytes.data() + content.size()) != sum_of_entry(content)) {
+    return damaged(" is damaged");
+  }
   EntryReader reader(content);
-  if (reader.number<std::uint32_t>() != region) return damaged();
   IndexedRegion found;
-  found.region.label = reader.take(reader.count(1));
-  found.region.footprint = reader.footprint();
-  const Eigen::Vector2d height = reader.xy();
-  found.region.height = {height[0], height[1]};
-  RegionFile& file = found.file;
-  for (std::uint64_t* const count : {&file.points, &file.viewpoints, &file.elements,
-                                     &file.prepared_bytes, &file.bytes, &file.checksum}) {
-    *count = reader.number<std::uint64_t>();
-  }
-  for (Eigen::Index axis = 0; axis < 3; ++axis) file.origin[axis] = reader.number<double>();
-  file.max_views = reader.number<std::uint32_t>();
-  if (!reader.at_end() || !file.origin.allFinite() || file.points > kMaxPoints ||
-      file.viewpoints > kMaxPoints || file.prepared_bytes > kMaxPreparedBytes) {
-    return damaged();
-  }
+  const bool is_its_own = reader.get<std::uint32_t>() == region;
+  if (is_its_own) describe_entry(reader, *format_, found);
+  if (!is_its_own || !reader.ok_to_the_end()) return damaged(" contradicts itself");
+  const std::string what = defect_of(found.region);
+  if (!what.empty()) return damaged(" is none: " + what);
   return found;
 }
 
-Result<std::vector<RegionId>> PackedIndex::meeting(const Bounds2& area) const {
-  std::vector<RegionId> found;
-  std::vector<std::uint64_t> open{root_};
+Result<std::vector<Child>> PackedIndex::leaves_meeting(const Bounds2& area) const {
+  struct Todo {
+    std::size_t level;
+    std::uint64_t number;  // of the page, in its level
+    Box box;               // which it must have
+  };
+  std::vector<Child> leaves;
+  std::vector<Todo> open{{layout_.levels.size() - 1, 0, summary_.extent}};
   Page page;
   while (!open.empty()) {
-    const std::uint64_t number = open.back();
+    const Todo todo = open.back();
     open.pop_back();
-    VANTAGE_CHECK(read_page(number, page));
+    const Layout::Level& level = layout_.levels[todo.level];
+    VANTAGE_CHECK(read_page(level.first + todo.number, page));
+    const std::uint64_t first = todo.number * kChildren;
     const auto node = packed::get<Node>(page.data());
-    if (node.children > kChildren) return corrupt("a page of the tree is damaged");
-    for (std::size_t k = 0; k < node.children; ++k) {
+    const auto damaged = [&] {
+      return corrupt("page " + std::to_string(level.first + todo.number) +
+                     " of the tree contradicts the others");
+    };
+    if (node.children != std::min<std::uint64_t>(kChildren, level.children - first) ||
+        node.level != todo.level) {
+      return damaged();
+    }
+    Bounds2 all;
+    for (std::uint64_t k = 0; k < node.children; ++k) {
       const auto child = packed::get<Child>(page.data() + sizeof(Node) + k * sizeof(Child));
-      if (!meets(child, area)) continue;
-      if (node.level == 0) {
-        if (child.number >= totals_.regions) return corrupt("a page of the tree is damaged");
-        found.push_back(RegionId{child.number});
+      if (!is_box(child.box) || child.region >= totals_.regions) return damaged();
+      all.extend({child.box[0], child.box[1]});
+      all.extend({child.box[2], child.box[3]});
+      if (!meets(child.box, area)) continue;
+      if (todo.level == 0) {
+        leaves.push_back(child);
       } else {
-        // Children come before their parents: this ends.
-        if (child.number >= number) return corrupt("a page of the tree is damaged");
-        open.push_back(child.number);
+        open.push_back({todo.level - 1, first + k, child.box});
       }
     }
+    if (box_of(all) != todo.box) return damaged();
   }
-  std::sort(found.begin(), found.end());
-  return found;
+  return leaves;
+}
+
+Result<std::vector<RegionId>> PackedIndex::meeting(const Bounds2& area) const {
+  VANTAGE_TRY(const std::vector<Child> leaves, leaves_meeting(area));
+  std::vector<RegionId> found;
+  found.reserve(leaves.size());
+  for (const Child& leaf : leaves) found.push_back(RegionId{leaf.region});
+  std::ranges::sort(found);
+  if (std::ranges::adjacent_find(found) == found.end()) return found;
+  return corrupt("the tree has a region twice");
 }
 
 Result<std::optional<RegionId>> PackedIndex::find(std::string_view label) const {
@@ -199,7 +171,7 @@ Result<std::optional<RegionId>> PackedIndex::find(std::string_view label) const 
   const auto at = [&](std::uint64_t k) -> Result<Label> {
     if (k / kLabels != in_page) {
       in_page = k / kLabels;
-      VANTAGE_CHECK(read_page(first_labels_ + in_page, page));
+      VANTAGE_CHECK(read_page(layout_.first_labels + in_page, page));
     }
     return packed::get<Label>(page.data() + k % kLabels * sizeof(Label));
   };
@@ -215,6 +187,7 @@ Result<std::optional<RegionId>> PackedIndex::find(std::string_view label) const 
     if (here.region >= totals_.regions) return corrupt("a page of labels is damaged");
     VANTAGE_TRY(const IndexedRegion region, entry(here.region));
     if (region.region.label == label) return RegionId{here.region};
+    if (hash_of_label(region.region.label) != wanted) return corrupt("a page of labels is damaged");
   }
   return std::nullopt;
 }
@@ -222,11 +195,71 @@ Result<std::optional<RegionId>> PackedIndex::find(std::string_view label) const 
 Result<std::vector<IndexedRegion>> PackedIndex::all() const {
   std::vector<IndexedRegion> regions;
   regions.reserve(totals_.regions);
+  RegionTotals totals;
   for (std::uint32_t r = 0; r < totals_.regions; ++r) {
     VANTAGE_TRY(IndexedRegion region, entry(r));
+    totals.add(bounds_of(region.region.footprint), region.file);
     regions.push_back(std::move(region));
   }
+  const Summary said = totals.summary(summary_.entries_bytes, summary_.content);
+  if (std::memcmp(&said, &summary_, sizeof said) != 0) {
+    return corrupt("the last page does not say what the regions are together");
+  }
+  VANTAGE_CHECK(check_tree(regions));
+  VANTAGE_CHECK(check_labels(regions));
+  VANTAGE_CHECK(check_content());
   return regions;
+}
+
+/// Whether the tree has each region once, in its rectangle.
+Result<void> PackedIndex::check_tree(std::span<const IndexedRegion> regions) const {
+  VANTAGE_TRY(std::vector<Child> leaves, leaves_meeting(totals_.extent));
+  std::ranges::sort(leaves, {}, &Child::region);
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    const Box own = box_of(bounds_of(regions[r].region.footprint));
+    if (r < leaves.size() && leaves[r].region == r && leaves[r].box == own) continue;
+    return corrupt("the tree does not have region " + std::to_string(r) + " once and in its place");
+  }
+  return {};
+}
+
+/// Whether the labels are those of the regions, in their order.
+Result<void> PackedIndex::check_labels(std::span<const IndexedRegion> regions) const {
+  std::vector<Label> labels;
+  for (std::uint32_t r = 0; r < regions.size(); ++r) {
+    labels.push_back({.hash = hash_of_label(regions[r].region.label), .region = r, .unused = 0});
+  }
+  std::ranges::sort(labels, {}, [](const Label& l) { return std::pair(l.hash, l.region); });
+  Page page;
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    if (k % kLabels == 0) VANTAGE_CHECK(read_page(layout_.first_labels + k / kLabels, page));
+    const auto here = packed::get<Label>(page.data() + k % kLabels * sizeof(Label));
+    if (here.hash != labels[k].hash || here.region != labels[k].region) {
+      return corrupt("the labels are not those of the regions");
+    }
+  }
+  return {};
+}
+
+/// Whether the last page says the checksum of all before it.
+Result<void> PackedIndex::check_content() const {
+  Fnv1a content;
+  VANTAGE_TRY(std::uint64_t end, offset_of(0));
+  if (end != 0) return corrupt("the table of entries is damaged");
+  for (std::uint64_t r = 1; r <= totals_.regions; ++r) {
+    VANTAGE_TRY(end, offset_of(r));
+    std::array<char, sizeof(std::uint64_t)> sum;
+    VANTAGE_CHECK(file_.read(end - sum.size(), sum));
+    content.add(packed::get<std::uint64_t>(sum.data()));
+  }
+  if (end != summary_.entries_bytes) return corrupt("the table of entries is damaged");
+  Page page;
+  for (std::uint64_t k = layout_.first_offsets; k < layout_.last; ++k) {
+    VANTAGE_CHECK(read_page(k, page));
+    content.add(packed::get<std::uint64_t>(page.data() + kContent));
+  }
+  if (content.value() == summary_.content) return {};
+  return corrupt("the last page does not have the checksum of the file");
 }
 
 tl::unexpected<Error> PackedIndex::corrupt(const std::string& reason) const {

@@ -1,65 +1,37 @@
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
+#include "common/packed_entry.hpp"
 #include "common/packed_index.hpp"
 #include "common/packed_pages.hpp"
-#include "vantage/overloaded.hpp"
 
 namespace vantage::bundle_folder {
 namespace {
 
 using namespace packed;  // NOLINT(google-build-using-namespace)
 
-constexpr std::uint64_t kVersion = 1;
-
-void put_box(std::string& to, const HalfOpenBox& box) {
-  for (const double x : {box.min.x(), box.min.y(), box.max.x(), box.max.y()}) put(to, x);
-}
-
-/// An entry: the region, its file, and a checksum of both and of its number.
-std::string encode(const Region& region, const RegionFile& file, std::uint32_t number) {
-  std::string bytes;
-  put(bytes, number);
-  put(bytes, static_cast<std::uint32_t>(region.label.size()));
-  bytes += region.label;
-  put(bytes, static_cast<std::uint32_t>(region.footprint.index()));
-  std::visit(Overloaded{[&](const HalfOpenBox& box) { put_box(bytes, box); },
-                        [&](const ConvexPolygon& polygon) {
-                          put(bytes, static_cast<std::uint32_t>(polygon.corners.size()));
-                          for (const auto& corner : polygon.corners) {
-                            put(bytes, corner.x());
-                            put(bytes, corner.y());
-                          }
-                        },
-                        [&](const BoxUnion& all) {
-                          put(bytes, static_cast<std::uint32_t>(all.boxes.size()));
-                          for (const auto& box : all.boxes) put_box(bytes, box);
-                        }},
-             region.footprint);
-  put(bytes, region.height.min);
-  put(bytes, region.height.max);
-  for (const std::uint64_t count : {file.points, file.viewpoints, file.elements,
-                                    file.prepared_bytes, file.bytes, file.checksum}) {
-    put(bytes, count);
-  }
-  for (const double x : {file.origin.x(), file.origin.y(), file.origin.z()}) put(bytes, x);
-  put(bytes, file.max_views);
-  Fnv1a sum;
-  sum.add(bytes);
-  put(bytes, sum.value());
+/// An entry: its number, the region, its file, and a checksum of all that.
+std::string encode(const BundleFormat& format, IndexedRegion one, std::uint32_t number) {
+  EntryWriter writer;
+  writer.put(number);
+  describe_entry(writer, format, one);
+  std::string bytes = std::move(writer).take();
+  put(bytes, sum_of_entry(bytes));
   return bytes;
 }
 
 /// Pages one after another, numbered through the file.
 class Pages {
  public:
-  Pages(const Sink& sink, std::uint64_t first) : sink_(sink), next_(first) {}
+  Pages(const Sink& sink, std::uint64_t first, Fnv1a& content)
+      : sink_(sink), next_(first), content_(content) {}
   [[nodiscard]] std::uint64_t next() const noexcept { return next_; }
   [[nodiscard]] Result<void> write(std::string content) {
     content.resize(kContent, '\0');
-    put(content, sum_of_page(content.data(), next_++));
+    const std::uint64_t sum = sum_of_page(content.data(), next_++);
+    content_.add(sum);
+    put(content, sum);
     return sink_(content);
   }
   /// Records, as many in a page as fit.
@@ -75,10 +47,11 @@ class Pages {
  private:
   const Sink& sink_;
   std::uint64_t next_;
+  Fnv1a& content_;
 };
 
-Child around(std::span<const Child> children, std::uint32_t number) {
-  Child all{.box = children.front().box, .number = number, .unused = 0};
+Child around(std::span<const Child> children) {
+  Child all{.box = children.front().box, .region = 0, .unused = 0};
   for (const Child& child : children) {
     for (const std::size_t k : {0U, 1U}) {
       all.box[k] = std::min(all.box[k], child.box[k]);
@@ -97,7 +70,7 @@ void tile(std::vector<Child>& children) {
   const auto sort = [&](auto begin, auto end, std::size_t axis) {
     std::sort(begin, end, [&](const Child& a, const Child& b) {
       const double x = middle(a, axis), y = middle(b, axis);
-      return x != y ? x < y : a.number < b.number;
+      return x != y ? x < y : a.region < b.region;
     });
   };
   const auto pages = static_cast<double>(pages_for(children.size(), kChildren));
@@ -111,20 +84,20 @@ void tile(std::vector<Child>& children) {
   }
 }
 
-/// Writes the tree, its root last. @return  the page of the root
-Result<std::uint64_t> write_tree(std::vector<Child> children, Pages& pages) {
+/// Writes the tree, its root last. Neighbours of a level follow each other, so they have a parent.
+Result<void> write_tree(std::vector<Child> children, Pages& pages) {
+  tile(children);
   for (std::uint32_t level = 0;; ++level) {
-    tile(children);
     std::vector<Child> parents;
     for (std::size_t at = 0; at < children.size(); at += kChildren) {
       const auto some = std::span(children).subspan(at, std::min(kChildren, children.size() - at));
       std::string content;
       put(content, Node{.children = static_cast<std::uint32_t>(some.size()), .level = level});
       for (const Child& child : some) put(content, child);
-      parents.push_back(around(some, static_cast<std::uint32_t>(pages.next())));
+      parents.push_back(around(some));
       VANTAGE_CHECK(pages.write(std::move(content)));
     }
-    if (parents.size() == 1) return parents.front().number;
+    if (parents.size() == 1) return {};
     children = std::move(parents);
   }
 }
@@ -146,62 +119,61 @@ void RegionTotals::add(const Bounds2& box, const RegionFile& file) {
   extent.extend(box.max);
 }
 
-Result<PackedRegions> write_packed(std::span<const Region> regions,
+Summary RegionTotals::summary(std::uint64_t entries_bytes, std::uint64_t content) const {
+  return {.title = kTitle,
+          .version = kVersion,
+          .regions = regions,
+          .entries_bytes = entries_bytes,
+          .content = content,
+          .empty = empty,
+          .without_points = without_points,
+          .least_points = least_points,
+          .most_points = most_points,
+          .points = points,
+          .viewpoints = viewpoints,
+          .elements = elements,
+          .bytes = bytes,
+          .max_views = max_views,
+          .extent = {extent.min.x(), extent.min.y(), extent.max.x(), extent.max.y()}};
+}
+
+Result<PackedRegions> write_packed(const BundleFormat& format, std::span<const Region> regions,
                                    std::span<const RegionFile> files, const Sink& sink) {
   RegionTotals totals;
   std::vector<std::uint64_t> offsets;
   std::vector<Child> leaves;
   std::vector<Label> labels;
+  Fnv1a content;
   std::uint64_t end = 0;
   for (std::uint32_t r = 0; r < regions.size(); ++r) {
     const Bounds2 box = bounds_of(regions[r].footprint);
     totals.add(box, files[r]);
     offsets.push_back(end);
     leaves.push_back(
-        {.box = {box.min.x(), box.min.y(), box.max.x(), box.max.y()}, .number = r, .unused = 0});
+        {.box = {box.min.x(), box.min.y(), box.max.x(), box.max.y()}, .region = r, .unused = 0});
     labels.push_back({.hash = hash_of_label(regions[r].label), .region = r, .unused = 0});
-    const std::string bytes = encode(regions[r], files[r], r);
+    const std::string bytes = encode(format, {regions[r], files[r]}, r);
+    content.add(get<std::uint64_t>(bytes.data() + bytes.size() - sizeof(std::uint64_t)));
     VANTAGE_CHECK(sink(bytes));
     end += bytes.size();
   }
   offsets.push_back(end);
-  const std::uint64_t before = pages_for(end, kPage);
-  VANTAGE_CHECK(sink(std::string(before * kPage - end, '\0')));
+  const Layout layout = Layout::of(regions.size(), end);
+  VANTAGE_CHECK(sink(std::string(layout.first_offsets * kPage - end, '\0')));
 
-  Pages pages(sink, before);
+  Pages pages(sink, layout.first_offsets, content);
   VANTAGE_CHECK(pages.write_all<std::uint64_t>(offsets, kOffsets));
-  VANTAGE_TRY(const std::uint64_t root, write_tree(std::move(leaves), pages));
-  std::sort(labels.begin(), labels.end(), [](const Label& a, const Label& b) {
-    return std::pair(a.hash, a.region) < std::pair(b.hash, b.region);
-  });
-  const std::uint64_t first_labels = pages.next();
+  VANTAGE_CHECK(write_tree(std::move(leaves), pages));
+  std::ranges::sort(labels, {}, [](const Label& l) { return std::pair(l.hash, l.region); });
   VANTAGE_CHECK(pages.write_all<Label>(labels, kLabels));
 
   std::string last;
-  put(last, Summary{.title = kTitle,
-                    .version = kVersion,
-                    .regions = totals.regions,
-                    .entries_bytes = end,
-                    .first_offsets = before,
-                    .root = root,
-                    .first_labels = first_labels,
-                    .pages = pages.next(),
-                    .empty = totals.empty,
-                    .without_points = totals.without_points,
-                    .least_points = totals.least_points,
-                    .most_points = totals.most_points,
-                    .points = totals.points,
-                    .viewpoints = totals.viewpoints,
-                    .elements = totals.elements,
-                    .bytes = totals.bytes,
-                    .max_views = totals.max_views,
-                    .extent = {totals.extent.min.x(), totals.extent.min.y(), totals.extent.max.x(),
-                               totals.extent.max.y()}});
+  put(last, totals.summary(end, content.value()));
   last.resize(kContent, '\0');
-  const std::uint64_t checksum = sum_of_page(last.data(), pages.next());
+  const std::uint64_t checksum = sum_of_page(last.data(), layout.last);
   VANTAGE_CHECK(pages.write(std::move(last)));
   return PackedRegions{
-      .count = totals.regions, .bytes = pages.next() * kPage, .checksum = checksum};
+      .count = totals.regions, .bytes = (layout.last + 1) * kPage, .checksum = checksum};
 }
 
 }  // namespace vantage::bundle_folder

@@ -129,12 +129,13 @@ Result<OpenIndex> open_index(const BundleFormat& format, const fs::path& root) {
   VANTAGE_TRY(BundleIndex head, from_json(format, text->view(), file.string()));
   OpenIndex index{.head = std::move(head), .packed = {}};
   if (index.head.packed.count == 0) return index;
-  auto packed = PackedIndex::open(root / kRegionsFile);
-  if (!packed && packed.error().code == ErrorCode::not_found) {
+  auto regions = io::InputFile::open(root / kRegionsFile, "the regions of a bundle");
+  if (!regions && regions.error().code == ErrorCode::not_found) {
     return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
                 at(root / kRegionsFile));
   }
-  VANTAGE_TRY(index.packed, std::move(packed));
+  VANTAGE_TRY(io::InputFile opened, std::move(regions));
+  VANTAGE_TRY(index.packed, PackedIndex::open(format, std::move(opened)));
   if (index.packed->reference() == index.head.packed) return index;
   return fail(ErrorCode::corrupt_data, "these are not the regions that the index names",
               at(root / kRegionsFile));

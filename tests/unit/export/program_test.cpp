@@ -5,11 +5,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "support/small_config.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/checksum.hpp"
+#include "vantage/map_store.hpp"
 
 namespace vantage {
 namespace {
@@ -181,6 +184,60 @@ TEST_CASE("vantage export regions: counts of views, and bundles without points")
     CHECK(refused.err.find("prepared maps only") != std::string::npos);
     CHECK_FALSE(fs::exists(world.path("none")));
   }
+}
+
+/// Gives region 7 of a packed bundle another label, with the checksum that its entry needs.
+void relabel(const fs::path& file, const std::string& from, const std::string& next,
+             const std::string& to) {
+  std::string bytes = test::read_text(file);
+  REQUIRE(from.size() == to.size());
+  constexpr std::size_t kBefore = sizeof(std::uint32_t) + sizeof(std::uint64_t);  // id, size
+  const std::size_t begin = bytes.find(from) - kBefore, end = bytes.find(next) - kBefore;
+  REQUIRE(begin < end);
+  bytes.replace(begin + kBefore, to.size(), to);
+  Fnv1a sum;
+  sum.add(std::string_view(bytes).substr(begin, end - begin - 8));
+  const std::uint64_t value = sum.value();
+  bytes.replace(end - 8, 8, reinterpret_cast<const char*>(&value), 8);
+  test::write_text(file, bytes);
+}
+
+TEST_CASE("vantage export regions: a crafted bundle writes nothing outside of --out") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle", place = folder.path() / "elsewhere";
+  constexpr std::uint32_t kRegions = 4097;  // the index is packed
+  const auto label = [](std::uint32_t r) { return "r" + std::to_string(1'000'000'000U + r); };
+  {
+    std::vector<Region> regions;
+    for (std::uint32_t r = 0; r < kRegions; ++r) {
+      regions.push_back({label(r), HalfOpenBox{{r, 0.0}, {r + 1.0, 1.0}}, {}});
+    }
+    MapIndex index;
+    index.partition = Partition::from(std::move(regions)).value();
+    const auto store = test::plugin<MapStore>("pcd_tiles", "root = '" + root.string() + "'");
+    REQUIRE(store->begin(index));
+    for (std::uint32_t r = 0; r < kRegions; ++r) {
+      RegionMap map;
+      if (r == 7) map.points.emplace_back(7.5, 0.5, 0.0);
+      REQUIRE(store->put(RegionId{r}, map));
+    }
+    REQUIRE(store->commit());
+  }
+  fs::create_directory(place);
+  const auto out = place / "out";
+  const std::vector<std::string> arguments{"regions",  root.string(), "--out", out.string(),
+                                           "--format", "pcd",         "-q"};
+  REQUIRE(run("vantage-export", arguments).exit_code == 0);
+  fs::remove_all(out);
+
+  relabel(root / "regions.idx", label(7), label(8), "../planted7");
+  fs::rename(root / (label(7) + ".pcd"), folder.path() / "planted7.pcd");
+  const auto refused = run("vantage-export", arguments);
+  CHECK(refused.exit_code == 1);
+  CHECK_MESSAGE(refused.err.find("regions.idx: error: the entry of region 7") != std::string::npos,
+                refused.err);
+  CHECK(refused.err.find("a label is 1 to 200 letters") != std::string::npos);
+  CHECK(fs::is_empty(place));
 }
 
 TEST_CASE("vantage export: wrong usage") {

@@ -7,6 +7,8 @@
 #include <random>
 #include <tuple>
 
+#include "common/packed_pages.hpp"
+#include "format.hpp"
 #include "store_samples.hpp"
 #include "support/real_data.hpp"
 #include "support/text.hpp"
@@ -16,6 +18,7 @@ namespace vantage::bundle_folder {
 namespace {
 
 namespace fs = std::filesystem;
+using pcd_tiles::kFormat;
 
 struct Many {
   std::vector<Region> regions;
@@ -32,7 +35,7 @@ Many many(std::uint32_t count, unsigned seed) {
   };
   Many sample;
   for (std::uint32_t r = 0; r < count; ++r) {
-    Region region{"region " + std::to_string(r * 31 % count), box(), {}};
+    Region region{"region_" + std::to_string(r * 31 % count), box(), {}};
     if (r % 3 == 1) region.footprint = BoxUnion{{box(), box()}};
     if (r % 3 == 2) {
       const Eigen::Vector2d at(place(random), place(random));
@@ -41,26 +44,33 @@ Many many(std::uint32_t count, unsigned seed) {
     }
     if (r % 2 == 1) region.height = {-1.0 / 3.0, store_samples::kInfinity};
     sample.regions.push_back(std::move(region));
-    sample.files.push_back({.points = random() % 5 == 0 ? 0 : random() % 1000,
-                            .viewpoints = random() % 100,
-                            .elements = random() % 3,
-                            .prepared_bytes = random() % 1000,
-                            .origin = {place(random), -0.0, 1e-300},
-                            .bytes = random(),
-                            .checksum = random(),
-                            .max_views = static_cast<std::uint32_t>(random() % 7)});
+    RegionFile file{.points = random() % 5 == 0 ? 0 : random() % 1000,
+                    .viewpoints = random() % 100,
+                    .elements = random() % 3,
+                    .prepared_bytes = 1 + random() % 1000,
+                    .origin = {place(random), -0.0, 1e-300},
+                    .checksum = random()};
+    if (file.points > 0) file.max_views = static_cast<std::uint32_t>(random() % 7);
+    file.bytes = pcd_tiles::file_size(file);
+    sample.files.push_back(file);
   }
   return sample;
 }
 
 std::string packed(const Many& sample, PackedRegions& reference) {
   std::string bytes;
-  reference =
-      write_packed(sample.regions, sample.files, [&](std::string_view more) -> Result<void> {
-        bytes += more;
-        return {};
-      }).value();
+  reference = write_packed(kFormat, sample.regions, sample.files,
+                           [&](std::string_view more) -> Result<void> {
+                             bytes += more;
+                             return {};
+                           })
+                  .value();
   return bytes;
+}
+
+Result<PackedIndex> open_packed(const fs::path& file) {
+  VANTAGE_TRY(io::InputFile regions, io::InputFile::open(file, "the regions of a bundle"));
+  return PackedIndex::open(kFormat, std::move(regions));
 }
 
 void write_file(const fs::path& path, const std::string& bytes) {
@@ -102,7 +112,7 @@ TEST_CASE("packed regions: entries, areas and labels, from one region to thousan
     const Many sample = many(count, count);
     PackedRegions reference;
     write_file(file, packed(sample, reference));
-    const auto index = PackedIndex::open(file);
+    const auto index = open_packed(file);
     REQUIRE_MESSAGE(index, to_string(index.error()));
     CHECK(index->reference() == reference);
     CHECK(index->totals().regions == count);
@@ -121,6 +131,9 @@ TEST_CASE("packed regions: entries, areas and labels, from one region to thousan
       CHECK(same(entry->file, sample.files[r]));
       CHECK(index->find(sample.regions[r].label) == RegionId{r});
     }
+    const auto all = index->all();
+    REQUIRE_MESSAGE(all, to_string(all.error()));
+    CHECK(all->size() == count);
     CHECK(index->find("region") == std::nullopt);
     CHECK(index->find("") == std::nullopt);
     std::mt19937 random(count);
@@ -151,7 +164,7 @@ TEST_CASE("packed regions: damage anywhere is found, or what is said is right") 
   int refused = 0;
   const auto check = [&](const std::string& bytes) {
     write_file(file, bytes);
-    const auto index = PackedIndex::open(file);
+    const auto index = open_packed(file);
     if (!index) {
       CHECK(index.error().code == ErrorCode::corrupt_data);
       ++refused;
@@ -191,7 +204,7 @@ TEST_CASE("packed regions: damage anywhere is found, or what is said is right") 
        {std::size_t{0}, std::size_t{1}, std::size_t{4096}, sound.size() - 4096, sound.size() - 1}) {
     CAPTURE(size);
     write_file(file, sound.substr(0, size));
-    CHECK_FALSE(PackedIndex::open(file));
+    CHECK_FALSE(open_packed(file));
   }
   // Pages in each other's places.
   std::string swapped = sound;
@@ -202,6 +215,169 @@ TEST_CASE("packed regions: damage anywhere is found, or what is said is right") 
   const int before = refused;
   check(swapped);
   CHECK(refused > before);
+}
+
+/// A file whose checksums are right whatever its pages say.
+class Forgery {
+ public:
+  explicit Forgery(std::string sound) : bytes_(std::move(sound)) {}
+
+  [[nodiscard]] packed::Summary& summary() { return at<packed::Summary>(pages() - 1, 0); }
+  [[nodiscard]] packed::Layout layout() {
+    return packed::Layout::of(summary().regions, summary().entries_bytes);
+  }
+  [[nodiscard]] std::uint64_t pages() const { return bytes_.size() / packed::kPage; }
+  template <class T>
+  [[nodiscard]] T& at(std::uint64_t page, std::size_t offset) {
+    return *reinterpret_cast<T*>(bytes_.data() + page * packed::kPage + offset);
+  }
+  [[nodiscard]] packed::Node& node(std::uint64_t page) { return at<packed::Node>(page, 0); }
+  [[nodiscard]] packed::Child& child(std::uint64_t page, std::size_t k) {
+    return at<packed::Child>(page, sizeof(packed::Node) + k * sizeof(packed::Child));
+  }
+  /// The bytes, with checksums.
+  [[nodiscard]] std::string sealed() {
+    Fnv1a content;
+    const std::uint64_t first = layout().first_offsets;
+    for (std::uint64_t r = 1; r <= summary().regions; ++r) {
+      const auto end = at<std::uint64_t>(first + r / packed::kOffsets, r % packed::kOffsets * 8);
+      if (end >= 8 && end <= bytes_.size()) {
+        content.add(packed::get<std::uint64_t>(bytes_.data() + end - 8));
+      }
+    }
+    for (std::uint64_t k = first; k < pages(); ++k) {
+      if (k + 1 == pages()) summary().content = content.value();
+      const std::uint64_t sum = packed::sum_of_page(bytes_.data() + k * packed::kPage, k);
+      at<std::uint64_t>(k, packed::kContent) = sum;
+      content.add(sum);
+    }
+    return bytes_;
+  }
+
+ private:
+  std::string bytes_;
+};
+
+TEST_CASE("packed regions: what no partition can have is refused when a region is read") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / kRegionsFile;
+  const auto refused = [&](const auto& change, const std::string& because) {
+    Many sample = many(5, 3);
+    change(sample.regions[3], sample.files[3]);
+    PackedRegions reference;
+    write_file(file, packed(sample, reference));
+    const auto index = open_packed(file);
+    REQUIRE_MESSAGE(index, to_string(index.error()));
+    CHECK(index->entry(2));
+    store_samples::check_fails(index->entry(3), ErrorCode::corrupt_data, because);
+    store_samples::check_fails(index->all(), ErrorCode::corrupt_data, because);
+    store_samples::check_fails(index->find(sample.regions[3].label), ErrorCode::corrupt_data,
+                               because);
+  };
+  for (const char* label : {"../planted", "/etc/passwd", "a/b", "", ".hidden", "a\nb"}) {
+    CAPTURE(label);
+    refused([&](Region& region, RegionFile&) { region.label = label; }, "a label is");
+  }
+  refused([](Region& r, RegionFile&) { r.height = {2.0, 2.0}; }, "height interval");
+  refused([](Region& r, RegionFile&) { r.footprint = HalfOpenBox{{0, 0}, {0, 1}}; }, "empty");
+  refused(
+      [](Region& r, RegionFile&) {
+        r.footprint = ConvexPolygon{{{0, 0}, {0, 1}, {1, 0}}};
+      },
+      "convex");
+  const std::string contradicts = "region 3 at byte";
+  refused([](Region&, RegionFile& f) { f.bytes += 1; }, contradicts);
+  refused([](Region&, RegionFile& f) { f.points = kMaxPoints + 1; }, contradicts);
+  refused([](Region&, RegionFile& f) { f.elements = 1, f.prepared_bytes = 0; }, contradicts);
+  refused([](Region&, RegionFile& f) { f.origin.x() = store_samples::kInfinity; }, contradicts);
+}
+
+TEST_CASE("packed regions: a forged tree ends, and gives no region twice") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / kRegionsFile;
+  const Many sample = many(12'000, 9);  // three levels
+  PackedRegions reference;
+  const std::string sound = packed(sample, reference);
+  const Bounds2 everywhere{Eigen::Vector2d::Constant(-1e9), Eigen::Vector2d::Constant(1e9)};
+  {
+    write_file(file, Forgery(sound).sealed());
+    const auto index = open_packed(file);
+    REQUIRE_MESSAGE(index, to_string(index.error()));
+    CHECK(index->meeting(everywhere)->size() == 12'000);
+    CHECK(index->all()->size() == 12'000);
+  }
+  const auto refused = [&](const auto& change) {
+    Forgery forgery(sound);
+    const packed::Layout layout = forgery.layout();
+    REQUIRE(layout.levels.size() == 3);
+    change(forgery, layout);
+    write_file(file, forgery.sealed());
+    const auto index = open_packed(file);
+    REQUIRE_MESSAGE(index, to_string(index.error()));
+    store_samples::check_fails(index->meeting(everywhere), ErrorCode::corrupt_data, "tree");
+    store_samples::check_fails(index->all(), ErrorCode::corrupt_data, "tree");
+  };
+  const auto leaf = [](const packed::Layout& layout) { return layout.levels[0].first + 7; };
+  refused([&](Forgery& f, const auto& layout) { f.node(leaf(layout)).children = 1; });
+  refused([&](Forgery& f, const auto& layout) { f.node(leaf(layout)).children = 0xffff'ffffU; });
+  refused([&](Forgery& f, const auto& layout) { f.node(leaf(layout)).level = 1; });
+  refused([&](Forgery& f, const auto& layout) {  // the same region again and again
+    for (std::size_t k = 1; k < 50; ++k) {
+      f.child(leaf(layout), k).region = f.child(leaf(layout), 0).region;
+    }
+  });
+  refused([&](Forgery& f, const auto& layout) { f.child(leaf(layout), 3).region = 12'000; });
+  refused([&](Forgery& f, const auto& layout) { f.child(leaf(layout), 3).box[0] = -1e6; });
+  refused([&](Forgery& f, const auto& layout) { f.child(leaf(layout), 3).box[0] = std::nan(""); });
+  refused([&](Forgery& f, const auto& layout) {  // the root: each child is the first one
+    const std::uint64_t root = layout.levels[2].first;
+    for (std::size_t k = 1; k < f.node(root).children; ++k) f.child(root, k) = f.child(root, 0);
+  });
+}
+
+TEST_CASE("packed regions: forged pages with sound checksums are refused, or say what is right") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / kRegionsFile;
+  const Many sample = many(700, 9);
+  PackedRegions reference;
+  const std::string sound = packed(sample, reference);
+  std::mt19937 random(11);
+  int refused = 0;
+  for (int n = 0; n < 400; ++n) {
+    CAPTURE(n);
+    Forgery forgery(sound);
+    const std::uint64_t first = forgery.layout().first_offsets;
+    const std::uint64_t page = first + random() % (forgery.pages() - first);
+    const std::size_t used = page + 1 == forgery.pages() ? sizeof(packed::Summary) : 4080;
+    auto& word = forgery.at<std::uint32_t>(page, random() % (used / 4) * 4);
+    const std::uint32_t other[] = {word ^ 1U, word + 1, 0, 0xffff'ffffU,
+                                   static_cast<std::uint32_t>(random())};
+    word = other[random() % 5];
+    if (forgery.summary().regions != 700 || forgery.layout().last + 1 != forgery.pages()) {
+      continue;  // `sealed` does not know where anything is
+    }
+    write_file(file, forgery.sealed());
+    const auto index = open_packed(file);
+    const auto all = index.and_then([](const PackedIndex& one) { return one.all(); });
+    if (!all) {
+      CHECK(all.error().code == ErrorCode::corrupt_data);
+      ++refused;
+    } else {
+      for (std::uint32_t r = 0; r < 700; ++r) {
+        CHECK((*all)[r].region == sample.regions[r]);
+        CHECK(same((*all)[r].file, sample.files[r]));
+      }
+    }
+    if (!index) continue;
+    for (int k = 0; k < 5; ++k) {
+      const auto found = index->meeting(some_area(random));
+      if (!found) continue;
+      CHECK(std::ranges::adjacent_find(*found) == found->end());
+      CHECK((found->empty() || found->back().value < 700));
+    }
+    (void)index->find(sample.regions[random() % 700].label);
+  }
+  CHECK(refused > 100);
 }
 
 TEST_CASE("a bundle of thousands of regions has a packed index, and reads as any other") {

@@ -81,6 +81,11 @@ struct Bounds2 {
 /// Plan-view distance to the footprint [m]; 0 inside.
 [[nodiscard]] VANTAGE_API double distance(const Footprint&, const Eigen::Vector2d& xy) noexcept;
 
+/// Why no partition can have this region, whatever the others are: a label that is not safe in a
+/// file name, a footprint or a height interval that is none. Empty for a sound region. Whoever
+/// reads a region from outside asks this.
+[[nodiscard]] VANTAGE_API std::string defect_of(const Region& region);
+
 /// How a map is cut into regions. A Partition is plain, validated data: a bundle opens without the
 /// partitioner that made it. Building (Eq. 3) and running (Eq. 11) use the same `locate`, so that
 /// they never disagree about a point on an edge.
