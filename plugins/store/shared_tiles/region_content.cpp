@@ -101,9 +101,18 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
   const auto order_bytes = reader.number<std::uint64_t>();
   if (count > reader.left() / sizeof(PartHeader)) return corrupt("the list of tiles is cut off");
   std::vector<std::uint64_t> sizes;
-  std::uint64_t points = 0;
+  std::uint64_t points = 0, end = 0;  // of the tile before
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto header = reader.number<PartHeader>();
+    // Each byte of the tiles is in one tile, and each tile is named once: a region has no more
+    // points than there are bytes for.
+    const TilePlace& place = header.place;
+    if (place.offset < end || place.bytes > ~std::uint64_t{0} - place.offset || header.count == 0 ||
+        header.count > place.bytes / sizeof(TileCoordinates)) {
+      return corrupt("the list of tiles is damaged: tile " + std::to_string(i) +
+                     " overlaps the one before it, or is too small for its points");
+    }
+    end = place.offset + place.bytes;
     region.parts.push_back({header.place, header.count, header.coding, {}});
     sizes.push_back(header.selection_bytes);
     points += header.count;

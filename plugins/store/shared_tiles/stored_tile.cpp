@@ -1,6 +1,5 @@
 #include "stored_tile.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -8,9 +7,6 @@
 
 namespace vantage::shared_tiles {
 namespace {
-
-using TileCoordinates = std::array<float, 3>;
-static_assert(sizeof(TileCoordinates) == 12);
 
 /// The start of a tile.
 struct TileHeader {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -7,6 +8,10 @@
 #include "vantage/point_cloud.hpp"
 
 namespace vantage::shared_tiles {
+
+/// A point in the file of tiles: x, y, z relative to the tile's origin [m].
+using TileCoordinates = std::array<float, 3>;
+static_assert(sizeof(TileCoordinates) == 12);
 
 /// Where a tile lies in the file of tiles, and what a reader must find there.
 struct TilePlace {

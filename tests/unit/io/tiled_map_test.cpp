@@ -188,6 +188,35 @@ TEST_CASE("tiled map: a forged index with a sound checksum is an error or a map,
   CHECK(refused < changed);
 }
 
+TEST_CASE(
+    "tiled map: tiles that share bytes of a pack are refused: they would multiply its points") {
+  const TemporaryFolder folder;
+  const PointCloud points{{1.0, 2.0, 3.0}, {101.0, 2.0, 3.0}, {201.0, 2.0, 3.0}};
+  REQUIRE(io::write_pcd(folder.path() / "a.pcd", points, io::Precision::float64));
+  tiled({folder.path() / "a.pcd"}, {.out = folder.path() / "map"});
+  const fs::path file = folder.path() / "map" / "index.vtiles";
+  std::string index = content_of(file);
+  constexpr std::size_t kFirstTile = 16 + 1;  // a head and the size of a pack
+  const auto word = [&](std::size_t tile, std::size_t k) {
+    return index.begin() + static_cast<std::ptrdiff_t>(8 * (kFirstTile + 6 * tile + k));
+  };
+  for (const std::size_t tile : {1U, 2U}) {
+    for (const std::size_t k : {2U, 5U}) std::copy_n(word(0, k), 8, word(tile, k));
+  }
+  Fnv1a sum;
+  for (std::size_t i = 0; i + 8 < index.size(); i += 8) {
+    std::uint64_t value = 0;
+    std::memcpy(&value, index.data() + i, 8);
+    sum.add(value);
+  }
+  index.replace(index.size() - 8, 8, raw(sum.value()));
+  put(file, index);
+  const auto map = io::TiledMap::open(folder.path() / "map");
+  REQUIRE_FALSE(map);
+  check_clear(map.error(), ErrorCode::corrupt_data, "index.vtiles",
+              "tiles that do not follow each other");
+}
+
 TEST_CASE("tiled map: an index is what docs/files.md describes") {
   const TemporaryFolder folder;
   const PointCloud points{{1.0, -2.0, 3.0}, {26.0, 7.0, 0.5}, {2.0, -1.0, 4.0}};

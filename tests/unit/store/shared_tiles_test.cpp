@@ -1,11 +1,14 @@
 #include <doctest/doctest.h>
 
+#include <cstring>
 #include <thread>
 
+#include "common/bundle_index.hpp"
 #include "store_samples.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "vantage/kit/canonical_order.hpp"
+#include "vantage/kit/checksum.hpp"
 
 namespace vantage {
 namespace {
@@ -243,6 +246,116 @@ TEST_CASE("shared_tiles: damage is corrupt_data that names the file and the regi
               "the file is missing");
   fs::remove(root / "r0.region");
   check_fails(shared_store_at(root)->get(RegionId{0}), ErrorCode::corrupt_data, "r0.region");
+}
+
+/// The content of a region's file behind its title, for a region without views and prepared bytes.
+struct ForgedRegion {
+  struct Part {
+    std::uint64_t offset, bytes, checksum;
+    std::uint32_t count, coding;
+    std::uint64_t selection_bytes;
+  };
+  std::string head;  // to the end of the viewpoints
+  std::vector<Part> parts;
+  std::string rest;
+
+  explicit ForgedRegion(const std::string& content, std::size_t viewpoints) {
+    const std::size_t begin = (32 + 12 * viewpoints + 7) / 8 * 8;
+    head = content.substr(0, begin);
+    std::uint64_t count = 0;
+    std::memcpy(&count, content.data() + begin, 8);
+    order_ = content.substr(begin + 8, 8);
+    parts.resize(count);
+    std::memcpy(parts.data(), content.data() + begin + 16, count * sizeof(Part));
+    rest = content.substr(begin + 16 + count * sizeof(Part));
+  }
+  [[nodiscard]] std::string content() const {
+    const std::uint64_t count = parts.size();
+    std::string all = head;
+    all.append(reinterpret_cast<const char*>(&count), 8);
+    all += order_;
+    all.append(reinterpret_cast<const char*>(parts.data()), count * sizeof(Part));
+    return all + rest;
+  }
+
+ private:
+  std::string order_;
+};
+static_assert(sizeof(ForgedRegion::Part) == 40);
+
+/// Puts a region's file into a bundle, with the checksums that it needs.
+void forge(const fs::path& root, std::uint32_t region, const std::string& content,
+           std::uint64_t points) {
+  using namespace bundle_folder;  // NOLINT(google-build-using-namespace)
+  constexpr BundleFormat kFormat{.store = "shared_tiles", .version = 1, .extension = ".region"};
+  BundleIndex index = from_json(kFormat, read_text(root / "index.json"), "index").value();
+  Fnv1a sum;
+  for (std::size_t i = 0; i + 8 <= content.size(); i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, content.data() + i, sizeof word);
+    sum.add(word);
+  }
+  index.files[region].bytes = content.size();
+  index.files[region].checksum = sum.value();
+  index.files[region].points = points;
+  write_text(root / ("r" + std::to_string(region) + ".region"), content);
+  write_text(root / "index.json", to_json(kFormat, index).value());
+}
+
+TEST_CASE("shared_tiles: a region names each tile once, and tiles share no bytes") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  // Every point of every tile: the lists are codes without bytes.
+  const PointCloud map{{1, 1, 0}, {2, 1, 0}, {31, 1, 0}, {32, 1, 0}, {61, 1, 0}};
+  write_bundle(shared_store_at(root), index_of_regions(1), {{map, {Point(1, 2, 3)}, {}}});
+  const std::string good = read_text(root / "r0.region");
+  const ForgedRegion sound(good, 1);
+  REQUIRE(sound.parts.size() == 3);
+  REQUIRE(sound.content() == good);
+  forge(root, 0, good, map.size());
+  CHECK(shared_store_at(root)->get(RegionId{0})->points == map);
+  const auto refused = [&](const auto& change, std::uint64_t points) {
+    ForgedRegion forged = sound;
+    change(forged);
+    forge(root, 0, forged.content(), points);
+    const auto read = shared_store_at(root)->get(RegionId{0});
+    check_fails(read, ErrorCode::corrupt_data, "the list of tiles is damaged");
+    check_fails(read, ErrorCode::corrupt_data, (root / "r0.region").string());
+  };
+  refused(  // 40 bytes a time
+      [](ForgedRegion& f) { f.parts.insert(f.parts.begin(), 100'000, f.parts.front()); },
+      map.size() + 200'000);
+  refused([](ForgedRegion& f) { f.parts[1] = f.parts[0]; }, map.size());
+  refused([](ForgedRegion& f) { std::swap(f.parts[0], f.parts[1]); }, map.size());
+  refused([](ForgedRegion& f) { f.parts[0].bytes += 8; }, map.size());
+  refused([](ForgedRegion& f) { f.parts[2].bytes = ~std::uint64_t{0}; }, map.size());
+  refused([](ForgedRegion& f) { f.parts[2].count = 1'000; }, map.size() + 999);
+}
+
+TEST_CASE("shared_tiles: forged regions with sound checksums are refused or read, never a crash") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "b";
+  const auto maps = views_of_map(lattice_map(400), 2);
+  write_bundle(shared_store_at(root), index_of_regions(2), maps);
+  const std::string good = read_text(root / "r1.region");
+  std::mt19937 random(6);
+  int refused = 0;
+  for (int n = 0; n < 1500; ++n) {
+    std::string bad = good;
+    for (int k = 1 + static_cast<int>(random() % 3); k > 0; --k) {
+      bad[random() % bad.size()] = "\0\1\x7f\x80\xff"[random() % 5];
+    }
+    if (n % 10 == 0) bad.resize(random() % bad.size() / 8 * 8);
+    forge(root, 1, bad, maps[1].points.size());
+    const auto read = shared_store_at(root)->get(RegionId{1});
+    if (read) {
+      CHECK(read->points.size() == maps[1].points.size());
+      continue;
+    }
+    ++refused;
+    CHECK(read.error().code == ErrorCode::corrupt_data);
+  }
+  CHECK(refused > 500);
 }
 
 TEST_CASE("shared_tiles: what a killed build has left is cleared by the next one") {

@@ -115,6 +115,8 @@ class IndexReader {
     std::uint64_t points = 0;
     std::size_t cell = 0;
     const auto side = static_cast<std::int64_t>(index_.cells_a_side);
+    // Tiles follow each other without a gap: no byte of a pack is a point of two of them.
+    std::uint64_t pack = 0, end = 0;  // where the next tile begins
     for (std::size_t t = 0; t < index_.tiles.size(); ++t) {
       const StoredTile& tile = index_.tiles[t];
       if (t > 0 && !before(index_.tiles[t - 1].index, tile.index)) return wrong("order of tiles");
@@ -131,12 +133,18 @@ class IndexReader {
       }
       if (in_tile != tile.points) return wrong("points of tiles");
       if (tile.pack >= index_.packs.size()) return wrong("packs of tiles");
-      const std::uint64_t pack = index_.packs[tile.pack];
-      if (tile.offset > pack || in_tile * index_.point_size() > pack - tile.offset) {
-        return wrong("a tile outside its pack");
-      }
+      if (tile.pack == pack + 1 && end == index_.packs[pack]) ++pack, end = 0;
+      if (tile.pack != pack || tile.offset != end)
+        return wrong("tiles that do not follow each other");
+      const std::uint64_t bytes = in_tile * index_.point_size();
+      if (bytes > index_.packs[pack] - end) return wrong("a tile outside its pack");
+      end += bytes;
     }
     if (cell != index_.cells.size() || points != index_.points) return wrong("number of points");
+    const bool is_full = index_.packs.empty()
+                             ? index_.tiles.empty()
+                             : pack + 1 == index_.packs.size() && end == index_.packs[pack];
+    if (!is_full) return wrong("a pack with more than its tiles");
     return {};
   }
 
