@@ -5,16 +5,35 @@
 #include <cstring>
 #include <utility>
 
+#include "bytes.hpp"
 #include "vantage/kit/canonical_order.hpp"
 
 namespace vantage::shared_tiles {
 namespace {
 
-/// A whole number, cut to 0 ... 2^bits - 1.
-std::uint64_t cut(double number, unsigned bits) noexcept {
-  return static_cast<std::uint64_t>(
-      std::clamp(number, 0.0, static_cast<double>((1U << bits) - 1U)));
-}
+/// Numbers in few bits, one after another, the first in the highest. Keys compare as the lists of
+/// their numbers do, or are equal. Behind a number that its bits cannot tell from others, a key
+/// says nothing: whatever follows would be compared with what follows another number.
+class KeyWriter {
+ public:
+  /// @param number  whole
+  KeyWriter& append(double number, unsigned bits) noexcept {
+    const double most = static_cast<double>((1U << bits) - 1U);
+    // 0 and `most` stand for all that is below and above.
+    const double code = is_open_ ? std::clamp(number + 1.0, 0.0, most) : 0.0;
+    key_ = key_ << bits | static_cast<std::uint64_t>(code);
+    is_open_ = is_open_ && code > 0.0 && code < most;
+    return *this;
+  }
+  /// The last number, of which the bits hold all.
+  [[nodiscard]] std::uint64_t ending(std::uint32_t number, unsigned bits) const noexcept {
+    return key_ << bits | (is_open_ ? number : 0U);
+  }
+
+ private:
+  std::uint64_t key_ = 0;
+  bool is_open_ = true;  // the bits told all numbers so far from others
+};
 
 template <class T>
 void append_all(std::string& to, const std::vector<T>& values) {
@@ -48,6 +67,7 @@ std::optional<std::vector<std::uint32_t>> GrowingTile::pick(PointsView points, s
   std::vector<std::uint32_t> picks;
   picks.reserve(points.size());
   std::vector<Newcomer> newcomers;
+  if (points_.empty() && !points.empty()) middle_layer_ = canonical_cell(points.front().z());
   const auto size = static_cast<std::uint32_t>(points_.size());
   std::uint32_t next = 0;  // of those that were here
   for (const Point& p : points) {
@@ -70,14 +90,16 @@ std::optional<std::vector<std::uint32_t>> GrowingTile::pick(PointsView points, s
   return picks;
 }
 
-/// The canonical place of a point in few bits: far from the tile, many places have one key.
+/// The canonical place of a point in few bits: far from the tile's first point, many places have
+/// one key.
 std::uint64_t GrowingTile::key_of(const Point& p) const noexcept {
   constexpr unsigned kCube = 30, kLayer = 14, kCell = 10;  // [bits]
   const CanonicalPlace place = CanonicalPlace::of(p);
-  const std::uint64_t row = cut(place.cell.y() - first_cell_[1], kCell);
-  const std::uint64_t column = cut(place.cell.x() - first_cell_[0], kCell);
-  const std::uint64_t layer = cut(place.cell.z() + (1U << (kLayer - 1U)), kLayer);
-  return (((row << kCell | column) << kLayer) | layer) << kCube | place.in_cube;
+  return KeyWriter()
+      .append(place.cell.y() - first_cell_[1], kCell)
+      .append(place.cell.x() - first_cell_[0], kCell)
+      .append(place.cell.z() - middle_layer_ + (1U << (kLayer - 1U)), kLayer)
+      .ending(place.in_cube, kCube);
 }
 
 bool GrowingTile::precedes(std::uint32_t i, std::uint64_t key, const Point& p) const noexcept {
@@ -92,7 +114,9 @@ void GrowingTile::add(std::span<const Newcomer> newcomers, std::uint32_t put) {
 
 std::string GrowingTile::encode() const {
   std::string bytes;
-  bytes.reserve(points_.size() * (sizeof(Point) + sizeof(std::uint64_t) + sizeof(std::uint32_t)));
+  bytes.reserve(sizeof middle_layer_ +
+                points_.size() * (sizeof(Point) + sizeof(std::uint64_t) + sizeof(std::uint32_t)));
+  append(bytes, middle_layer_);
   append_all(bytes, points_);
   append_all(bytes, keys_);
   append_all(bytes, births_);
@@ -100,6 +124,8 @@ std::string GrowingTile::encode() const {
 }
 
 void GrowingTile::decode(std::string_view bytes) {
+  std::memcpy(&middle_layer_, bytes.data(), sizeof middle_layer_);
+  bytes.remove_prefix(sizeof middle_layer_);
   const std::size_t count =
       bytes.size() / (sizeof(Point) + sizeof(std::uint64_t) + sizeof(std::uint32_t));
   const auto take = [&](auto& values) {

@@ -55,6 +55,7 @@ class GrowingTile {
   void add(std::span<const Newcomer> newcomers, std::uint32_t put);
 
   std::array<double, 2> first_cell_;  // column, row of the tile's first canonical cell
+  double middle_layer_ = 0.0;         // of the first point: heights may be those of ECEF
   PointCloud points_;
   std::vector<std::uint64_t> keys_;  // a lower one precedes; equal ones say nothing
   std::vector<std::uint32_t> births_;

@@ -358,6 +358,50 @@ TEST_CASE("shared_tiles: forged regions with sound checksums are refused or read
   CHECK(refused > 500);
 }
 
+TEST_CASE("shared_tiles: a map may lie at any height, and its tiles may be as wide as a county") {
+  for (const double height : {0.0, 6'371'000.0, -50'000.0}) {
+    for (const char* width : {"20.0", "5200.0", "50000.0"}) {
+      CAPTURE(height);
+      CAPTURE(width);
+      const test::TemporaryFolder folder;
+      // Places in cells and layers far apart, each with several points; regions see half of them.
+      std::mt19937 random(2);
+      const auto beside = [&] { return static_cast<double>(random() % 640) / 64.0; };
+      PointCloud map;
+      for (int place = 0; place < 60; ++place) {
+        const auto somewhere = [&](int range) {
+          return static_cast<double>(
+              static_cast<int>(random() % (2U * static_cast<unsigned>(range))) - range);
+        };
+        const Point at(somewhere(16'000), somewhere(16'000), height + somewhere(60'000));
+        for (int k = 0; k < 20; ++k) {
+          map.push_back(at + Point(beside(), beside(), beside()));
+        }
+      }
+      std::ranges::sort(map, canonically_before);
+      auto maps = views_of_map(map, 12);
+      std::ranges::shuffle(maps.back().points, random);
+      const auto index = index_of_regions(maps.size());
+      const std::string params = "tile_width = " + std::string(width);
+      write_bundle(shared_store_at(folder.path() / "one", params), index, maps);
+      const auto back = shared_store_at(folder.path() / "one");
+      for (std::uint32_t r = 0; r < maps.size(); ++r) {
+        const auto read = back->get(RegionId{r});
+        REQUIRE_MESSAGE(read, to_string(read.error()));
+        CHECK(worst(read->points, maps[r].points) < 120e3 * 0x1p-25 + 1e-6);  // README: precision
+      }
+      // Whatever the order of the puts, the points are in the one canonical order.
+      const auto store = shared_store_at(folder.path() / "two", params + "\nbuild_cache = 0");
+      REQUIRE(store->begin(index));
+      for (auto r = static_cast<std::uint32_t>(maps.size()); r-- > 0;) {
+        REQUIRE(store->put(RegionId{r}, maps[r]));
+      }
+      REQUIRE(store->commit());
+      check_same_files(folder.path() / "one", folder.path() / "two");
+    }
+  }
+}
+
 TEST_CASE("shared_tiles: what a killed build has left is cleared by the next one") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "b", partial = folder.path() / "b.partial";
