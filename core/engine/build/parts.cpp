@@ -22,9 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // The last two characters are the version. The key follows.
-constexpr std::string_view kPartsFormat = "vparts02";
+constexpr std::string_view kPartsFormat = "vparts03";
 constexpr std::uint64_t kHead = kPartsFormat.size() + sizeof(std::uint64_t);
-// Region, size of the content, checksum of the content.
+// Region, size of the content, checksum of all three.
 constexpr std::uint64_t kRecordHead = 3 * sizeof(std::uint64_t);
 
 tl::unexpected<Error> parts_error(ErrorCode code, std::string message, const fs::path& file) {
@@ -35,8 +35,11 @@ tl::unexpected<Error> io_error(const char* what, const fs::path& file) {
   return parts_error(ErrorCode::io_failure, std::string(what) + ": " + std::strerror(errno), file);
 }
 
-std::uint64_t sum_of_bytes(std::span<const std::byte> bytes) {
+/// Of all that a record says: a content under the number of another region is damage, too.
+std::uint64_t sum_of_record(std::uint64_t region, std::span<const std::byte> bytes) {
   Fnv1a sum;
+  sum.add(region);
+  sum.add(std::uint64_t{bytes.size()});
   // Words, because parts are large.
   std::size_t at = 0;
   for (; at + sizeof(std::uint64_t) <= bytes.size(); at += sizeof(std::uint64_t)) {
@@ -75,14 +78,16 @@ bool decode(ByteReader from, StoredPart& part) {
   std::uint64_t next = 0;
   for (std::uint64_t& rank : part.ranks) {
     rank = next + from.counted();
+    from.check(rank >= next && rank < ~std::uint64_t{0});
     next = rank + 1;
   }
   part.views.resize(from.count(1));
+  from.check(part.views.empty() || part.views.size() == part.ranks.size());
   for (std::uint32_t& views : part.views) views = static_cast<std::uint32_t>(from.counted());
   part.prepared.elements = from.number<std::uint64_t>();
   const std::string bytes = from.text();
-  part.prepared.bytes.resize(bytes.size());
-  std::memcpy(part.prepared.bytes.data(), bytes.data(), bytes.size());
+  const auto prepared = std::as_bytes(std::span(bytes));
+  part.prepared.bytes.assign(prepared.begin(), prepared.end());
   part.errors = read_predicted_errors(from);
   return from.ok() && from.at_end();
 }
@@ -215,7 +220,7 @@ Result<void> PartWriter::add(std::uint32_t region, const StoredPart& part) {
   ByteWriter head;
   head.number(std::uint64_t{region});
   head.number(std::uint64_t{content.size()});
-  head.number(sum_of_bytes(content));
+  head.number(sum_of_record(region, content));
   // The head comes last: without it the content is not there.
   auto written = write_all(descriptor_, content, end_ + kRecordHead, path_);
   if (written) written = write_all(descriptor_, std::move(head).take(), end_, path_);
@@ -265,7 +270,8 @@ Result<StoredPart> Parts::read(std::uint32_t region) const {
   std::vector<std::byte> bytes(place.size);
   VANTAGE_CHECK(file.read(place.offset, {reinterpret_cast<char*>(bytes.data()), bytes.size()}));
   StoredPart part;
-  if (record.sum == sum_of_bytes(bytes) && decode(ByteReader(bytes), part)) return part;
+  const bool is_whole = record.region == region && record.sum == sum_of_record(region, bytes);
+  if (is_whole && decode(ByteReader(bytes), part)) return part;
   return parts_error(ErrorCode::corrupt_data,
                      "region " + std::to_string(region) +
                          " is damaged: remove this file and build its shard again",

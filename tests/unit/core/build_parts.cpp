@@ -4,6 +4,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstring>
+#include <functional>
 #include <random>
 
 #include "build/blocks.hpp"
@@ -108,6 +110,7 @@ StoredPart some_part(std::uint32_t seed) {
     part.views.push_back(1 + static_cast<std::uint32_t>(random() % 300));
   }
   part.ranks.push_back(std::uint64_t{1} << 40U);  // more than 32 bits
+  part.views.push_back(1);
   part.prepared = {.bytes = {std::byte{7}, static_cast<std::byte>(seed)}, .elements = 3};
   part.errors = {{{1.0, 2.0, static_cast<double>(seed)}, 0.02F, 0.01F}};
   return part;
@@ -173,6 +176,99 @@ TEST_CASE("finished regions come back from their files, and what is cut off is b
       if (part) CHECK(part->ranks == some_part(r).ranks);
     }
   }
+}
+
+/// Where the records of a file of parts begin.
+std::vector<std::size_t> records_in(const std::string& file) {
+  std::vector<std::size_t> begin;
+  for (std::size_t at = 16; at < file.size();) {
+    begin.push_back(at);
+    std::uint64_t size = 0;
+    std::memcpy(&size, file.data() + at + 8, sizeof size);
+    at += 24 + size;
+  }
+  return begin;
+}
+
+TEST_CASE("regions whose numbers are swapped in a file of parts are damaged") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "shard_1_of_1.parts";
+  {
+    auto writer = PartWriter::open(file, kKey);
+    REQUIRE(writer);
+    for (const std::uint32_t r : {0U, 1U, 2U}) REQUIRE(writer->add(r, some_part(r)));
+  }
+  std::string swapped = test::read_text(file);
+  const auto records = records_in(swapped);
+  REQUIRE(records.size() == 3);
+  std::swap_ranges(swapped.begin() + static_cast<std::ptrdiff_t>(records[0]),
+                   swapped.begin() + static_cast<std::ptrdiff_t>(records[0]) + 8,
+                   swapped.begin() + static_cast<std::ptrdiff_t>(records[2]));
+  test::write_text(file, swapped);
+  const auto parts = Parts::in(folder.path(), kKey, 3);
+  REQUIRE(parts);
+  CHECK(parts->missing() == 0);
+  CHECK(parts->read(1));
+  for (const std::uint32_t r : {0U, 2U}) {
+    const auto part = parts->read(r);
+    REQUIRE_FALSE(part);
+    CHECK(part.error().code == ErrorCode::corrupt_data);
+    CHECK(to_string(part.error()).find("region " + std::to_string(r) + " is damaged") !=
+          std::string::npos);
+  }
+}
+
+/// What PartWriter puts before a content.
+std::string sealed_record(std::uint64_t region, const std::string& content) {
+  Fnv1a sum;
+  sum.add(region);
+  sum.add(std::uint64_t{content.size()});
+  std::size_t at = 0;
+  for (; at + 8 <= content.size(); at += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, content.data() + at, sizeof word);
+    sum.add(word);
+  }
+  for (; at < content.size(); ++at) sum.add(static_cast<unsigned char>(content[at]));
+  std::string head;
+  for (const std::uint64_t word : {region, std::uint64_t{content.size()}, sum.value()}) {
+    head.append(reinterpret_cast<const char*>(&word), sizeof word);
+  }
+  return head + content;
+}
+
+TEST_CASE("a forged part with a sound checksum is an error or a part, never a crash") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "shard_1_of_1.parts";
+  {
+    auto writer = PartWriter::open(file, kKey);
+    REQUIRE(writer);
+    REQUIRE(writer->add(0, some_part(3)));
+  }
+  const std::string whole = test::read_text(file);
+  const std::string content = whole.substr(16 + 24);
+  REQUIRE(whole == whole.substr(0, 16) + sealed_record(0, content));
+  std::mt19937 random(8);
+  int refused = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::string forged = content;
+    for (int changes = 1 + static_cast<int>(random() % 3); changes > 0; --changes) {
+      forged[random() % forged.size()] = "\0\1\x7f\x80\xff"[random() % 5];
+    }
+    if (round % 5 == 0) forged.resize(1 + random() % forged.size());
+    test::write_text(file, whole.substr(0, 16) + sealed_record(0, forged));
+    const auto parts = Parts::in(folder.path(), kKey, 1);
+    REQUIRE(parts);
+    const auto part = parts->read(0);
+    if (!part) {
+      CHECK(part.error().code == ErrorCode::corrupt_data);
+      ++refused;
+      continue;
+    }
+    CHECK(std::ranges::is_sorted(part->ranks, std::less_equal<>()));
+    CHECK((part->views.empty() || part->views.size() == part->ranks.size()));
+  }
+  CHECK(refused > 500);
 }
 
 /// A map of which only the numbers of points are asked: one in each square metre.
