@@ -303,6 +303,7 @@ Result<BundleIndex> from_json(const BundleFormat& format, std::string_view text,
   reader.check(said == checksum_of(json), kChecksum,
                [] { return " is not that of the rest: the index is damaged or was edited"; });
   if (reader.error()) return fail(*reader.error());
+  index->generation = said;
   return index;
 }
 

@@ -25,6 +25,9 @@ struct BundleIndex {
   MapIndex map;                   ///< without regions if they are packed
   std::vector<RegionFile> files;  ///< by RegionId; none if they are packed
   PackedRegions packed = {};
+  /// The checksum of what was read: of everything in the index, which has the checksums of all
+  /// regions. Bundles of different regions have different ones.
+  std::uint64_t generation = 0;
 };
 
 /// The region's label and the extension.

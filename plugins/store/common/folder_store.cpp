@@ -143,8 +143,9 @@ Result<void> FolderStore::attach(std::string_view name, std::span<const std::byt
     VANTAGE_TRY(const std::string file, attachment_name(name));
     const std::string content = encode_attachment(format_, bytes);
     if (writing_) return writing_->folder.write_file(file, content);
-    VANTAGE_TRY(const auto current, current_index());  // there has to be a bundle
-    return io::write_text_atomically(root_ / file, content);
+    return from_bundle([&](const OpenIndex& /*there has to be one*/) {
+      return io::write_text_atomically(root_ / file, content);
+    });
   });
 }
 
@@ -196,36 +197,38 @@ Result<void> FolderStore::commit() noexcept {
 
 Result<MapIndex> FolderStore::index() const noexcept {
   return guarded([&]() -> Result<MapIndex> {
-    VANTAGE_TRY(const auto current, current_index());
-    return whole_index(*current);
+    VANTAGE_TRY(const Current bundle, current());
+    return whole_index(*bundle.index);
   });
 }
 
 Result<RegionMap> FolderStore::get(RegionId region) const noexcept {
-  return guarded([&]() -> Result<RegionMap> {
-    VANTAGE_TRY(const auto current, current_index());
-    const std::uint32_t r = region.value;
-    VANTAGE_TRY(const IndexedRegion one, region_of(*current, r));
-    const fs::path file = root_ / region_file_name(format_, one.region);
-    const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
-    if (!content) {
-      if (content.error().code != ErrorCode::not_found) return fail(content.error());
-      return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
-                  at(file));
-    }
-    return read(content->view(), one.file, file);
+  return guarded([&] {
+    return from_bundle([&](const OpenIndex& index) -> Result<RegionMap> {
+      VANTAGE_TRY(const IndexedRegion one, region_of(index, region.value));
+      const fs::path file = root_ / region_file_name(format_, one.region);
+      const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
+      if (!content) {
+        if (content.error().code != ErrorCode::not_found) return fail(content.error());
+        return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
+                    at(file));
+      }
+      return read(content->view(), one.file, file);
+    });
   });
 }
 
 Result<std::vector<std::byte>> FolderStore::attachment(std::string_view name) const noexcept {
-  return guarded([&]() -> Result<std::vector<std::byte>> {
-    VANTAGE_TRY(const auto current, current_index());  // without a bundle there is nothing
-    const auto file_name = attachment_name(name);
-    if (!file_name) return fail(ErrorCode::not_found, file_name.error().message, at(root_));
-    const fs::path file = root_ / *file_name;
-    VANTAGE_TRY(const auto content,
-                io::read_file(file, "a regular file", io::InputFile::Empty::accept));
-    return decode_attachment(format_, content.view(), file);
+  return guarded([&] {
+    // Without a bundle there is nothing.
+    return from_bundle([&](const OpenIndex& /*index*/) -> Result<std::vector<std::byte>> {
+      const auto file_name = attachment_name(name);
+      if (!file_name) return fail(ErrorCode::not_found, file_name.error().message, at(root_));
+      const fs::path file = root_ / *file_name;
+      VANTAGE_TRY(const auto content,
+                  io::read_file(file, "a regular file", io::InputFile::Empty::accept));
+      return decode_attachment(format_, content.view(), file);
+    });
   });
 }
 
@@ -256,23 +259,33 @@ Result<IndexedRegion> FolderStore::region_of(const OpenIndex& index, std::uint32
 
 Result<std::unique_ptr<const RegionDirectory>> FolderStore::directory() const noexcept {
   return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
-    VANTAGE_TRY(auto current, current_index());
-    if (!current->packed) return directory_of(current->head.map);
-    return std::make_unique<const PackedDirectory>(std::move(current));
+    VANTAGE_TRY(Current bundle, current());
+    if (!bundle.index->packed) return directory_of(bundle.index->head.map);
+    return std::make_unique<const PackedDirectory>(std::move(bundle.index));
   });
 }
 
-Result<std::shared_ptr<const OpenIndex>> FolderStore::current_index() const {
+Result<FolderStore::Current> FolderStore::current() const {
   struct stat file {};
   if (::stat((root_ / kIndex).c_str(), &file) == 0) {
     const std::scoped_lock lock(mutex_);
-    if (cached_.is_of(file)) return cached_.index;
+    if (cached_.is_of(file)) return Current{cached_.index, cached_.look};
   }
   VANTAGE_TRY(OpenIndex opened, open_index(format_, root_));
   auto index = std::make_shared<const OpenIndex>(std::move(opened));
   const std::scoped_lock lock(mutex_);
-  cached_ = {file.st_dev, file.st_ino, file.st_size, file.st_ctim, file.st_mtim, index};
-  return index;
+  if (cached_.index) {
+    if (cached_.index->head.generation != index->head.generation) {
+      return fail(ErrorCode::io_failure,
+                  "another bundle has been put in the place of the one that was opened: open it "
+                  "again",
+                  at(root_));
+    }
+    index = cached_.index;  // copied or touched, but the same
+  }
+  cached_ = {file.st_dev,  file.st_ino, file.st_size,    file.st_ctim,
+             file.st_mtim, index,       cached_.look + 1};
+  return Current{std::move(index), cached_.look};
 }
 
 }  // namespace vantage::bundle_folder

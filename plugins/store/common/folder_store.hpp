@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/bundle_format.hpp"
@@ -90,13 +91,14 @@ class FolderStore : public MapStore {
     std::vector<bool> done;  // by RegionId
   };
 
-  /// An index that was read, and the identity of its file.
+  /// The index that was read, and the identity of its file when it was last looked at.
   struct CachedIndex {
     dev_t device{};
     ino_t inode{};
     off_t size{};
     timespec changed{}, modified{};
     std::shared_ptr<const OpenIndex> index;
+    std::uint64_t look = 0;  // counts the files of the bundle that were there
 
     [[nodiscard]] bool is_of(const struct stat& file) const noexcept;
   };
@@ -104,7 +106,25 @@ class FolderStore : public MapStore {
   [[nodiscard]] Result<IndexedRegion> region_of(const OpenIndex& index, std::uint32_t r) const;
   [[nodiscard]] tl::unexpected<Error> unknown_region(std::uint32_t r, std::size_t regions) const;
   [[nodiscard]] Result<void> may_write(const std::filesystem::path& root) const;
-  [[nodiscard]] Result<std::shared_ptr<const OpenIndex>> current_index() const;
+  /// The bundle that was opened, if it is still there.
+  struct Current {
+    std::shared_ptr<const OpenIndex> index;
+    std::uint64_t look = 0;  // equal ones: its files were the same ones in between
+  };
+  /// Errors: those of open_index; `io_failure` if another bundle is there by now.
+  [[nodiscard]] Result<Current> current() const;
+  /// What read(index) reads from the bundle's files, if they were the bundle's to the end.
+  template <class Read>
+  [[nodiscard]] auto from_bundle(const Read& read) const
+      -> decltype(read(std::declval<const OpenIndex&>())) {
+    VANTAGE_TRY(Current before, current());
+    for (;;) {
+      auto result = read(*before.index);
+      VANTAGE_TRY(const Current after, current());
+      if (after.look == before.look) return result;
+      before = after;
+    }
+  }
 
   const BundleFormat& format_;
   std::filesystem::path root_;

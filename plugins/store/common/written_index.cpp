@@ -216,6 +216,7 @@ std::optional<BundleIndex> read_as_written(const BundleFormat& format, std::stri
   if (!scan.ok() || said != checksum_of(text.substr(0, summed))) return std::nullopt;
   auto index = bundle_of(std::move(content));
   if (!index) return std::nullopt;
+  index->generation = said;
   return *std::move(index);
 }
 

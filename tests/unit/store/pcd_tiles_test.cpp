@@ -3,18 +3,20 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <span>
 #include <thread>
 
 #include "store_samples.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage {
-#include "vantage/region_directory.hpp"
 namespace {
 
 namespace fs = std::filesystem;
@@ -313,6 +315,17 @@ TEST_CASE("a bundle that is there is not touched without overwrite") {
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
 
+/// Whether a store that had read from another bundle reads nothing of this one.
+void check_replaced(const PluginPtr<MapStore>& reader) {
+  const std::string because = "another bundle has been put in the place of the one that was opened";
+  check_fails(reader->index(), ErrorCode::io_failure, because);
+  check_fails(reader->directory(), ErrorCode::io_failure, because);
+  for (const std::uint32_t r : {0U, 1U, 2U}) {
+    check_fails(reader->get(RegionId{r}), ErrorCode::io_failure, because);
+  }
+  check_fails(reader->attachment("places"), ErrorCode::io_failure, because);
+}
+
 TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
@@ -335,9 +348,122 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   write_bundle(store_at(root, true), other, {points_alone({{1, 2, 3}})});
   CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
-  CHECK(reader->index()->partition.size() == 1);  // a reader notices
-  CHECK(reader->get(RegionId{0})->points == PointCloud{{1, 2, 3}});
-  check_fails(reader->get(RegionId{2}), ErrorCode::not_found, "no region 2");
+  const auto again = store_at(root);
+  CHECK(again->index()->partition.size() == 1);
+  CHECK(again->get(RegionId{0})->points == PointCloud{{1, 2, 3}});
+  check_fails(again->get(RegionId{2}), ErrorCode::not_found, "no region 2");
+  check_replaced(reader);
+}
+
+/// A rebuilt bundle that differs in one point only.
+void check_reader_of_rebuilt(const char* plugin, std::size_t regions) {
+  CAPTURE(plugin);
+  CAPTURE(regions);
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle";
+  MapIndex index;
+  std::vector<Region> boxes;
+  for (std::size_t r = 0; r < regions; ++r) {
+    const auto x = static_cast<double>(r);
+    boxes.push_back({"r" + std::to_string(r), HalfOpenBox{{x, 0}, {x + 1, 1}}, {}});
+  }
+  index.partition = Partition::from(std::move(boxes)).value();
+  const auto open = [&] {
+    return test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
+  };
+  const auto build = [&](double height, const std::string& attached) {
+    const auto store = open();
+    REQUIRE(store->begin(index));
+    for (std::uint32_t r = 0; r < regions; ++r) {
+      REQUIRE(store->put(RegionId{r}, points_alone({{0.5 + r, 0.5, r == 1 ? height : 1.0}})));
+    }
+    REQUIRE(store->attach("places", std::as_bytes(std::span(attached))));
+    REQUIRE(store->commit());
+  };
+  build(2.0, "before");
+  const auto reader = open();
+  const auto directory = reader->directory();
+  REQUIRE_MESSAGE(directory, to_string(directory.error()));
+  CHECK(reader->get(RegionId{1})->points.front().z() == 2.0);
+  // Another bundle with the same regions, and another point in a region that is not asked for.
+  build(3.0, "after");
+  check_replaced(reader);
+  CHECK((*directory)->entry(RegionId{1})->summary.points == 1);  // of the old one
+  check_fails(reader->attach("atlas", {}), ErrorCode::io_failure, "another bundle");
+  CHECK(fs::exists(root / "places.dat"));
+  CHECK(open()->get(RegionId{1})->points.front().z() == 3.0);
+  // The old one again, from a copy: to the reader it is the one that it opened.
+  build(2.0, "before");
+  CHECK(reader->get(RegionId{1})->points.front().z() == 2.0);
+  CHECK(reader->attachment("places")->size() == 6);
+  // Touched, but not changed.
+  fs::last_write_time(root / "index.json", fs::file_time_type::clock::now());
+  CHECK(reader->get(RegionId{0}));
+}
+
+TEST_CASE("a reader whose bundle was replaced reads nothing of the other one") {
+  for (const char* plugin : {"pcd_tiles", "shared_tiles"}) {
+    for (const std::size_t regions : {3U, 4097U}) check_reader_of_rebuilt(plugin, regions);
+  }
+}
+
+TEST_CASE("a bundle that is replaced all the time gives the old one or an error, never a mixture") {
+  for (const char* plugin : {"pcd_tiles", "shared_tiles"}) {
+    CAPTURE(plugin);
+    const test::TemporaryFolder folder;
+    const fs::path root = folder.path() / "bundle";
+    const auto open = [&] {
+      return test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
+    };
+    const auto build = [&](double z) {
+      const auto store = open();
+      const std::string attached(100, z == 1.0 ? 'a' : 'b');
+      bool done = store->begin(sample_index()).has_value();
+      for (std::uint32_t r = 0; done && r < 3; ++r) {
+        done = store->put(RegionId{r}, points_alone(PointCloud(50, Point(0, 0, z)))).has_value();
+      }
+      done = done && store->attach("places", std::as_bytes(std::span(attached)));
+      return done && store->commit();
+    };
+    REQUIRE(build(1.0));
+    std::atomic<bool> stop{false};
+    std::atomic<int> builds{0};
+    std::thread rebuilder([&] {
+      for (double z = 2.0; !stop; z = 3.0 - z) {
+        if (build(z)) ++builds;
+      }
+    });
+    int read = 0, refused = 0, mixed = 0;
+    for (int round = 0; round < 2000 && (round < 200 || refused < 20 || read < 20); ++round) {
+      const auto reader = open();
+      const auto first = reader->get(RegionId{0});
+      if (!first) continue;
+      const double z = first->points.front().z();
+      for (std::uint32_t r = 1; r < 8; ++r) {
+        if (r % 2 == 0) {
+          const auto attached = reader->attachment("places");
+          if (attached) {
+            ++read;
+            if (attached->front() != static_cast<std::byte>(z == 1.0 ? 'a' : 'b')) ++mixed;
+          } else {
+            ++refused;
+          }
+          continue;
+        }
+        const auto map = reader->get(RegionId{r % 3});
+        map ? ++read : ++refused;
+        for (std::size_t k = 0; map && k < map->points.size(); ++k) {
+          if (map->points[k].z() != z) ++mixed;
+        }
+      }
+    }
+    stop = true;
+    rebuilder.join();
+    CHECK(mixed == 0);
+    CHECK(read >= 20);
+    CHECK(refused >= 20);
+    CHECK(builds > 1);
+  }
 }
 
 TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
@@ -589,6 +715,26 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   CHECK(store_at(root)->index());
 }
 
+TEST_CASE("an index that is nested without end is refused, wherever the nesting is") {
+  const test::TemporaryFolder folder;
+  const fs::path root = folder.path() / "bundle", file = root / "index.json";
+  write_bundle(store_at(root), sample_index(), sample_maps());
+  const std::string good = read_text(file);
+  const std::string arrays = std::string(200'000, '[') + std::string(200'000, ']');
+  std::string objects = "1";
+  for (int k = 0; k < 100; ++k) objects = "{\"x\":" + objects + "}";
+  for (const std::string& deep : {arrays, objects}) {
+    for (const std::string& text :
+         {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
+          replaced(good, "\"version\": 3", "\"version\": " + deep),
+          replaced(good, "\"inf\"", deep)}) {
+      write_text(file, text);
+      check_fails(store_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
+      check_fails(store_at(root)->directory(), ErrorCode::corrupt_data, file.string());
+    }
+  }
+}
+
 TEST_CASE("an index with random damage never ends in a crash") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
@@ -715,26 +861,6 @@ TEST_CASE("a region of many blocks comes back whole, and thousands of regions do
     REQUIRE_MESSAGE(map, to_string(map.error()));
     CHECK(worst(map->points, maps[r].points) < 2e-6);
     CHECK(worst(map->viewpoints, maps[r].viewpoints) < 2e-6);
-TEST_CASE("an index that is nested without end is refused, wherever the nesting is") {
-  const test::TemporaryFolder folder;
-  const fs::path root = folder.path() / "bundle", file = root / "index.json";
-  write_bundle(store_at(root), sample_index(), sample_maps());
-  const std::string good = read_text(file);
-  const std::string arrays = std::string(200'000, '[') + std::string(200'000, ']');
-  std::string objects = "1";
-  for (int k = 0; k < 100; ++k) objects = "{\"x\":" + objects + "}";
-  for (const std::string& deep : {arrays, objects}) {
-    for (const std::string& text :
-         {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
-          replaced(good, "\"version\": 3", "\"version\": " + deep),
-          replaced(good, "\"inf\"", deep)}) {
-      write_text(file, text);
-      check_fails(store_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
-      check_fails(store_at(root)->directory(), ErrorCode::corrupt_data, file.string());
-    }
-  }
-}
-
     CHECK(map->prepared == maps[r].prepared);
   }
 }

@@ -199,7 +199,7 @@ TEST_CASE("shared_tiles: what is read does not depend on the cache") {
   }
 }
 
-TEST_CASE("shared_tiles: a reader notices that the bundle was replaced") {
+TEST_CASE("shared_tiles: a bundle that takes another's place is read from its own tiles") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "b";
   const auto before = views_of_map(lattice_map(2'000), 3);
@@ -208,7 +208,10 @@ TEST_CASE("shared_tiles: a reader notices that the bundle was replaced") {
   const auto reader = shared_store_at(root);
   check_all(reader, before);
   write_bundle(shared_store_at(root, "overwrite = true"), index_of_regions(3), after);
-  check_all(reader, after);
+  check_all(shared_store_at(root), after);
+  for (const std::uint32_t r : {0U, 1U, 2U}) {
+    check_fails(reader->get(RegionId{r}), ErrorCode::io_failure, "another bundle");
+  }
   CHECK(files_in(folder.path()) == std::vector<std::string>{"b"});
 }
 
