@@ -75,10 +75,18 @@ Result<std::vector<RegionBlock>> blocks_of(const MapParts& map, const Partition&
   std::vector<RegionBlock> blocks;
   if (!without_points.regions.empty()) blocks.push_back(std::move(without_points));
   if (regions.empty()) return blocks;
-  const std::size_t bad = Division(map, areas, memory / bytes_a_point).divide(regions, blocks);
+  const std::uint64_t most = std::min(memory / bytes_a_point, kMostBlockPoints);
+  const std::size_t bad = Division(map, areas, most).divide(regions, blocks);
   if (bad == areas.size()) return blocks;
   constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
   const std::uint64_t points = map.points_in(areas[bad]);
+  if (points > kMostBlockPoints) {
+    return fail(ErrorCode::invalid_input,
+                "region '" + partition.regions()[bad].label + "' and what decides about it are " +
+                    std::to_string(points) + " points, but no more than " +
+                    std::to_string(kMostBlockPoints) +
+                    " can be worked on at once: make the regions or max_range smaller");
+  }
   return fail(ErrorCode::invalid_input,
               "region '" + partition.regions()[bad].label + "' and what decides about it are " +
                   std::to_string(points) + " points, which takes " +

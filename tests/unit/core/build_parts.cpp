@@ -326,5 +326,31 @@ TEST_CASE("blocks hold neighbours, fit into memory, and have every region once")
   CHECK(blocks_of(map, partition, {}, areas, 10, 10).value().empty());
 }
 
+TEST_CASE("a block has no more points than 32 bits can number, however much memory there is") {
+  constexpr double kSide = 50'000.0;  // 2.5e9 points a region
+  constexpr std::uint64_t kPlenty = std::uint64_t{1} << 60U;
+  std::vector<Region> regions;
+  std::vector<Bounds2> areas;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d low(kSide * i, 0.0), high = low + Eigen::Vector2d(kSide, kSide);
+    regions.push_back({"r" + std::to_string(i), HalfOpenBox{low, high}, {}});
+    areas.push_back({low, high});
+  }
+  const Partition partition = Partition::from(regions).value();
+  const Counts map;
+  const auto blocks = blocks_of(map, partition, std::vector{0U, 1U, 2U, 3U}, areas, kPlenty, 1);
+  REQUIRE_MESSAGE(blocks, to_string(blocks.error()));
+  CHECK(blocks->size() == 4);
+  for (const RegionBlock& block : *blocks) CHECK(map.points_in(block.area) <= 0xffff'fffeU);
+
+  areas[2] = with_margin(areas[2], 10'000.0);  // 4.9e9
+  const auto too_many = blocks_of(map, partition, std::vector{0U, 2U}, areas, kPlenty, 1);
+  REQUIRE_FALSE(too_many);
+  CHECK(too_many.error().code == ErrorCode::invalid_input);
+  CHECK(too_many.error().message ==
+        "region 'r2' and what decides about it are 4900000000 points, but no more than 4294967294 "
+        "can be worked on at once: make the regions or max_range smaller");
+}
+
 }  // namespace
 }  // namespace vantage
