@@ -10,6 +10,7 @@
 #include "localizability/localizability.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/kit/kd_tree_points.hpp"
+#include "vantage/kit/regions.hpp"
 
 namespace vantage::view {
 namespace {
@@ -126,7 +127,7 @@ Drawing Scene::around_origin(PointsView points) const {
   drawing.regions.reserve(points.size());
   for (const Point& p : points) {
     auto owner = partition.locate(p);
-    if (!owner) owner = partition.nearest(p.head<2>());
+    if (!owner) owner = nearest_region(partition, p.head<2>());
     drawing.regions.push_back(owner ? owner->value : 0);
   }
   if (atlas_) drawing.expected_errors = errors_at(points, *atlas_);

@@ -78,15 +78,21 @@ TEST_CASE("a plugin that throws from a method ends the program with its message"
     return test::run("vantage-build",
                      {config.string(), "--plugin-dir", kBroken.string(), "--quiet"});
   };
-  const std::string message =
-      "error: an exception left a function that must not throw, most likely a plugin's: ";
+  const std::string message = "error: an exception left a function that must not throw: ";
   const auto in_ground = build("throws", "keep_all");
   CHECK(in_ground.exit_code == 1);
-  CHECK(in_ground.err == message + "out of ground\n");
+  CHECK(in_ground.err == message + "out of ground (while running vantage_ground_throws.so)\n");
   // From a task of the thread pool, too, it neither hangs nor gets lost.
   const auto in_parallel = build("pmf", "throws");
   CHECK(in_parallel.exit_code == 1);
-  CHECK(in_parallel.err == message + "the scene went dark\n");
+  CHECK(in_parallel.err ==
+        message + "the scene went dark (while running vantage_visibility_throws.so)\n");
+  CHECK_FALSE(fs::exists(folder.path() / "bundle"));
+  // Memory that a plugin does not get is an error like any other, and names the plugin.
+  const auto out_of_memory = build("pmf", "out_of_memory");
+  CHECK(out_of_memory.exit_code == 1);
+  CHECK(out_of_memory.err.starts_with(
+      "error: out of memory (while running vantage_visibility_out_of_memory.so"));
   CHECK_FALSE(fs::exists(folder.path() / "bundle"));
   // What it left is no obstacle.
   CHECK(build("pmf", "keep_all").exit_code == 0);

@@ -1,4 +1,6 @@
-// Throws from a method that core calls from many threads at once.
+// Throws from a method that core calls from many threads at once: with OUT_OF_MEMORY into
+// `guarded`, which no exception leaves, and otherwise out of it.
+#include <new>
 #include <stdexcept>
 
 #include "vantage/plugin.hpp"
@@ -10,7 +12,12 @@ class Scene final : public vantage::VisibilityScene {
   explicit Scene(std::size_t map_size) : VisibilityScene(map_size) {}
   [[nodiscard]] vantage::Result<vantage::IndexList> visible(
       const vantage::Point&) const noexcept override {
+#ifdef OUT_OF_MEMORY
+    return vantage::guarded(
+        []() -> vantage::Result<vantage::IndexList> { throw std::bad_alloc(); });
+#else
     throw std::runtime_error("the scene went dark");
+#endif
   }
 };
 
@@ -28,4 +35,4 @@ class Throws final : public vantage::VisibilityOperator {
 
 }  // namespace
 
-VANTAGE_PLUGIN(vantage::VisibilityOperator, Throws, "throws", "throws from a noexcept method");
+VANTAGE_PLUGIN(vantage::VisibilityOperator, Throws, PLUGIN_NAME, "throws from a noexcept method");

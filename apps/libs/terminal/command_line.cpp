@@ -1,9 +1,12 @@
 #include "terminal/command_line.hpp"
 
+#include <execinfo.h>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -13,10 +16,12 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <thread>
 
 #include "terminal/completion.hpp"
+#include "vantage/plugin.hpp"
 
 namespace vantage::cli {
 namespace {
@@ -37,27 +42,32 @@ void refuse_to_exit() {
   std::_Exit(kFailed);
 }
 
+/// The exception at hand, with the plugin whose function is the innermost that is running, if any.
+Error caught_here() {
+  std::array<void*, 128> callers{};
+  const int count = ::backtrace(callers.data(), static_cast<int>(callers.size()));
+  for (const void* code : std::span(callers).first(static_cast<std::size_t>(std::max(count, 0)))) {
+    if (const auto caught = caught_in(code); !caught.value().context.empty()) {
+      return caught.value();
+    }
+  }
+  return caught_in(nullptr).value();
+}
+
 /// The last message of a process in which an exception has left a noexcept function. The user needs
 /// this message. Without it, the process would end with a signal and a core dump, or silently.
 [[noreturn]] void end_with_message() {
   // Several threads may come here at once; one of them prints and ends the process.
   static std::atomic_flag speaking;
   while (speaking.test_and_set()) std::this_thread::sleep_for(std::chrono::seconds(1));
-  const std::exception_ptr exception = std::current_exception();
-  if (!exception) {
+  if (!std::current_exception()) {
     std::cerr << "error: the program was ended from inside (std::terminate without an exception)"
               << std::endl;
     std::_Exit(kFailed);
   }
-  std::string what = "an exception of unknown type";
-  try {
-    std::rethrow_exception(exception);
-  } catch (const std::exception& e) {
-    what = e.what();
-  } catch (...) {  // nothing is known but that it was thrown
-  }
-  std::cerr << "error: an exception left a function that must not throw, most likely a plugin's: "
-            << what << std::endl;
+  Error error = caught_here();
+  error.message = "an exception left a function that must not throw: " + error.message;
+  std::cerr << to_string(error) << std::endl;
   std::_Exit(kFailed);
 }
 

@@ -1,8 +1,15 @@
 #include "vantage/error.hpp"
 
+#include <dlfcn.h>
+
+#include <exception>
+#include <filesystem>
+#include <new>
 #include <ostream>
 #include <sstream>
 #include <utility>
+
+#include "vantage/plugin.hpp"
 
 namespace vantage {
 
@@ -48,6 +55,24 @@ std::string to_string(const Error& error) {
   std::ostringstream out;
   out << error;
   return out.str();
+}
+
+tl::unexpected<Error> caught_in(const void* code) noexcept {
+  Error error{.code = ErrorCode::internal, .message = {}, .where = {}, .context = {}};
+  try {
+    Dl_info library{};
+    const char* const path = dladdr(code, &library) != 0 ? library.dli_fname : "";
+    const std::string file = std::filesystem::path(path).filename();
+    if (file.starts_with("vantage_")) error.context.push_back("running " + file);
+    throw;
+  } catch (const std::bad_alloc&) {
+    error.message = "out of memory";  // so short that it needs none
+  } catch (const std::exception& e) {
+    error.message = e.what();
+  } catch (...) {
+    error.message = "an exception of unknown type";
+  }
+  return fail(std::move(error));
 }
 
 }  // namespace vantage

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>
-#include <exception>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -23,6 +22,7 @@
 #include "vantage/map_store.hpp"
 #include "vantage/map_survey.hpp"
 #include "vantage/partitioner.hpp"
+#include "vantage/plugin.hpp"
 #include "vantage/region_directory.hpp"
 #include "vantage/relocalizer.hpp"
 #include "vantage/scan_matcher.hpp"
@@ -140,53 +140,36 @@ Result<void> look_around(const VisibilityScene& scene, std::size_t map_size,
   return {};
 }
 
-/// A counter for each index below a limit. Uses memory only for ranges in which something is
-/// counted.
-class Counters {
- public:
-  explicit Counters(std::size_t limit)
-      : counters_(static_cast<std::uint32_t*>(std::calloc(limit, sizeof(std::uint32_t)))) {
-    if (limit > 0 && !counters_) throw std::bad_alloc();
-  }
-  /// May run from many threads at once.
-  void add(const IndexList& indices) noexcept {
-    for (const std::uint32_t k : indices) {
-      std::atomic_ref(counters_.get()[k]).fetch_add(1, std::memory_order_relaxed);
-    }
-  }
-  [[nodiscard]] std::uint32_t operator[](std::uint32_t k) const noexcept {
-    return counters_.get()[k];
-  }
-
- private:
-  struct Free {
-    void operator()(std::uint32_t* counters) const noexcept { std::free(counters); }
-  };
-  std::unique_ptr<std::uint32_t, Free> counters_;
-};
-
 }  // namespace
 
 Result<IndexList> VisibilityScene::visible_from_any(
     std::span<const Point> viewpoints, const VisibilityProgress* progress) const noexcept {
-  IndexSet seen(map_size_);  // a union does not depend on the order
-  VANTAGE_CHECK(look_around(*this, map_size_, viewpoints, progress,
-                            [&](const IndexList& indices) { seen.add(indices); }));
-  return seen.ascending();
+  return guarded([&]() -> Result<IndexList> {
+    IndexSet seen(map_size_);  // a union does not depend on the order
+    VANTAGE_CHECK(look_around(*this, map_size_, viewpoints, progress,
+                              [&](const IndexList& indices) { seen.add(indices); }));
+    return seen.ascending();
+  });
 }
 
 Result<ViewCounts> VisibilityScene::view_counts(std::span<const Point> viewpoints,
                                                 const VisibilityProgress* progress) const noexcept {
-  IndexSet seen(map_size_);
-  Counters counters(map_size_);
-  VANTAGE_CHECK(look_around(*this, map_size_, viewpoints, progress, [&](const IndexList& indices) {
-    seen.add(indices);
-    counters.add(indices);
-  }));
-  ViewCounts counts{.points = seen.ascending(), .views = {}};
-  counts.views.reserve(counts.points.size());
-  for (const std::uint32_t k : counts.points) counts.views.push_back(counters[k]);
-  return counts;
+  return guarded([&]() -> Result<ViewCounts> {
+    IndexSet seen(map_size_);
+    // Not a vector: counters of ranges in which nothing is seen take no memory.
+    const std::unique_ptr<std::uint32_t, decltype(&std::free)> counters(
+        static_cast<std::uint32_t*>(std::calloc(map_size_, sizeof(std::uint32_t))), &std::free);
+    if (map_size_ > 0 && !counters) throw std::bad_alloc();
+    VANTAGE_CHECK(
+        look_around(*this, map_size_, viewpoints, progress, [&](const IndexList& indices) {
+          seen.add(indices);
+          for (const std::uint32_t k : indices) ++std::atomic_ref(counters.get()[k]);
+        }));
+    ViewCounts counts{.points = seen.ascending(), .views = {}};
+    counts.views.reserve(counts.points.size());
+    for (const std::uint32_t k : counts.points) counts.views.push_back(counters.get()[k]);
+    return counts;
+  });
 }
 
 }  // namespace vantage

@@ -353,19 +353,4 @@ std::optional<RegionId> Partition::locate(const Vector2d& xy) const noexcept {
   return locate_if(xy, [](const Region&) { return true; });
 }
 
-std::optional<RegionId> Partition::nearest(const Vector2d& xy) const noexcept {
-  if (regions_.empty() || !xy.allFinite()) return std::nullopt;
-  if (const auto owner = locate(xy)) return owner;
-  RegionId best;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t id = 0; id < regions_.size(); ++id) {
-    const double d = distance(regions_[id].footprint, xy);
-    if (d < least) {
-      least = d;
-      best = RegionId{id};
-    }
-  }
-  return best;
-}
-
 }  // namespace vantage

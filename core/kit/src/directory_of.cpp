@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "vantage/plugin.hpp"
+
 namespace vantage {
 namespace {
 
@@ -34,17 +36,22 @@ class DirectoryInMemory final : public RegionDirectory {
 
   [[nodiscard]] const BundleSummary& summary() const noexcept override { return summary_; }
   [[nodiscard]] Result<DirectoryEntry> entry(RegionId region) const noexcept override {
-    if (region.value >= boxes_.size()) {
-      return fail(ErrorCode::not_found, "the bundle has no region " + std::to_string(region.value));
-    }
-    return DirectoryEntry{index_.partition[region], index_.regions[region.value]};
+    return guarded([&]() -> Result<DirectoryEntry> {
+      if (region.value >= boxes_.size()) {
+        return fail(ErrorCode::not_found,
+                    "the bundle has no region " + std::to_string(region.value));
+      }
+      return DirectoryEntry{index_.partition[region], index_.regions[region.value]};
+    });
   }
   [[nodiscard]] Result<std::vector<RegionId>> meeting(const Bounds2& area) const noexcept override {
-    std::vector<RegionId> found;
-    for (std::uint32_t r = 0; r < boxes_.size(); ++r) {
-      if (meet(boxes_[r], area)) found.push_back(RegionId{r});
-    }
-    return found;
+    return guarded([&]() -> Result<std::vector<RegionId>> {
+      std::vector<RegionId> found;
+      for (std::uint32_t r = 0; r < boxes_.size(); ++r) {
+        if (meet(boxes_[r], area)) found.push_back(RegionId{r});
+      }
+      return found;
+    });
   }
   [[nodiscard]] Result<std::optional<RegionId>> find(
       std::string_view label) const noexcept override {

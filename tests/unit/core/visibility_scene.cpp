@@ -48,6 +48,15 @@ TEST_CASE("of several failing viewpoints the first is reported") {
   for (int i = 0; i < 20; ++i) CHECK(scene.visible_from_any(viewpoints).error().message == "at -3");
 }
 
+TEST_CASE(
+    "a scene of more points than memory has counters for is an error, and the program goes on") {
+  const Divisible scene(std::size_t{1} << 62U);
+  for (const auto& error : {scene.visible_from_any({}).error(), scene.view_counts({}).error()}) {
+    CHECK(error.code == ErrorCode::internal);
+    CHECK(error.message == "out of memory");
+  }
+}
+
 TEST_CASE("visible_from_any reports each viewpoint, for any number of threads") {
   const Divisible scene(1000);
   const PointCloud viewpoints(100, Point(7, 0, 0));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "vantage/kit/regions.hpp"
 #include "vantage/overloaded.hpp"
 
 namespace vantage {
@@ -76,7 +77,7 @@ TEST_CASE("an empty partition locates nothing") {
   CHECK(none.size() == 0);
   CHECK(!none.locate(Vector2d(0, 0)));
   CHECK(!none.locate(Point(0, 0, 0)));
-  CHECK(!none.nearest(Vector2d(0, 0)));
+  CHECK(!nearest_region(none, Vector2d(0, 0)));
 }
 
 TEST_CASE("a moved-from partition locates nothing") {
@@ -232,7 +233,7 @@ TEST_CASE("a union of boxes is one region of any shape") {
   CHECK(distance((*partition)[RegionId{1}].footprint, Vector2d(2, 3)) ==
         doctest::Approx(std::sqrt(2.0)));
   CHECK(distance((*partition)[RegionId{1}].footprint, Vector2d(-1, 1.5)) == 1.0);
-  CHECK(partition->nearest(Vector2d(0.5, 7)) == RegionId{1});
+  CHECK(nearest_region(*partition, Vector2d(0.5, 7)) == RegionId{1});
   CHECK(Partition::from({{"none", BoxUnion{}, {}}}).error().message ==
         "region 0 ('none'): the union holds no box");
   CHECK(Partition::from({{"flat", BoxUnion{{foot, {{0, 0}, {1, 0}}}}, {}}})
@@ -258,13 +259,13 @@ TEST_CASE("a place that is no number is nowhere") {
     CHECK(!partition.locate(Vector2d(bad, 0.5)));
     CHECK(!partition.locate(Vector2d(0.5, bad)));
     CHECK(!partition.locate(Point(0.5, 0.5, bad)));
-    CHECK(!partition.nearest(Vector2d(0.5, bad)));
+    CHECK(!nearest_region(partition, Vector2d(0.5, bad)));
     CHECK(distance(partition.regions()[0].footprint, {bad, 0.5}) == kInfinity);
     CHECK(!contains(partition.regions()[0].footprint, {bad, 0.5}));
   }
   for (const double far : {1e18, -1e18, 1e300, -1e308}) {
     CHECK(!partition.locate(Vector2d(far, 0.5)));
-    CHECK(partition.nearest(Vector2d(far, 0.5)).has_value());
+    CHECK(nearest_region(partition, Vector2d(far, 0.5)).has_value());
   }
 }
 
@@ -296,7 +297,7 @@ TEST_CASE("locate and nearest agree with their definitions for regions of every 
       const auto expected = first_that_contains(partition, p);
       inside += expected ? 1 : 0;
       CHECK(partition.locate(p) == expected);
-      CHECK(partition.nearest(p) == nearest_by_distance(partition, p));
+      CHECK(nearest_region(partition, p) == nearest_by_distance(partition, p));
     };
     for (int n = 0; n < 3000; ++n) {
       check({offset + 1.3 * place(random), offset + 1.3 * place(random)});
@@ -351,10 +352,10 @@ TEST_CASE("distance is zero inside and nowhere else") {
 
 TEST_CASE("a region that holds a place is the nearest one, also on an edge") {
   const Partition partition = made(grid(3, 1.0, {0, 0}));
-  CHECK(partition.nearest(Vector2d(1.0, 0.5)) == partition.locate(Vector2d(1.0, 0.5)));
-  CHECK(partition.nearest(Vector2d(3.0, 0.5)) == id(2));
-  CHECK(partition.nearest(Vector2d(-5.0, -5.0)) == id(0));
-  CHECK(partition.nearest(Vector2d(1.0, -5.0)) == id(0));  // as near to 1: the lower id
+  CHECK(nearest_region(partition, Vector2d(1.0, 0.5)) == partition.locate(Vector2d(1.0, 0.5)));
+  CHECK(nearest_region(partition, Vector2d(3.0, 0.5)) == id(2));
+  CHECK(nearest_region(partition, Vector2d(-5.0, -5.0)) == id(0));
+  CHECK(nearest_region(partition, Vector2d(1.0, -5.0)) == id(0));  // as near to 1: the lower id
 }
 
 TEST_CASE("regions of one size far apart and of extreme sizes are found") {

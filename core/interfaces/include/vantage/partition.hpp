@@ -109,9 +109,6 @@ class VANTAGE_API Partition {
   [[nodiscard]] std::optional<RegionId> locate(const Point& p) const noexcept;
   /// The same in plan view, without regard to height intervals.
   [[nodiscard]] std::optional<RegionId> locate(const Eigen::Vector2d& xy) const noexcept;
-  /// The region whose footprint is nearest to a place (the lowest id if several are equally near);
-  /// none if there is no region.
-  [[nodiscard]] std::optional<RegionId> nearest(const Eigen::Vector2d& xy) const noexcept;
 
  private:
   struct Grid;

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <exception>
 #include <memory>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "vantage/api.hpp"
 #include "vantage/params.hpp"
 #include "vantage/plugin_kinds.hpp"
 #include "vantage/result.hpp"
@@ -82,6 +82,11 @@ struct PluginManifest {
   AnyFactory factory;
 };
 
+/// The exception at hand, as an `internal` error that names the plugin in which `code` is.
+[[nodiscard]] VANTAGE_API tl::unexpected<Error> caught_in(const void* code) noexcept;
+
+extern "C" __attribute__((visibility("hidden"))) void* __dso_handle;  // each library has its own
+
 /// Turns an exception into an error. No exception may cross the plugin boundary, and every
 /// interface method is noexcept. The body of each method therefore goes into a call of `guarded`:
 ///
@@ -90,10 +95,8 @@ template <class F>
 auto guarded(F&& f) noexcept -> decltype(f()) {
   try {
     return std::forward<F>(f)();
-  } catch (const std::exception& e) {
-    return fail(ErrorCode::internal, e.what());
   } catch (...) {
-    return fail(ErrorCode::internal, "an exception of unknown type");
+    return caught_in(&__dso_handle);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "vantage/map_passes.hpp"
+#include "vantage/plugin.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
@@ -30,8 +31,10 @@ class MapInMemory final : public MapPasses {
    public:
     explicit All(std::uint64_t points) { all.reserve(points); }
     [[nodiscard]] Result<void> see(PointsView points) noexcept override {
-      all.insert(all.end(), points.begin(), points.end());
-      return {};
+      return guarded([&]() -> Result<void> {
+        all.insert(all.end(), points.begin(), points.end());
+        return {};
+      });
     }
     PointCloud all;
   };

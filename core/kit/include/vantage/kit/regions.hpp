@@ -13,8 +13,14 @@
 #include "vantage/partition.hpp"
 #include "vantage/result.hpp"
 
-/// Shared by partitioners whose regions are boxes.
+/// Shared by partitioners whose regions are boxes; and the region nearest to a place.
 namespace vantage {
+
+/// The region whose footprint is nearest to a place (the lowest id if several are equally near);
+/// the one that owns the place, if any does. None if there is no region, or for a place that is not
+/// finite. Takes time in proportion to the number of regions.
+[[nodiscard]] std::optional<RegionId> nearest_region(const Partition& partition,
+                                                     const Eigen::Vector2d& xy);
 
 /// The largest number of regions that a partitioner makes.
 inline constexpr std::size_t kMaxRegions = 1'000'000;
