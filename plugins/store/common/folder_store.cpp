@@ -182,17 +182,23 @@ Result<void> FolderStore::commit() noexcept {
     if (there(root)) {
       VANTAGE_TRY(const auto replaced, files_of_bundle(format_, root));
       VANTAGE_CHECK(io::exchange(partial, root));
-      writing_->folder.release();
-      writing_.reset();
+      written();
       // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
       (void)remove_files(partial, replaced);
       return {};
     }
     VANTAGE_CHECK(io::rename_to_new(partial, root));
-    writing_->folder.release();
-    writing_.reset();
+    written();
     return {};
   });
+}
+
+/// The folder has its name. From now on this store reads what it has written, and nothing else.
+void FolderStore::written() {
+  writing_->folder.release();
+  writing_.reset();
+  const std::scoped_lock lock(mutex_);
+  cached_.index.reset();
 }
 
 Result<MapIndex> FolderStore::index() const noexcept {

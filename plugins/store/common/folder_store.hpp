@@ -105,6 +105,7 @@ class FolderStore : public MapStore {
 
   [[nodiscard]] Result<IndexedRegion> region_of(const OpenIndex& index, std::uint32_t r) const;
   [[nodiscard]] tl::unexpected<Error> unknown_region(std::uint32_t r, std::size_t regions) const;
+  void written();
   [[nodiscard]] Result<void> may_write(const std::filesystem::path& root) const;
   /// The bundle that was opened, if it is still there.
   struct Current {

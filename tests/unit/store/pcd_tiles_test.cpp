@@ -353,6 +353,14 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   CHECK(again->get(RegionId{0})->points == PointCloud{{1, 2, 3}});
   check_fails(again->get(RegionId{2}), ErrorCode::not_found, "no region 2");
   check_replaced(reader);
+
+  // Who replaces a bundle itself knows that it did.
+  const auto owner = store_at(root, true);
+  CHECK(owner->index()->partition.size() == 1);
+  write_bundle(owner, sample_index(), sample_maps());
+  CHECK(owner->index()->partition.size() == 3);
+  CHECK(owner->get(RegionId{2})->points.size() == 10);
+  check_replaced(again);
 }
 
 /// A rebuilt bundle that differs in one point only.
