@@ -96,8 +96,10 @@ std::string text(const Vector2d& p) {
 }
 
 tl::unexpected<Error> refuse(std::size_t id, const Region& region, const std::string& reason) {
+  std::string label = region.label.substr(0, kMaxLabelLength);  // of a file: maybe not of one line
+  for (char& c : label) c = c < ' ' || c > '~' ? '?' : c;
   return fail(ErrorCode::invalid_input,
-              "region " + std::to_string(id) + " ('" + region.label + "'): " + reason);
+              "region " + std::to_string(id) + " ('" + label + "'): " + reason);
 }
 
 bool file_safe(std::string_view label) noexcept {
@@ -306,9 +308,7 @@ Result<Partition> Partition::from(std::vector<Region> regions) {
   for (std::size_t id = 0; id < regions.size(); ++id) {
     const Region& region = regions[id];
     if (const std::string what = defect_of(region); !what.empty()) return refuse(id, region, what);
-    if (!labels.insert(region.label).second) {
-      return refuse(id, region, "another region has the same label");
-    }
+    if (!labels.insert(region.label).second) return refuse(id, region, "the same label as another");
     all_parts += std::visit([](const auto& shape) { return parts(shape); }, region.footprint);
     if (all_parts > kMaxParts) {
       return refuse(

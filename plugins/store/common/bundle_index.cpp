@@ -166,7 +166,7 @@ class Reader {
     const auto [end, error] =
         std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
     if (error != std::errc() || end != digits.data() + digits.size() || digits.size() != 16) {
-      refuse(" must be 16 hexadecimal digits, not '" + digits + "'");
+      refuse(" must be 16 hexadecimal digits, not " + shown(digits));
     }
   }
   /// Versions count up from 1.
@@ -227,6 +227,12 @@ class Reader {
 };
 
 }  // namespace
+
+std::string shown(const std::string& text) {
+  const std::string quoted =
+      Json(text.substr(0, 250)).dump(-1, ' ', true, Json::error_handler_t::replace);
+  return "'" + quoted.substr(1, quoted.size() - 2) + "'";
+}
 
 std::string region_file_name(const BundleFormat& format, const Region& region) {
   return region.label + std::string(format.extension);

@@ -48,6 +48,9 @@ inline constexpr const char* kChecksum = "checksum";
 inline constexpr std::uint64_t kMostRegions = 0xffff'fffeU;
 inline constexpr auto kAnyCount = std::numeric_limits<std::uint64_t>::max();
 
+/// A text from outside, for a message: in quotes, and with escapes for what is not printable.
+[[nodiscard]] std::string shown(const std::string& text);
+
 /// The bundle of what was read. Errors: those of Partition::from.
 [[nodiscard]] Result<BundleIndex> bundle_of(IndexContent content);
 
@@ -134,7 +137,7 @@ void describe(Archive& archive, const BundleFormat& format, IndexedRegion& one) 
     std::string name = expected;
     archive.member("file", [&] { archive.text(name); });
     archive.check(name == expected, "file",
-                  [&] { return " must be '" + expected + "', not '" + name + "'"; });
+                  [&] { return " must be " + shown(expected) + ", not " + shown(name); });
     describe_area_and_file(archive, format, one);
   });
 }

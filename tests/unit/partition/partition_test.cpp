@@ -36,6 +36,7 @@ void refuses(std::vector<Region> regions, const std::string& because) {
   CHECK(partition.error().code == ErrorCode::invalid_input);
   CHECK_MESSAGE(partition.error().message.find(because) != std::string::npos,
                 partition.error().message);
+  CHECK(partition.error().message.find('\n') == std::string::npos);
 }
 
 std::optional<RegionId> id(std::uint32_t value) { return RegionId{value}; }

@@ -671,6 +671,8 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt(replaced(good, "\"label\": \"x+000_y+000\"", "\"label\": \"../../etc/passwd\""),
           "'regions[0].file' must be '../../etc/passwd.pcd'");
   corrupt(replaced(good, "\"label\": \"storey.1\"", "\"label\": 1"), "'regions[1].label'");
+  corrupt(replaced(good, "\"label\": \"storey.1\"", "\"label\": \"a\\n\\u001b[31m\""),
+          "'regions[1].file' must be 'a\\n\\u001b[31m.pcd', not 'storey.1.pcd'");
   corrupt(replaced(good, "\"file\": \"storey.1.pcd\"", "\"file\": \"/etc/passwd\""),
           "'regions[1].file' must be 'storey.1.pcd'");
   corrupt(replaced(good, "\"points\": 1000", "\"points\": 1001"), "'regions[0].bytes' must be");
@@ -688,6 +690,7 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt(replaced(good, "\"polygon\"", "\"circle\""), "'box', 'boxes' or 'polygon'");
   corrupt(replaced(good, "\"polygon\": [", "\"polygon\": 5, \"x\": ["), "must be an array");
   corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"g"), "16 hexadecimal digits");
+  corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"\\n"), "digits, not '\\n");
   corrupt(replaced(good, "\"inf\"", "\"endless\""), "must be a number");
   corrupt(replaced(good, "\"inf\"", "1e999"), "damaged");
   corrupt(replaced(good, "\"inf\"", "\"-inf\""), "not a partition");
