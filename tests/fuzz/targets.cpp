@@ -4,6 +4,8 @@
 #include <array>
 #include <iterator>
 
+#include "bundle_seeds.hpp"
+#include "bundle_targets.hpp"
 #include "io/autoware_tiles.hpp"
 #include "io/imu_text.hpp"
 #include "io/map_projection.hpp"
@@ -179,6 +181,13 @@ constexpr std::array kTargets{
     FuzzTarget{"tiles", read_tiles, seeds::tiles},
     FuzzTarget{"map_projector", read_map_projector, seeds::map_projector},
     FuzzTarget{"places", read_places, seeds::places},
+    FuzzTarget{"bundle_index", bundle_targets::read_index, seeds::bundle_index},
+    FuzzTarget{"bundle_regions", bundle_targets::read_regions, seeds::bundle_regions},
+    FuzzTarget{"build_plan", bundle_targets::read_plan, seeds::build_plan},
+    FuzzTarget{"build_parts", bundle_targets::read_parts, seeds::build_parts},
+    FuzzTarget{"tiled_map", bundle_targets::read_pack, seeds::tiled_map},
+    FuzzTarget{"shared_region", bundle_targets::read_shared_region, seeds::shared_region},
+    FuzzTarget{"pcd_region", bundle_targets::read_pcd_region, seeds::pcd_region},
 };
 
 }  // namespace

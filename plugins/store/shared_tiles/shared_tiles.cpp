@@ -1,5 +1,4 @@
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -8,8 +7,8 @@
 #include "bytes.hpp"
 #include "common/folder_store.hpp"
 #include "growing_tiles.hpp"
-#include "point_order.hpp"
 #include "region_content.hpp"
+#include "region_reader.hpp"
 #include "scratch.hpp"
 #include "tile_cache.hpp"
 #include "vantage/plugin.hpp"
@@ -120,34 +119,11 @@ class SharedTiles final : public bundle_folder::FolderStore {
 
   [[nodiscard]] Result<RegionMap> read(std::string_view content, const RegionFile& file,
                                        const std::filesystem::path& path) const override {
-    VANTAGE_TRY(RegionContent region, decode_region(content, file, path.string()));
-    std::optional<io::InputFile> tiles_file;
-    std::vector<TileCache::TilePtr> tiles;
-    TakenPoints taken;
-    tiles.reserve(region.parts.size());
-    for (const TilePart& part : region.parts) {
-      auto tile = cache_.get(part.place, root() / kTilesFile, tiles_file);
-      if (!tile) {
-        return fail(
-            std::move(tile).error().during("reading region '" + path.stem().string() + "'"));
-      }
-      auto runs = read_selection(part.selection, part.coding, (*tile)->points, part.count);
-      if (!runs) return corrupt("the selection from a tile is damaged", path);
-      taken.add(**tile, *std::move(runs));
-      tiles.push_back(*std::move(tile));  // until the points are there
-    }
-    auto points = taken.in_order(region.order);
-    if (!points) return corrupt("the order of the points is damaged", path);
-    region.map.points = *std::move(points);
-    return std::move(region.map);
+    return read_region(content, file, path, root() / kTilesFile, cache_);
   }
 
   [[nodiscard]] static tl::unexpected<Error> failed_before() {
     return fail(ErrorCode::io_failure, "a part of the bundle could not be written: begin it again");
-  }
-  [[nodiscard]] static tl::unexpected<Error> corrupt(const char* reason,
-                                                     const std::filesystem::path& path) {
-    return fail(ErrorCode::corrupt_data, reason, SourceLocation{path.string(), 0, 0});
   }
 
   double width_;

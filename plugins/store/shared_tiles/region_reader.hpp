@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "common/bundle_format.hpp"
+#include "tile_cache.hpp"
+#include "vantage/map_store.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::shared_tiles {
+
+/// A region from its file and from the tiles that it names.
+/// @param content  of the region's file
+/// @param path     of the region's file, for messages
+/// @param tiles    the file of tiles
+/// Errors: `corrupt_data`; `io_failure`.
+[[nodiscard]] Result<RegionMap> read_region(std::string_view content,
+                                            const bundle_folder::RegionFile& file,
+                                            const std::filesystem::path& path,
+                                            const std::filesystem::path& tiles, TileCache& cache);
+
+}  // namespace vantage::shared_tiles
