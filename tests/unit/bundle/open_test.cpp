@@ -75,6 +75,27 @@ TEST_CASE("a bundle is opened by the store that made it, whichever stores are in
   CHECK(Bundle::open(tiles, test::built_plugins()));
 }
 
+TEST_CASE(
+    "a bundle that is replaced while it is open is an error, never the regions of the other") {
+  const test::TemporaryFolder folder;
+  const fs::path tiles = folder.path() / "tiles";
+  write_bundle(*store("pcd_tiles", "root", tiles));
+  const auto bundle = Bundle::open(tiles, test::built_plugins());
+  REQUIRE_MESSAGE(bundle, to_string(bundle.error()));
+  fs::remove_all(tiles);
+  write_bundle(*store("pcd_tiles", "root", tiles), "schema = 1 # another\n");
+  CHECK(bundle->directory()->summary().config == "schema = 1\n");  // what was read stays
+  const auto map = bundle->get(RegionId{2});
+  REQUIRE_FALSE(map);
+  CHECK(to_string(map.error()) ==
+        tiles.string() +
+            ": error: another bundle has been put in the place of the one that was opened: open it "
+            "again");
+  CHECK(bundle->index().error().code == ErrorCode::io_failure);
+  CHECK(bundle->indexed_by().error().code == ErrorCode::io_failure);
+  CHECK(Bundle::open(tiles, test::built_plugins())->get(RegionId{2})->points.size() == 3);
+}
+
 TEST_CASE("a store that is named and not installed is told") {
   const test::TemporaryFolder folder;
   test::write_text(folder.path() / "index.json",
