@@ -181,17 +181,23 @@ Result<void> FolderStore::commit() noexcept {
     if (there(root)) {
       VANTAGE_TRY(const auto replaced, files_of_bundle(format_, root));
       VANTAGE_CHECK(io::exchange(partial, root));
-      writing_->folder.release();
-      writing_.reset();
+      const Result<void> kept = keep(root);
       // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
-      (void)remove_files(partial, replaced);
-      return {};
+      if (kept) (void)remove_files(partial, replaced);
+      return kept;
     }
     VANTAGE_CHECK(io::rename_to_new(partial, root));
-    writing_->folder.release();
-    writing_.reset();
-    return {};
+    return keep(root);
   });
+}
+
+/// The bundle has its name: makes the name survive a power cut, as its files do.
+Result<void> FolderStore::keep(const fs::path& root) {
+  writing_->folder.release();
+  const fs::path place = root;  // it may be that of `writing_`
+  writing_.reset();
+  VANTAGE_CHECK(io::flush_name(place / kIndex));
+  return io::flush_name(place);
 }
 
 Result<MapIndex> FolderStore::index() const noexcept {

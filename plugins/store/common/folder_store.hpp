@@ -103,7 +103,9 @@ class FolderStore : public MapStore {
 
   [[nodiscard]] Result<IndexedRegion> region_of(const OpenIndex& index, std::uint32_t r) const;
   [[nodiscard]] tl::unexpected<Error> unknown_region(std::uint32_t r, std::size_t regions) const;
+  [[nodiscard]] Result<std::filesystem::path> resolved_root() const;
   [[nodiscard]] Result<void> may_write(const std::filesystem::path& root) const;
+  [[nodiscard]] Result<void> keep(const std::filesystem::path& root);
   [[nodiscard]] Result<std::shared_ptr<const OpenIndex>> current_index() const;
 
   const BundleFormat& format_;

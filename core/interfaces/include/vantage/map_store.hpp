@@ -75,7 +75,7 @@ class VANTAGE_API MapStore {
   /// for another name; `io_failure`.
   [[nodiscard]] virtual Result<void> attach(std::string_view name,
                                             std::span<const std::byte> bytes) noexcept;
-  /// Makes the whole bundle visible at once.
+  /// Makes the whole bundle visible at once. When it returns, the bundle survives a power cut.
   /// Errors: `invalid_input` without begin or if a region is missing; `io_failure`.
   [[nodiscard]] virtual Result<void> commit() noexcept = 0;
 
