@@ -92,6 +92,13 @@ Result<void> FolderStore::finish(PartialFolder& /*folder*/, std::vector<RegionFi
   return {};
 }
 
+Result<void> FolderStore::may_begin() const noexcept {
+  return guarded([&]() -> Result<void> {
+    VANTAGE_TRY(const fs::path root, resolved_root());
+    return may_write(root);
+  });
+}
+
 Result<void> FolderStore::begin(const MapIndex& index) noexcept {
   return guarded([&]() -> Result<void> {
     if (writing_) return fail(ErrorCode::invalid_input, "a bundle has already been begun");
@@ -102,10 +109,7 @@ Result<void> FolderStore::begin(const MapIndex& index) noexcept {
     }
     VANTAGE_CHECK(check_writable(index));
 
-    // Behind a symbolic link, the folder itself is replaced, not the link.
-    std::error_code error;
-    fs::path root = fs::weakly_canonical(root_, error);
-    if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
+    VANTAGE_TRY(fs::path root, resolved_root());
     VANTAGE_CHECK(may_write(root));
     fs::path partial = root;
     partial += ".partial";
@@ -240,6 +244,14 @@ tl::unexpected<Error> FolderStore::unknown_region(std::uint32_t r, std::size_t r
               "the bundle has no region " + std::to_string(r) + ", only 0 to " +
                   std::to_string(regions - 1),
               at(root_));
+}
+
+/// Behind a symbolic link, the folder itself is replaced, not the link.
+Result<fs::path> FolderStore::resolved_root() const {
+  std::error_code error;
+  fs::path root = fs::weakly_canonical(root_, error);
+  if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
+  return root;
 }
 
 /// Whether a bundle may be written to a place. Errors: `already_exists`.

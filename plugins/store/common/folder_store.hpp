@@ -46,6 +46,7 @@ struct FolderParams {
 /// region is written and read.
 class FolderStore : public MapStore {
  public:
+  [[nodiscard]] Result<void> may_begin() const noexcept final;
   [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept final;
   [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept final;
   [[nodiscard]] Result<void> attach(std::string_view name,
