@@ -31,9 +31,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a point of a block takes with the point itself while visibility is decided, and while
-// regions are put together [bytes].
-constexpr std::uint64_t kBytesASeenPoint = 88, kBytesAMergedPoint = 64;
+constexpr const char* kPlan = "plan";
+
+// What a point of a block takes with the point itself while regions are put together [bytes].
+constexpr std::uint64_t kBytesAMergedPoint = 64;
 
 tl::unexpected<Error> folder_error(ErrorCode code, std::string message, const fs::path& path) {
   return fail(code, std::move(message), SourceLocation{path.string(), 0, 0});
@@ -110,6 +111,7 @@ struct ShardedBuild::State {
   std::vector<Bounds2> areas;        // what each region needs
   std::vector<std::uint32_t> order;  // of regions: neighbours in the plan follow each other
   std::vector<double> cost;          // by region
+  std::uint64_t most_points = 0;     // that a region needs
   double seconds_plan = 0, seconds_building = 0, core_seconds_building = 0;  // of this process
   double core_seconds_selection = 0;
 
@@ -167,15 +169,14 @@ void ShardedBuild::State::lay_out() {
   const auto regions = static_cast<std::uint32_t>(plan.partition.size());
   std::vector<Eigen::Vector2d> middles;
   for (std::uint32_t r = 0; r < regions; ++r) {
-    Bounds2 around;
-    for (const Point& q : plan.viewpoints[r]) around.extend(q.head<2>());
     const Bounds2 own = bounds_of(plan.partition[RegionId{r}].footprint);
-    if (among_own_points() && !plan.viewpoints[r].empty()) around = own;
-    areas.push_back(with_margin(around, reach));
+    areas.push_back(needed_area(plan, r, params->scope, reach));
     middles.emplace_back(0.5 * (own.min + own.max));
     order.push_back(r);
     // Something for reading and preparing, too.
-    cost.push_back(static_cast<double>(map->points_in(areas[r])) *
+    const std::uint64_t points = plan.viewpoints[r].empty() ? 0 : map->points_in(areas[r]);
+    most_points = std::max(most_points, points);
+    cost.push_back(static_cast<double>(points) *
                    (1.0 + static_cast<double>(plan.viewpoints[r].size())));
   }
   const auto halve = [&](const auto& self, std::span<std::uint32_t> some) -> void {
@@ -287,6 +288,10 @@ const Partition& ShardedBuild::partition() const noexcept { return state_->plan.
 std::uint64_t ShardedBuild::map_points() const noexcept { return state_->plan.map_points; }
 std::uint64_t ShardedBuild::ground_points() const noexcept { return state_->plan.ground_points; }
 
+std::uint64_t ShardedBuild::least_memory() const noexcept {
+  return kBytesASeenPoint * state_->most_points;
+}
+
 Result<ShardStatus> ShardedBuild::status(const Shard& shard) const {
   VANTAGE_TRY(const auto regions, state_->regions_of(shard));
   VANTAGE_TRY(const Parts parts, state_->parts());
@@ -307,8 +312,6 @@ Result<BuildEstimate> ShardedBuild::estimate() const {
   std::vector<std::uint32_t> left;
   double cost = 0.0;
   for (const std::uint32_t r : state.order) {
-    estimate.memory =
-        std::max(estimate.memory, kBytesASeenPoint * state.map->points_in(state.areas[r]));
     if (parts.has(r) || state.plan.viewpoints[r].empty()) continue;
     left.push_back(r);
     cost += state.cost[r];

@@ -228,6 +228,19 @@ TEST_CASE("blocks hold neighbours, fit into memory, and have every region once")
   CHECK(too_large.error().code == ErrorCode::invalid_input);
   CHECK(too_large.error().message.find("1600 points") != std::string::npos);
   CHECK(blocks_of(map, partition, {}, areas, 10, 10).value().empty());
+
+  // The region that needs most is named, wherever it stands, and what it needs is enough for all.
+  for (const std::uint32_t largest : {0U, 17U, 98U}) {
+    auto uneven = areas;
+    uneven[largest].max += Eigen::Vector2d(5.0, 5.0);
+    const auto refused = blocks_of(map, partition, some, uneven, 10'000, 10);
+    REQUIRE_FALSE(refused);
+    const std::string& message = refused.error().message;
+    CHECK_MESSAGE(message.find("'r" + std::to_string(largest) + "'") != std::string::npos, message);
+    CHECK(message.find("2025 points") != std::string::npos);
+    CHECK(blocks_of(map, partition, some, uneven, 20'250, 10));
+    CHECK_FALSE(blocks_of(map, partition, some, uneven, 20'249, 10));
+  }
 }
 
 }  // namespace

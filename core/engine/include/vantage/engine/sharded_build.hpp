@@ -42,9 +42,8 @@ struct ShardStatus {
 
 /// What is left of a build, estimated.
 struct BuildEstimate {
-  std::uint64_t memory = 0;  ///< the least that a process may be allowed [bytes]
-  std::size_t sampled = 0;   ///< regions that were built to find out
-  double core_seconds = 0;   ///< for all regions that are not finished; without the merge
+  std::size_t sampled = 0;  ///< regions that were built to find out
+  double core_seconds = 0;  ///< for all regions that are not finished; without the merge
 };
 
 /// A build that does not hold the map, runs in one or several processes, and continues where it was
@@ -71,6 +70,8 @@ class ShardedBuild {
   [[nodiscard]] VANTAGE_API const Partition& partition() const noexcept;
   [[nodiscard]] VANTAGE_API std::uint64_t map_points() const noexcept;
   [[nodiscard]] VANTAGE_API std::uint64_t ground_points() const noexcept;
+  /// What a process has to be allowed so that every region fits [bytes].
+  [[nodiscard]] VANTAGE_API std::uint64_t least_memory() const noexcept;
   /// Errors: `invalid_input` for a shard that does not exist; those of reading the parts.
   [[nodiscard]] VANTAGE_API Result<ShardStatus> status(const Shard& shard) const;
 
