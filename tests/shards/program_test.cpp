@@ -67,6 +67,46 @@ TEST_CASE("shards: what kill -9 interrupts at any moment is continued, to the sa
   CHECK(kills > 5);
 }
 
+TEST_CASE(
+    "shards: all at once and without a plan, some of them killed, and some on another machine") {
+  const SmallTown town;
+  const std::string config = town.config({});
+  must_run("vantage-build", {config, "-q", "--set", "store.params.root=" + town.path("whole")});
+  const auto whole = test::bytes_of(town.path("whole"));
+  // Another machine has the same files at other places, but for the folder of parts.
+  const fs::path there = town.path("there");
+  fs::create_directory(there);
+  for (const char* name : {"tiles", "driven.tum", "town.toml"}) {
+    fs::copy(town.path(name), there / name, fs::copy_options::recursive);
+  }
+  constexpr int kShards = 6;
+  const auto words = [&](int k) {
+    return std::vector<std::string>{k % 2 == 0 ? config : (there / "town.toml").string(),
+                                    "-q",
+                                    "-j",
+                                    "1",
+                                    "--memory",
+                                    k % 3 == 0 ? "3MiB" : "64MiB",
+                                    "--parts",
+                                    town.path("parts"),
+                                    "--shard",
+                                    std::to_string(k + 1) + "/" + std::to_string(kShards)};
+  };
+  std::vector<test::Finished> finished(kShards);
+  std::vector<std::thread> processes;
+  for (int k = 0; k < kShards; ++k) {
+    processes.emplace_back([&, k] {
+      if (k % 3 == 1) run_and_kill("vantage-build", words(k), std::chrono::milliseconds(20 * k));
+      finished[static_cast<std::size_t>(k)] = run("vantage-build", words(k));
+    });
+  }
+  for (std::thread& process : processes) process.join();
+  for (const auto& one : finished) CHECK_MESSAGE(one.exit_code == 0, one.err);
+  must_run("vantage-merge", {config, "-q", "--parts", town.path("parts")});
+  CHECK(test::bytes_of(town.path("bundle")) == whole);
+  CHECK_FALSE(fs::exists(town.path("parts")));
+}
+
 TEST_CASE("shards: an assessment that kill -9 ends leaves the bundle, with a whole atlas or none") {
   const SmallTown town;
   const std::string config = town.config({.more = "[atlas]\nmax_sites = 9\n"});
