@@ -53,13 +53,14 @@ TEST_CASE("memory: no process of a build in parts takes much more than it is all
   const test::TemporaryFolder folder;
   const auto path = [&](const char* name) { return (folder.path() / name).string(); };
   const std::uint64_t points = write_square(path("map.pcd"), 400.0);
-  test::write_text(path("square.toml"),
-                   "schema = 1\n[map]\nfiles = [\"tiles\"]\n[partitioner]\nplugin = "
-                   "\"uniform_grid\"\nparams = { cell_width = 40.0 }\n[ground]\nplugin = "
-                   "\"pmf\"\nparams = { max_window = 5.0 }\n[viewpoints]\nvoxel_size = 20.0\n"
-                   "[visibility]\nplugin = \"surface\"\nmax_range = 20.0\nparams = { point_spacing "
-                   "= 0.2 }\n[store]\nplugin = \"shared_tiles\"\ncontent = \"points\"\nparams = { "
-                   "root = \"bundle\" }\n[matcher]\nplugin = \"ndt\"\n");
+  test::write_text(
+      path("square.toml"),
+      "schema = 1\n[map]\nfiles = [\"tiles\"]\n[partitioner]\nplugin = "
+      "\"uniform_grid\"\nparams = { cell_width = 40.0 }\n[ground]\nplugin = "
+      "\"pmf\"\nparams = { max_window = 5.0 }\n[viewpoints]\nvoxel_size = 20.0\n"
+      "[visibility]\nplugin = \"surface\"\nmax_range = 20.0\nparams = { point_spacing "
+      "= 0.2 }\n[store]\nplugin = \"shared_tiles\"\ncontent = \"points\"\nparams = { "
+      "root = \"bundle\", build_cache = 16, cache = 16 }\n[matcher]\nplugin = \"ndt\"\n");
   const auto peak = [&](const char* program, std::vector<std::string> arguments) {
     arguments.emplace_back("-q");
     const Finished finished = test::run(program, arguments);
@@ -67,7 +68,8 @@ TEST_CASE("memory: no process of a build in parts takes much more than it is all
     MESSAGE(program << ": " << finished.peak_memory / kMiB << " MiB");
     return finished.peak_memory;
   };
-  // What is allowed, and a process with its libraries, its plan and the index of the map.
+  // What is allowed, and a process with its libraries, its plan, the index of the map, and the
+  // caches of the store, which are parameters of their own.
   const auto bound = [](std::uint64_t mib) { return (mib + mib / 4 + 100) * kMiB; };
   CHECK(peak("vantage-tile", {path("map.pcd"), "-o", path("tiles"), "--memory", "64MiB"}) <
         bound(64));
