@@ -1,11 +1,14 @@
 // vantage-assess: measures how well a sensor can be localized in a finished bundle.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "building/input.hpp"
 #include "localizability/localizability.hpp"
@@ -68,6 +71,31 @@ Result<building::WideAreaMap> map_of(const Subject& subject, std::uint64_t memor
   return fail(std::move(error).during("assessing " + subject.bundle.name()));
 }
 
+/// With a map in parts, each thread has what is around a site in memory: as many threads as fit,
+/// and at least one.
+/// @param memory  [bytes]
+Result<std::size_t> threads_for(const Subject& subject, const io::TiledParts& map,
+                                std::uint64_t memory, std::size_t jobs) {
+  constexpr std::uint64_t kBytesAPoint = 48;  // with what finds neighbours
+  const std::size_t wanted = jobs > 0 ? jobs : std::max(1U, std::thread::hardware_concurrency());
+  const auto& built = subject.bundle.built_with();
+  const auto& visibility =
+      built && built->visibility ? built->visibility : subject.config.visibility;
+  const double range = visibility && visibility->max_range
+                           ? *visibility->max_range
+                           : std::numeric_limits<double>::infinity();
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(range);
+  std::uint64_t most = 1;
+  const RegionDirectory& directory = *subject.bundle.directory();
+  for (std::uint32_t r = 0; r < directory.summary().regions; ++r) {
+    VANTAGE_TRY(const DirectoryEntry entry, directory.entry(RegionId{r}));
+    if (entry.summary.viewpoints == 0) continue;
+    const Bounds2 region = bounds_of(entry.region.footprint);
+    most = std::max(most, map.points_in({region.min - margin, region.max + margin}));
+  }
+  return std::clamp<std::size_t>(memory / (kBytesAPoint * most), 1, wanted);
+}
+
 /// @param alert_limit  [m]
 void print(const AssessmentReport& report, double alert_limit, const Options& options) {
   const Localizability all = localizability_of(report.atlas, alert_limit);
@@ -117,7 +145,11 @@ Result<void> run(const Options& options) {
       progress->update(done, total);
     };
     if (map.tiles) {
-      VANTAGE_TRY(report, assessment.run(io::TiledParts(*map.tiles), told));
+      const io::TiledParts parts(*map.tiles);
+      VANTAGE_TRY(const std::size_t fitting,
+                  threads_for(subject, parts, *memory, options.common.jobs));
+      const cli::ThreadLimit fewer(fitting);
+      VANTAGE_TRY(report, assessment.run(parts, told));
     } else {
       VANTAGE_TRY(report, assessment.run(map.points, told));
     }
@@ -140,8 +172,8 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingPath);
   app.add_option(
          "--memory", options.memory,
-         "memory for the map, in MiB or GiB; of a tiled map that needs more, only what is around a "
-         "site is read at a time")
+         "memory for the map, in MiB or GiB; of a tiled map that needs more, only what is around "
+         "some sites is read at a time, one for each thread that fits")
       ->capture_default_str();
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

@@ -57,9 +57,9 @@ Result<void> run(const Options& options) {
                                 {"regions", build.partition().size()},
                                 {"finished", finished},
                                 {"viewpoints", viewpoints},
+                                {"least_memory_bytes", build.least_memory()},
                                 {"shards", std::move(shards)}};
     if (!options.no_estimate) {
-      json["least_memory_bytes"] = estimate.memory;
       json["sampled_regions"] = estimate.sampled;
       json["core_hours_left"] = estimate.core_seconds / 3600.0;
     }
@@ -72,13 +72,14 @@ Result<void> run(const Options& options) {
                            cli::counted(viewpoints, "viewpoint"), cli::grouped(finished),
                            cli::counted(build.partition().size(), "region"),
                            cli::form(build.partition().size(), "is", "are"));
+  std::cout << fmt::format("a process needs --memory {}MiB at least",
+                           (build.least_memory() >> 20U) + 1);
   if (!options.no_estimate) {
     std::cout << fmt::format(
-        "a process needs --memory {}MiB at least; about {:.3g} core-hours are left, without the "
-        "merge (estimated from {})\n",
-        (estimate.memory >> 20U) + 1, estimate.core_seconds / 3600.0,
-        cli::counted(estimate.sampled, "region"));
+        "; about {:.3g} core-hours are left, without the merge (estimated from {})",
+        estimate.core_seconds / 3600.0, cli::counted(estimate.sampled, "region"));
   }
+  std::cout << '\n';
   return {};
 }
 

@@ -6,12 +6,15 @@
 #include <cstdlib>
 #include <iostream>
 #include <map>
+#include <thread>
 
 #include "building/input.hpp"
 #include "submit/script.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/counts.hpp"
 #include "terminal/size.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/marked_folder.hpp"
 
 namespace vantage {
 namespace {
@@ -39,10 +42,43 @@ std::vector<std::string> arguments_of(const Options& options, const fs::path& pa
   return words;
 }
 
+/// How many shards run at once, and what each of them may take [bytes].
+struct Share {
+  std::size_t at_once = 1;
+  std::uint64_t memory = 0;
+};
+
+/// On this machine, --memory is that of all shards together: as many run at once as have cores and
+/// the memory that the largest region needs.
+Result<Share> share_of(const Options& options, std::uint64_t memory, std::uint64_t least,
+                       std::size_t threads, std::size_t shards) {
+  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
+  const std::uint64_t least_mib = least / kMiB + 1;
+  const std::uint64_t mib = memory / kMiB;
+  const bool apart = options.engine == Engine::slurm;
+  const std::uint64_t room = mib / least_mib;
+  if (room < std::max<std::uint64_t>(1, apart ? 1 : options.at_once)) {
+    const std::uint64_t wanted = apart ? 1 : std::max<std::size_t>(1, options.at_once);
+    return cli::usage_error(fmt::format(
+        "--memory {}MiB is not enough for {}: each needs {} MiB for the largest region, so give "
+        "--memory {}MiB{}",
+        mib, cli::counted(wanted, "shard"), least_mib, wanted * least_mib,
+        wanted > 1 ? " or a smaller --at-once" : ""));
+  }
+  if (apart) return Share{1, memory};
+  const std::size_t all = std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t cores = (all + threads - 1) / threads;
+  const std::size_t at_once = options.at_once > 0
+                                  ? options.at_once
+                                  : std::min({cores, shards, static_cast<std::size_t>(room)});
+  return Share{at_once, memory / at_once};
+}
+
 Result<void> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(auto prepared, building::prepare(options, building::Reading::never));
-  prepared.parts = fs::absolute(prepared.parts);
+  prepared.parts = fs::absolute(prepared.parts).lexically_normal();
+  if (!prepared.parts.has_filename()) prepared.parts = prepared.parts.parent_path();
   // The plan is made here, so that shards do not wait for each other, and refusals come at once.
   const io::TiledParts map(*prepared.map.tiles);
   if (!options.common.quiet) std::cerr << "planning\n";
@@ -53,18 +89,22 @@ Result<void> run(const Options& options) {
                                        : std::clamp<std::size_t>(
                                              build.partition().size() / kRegionsAShard, 1, 1000),
           .threads = options.common.jobs > 0 ? options.common.jobs : 1,
-          .at_once = options.at_once,
-          .memory = prepared.memory,
+          .merge_memory = prepared.memory,
           .programs = fs::read_symlink("/proc/self/exe").parent_path(),
           .arguments = arguments_of(options, prepared.parts),
           .folder = fs::current_path(),
-          .parts = prepared.parts};
+          .own = fs::path(prepared.parts.string() + ".submit")};
+  VANTAGE_TRY(const Share share,
+              share_of(options, prepared.memory, build.least_memory(), job.threads, job.shards));
+  job.at_once = share.at_once;
+  job.memory = share.memory;
   const std::string script = script_of(job);
+  VANTAGE_CHECK(io::claim_folder(job.own, kMarker, "a folder of vantage submit"));
   if (options.print) {
     std::cout << script;
     return {};
   }
-  const fs::path file = prepared.parts / "submit.sh";
+  const fs::path file = job.own / kScript;
   VANTAGE_CHECK(io::write_text_atomically(file, script));
   const int status = std::system(("/bin/sh " + quoted(file.string())).c_str());
   if (status == 0) return {};
@@ -81,8 +121,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Builds a tiled map in shards, with GNU parallel or Slurm.\n"
       "It plans the build, runs the shards and merges them. With Slurm it returns when the jobs "
-      "are "
-      "queued.",
+      "are queued.",
       "vantage submit");
   vantage::Options options;
   options.add_to(app);
@@ -99,8 +138,8 @@ int main(int argc, char** argv) {
                  "number of shards; if left out, one for every 64 regions")
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--at-once", options.at_once,
-                 "with parallel: number of shards that run at a time; if left out, as many as the "
-                 "cores allow")
+                 "with parallel: number of shards that run at a time and share --memory; if left "
+                 "out, as many as cores and memory allow")
       ->check(CLI::Range(1, 100'000));
   app.add_flag("--print", options.print, "plan the build and print the script, but do not run it");
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

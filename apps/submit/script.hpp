@@ -18,17 +18,23 @@ enum class Engine : std::uint8_t {
 struct Job {
   Engine engine = Engine::parallel;
   std::size_t shards = 1;
-  std::size_t threads = 1;         ///< of a shard
-  std::size_t at_once = 0;         ///< shards, on this machine; 0: as many as there are cores for
-  std::uint64_t memory = 0;        ///< of a shard [bytes]
-  std::filesystem::path programs;  ///< the folder of vantage-build and vantage-merge
+  std::size_t threads = 1;             ///< of a shard
+  std::size_t at_once = 1;             ///< shards; with parallel, on this machine
+  std::uint64_t memory = 0;            ///< of a shard [bytes]
+  std::uint64_t merge_memory = 0;      ///< of the merge [bytes]
+  std::filesystem::path programs;      ///< the folder of vantage-build and vantage-merge
   std::vector<std::string> arguments;  ///< of both: configuration and options
   std::filesystem::path folder;        ///< where the programs run
-  std::filesystem::path parts;         ///< where logs go
+  std::filesystem::path own;           ///< of the script and what it leaves; marked by kMarker
 };
 
-/// A script for /bin/sh that runs all shards and then merges. It ends with the status of what it
-/// runs.
+/// The files in Job::own.
+inline constexpr const char* kMarker = ".vantage-submit";
+inline constexpr const char* kScript = "submit.sh";
+
+/// A script for /bin/sh that runs all shards, merges, and removes its own files. It ends with the
+/// status of what it runs. What is finished is known by the folder of parts alone: every shard is
+/// run each time, and one without work ends at once.
 [[nodiscard]] std::string script_of(const Job& job);
 
 /// A word that the shell reads as this text.

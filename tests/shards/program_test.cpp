@@ -67,6 +67,46 @@ TEST_CASE("shards: what kill -9 interrupts at any moment is continued, to the sa
   CHECK(kills > 5);
 }
 
+TEST_CASE(
+    "shards: all at once and without a plan, some of them killed, and some on another machine") {
+  const SmallTown town;
+  const std::string config = town.config({});
+  must_run("vantage-build", {config, "-q", "--set", "store.params.root=" + town.path("whole")});
+  const auto whole = test::bytes_of(town.path("whole"));
+  // Another machine has the same files at other places, but for the folder of parts.
+  const fs::path there = town.path("there");
+  fs::create_directory(there);
+  for (const char* name : {"tiles", "driven.tum", "town.toml"}) {
+    fs::copy(town.path(name), there / name, fs::copy_options::recursive);
+  }
+  constexpr int kShards = 6;
+  const auto words = [&](int k) {
+    return std::vector<std::string>{k % 2 == 0 ? config : (there / "town.toml").string(),
+                                    "-q",
+                                    "-j",
+                                    "1",
+                                    "--memory",
+                                    k % 3 == 0 ? "3MiB" : "64MiB",
+                                    "--parts",
+                                    town.path("parts"),
+                                    "--shard",
+                                    std::to_string(k + 1) + "/" + std::to_string(kShards)};
+  };
+  std::vector<test::Finished> finished(kShards);
+  std::vector<std::thread> processes;
+  for (int k = 0; k < kShards; ++k) {
+    processes.emplace_back([&, k] {
+      if (k % 3 == 1) run_and_kill("vantage-build", words(k), std::chrono::milliseconds(20 * k));
+      finished[static_cast<std::size_t>(k)] = run("vantage-build", words(k));
+    });
+  }
+  for (std::thread& process : processes) process.join();
+  for (const auto& one : finished) CHECK_MESSAGE(one.exit_code == 0, one.err);
+  must_run("vantage-merge", {config, "-q", "--parts", town.path("parts")});
+  CHECK(test::bytes_of(town.path("bundle")) == whole);
+  CHECK_FALSE(fs::exists(town.path("parts")));
+}
+
 TEST_CASE("shards: an assessment that kill -9 ends leaves the bundle, with a whole atlas or none") {
   const SmallTown town;
   const std::string config = town.config({.more = "[atlas]\nmax_sites = 9\n"});
@@ -120,13 +160,14 @@ TEST_CASE("shards: a finished region is not built again") {
 TEST_CASE("shards: a bundle is replaced only if that is wanted, and other files stay") {
   const SmallTown town;
   const std::string config = town.config({});
-  fs::create_directory(town.path("work"));
-  test::write_text(town.path("work/notes.txt"), "mine");
   const std::vector<std::string> build{config, "-q",      "--memory",
                                        "3MiB", "--parts", town.path("work")};
+  must_run("vantage-plan", build);
+  test::write_text(town.path("work/notes.txt"), "mine");
   must_run("vantage-build", build);
   CHECK(test::read_text(town.path("work/notes.txt")) == "mine");
-  CHECK(std::distance(fs::directory_iterator(town.path("work")), fs::directory_iterator()) == 1);
+  CHECK_FALSE(fs::exists(town.path("work/plan")));
+  CHECK(std::distance(fs::directory_iterator(town.path("work")), fs::directory_iterator()) == 2);
   const auto before = test::bytes_of(town.path("bundle"));
   for (const char* program : {"vantage-build", "vantage-plan", "vantage-merge"}) {
     const auto refused = run(program, build);
@@ -176,7 +217,12 @@ TEST_CASE(
   const std::string whole = test::read_text(file);
   test::write_text(file, whole.substr(0, whole.size() - 10));  // as a disk that was full leaves it
   must_run("vantage-build", {config, "-q", "--shard", "2/3"});
-  CHECK(test::read_text(file) == whole);
+  // The region that was cut off is in a file of the process that built it.
+  const std::string last = test::read_text(parts / "shard_2_of_3-2.parts");
+  CHECK(last.substr(0, 16) == whole.substr(0, 16));
+  CHECK(whole.ends_with(last.substr(16)));
+  fs::remove(parts / "shard_2_of_3-2.parts");
+  test::write_text(file, whole);
   must_run("vantage-build", {config, "-q", "--shard", "1/1"});
   wrong = whole;
   wrong[wrong.size() / 2] ^= 1;

@@ -101,8 +101,13 @@ done
 if [ ! -d bundle ]; then
   echo "FAILED: Slurm made no bundle"
   squeue || true
-  tail -n 20 "$work"/bundle.parts/slurm-*.log "$work"/slurmctld.log || true
+  tail -n 20 "$work"/bundle.parts.submit/*.log "$work"/slurmctld.log || true
   exit 1
 fi
 diff -r whole bundle
+for _ in $(seq 40); do  # the job of the merge removes what is left
+  [ -d bundle.parts.submit ] || break
+  sleep 0.5
+done
+[ ! -e bundle.parts ] && [ ! -e bundle.parts.submit ] || { echo "FAILED: something is left"; ls -a bundle.parts*; exit 1; }
 echo "Slurm made the bundle of a build in memory"

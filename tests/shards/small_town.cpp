@@ -62,6 +62,14 @@ std::map<std::string, std::string> bytes_of(const std::filesystem::path& folder)
   return files;
 }
 
+std::vector<std::string> failing_disk(const std::string& words, const std::string& log) {
+  std::vector<std::string> variables{std::string("LD_PRELOAD=") + VANTAGE_FAILING_DISK,
+                                     "ASAN_OPTIONS=verify_asan_link_order=0",
+                                     "VANTAGE_DISK=" + words};
+  if (!log.empty()) variables.push_back("VANTAGE_DISK_LOG=" + log);
+  return variables;
+}
+
 void must_run(const std::string& program, const std::vector<std::string>& arguments) {
   const Finished finished = run(program, arguments);
   REQUIRE_MESSAGE(finished.exit_code == 0, finished.err);

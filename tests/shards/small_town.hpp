@@ -42,6 +42,10 @@ class SmallTown {
 /// compared must have the same [map].
 [[nodiscard]] std::map<std::string, std::string> bytes_of(const std::filesystem::path& folder);
 
+/// The variables that give a program a disk which cannot do everything; see failing_disk.cpp.
+[[nodiscard]] std::vector<std::string> failing_disk(const std::string& words,
+                                                    const std::string& log = {});
+
 /// Runs a program, and requires that it succeeds.
 void must_run(const std::string& program, const std::vector<std::string>& arguments);
 

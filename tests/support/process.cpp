@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -47,8 +48,10 @@ Finished run(const std::string& program, const std::vector<std::string>& argumen
   if (failed != 0) throw std::runtime_error("cannot run " + path);
 
   int status = 0;
-  waitpid(child, &status, 0);
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
   Finished finished;
+  finished.peak_memory = 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
   finished.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   finished.out = read_text(out);
   finished.err = read_text(err);

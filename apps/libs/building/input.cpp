@@ -115,34 +115,11 @@ Result<bool> set_spacing(Config& config, const WideAreaMap& map, const MapSource
   return set;
 }
 
-/// The folder of the bundle, for a store that has one.
-std::optional<fs::path> bundle_of(const Config& config) {
-  const Value* const root = config.store ? config.store->params.find("root") : nullptr;
-  const auto* const text = root != nullptr ? std::get_if<std::string>(&root->data) : nullptr;
-  if (text == nullptr) return std::nullopt;
-  fs::path folder = resolve_path(*text, root->where);
-  if (!folder.has_filename()) folder = folder.parent_path();
-  return folder;
-}
-
 /// The folder of the bundle with ".parts" behind its name.
-Result<fs::path> parts_beside(const Config& config) {
-  if (auto folder = bundle_of(config)) return *folder += ".parts";
-  return cli::usage_error("the store has no 'root', so --parts has to name a folder for the parts");
-}
-
-/// A build in parts begins its bundle last. That the bundle may not be replaced must show first.
-Result<void> check_replaceable(const Config& config) {
-  const auto folder = bundle_of(config);
-  std::error_code ignored;
-  if (!folder || !fs::exists(*folder, ignored)) return {};
-  const Value* const overwrite = config.store->params.find("overwrite");
-  if (overwrite != nullptr && std::get_if<bool>(&overwrite->data) != nullptr &&
-      std::get<bool>(overwrite->data)) {
-    return {};
-  }
-  return fail(ErrorCode::already_exists, "exists already; --overwrite replaces an earlier bundle",
-              SourceLocation{folder->string(), 0, 0});
+Result<fs::path> parts_beside(const BundleBuild& build) {
+  if (auto place = build.place()) return *place += ".parts";
+  return cli::usage_error(
+      "the store has no folder for its bundle, so --parts has to name one for the parts");
 }
 
 }  // namespace
@@ -228,9 +205,10 @@ Result<Prepared> prepare(const Options& options, Reading reading) {
     VANTAGE_TRY(build, BundleBuild::prepare(config, options.common.loader()));
   }
   fs::path parts = options.parts;
-  if (map.tiles) VANTAGE_CHECK(check_replaceable(config));
+  // A build in parts begins its bundle last. That the store refuses it must show first.
+  if (map.tiles) VANTAGE_CHECK(build.may_begin());
   if (parts.empty() && map.tiles) {
-    VANTAGE_TRY(parts, parts_beside(config));
+    VANTAGE_TRY(parts, parts_beside(build));
   }
   return Prepared{std::move(config), std::move(build), std::move(map), *memory, std::move(parts)};
 }

@@ -25,17 +25,15 @@ class Division {
   Division(const MapParts& map, const std::vector<Bounds2>& areas, std::uint64_t most_points)
       : map_(map), areas_(areas), most_(most_points) {}
 
-  /// @return  the region that alone needs more points than a block may have, or the number of
-  ///          regions
-  std::size_t divide(std::span<std::uint32_t> regions, std::vector<RegionBlock>& blocks) const {
+  /// Precondition: each region fits alone.
+  void divide(std::span<std::uint32_t> regions, std::vector<RegionBlock>& blocks) const {
     const Bounds2 area = union_of(regions, areas_);
-    if (map_.points_in(area) <= most_) {
+    if (regions.size() == 1 || map_.points_in(area) <= most_) {
       RegionBlock block{{regions.begin(), regions.end()}, area};
       std::ranges::sort(block.regions);
       blocks.push_back(std::move(block));
-      return areas_.size();
+      return;
     }
-    if (regions.size() == 1) return regions.front();
     const Eigen::Vector2d size = area.max - area.min;
     const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
     const auto middle = regions.begin() + static_cast<std::ptrdiff_t>(regions.size() / 2);
@@ -44,8 +42,8 @@ class Division {
       const double at_b = areas_[b].min[axis] + areas_[b].max[axis];
       return at_a != at_b ? at_a < at_b : a < b;
     });
-    const std::size_t bad = divide({regions.begin(), middle}, blocks);
-    return bad < areas_.size() ? bad : divide({middle, regions.end()}, blocks);
+    divide({regions.begin(), middle}, blocks);
+    divide({middle, regions.end()}, blocks);
   }
 
  private:
@@ -62,6 +60,40 @@ Bounds2 with_margin(const Bounds2& area, double margin) noexcept {
   return {area.min - around, area.max + around};
 }
 
+RegionNeed largest_need(const MapParts& map, std::span<const std::uint32_t> regions,
+                        const std::vector<Bounds2>& areas) {
+  RegionNeed most{.region = regions.front()};
+  for (const std::uint32_t r : regions) {
+    const std::uint64_t points = needs_nothing(areas[r]) ? 0 : map.points_in(areas[r]);
+    if (points > most.points) most = {r, points};
+  }
+  return most;
+}
+
+tl::unexpected<Error> does_not_fit(const Partition& partition, const RegionNeed& need,
+                                   std::uint64_t memory, std::uint64_t bytes_a_point,
+                                   std::uint64_t enough) {
+  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
+  const auto rounded_up = [](std::uint64_t bytes) {
+    return std::to_string((bytes + kMiB - 1) / kMiB) + " MiB";
+  };
+  if (need.points > kMostBlockPoints) {
+    return fail(ErrorCode::invalid_input,
+                "region '" + partition.regions()[need.region].label +
+                    "' and what decides about it are " + std::to_string(need.points) +
+                    " points, but no more than " + std::to_string(kMostBlockPoints) +
+                    " can be worked on at once: make the regions or max_range smaller");
+  }
+  const std::uint64_t bytes = need.points * bytes_a_point;
+  return fail(
+      ErrorCode::invalid_input,
+      "region '" + partition.regions()[need.region].label + "' and what decides about it are " +
+          std::to_string(need.points) + " points, which takes " + rounded_up(bytes) +
+          ", but the build may use " + std::to_string(memory / kMiB) + " MiB: allow more memory" +
+          (enough > bytes ? " (" + rounded_up(enough) + " is enough for all regions)" : "") +
+          ", or make the regions or max_range smaller");
+}
+
 Result<std::vector<RegionBlock>> blocks_of(const MapParts& map, const Partition& partition,
                                            std::span<const std::uint32_t> wanted,
                                            const std::vector<Bounds2>& areas, std::uint64_t memory,
@@ -75,24 +107,11 @@ Result<std::vector<RegionBlock>> blocks_of(const MapParts& map, const Partition&
   std::vector<RegionBlock> blocks;
   if (!without_points.regions.empty()) blocks.push_back(std::move(without_points));
   if (regions.empty()) return blocks;
+  const RegionNeed need = largest_need(map, regions, areas);
   const std::uint64_t most = std::min(memory / bytes_a_point, kMostBlockPoints);
-  const std::size_t bad = Division(map, areas, most).divide(regions, blocks);
-  if (bad == areas.size()) return blocks;
-  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
-  const std::uint64_t points = map.points_in(areas[bad]);
-  if (points > kMostBlockPoints) {
-    return fail(ErrorCode::invalid_input,
-                "region '" + partition.regions()[bad].label + "' and what decides about it are " +
-                    std::to_string(points) + " points, but no more than " +
-                    std::to_string(kMostBlockPoints) +
-                    " can be worked on at once: make the regions or max_range smaller");
-  }
-  return fail(ErrorCode::invalid_input,
-              "region '" + partition.regions()[bad].label + "' and what decides about it are " +
-                  std::to_string(points) + " points, which takes " +
-                  std::to_string((points * bytes_a_point + kMiB - 1) / kMiB) +
-                  " MiB, but the build may use " + std::to_string(memory / kMiB) +
-                  " MiB: allow more memory, or make the regions or max_range smaller");
+  if (need.points > most) return does_not_fit(partition, need, memory, bytes_a_point);
+  Division(map, areas, most).divide(regions, blocks);
+  return blocks;
 }
 
 }  // namespace vantage

@@ -25,11 +25,27 @@ inline constexpr std::uint64_t kMostBlockPoints = 0xffff'fffeU;
 /// @param areas   what each region needs, by RegionId; empty if it needs no points
 /// @param memory  for a block [bytes]
 /// @param bytes_a_point  of memory that the work takes
-/// Errors: `invalid_input` for a region that does not fit alone; it names the region and the memory
-/// required, or the limit.
+/// Errors: `invalid_input` if a region does not fit alone; it names the one that needs most, and
+/// the memory required, or the limit.
 [[nodiscard]] Result<std::vector<RegionBlock>> blocks_of(
     const MapParts& map, const Partition& partition, std::span<const std::uint32_t> regions,
     const std::vector<Bounds2>& areas, std::uint64_t memory, std::uint64_t bytes_a_point);
+
+/// What a region and what decides about it take.
+struct RegionNeed {
+  std::uint32_t region = 0;
+  std::uint64_t points = 0;
+};
+
+/// Of those that need most, the first one. Precondition: there is one.
+[[nodiscard]] RegionNeed largest_need(const MapParts& map, std::span<const std::uint32_t> regions,
+                                      const std::vector<Bounds2>& areas);
+
+/// The refusal of a region that does not fit: `invalid_input`.
+/// @param enough  what all regions fit into [bytes], if that may be more; 0 if it is not
+[[nodiscard]] tl::unexpected<Error> does_not_fit(const Partition& partition, const RegionNeed& need,
+                                                 std::uint64_t memory, std::uint64_t bytes_a_point,
+                                                 std::uint64_t enough = 0);
 
 /// An area and a margin around it [m]; empty areas stay empty.
 [[nodiscard]] Bounds2 with_margin(const Bounds2& area, double margin) noexcept;

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,10 +28,6 @@ constexpr std::uint64_t kRecordHead = 3 * sizeof(std::uint64_t);
 
 tl::unexpected<Error> parts_error(ErrorCode code, std::string message, const fs::path& file) {
   return fail(code, std::move(message), SourceLocation{file.string(), 0, 0});
-}
-
-tl::unexpected<Error> io_error(const char* what, const fs::path& file) {
-  return parts_error(ErrorCode::io_failure, std::string(what) + ": " + std::strerror(errno), file);
 }
 
 /// Of all that a record says: a content under the number of another region is damage, too.
@@ -101,10 +96,11 @@ Result<void> check_head(const io::InputFile& file, std::uint64_t key) {
                        file.name());
   }
   if (from.number<std::uint64_t>() == key) return {};
-  return parts_error(ErrorCode::already_exists,
-                     "these are parts of another build: another configuration or another map; "
-                     "remove them, or keep the parts of this build in another folder",
-                     file.name());
+  return parts_error(
+      ErrorCode::already_exists,
+      "these are parts of another build: keep those of this build in another folder, "
+      "or remove these",
+      file.name());
 }
 
 struct Record {
@@ -134,17 +130,58 @@ Result<std::uint64_t> walk(const io::InputFile& file, const Visit& visit) {
   return at;
 }
 
-Result<void> write_all(int descriptor, std::span<const std::byte> bytes, std::uint64_t offset,
-                       const fs::path& path) {
+Result<void> write_all(const io::Descriptor& file, std::span<const std::byte> bytes,
+                       std::uint64_t offset, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t written =
-        ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        ::pwrite(file.get(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return io_error("cannot write", path);
+    if (written < 0) return io::system_error(path, "the file cannot be written", errno);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     offset += static_cast<std::uint64_t>(written);
   }
   return {};
+}
+
+Result<void> flush(const io::Descriptor& file, const fs::path& path) {
+  const int reason = io::flush_content(file);
+  if (reason == 0) return {};
+  return io::system_error(path, "the file cannot be written to the disk", reason);
+}
+
+constexpr std::string_view kPrefix = "shard_", kExtension = ".parts";
+
+/// The n-th file of a shard, from 1 on: "shard_1_of_2.parts", "shard_1_of_2-2.parts".
+std::string file_of(const Shard& shard, unsigned n) {
+  std::string name =
+      std::string(kPrefix) + std::to_string(shard.number) + "_of_" + std::to_string(shard.count);
+  if (n > 1) name += "-" + std::to_string(n);
+  return name + std::string(kExtension);
+}
+
+std::vector<std::byte> head_of_file(std::uint64_t key) {
+  ByteWriter head;
+  head.raw(kPartsFormat);
+  head.number(key);
+  return std::move(head).take();
+}
+
+/// A lock tells that a process is at work. It only saves work: where locks do not work, as on some
+/// network file systems, several processes build the same regions, each into its own file.
+Result<void> check_idle(const fs::path& file) {
+  const io::Descriptor other = io::Descriptor::of(file, O_RDWR);
+  if (!other.open() || ::flock(other.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+    return {};
+  }
+  return parts_error(ErrorCode::already_exists, "another process is building this shard", file);
+}
+
+/// Whether a process was stopped before it had written the head of its file.
+Result<bool> is_begun(const io::InputFile& file, std::uint64_t key) {
+  std::vector<char> bytes(file.size());
+  VANTAGE_CHECK(file.read(0, bytes));
+  const std::vector<std::byte> head = head_of_file(key);
+  return std::ranges::equal(std::as_bytes(std::span(bytes)), std::span(head).first(bytes.size()));
 }
 
 }  // namespace
@@ -179,39 +216,27 @@ Result<IndexList> indices_of(const MapPart& part, const std::vector<std::uint64_
 }
 
 PartWriter::PartWriter(PartWriter&& other) noexcept
-    : path_(std::move(other.path_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      end_(other.end_) {}
+    : path_(std::exchange(other.path_, {})), file_(std::move(other.file_)), end_(other.end_) {}
 
 PartWriter::~PartWriter() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!path_.empty() && end_ == kHead) ::unlink(path_.c_str());
 }
 
-Result<PartWriter> PartWriter::open(const fs::path& file, std::uint64_t key) {
+Result<PartWriter> PartWriter::create(const fs::path& folder, const Shard& shard,
+                                      std::uint64_t key) {
   PartWriter writer;
-  writer.path_ = file;
-  writer.descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (writer.descriptor_ < 0) return io_error("cannot be opened for writing", file);
-  if (::flock(writer.descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) return io_error("cannot be locked", file);
-    return parts_error(ErrorCode::already_exists, "another process is building this shard", file);
+  fs::path file;
+  for (unsigned n = 1; !writer.file_.open(); ++n) {
+    file = folder / file_of(shard, n);
+    writer.file_ = io::Descriptor::of(file, O_RDWR | O_CREAT | O_EXCL);
+    if (writer.file_.open()) break;
+    if (errno != EEXIST) return io::system_error(file, "the file cannot be created", errno);
+    VANTAGE_CHECK(check_idle(file));
   }
-  struct stat status {};
-  if (::fstat(writer.descriptor_, &status) != 0) return io_error("cannot be read", file);
-  if (static_cast<std::uint64_t>(status.st_size) < kHead) {
-    ByteWriter head;
-    head.raw(kPartsFormat);
-    head.number(key);
-    VANTAGE_CHECK(write_all(writer.descriptor_, std::move(head).take(), 0, file));
-    writer.end_ = kHead;
-    return writer;
-  }
-  VANTAGE_TRY(const io::InputFile input, io::InputFile::open(file, "parts of a build"));
-  VANTAGE_CHECK(check_head(input, key));
-  VANTAGE_TRY(writer.end_, walk(input, [](const Record&, std::uint64_t) {}));
-  if (::ftruncate(writer.descriptor_, static_cast<off_t>(writer.end_)) != 0) {
-    return io_error("cannot be shortened", file);
-  }
+  writer.path_ = std::move(file);
+  writer.end_ = kHead;
+  (void)::flock(writer.file_.get(), LOCK_EX | LOCK_NB);
+  VANTAGE_CHECK(write_all(writer.file_, head_of_file(key), 0, writer.path_));
   return writer;
 }
 
@@ -221,12 +246,13 @@ Result<void> PartWriter::add(std::uint32_t region, const StoredPart& part) {
   head.number(std::uint64_t{region});
   head.number(std::uint64_t{content.size()});
   head.number(sum_of_record(region, content));
-  // The head comes last: without it the content is not there.
-  auto written = write_all(descriptor_, content, end_ + kRecordHead, path_);
-  if (written) written = write_all(descriptor_, std::move(head).take(), end_, path_);
+  // The head comes last, when the content is on the disk: without it the content is not there.
+  auto written = write_all(file_, content, end_ + kRecordHead, path_);
+  if (written) written = flush(file_, path_);
+  if (written) written = write_all(file_, std::move(head).take(), end_, path_);
   if (!written) {
-    if (::ftruncate(descriptor_, static_cast<off_t>(end_)) != 0) {
-      // What is left over is no whole region, and is cut off later.
+    if (::ftruncate(file_.get(), static_cast<off_t>(end_)) != 0) {
+      // What is left over is no whole region.
     }
     return written;
   }
@@ -234,20 +260,32 @@ Result<void> PartWriter::add(std::uint32_t region, const StoredPart& part) {
   return {};
 }
 
+Result<void> PartWriter::finish() && {
+  if (end_ == kHead) return {};
+  const fs::path path = std::exchange(path_, {});
+  VANTAGE_CHECK(flush(file_, path));
+  if (const int reason = file_.finish(); reason != 0) {
+    return io::system_error(path, "the file cannot be written to the disk", reason);
+  }
+  return io::flush_name(path);
+}
+
 Result<Parts> Parts::in(const fs::path& folder, std::uint64_t key, std::size_t regions) {
   Parts parts;
   parts.places_.resize(regions);
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (it->path().extension() == ".parts") parts.files_.push_back(it->path());
-  }
-  if (error) return parts_error(ErrorCode::io_failure, error.message(), folder);
-  std::ranges::sort(parts.files_);
-  for (std::uint32_t f = 0; f < parts.files_.size(); ++f) {
-    VANTAGE_TRY(const io::InputFile file, io::InputFile::open(parts.files_[f], "parts of a build",
+  VANTAGE_TRY(const auto names, io::names_in(folder));
+  for (const std::string& name : names) {
+    if (!name.starts_with(kPrefix) || !name.ends_with(kExtension)) continue;
+    VANTAGE_TRY(const io::InputFile file, io::InputFile::open(folder / name, "parts of a build",
                                                               io::InputFile::Empty::accept));
-    if (file.size() < kHead) continue;  // a process was stopped before it began
+    if (file.size() < kHead) {
+      VANTAGE_TRY(const bool begun, is_begun(file, key));
+      if (begun) parts.files_.push_back(folder / name);
+      continue;
+    }
     VANTAGE_CHECK(check_head(file, key));
+    const auto f = static_cast<std::uint32_t>(parts.files_.size());
+    parts.files_.push_back(folder / name);
     VANTAGE_CHECK(walk(file, [&](const Record& record, std::uint64_t offset) {
       if (record.region >= regions) return;
       parts.places_[record.region] = {static_cast<std::uint32_t>(record.region), f, offset,

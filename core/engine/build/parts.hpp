@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "build/condense.hpp"
+#include "vantage/engine/sharded_build.hpp"
+#include "vantage/kit/file_system.hpp"
 #include "vantage/map_parts.hpp"
 #include "vantage/result.hpp"
 
@@ -33,27 +35,32 @@ struct PartPlace {
   std::uint64_t offset = 0, size = 0;  ///< [bytes]
 };
 
-/// The file of one process: finished regions, one after the other, each with a checksum. A process
-/// that is killed leaves at most one region that is not whole; it is cut off when the file is
-/// opened again.
+/// Marks a folder of parts, and is locked while the plan is made.
+inline constexpr const char* kPartsMarker = ".vantage-parts";
+
+/// A file of finished regions, one after the other, each with a checksum. Each process has one of
+/// its own, so that nothing depends on a lock. One that is stopped, whether it is killed or the
+/// power fails, leaves at most one region that is not whole; it does not count.
 class PartWriter {
  public:
-  /// Continues the file, if there is one. Holds a lock on it as long as it lives.
-  /// Errors: `already_exists` if another process writes it; `corrupt_data` for a file that is no
-  /// such file; `io_failure`.
-  [[nodiscard]] static Result<PartWriter> open(const std::filesystem::path& file,
-                                               std::uint64_t key);
+  /// Begins a file of a shard, under a name that no other process has.
+  /// Errors: `already_exists` if another process is seen to build the shard; `io_failure`.
+  [[nodiscard]] static Result<PartWriter> create(const std::filesystem::path& folder,
+                                                 const Shard& shard, std::uint64_t key);
   PartWriter(PartWriter&& other) noexcept;
   PartWriter& operator=(PartWriter&&) = delete;
+  /// Removes a file without a region.
   ~PartWriter();
 
   /// Errors: `io_failure`; the file then ends with the region before.
   [[nodiscard]] Result<void> add(std::uint32_t region, const StoredPart& part);
+  /// All regions are on the disk when it returns. Errors: `io_failure`.
+  [[nodiscard]] Result<void> finish() &&;
 
  private:
   PartWriter() = default;
-  std::filesystem::path path_;
-  int descriptor_ = -1;
+  std::filesystem::path path_;  // empty if there is no file to care for
+  io::Descriptor file_;
   std::uint64_t end_ = 0;
 };
 
@@ -61,8 +68,8 @@ class PartWriter {
 class Parts {
  public:
   /// @param regions  number of regions
-  /// Errors: `corrupt_data` for a file that is not one of parts; `already_exists` for one with
-  /// another key; `io_failure`.
+  /// Errors: `corrupt_data` for a file with the name of one of parts that is none; `already_exists`
+  /// for one with another key; `io_failure`.
   [[nodiscard]] static Result<Parts> in(const std::filesystem::path& folder, std::uint64_t key,
                                         std::size_t regions);
 
@@ -70,6 +77,8 @@ class Parts {
   [[nodiscard]] std::size_t missing() const noexcept;
   /// Errors: `corrupt_data` for a region whose checksum is wrong, `io_failure`.
   [[nodiscard]] Result<StoredPart> read(std::uint32_t region) const;
+  /// The files: they are of this build, and nothing else is in them.
+  [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
 
  private:
   std::vector<std::filesystem::path> files_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -56,6 +57,48 @@ std::vector<std::uint32_t> every_region(std::size_t count) {
   return all;
 }
 
+/// How many points decide about each region: at most, until its viewpoints are known.
+class Needs {
+ public:
+  Needs(const MapParts& map, const BuildPlan& plan, VisibilityScope scope, double reach)
+      : map_(map), plan_(plan), scope_(scope), reach_(reach) {
+    for (const Region& region : plan.partition.regions()) {
+      points_.push_back(map.points_in(with_margin(bounds_of(region.footprint), reach)));
+    }
+  }
+
+  /// Sorts blocks, those with the region that may need most first.
+  void put_first(std::vector<RegionBlock>& blocks) const {
+    const auto most = [&](const RegionBlock& block) {
+      std::uint64_t points = 0;
+      for (const std::uint32_t r : block.regions) points = std::max(points, points_[r]);
+      return points;
+    };
+    std::ranges::stable_sort(blocks, std::greater{}, most);
+  }
+
+  /// Counts what regions need, whose viewpoints are known by now.
+  /// Errors: that of does_not_fit, for the largest.
+  Result<void> check(const std::vector<std::uint32_t>& regions, std::uint64_t memory) {
+    RegionNeed largest;
+    for (const std::uint32_t r : regions) {
+      points_[r] =
+          plan_.viewpoints[r].empty() ? 0 : map_.points_in(needed_area(plan_, r, scope_, reach_));
+      if (points_[r] > largest.points) largest = {r, points_[r]};
+    }
+    if (largest.points <= memory / kBytesASeenPoint) return {};
+    return does_not_fit(plan_.partition, largest, memory, kBytesASeenPoint,
+                        kBytesASeenPoint * *std::ranges::max_element(points_));
+  }
+
+ private:
+  const MapParts& map_;
+  const BuildPlan& plan_;
+  VisibilityScope scope_;
+  double reach_;
+  std::vector<std::uint64_t> points_;  // by region
+};
+
 /// Makes the plan block by block.
 class Planner {
  public:
@@ -70,8 +113,15 @@ class Planner {
     for (const Region& region : plan_.partition.regions()) {
       areas.push_back(with_margin(bounds_of(region.footprint), margin));
     }
-    VANTAGE_TRY(const auto blocks, blocks_of(map_, plan_.partition, every_region(areas.size()),
-                                             areas, memory, kBytesAGroundPoint));
+    const std::vector<std::uint32_t> all = every_region(areas.size());
+    VANTAGE_TRY(auto blocks,
+                blocks_of(map_, plan_.partition, all, areas, memory, kBytesAGroundPoint));
+    Needs needs(map_, plan_, params_.scope, reach_of(plugins_, params_, plan_.limits));
+    if (over_ground) {
+      needs.put_first(blocks);
+    } else {
+      VANTAGE_CHECK(needs.check(all, memory));
+    }
     block_of_.resize(plan_.partition.size());
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
       for (const std::uint32_t r : blocks[b].regions) block_of_[r] = b;
@@ -85,7 +135,9 @@ class Planner {
         ++owned_;
         ++plan_.owned[owners[k]];
       }
-      if (over_ground) VANTAGE_CHECK(find_viewpoints(blocks[b], points, owners));
+      if (!over_ground) continue;
+      VANTAGE_CHECK(find_viewpoints(blocks[b], points, owners));
+      VANTAGE_CHECK(needs.check(blocks[b].regions, memory));
     }
     if (owned_ != map_.points()) {
       return fail(ErrorCode::internal,
@@ -151,6 +203,16 @@ BuildProgress meter_start(const BuildPlan& plan) noexcept {
   return start;
 }
 
+Bounds2 needed_area(const BuildPlan& plan, std::uint32_t region, VisibilityScope scope,
+                    double reach) {
+  Bounds2 around;
+  for (const Point& q : plan.viewpoints[region]) around.extend(q.head<2>());
+  if (scope == VisibilityScope::region && !plan.viewpoints[region].empty()) {
+    around = bounds_of(plan.partition[RegionId{region}].footprint);
+  }
+  return with_margin(around, reach);
+}
+
 double reach_of(const BuildPlugins& plugins, const BuildParams& params,
                 const VisibilityLimits& limits) {
   double reach = params.scope == VisibilityScope::map ? plugins.visibility->reach(limits) : 0.0;
@@ -174,12 +236,12 @@ Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const Buil
   plan.viewpoints.resize(plan.partition.size());
   plan.owned.resize(plan.partition.size());
   const bool over_ground = !std::holds_alternative<AlongTrajectory>(origin_of(params.viewpoints));
-  VANTAGE_CHECK(Planner(map, plugins, params, plan).run(memory, over_ground));
   if (!over_ground) {
     VANTAGE_TRY(const Places places, places_of({}, trajectory, nullptr, params.viewpoints));
     VANTAGE_TRY(plan.places_outside,
                 viewpoints_along(places, plan.partition, params.viewpoints, plan.viewpoints));
   }
+  VANTAGE_CHECK(Planner(map, plugins, params, plan).run(memory, over_ground));
   VANTAGE_TRY(plan.place_index, place_index_of(map, plugins));
   return plan;
 }

@@ -30,7 +30,8 @@ struct BuildPlan {
 /// viewpoints block by block. The plan is that of the same points in memory.
 /// @param memory  for points and what is made of them [bytes]
 /// Errors: `unsupported` for a plugin or an option that needs the whole map at once; it says which
-/// and why. Those of build_region_maps.
+/// and why. `invalid_input` for a region that does not fit into the memory, now or when its
+/// visibility is decided: those that may need most are planned first. Those of build_region_maps.
 [[nodiscard]] Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory,
                                         const BuildPlugins& plugins, const BuildParams& params,
                                         std::uint64_t memory);
@@ -42,6 +43,15 @@ struct BuildPlan {
 
 /// Where the progress of the build begins.
 [[nodiscard]] BuildProgress meter_start(const BuildPlan& plan) noexcept;
+
+/// What a point of a block takes while visibility is decided, with the point itself [bytes].
+inline constexpr std::uint64_t kBytesASeenPoint = 88;
+
+/// What a region needs of the map while visibility is decided: what is around its viewpoints, or
+/// with VisibilityScope::region itself; nothing without viewpoints.
+/// @param reach  see reach_of
+[[nodiscard]] Bounds2 needed_area(const BuildPlan& plan, std::uint32_t region,
+                                  VisibilityScope scope, double reach);
 
 /// How far around its viewpoints a region needs the map [m]. Infinite if it needs all of it.
 [[nodiscard]] double reach_of(const BuildPlugins& plugins, const BuildParams& params,

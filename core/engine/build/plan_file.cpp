@@ -13,7 +13,7 @@ namespace vantage {
 namespace {
 
 // The last two characters are the version.
-constexpr std::string_view kPlanFormat = "vplan_01";
+constexpr std::string_view kPlanFormat = "vplan_02";
 
 std::uint64_t checksum_of(std::span<const std::byte> bytes) {
   Fnv1a sum;
@@ -83,15 +83,19 @@ PointCloud read_points(ByteReader& from) {
 
 tl::unexpected<Error> no_plan(const char* reason) {
   return fail(ErrorCode::corrupt_data, std::string("the plan of the build ") + reason +
-                                           ": remove the folder of parts and build again");
+                                           ": remove this file, and it is made again");
 }
 
 }  // namespace
 
-std::vector<std::byte> encode_plan(const BuildPlan& plan, std::uint64_t key) {
+std::vector<std::byte> encode_plan(const BuildPlan& plan, const BuildIdentity& identity) {
   ByteWriter to;
   to.raw(kPlanFormat);
-  to.number(key);
+  to.number(std::uint64_t{identity.parts.size()});
+  for (const auto& [name, value] : identity.parts) {
+    to.text(name);
+    to.number(value);
+  }
   to.point(plan.limits.map_bounds.min);
   to.point(plan.limits.map_bounds.max);
   to.number(plan.limits.max_range);
@@ -117,7 +121,7 @@ std::vector<std::byte> encode_plan(const BuildPlan& plan, std::uint64_t key) {
   return bytes;
 }
 
-Result<BuildPlan> decode_plan(std::span<const std::byte> bytes, std::uint64_t key) {
+Result<BuildPlan> decode_plan(std::span<const std::byte> bytes, const BuildIdentity& identity) {
   if (bytes.size() < 2 * sizeof(std::uint64_t)) return no_plan("is cut short");
   const auto body = bytes.first(bytes.size() - sizeof(std::uint64_t));
   if (ByteReader(bytes.last(sizeof(std::uint64_t))).number<std::uint64_t>() != checksum_of(body)) {
@@ -125,10 +129,18 @@ Result<BuildPlan> decode_plan(std::span<const std::byte> bytes, std::uint64_t ke
   }
   ByteReader from(body);
   if (from.raw(kPlanFormat.size()) != kPlanFormat) return no_plan("is of another version");
-  if (from.number<std::uint64_t>() != key) {
+  BuildIdentity of_plan;
+  of_plan.parts.resize(from.count(16));
+  for (auto& [name, value] : of_plan.parts) {
+    name = from.text();
+    value = from.number<std::uint64_t>();
+  }
+  if (!from.ok()) return no_plan("is malformed");
+  if (of_plan != identity) {
     return fail(ErrorCode::already_exists,
-                "the folder holds parts of another build: another configuration or another map; "
-                "remove it, or keep the parts of this build in another folder");
+                "this is the plan of another build, with " + difference(identity, of_plan) +
+                    ": keep the parts of this build in another folder, or finish or remove those "
+                    "of the other one");
   }
   BuildPlan plan;
   plan.limits.map_bounds.min = from.point();

@@ -2,18 +2,15 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <bit>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "build/blocks.hpp"
+#include "build/build_identity.hpp"
 #include "build/bundle_writer.hpp"
 #include "build/condense.hpp"
 #include "build/parts.hpp"
@@ -23,42 +20,23 @@
 #include "build/sight.hpp"
 #include "stopwatch.hpp"
 #include "vantage/kit/atomic_file.hpp"
-#include "vantage/kit/checksum.hpp"
 #include "vantage/kit/file_content.hpp"
+#include "vantage/kit/file_system.hpp"
+#include "vantage/kit/marked_folder.hpp"
 
 namespace vantage {
 namespace {
 
 namespace fs = std::filesystem;
 
-// What a point of a block takes with the point itself while visibility is decided, and while
-// regions are put together [bytes].
-constexpr std::uint64_t kBytesASeenPoint = 88, kBytesAMergedPoint = 64;
+constexpr const char* kPlan = "plan";
+
+// What a point of a block takes with the point itself while regions are put together [bytes].
+constexpr std::uint64_t kBytesAMergedPoint = 64;
 
 tl::unexpected<Error> folder_error(ErrorCode code, std::string message, const fs::path& path) {
   return fail(code, std::move(message), SourceLocation{path.string(), 0, 0});
 }
-
-/// Held by the process that makes the plan.
-class Lock {
- public:
-  static Result<Lock> on(const fs::path& file) {
-    Lock lock;
-    lock.descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock.descriptor_ >= 0 && ::flock(lock.descriptor_, LOCK_EX) == 0) return lock;
-    return folder_error(ErrorCode::io_failure,
-                        std::string("cannot be locked: ") + std::strerror(errno), file);
-  }
-  Lock(Lock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  Lock& operator=(Lock&&) = delete;
-  ~Lock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-
- private:
-  Lock() = default;
-  int descriptor_ = -1;
-};
 
 /// P_ij of the regions of a block, by place in the block.
 Groups points_inside(const RegionBlock& block, PointsView points, const Partition& partition) {
@@ -76,26 +54,18 @@ Groups points_inside(const RegionBlock& block, PointsView points, const Partitio
       [&](std::uint32_t k) { return place[k]; });
 }
 
-/// Removes what a build and vantage-submit put there, and the folder if nothing else is in it. The
-/// bundle is there by now: what cannot be removed does no harm.
-void remove_parts(const fs::path& folder) {
+/// Removes what builds wrote, and the folder if nothing else is in it. The bundle is there by now:
+/// what cannot be removed does no harm.
+void remove_parts(const fs::path& folder, const Parts& parts) {
   std::error_code ignored;
-  std::vector<fs::path> ours;
-  for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end;
-       it.increment(ignored)) {
-    const std::string name = it->path().filename().string();
-    const bool is_log = name == "joblog" || name == "submit.sh" ||
-                        (name.starts_with("slurm-") && name.ends_with(".log"));
-    if (is_log || name == "plan" || name == "lock" || name.ends_with(".parts")) {
-      ours.push_back(it->path());
+  for (const fs::path& file : parts.files()) fs::remove(file, ignored);
+  fs::remove(folder / kPlan, ignored);
+  if (const auto names = io::names_in(folder)) {
+    for (const std::string& name : *names) {
+      if (io::is_temporary(name)) fs::remove(folder / name, ignored);  // of a killed planner
     }
   }
-  for (const fs::path& file : ours) fs::remove(file, ignored);
-  fs::remove(folder, ignored);
-}
-
-std::string file_of(const Shard& shard) {
-  return "shard_" + std::to_string(shard.number) + "_of_" + std::to_string(shard.count) + ".parts";
+  io::release_folder(folder, kPartsMarker);
 }
 
 }  // namespace
@@ -110,6 +80,7 @@ struct ShardedBuild::State {
   std::vector<Bounds2> areas;        // what each region needs
   std::vector<std::uint32_t> order;  // of regions: neighbours in the plan follow each other
   std::vector<double> cost;          // by region
+  std::uint64_t most_points = 0;     // that a region needs
   double seconds_plan = 0, seconds_building = 0, core_seconds_building = 0;  // of this process
   double core_seconds_selection = 0;
 
@@ -130,34 +101,28 @@ struct ShardedBuild::State {
 };
 
 Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
+  VANTAGE_TRY(const BuildIdentity identity,
+              identity_of(options.map_key, trajectory, *plugins, *params));
+  key = identity.key();
+  VANTAGE_CHECK(io::claim_folder(options.parts, kPartsMarker, "a folder of parts"));
+  // One process makes the plan, and others wait for it. Where locks do not work, several make it:
+  // they get the same bytes, and each puts them in place as a whole.
+  const io::Descriptor lock = io::Descriptor::of(options.parts / kPartsMarker, O_RDWR);
+  if (lock.open()) (void)::flock(lock.get(), LOCK_EX);
+  const fs::path file = options.parts / kPlan;
   std::error_code error;
-  fs::create_directories(options.parts, error);
-  if (error) {
-    return folder_error(ErrorCode::io_failure, "cannot be created: " + error.message(),
-                        options.parts);
+  if (!fs::exists(file, error)) {
+    VANTAGE_TRY(const BuildPlan made, plan_of(*map, trajectory, *plugins, *params, options.memory));
+    const std::vector<std::byte> bytes = encode_plan(made, identity);
+    VANTAGE_CHECK(io::write_text_atomically(
+        file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
   }
-  Fnv1a hash;
-  hash.add(params->effective_config);
-  hash.add(static_cast<std::uint64_t>(params->content));
-  hash.add(std::uint64_t{params->views});
-  hash.add(options.map_key);
-  for (const Point& p : trajectory) {
-    for (const double x : {p.x(), p.y(), p.z()}) hash.add(std::bit_cast<std::uint64_t>(x));
-  }
-  key = hash.value();
-  VANTAGE_TRY(const Lock lock, Lock::on(options.parts / "lock"));
-  const fs::path file = options.parts / "plan";
-  if (fs::exists(file, error)) {
-    VANTAGE_TRY(const io::FileContent content, io::read_file(file, "the plan of a build"));
-    auto known = decode_plan(std::as_bytes(std::span(content.bytes.get(), content.size)), key);
-    if (!known) return folder_error(known.error().code, known.error().message, file);
-    plan = *std::move(known);
-    return {};
-  }
-  VANTAGE_TRY(plan, plan_of(*map, trajectory, *plugins, *params, options.memory));
-  const std::vector<std::byte> bytes = encode_plan(plan, key);
-  return io::write_text_atomically(file,
-                                   {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  // Even of one that was just made: another build may have put its own there.
+  VANTAGE_TRY(const io::FileContent content, io::read_file(file, "the plan of a build"));
+  auto known = decode_plan(std::as_bytes(std::span(content.bytes.get(), content.size)), identity);
+  if (!known) return folder_error(known.error().code, known.error().message, file);
+  plan = *std::move(known);
+  return {};
 }
 
 /// Finds what each region needs, and an order in which neighbours follow each other: halves of
@@ -167,15 +132,14 @@ void ShardedBuild::State::lay_out() {
   const auto regions = static_cast<std::uint32_t>(plan.partition.size());
   std::vector<Eigen::Vector2d> middles;
   for (std::uint32_t r = 0; r < regions; ++r) {
-    Bounds2 around;
-    for (const Point& q : plan.viewpoints[r]) around.extend(q.head<2>());
     const Bounds2 own = bounds_of(plan.partition[RegionId{r}].footprint);
-    if (among_own_points() && !plan.viewpoints[r].empty()) around = own;
-    areas.push_back(with_margin(around, reach));
+    areas.push_back(needed_area(plan, r, params->scope, reach));
     middles.emplace_back(0.5 * (own.min + own.max));
     order.push_back(r);
     // Something for reading and preparing, too.
-    cost.push_back(static_cast<double>(map->points_in(areas[r])) *
+    const std::uint64_t points = plan.viewpoints[r].empty() ? 0 : map->points_in(areas[r]);
+    most_points = std::max(most_points, points);
+    cost.push_back(static_cast<double>(points) *
                    (1.0 + static_cast<double>(plan.viewpoints[r].size())));
   }
   const auto halve = [&](const auto& self, std::span<std::uint32_t> some) -> void {
@@ -287,6 +251,10 @@ const Partition& ShardedBuild::partition() const noexcept { return state_->plan.
 std::uint64_t ShardedBuild::map_points() const noexcept { return state_->plan.map_points; }
 std::uint64_t ShardedBuild::ground_points() const noexcept { return state_->plan.ground_points; }
 
+std::uint64_t ShardedBuild::least_memory() const noexcept {
+  return kBytesASeenPoint * state_->most_points;
+}
+
 Result<ShardStatus> ShardedBuild::status(const Shard& shard) const {
   VANTAGE_TRY(const auto regions, state_->regions_of(shard));
   VANTAGE_TRY(const Parts parts, state_->parts());
@@ -307,8 +275,6 @@ Result<BuildEstimate> ShardedBuild::estimate() const {
   std::vector<std::uint32_t> left;
   double cost = 0.0;
   for (const std::uint32_t r : state.order) {
-    estimate.memory =
-        std::max(estimate.memory, kBytesASeenPoint * state.map->points_in(state.areas[r]));
     if (parts.has(r) || state.plan.viewpoints[r].empty()) continue;
     left.push_back(r);
     cost += state.cost[r];
@@ -336,8 +302,7 @@ Result<BuildEstimate> ShardedBuild::estimate() const {
 
 Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& progress) {
   VANTAGE_TRY(auto regions, state_->regions_of(shard));
-  VANTAGE_TRY(PartWriter writer,
-              PartWriter::open(state_->options.parts / file_of(shard), state_->key));
+  VANTAGE_TRY(PartWriter writer, PartWriter::create(state_->options.parts, shard, state_->key));
   {
     VANTAGE_TRY(const Parts parts, state_->parts());
     std::erase_if(regions, [&](std::uint32_t r) { return parts.has(r); });
@@ -355,6 +320,7 @@ Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& prog
                 }));
     state_->core_seconds_selection += selection;
   }
+  VANTAGE_CHECK(std::move(writer).finish());
   state_->seconds_building += stopwatch.seconds();
   state_->core_seconds_building += cpu.seconds();
   return regions.size();
@@ -381,7 +347,7 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
   report.seconds_visibility += state.seconds_building;
   report.core_seconds_selection = state.core_seconds_selection;
   report.core_seconds_visibility += state.core_seconds_building - state.core_seconds_selection;
-  remove_parts(state.options.parts);
+  remove_parts(state.options.parts, parts);
   return report;
 }
 

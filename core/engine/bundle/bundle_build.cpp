@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bundle/content_config.hpp"
+#include "bundle/find_store.hpp"
 
 namespace vantage {
 
@@ -30,8 +31,11 @@ Result<BundleBuild> BundleBuild::prepare(const Config& asked, const PluginLoader
   VANTAGE_CHECK(effective_config(config, plugins));
   BuildParams params = BuildParams::from(config);
   VANTAGE_TRY(params.effective_config, effective_config(content_config(config), plugins));
-  return BundleBuild(std::move(loaded), std::move(params));
+  VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, config.store->choice()));
+  return BundleBuild(std::move(loaded), std::move(params), place_in(config.store->params, docs));
 }
+
+Result<void> BundleBuild::may_begin() const { return plugins_.store->may_begin(); }
 
 void BundleBuild::attach(std::string name, std::vector<std::byte> bytes) {
   params_.attachments.emplace_back(std::move(name), std::move(bytes));

@@ -69,16 +69,23 @@ std::optional<std::string> store_named_in(const fs::path& folder) {
   return reader.format->substr(kPrefix.size());
 }
 
-/// A store's parameters for a bundle at `place`; none if the store needs more than a path.
-std::optional<Table> params_for(const fs::path& place, const std::vector<ParameterDoc>& docs) {
+/// The only required parameter of a store, if it is a path: that of its bundle.
+std::optional<std::string> key_of_place(const std::vector<ParameterDoc>& docs) {
   const auto required = [](const ParameterDoc& doc) { return doc.required; };
   const auto key = std::find_if(docs.begin(), docs.end(), required);
   if (std::count_if(docs.begin(), docs.end(), required) != 1 || key->array ||
       key->kind != ValueKind::path) {
     return std::nullopt;
   }
+  return key->key;
+}
+
+/// A store's parameters for a bundle at `place`; none if the store needs more than a path.
+std::optional<Table> params_for(const fs::path& place, const std::vector<ParameterDoc>& docs) {
+  auto key = key_of_place(docs);
+  if (!key) return std::nullopt;
   Table params;
-  params.entries.push_back({key->key, {place.string(), {}}, {}});
+  params.entries.push_back({*std::move(key), {place.string(), {}}, {}});
   return params;
 }
 
@@ -147,6 +154,16 @@ Result<std::shared_ptr<const RegionDirectory>> directory_in(const PluginPtr<MapS
   Error error = std::move(directory).error();
   error.message += "; `vantage build` makes it";
   return fail(std::move(error));
+}
+
+std::optional<fs::path> place_in(const Table& params, const std::vector<ParameterDoc>& docs) {
+  const auto key = key_of_place(docs);
+  const Value* const value = key ? params.find(*key) : nullptr;
+  const auto* const text = value != nullptr ? std::get_if<std::string>(&value->data) : nullptr;
+  if (text == nullptr) return std::nullopt;
+  fs::path place = resolve_path(*text, value->where);
+  if (!place.has_filename()) place = place.parent_path();
+  return place;
 }
 
 Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins) {

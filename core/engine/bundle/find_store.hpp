@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
@@ -24,5 +26,10 @@ struct FoundStore {
 /// The store that made the bundle at a path; see Bundle::open.
 [[nodiscard]] Result<FoundStore> find_store(const std::filesystem::path& place,
                                             const PluginLoader& plugins);
+
+/// Where a store keeps its bundle: the value of its only required parameter, if that is a path,
+/// without a slash at its end. None for a store that needs more than a path.
+[[nodiscard]] std::optional<std::filesystem::path> place_in(const Table& params,
+                                                            const std::vector<ParameterDoc>& docs);
 
 }  // namespace vantage

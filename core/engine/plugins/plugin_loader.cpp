@@ -16,7 +16,10 @@ namespace vantage {
 class SharedLibrary {
  public:
   explicit SharedLibrary(const std::filesystem::path& file)
-      : library_(file, boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local) {}
+      : file_(file),
+        library_(file, boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local) {}
+
+  [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
 
   [[nodiscard]] const PluginManifest* manifest() const {
     if (!library_.has("vantage_plugin")) return nullptr;
@@ -24,6 +27,7 @@ class SharedLibrary {
   }
 
  private:
+  std::filesystem::path file_;
   boost::dll::shared_library library_;
 };
 
@@ -169,6 +173,10 @@ std::filesystem::path folder_beside_core() {
 }
 
 }  // namespace
+
+const std::filesystem::path& file_of(const SharedLibrary& library) noexcept {
+  return library.file();
+}
 
 std::string plugin_file_name(PluginKind kind, const std::string& name) {
   return std::string("vantage_") + to_string(kind) + "_" + name + ".so";

@@ -117,8 +117,7 @@ Result<void> OutputFile::commit() {
     return abandon("the finished file cannot be put in place (" + system_message(errno) + ")");
   }
   descriptor_.close();
-  flush_name(path_);
-  return {};
+  return flush_name(path_);
 }
 
 Result<void> write_text_atomically(const std::filesystem::path& path, std::string_view content) {

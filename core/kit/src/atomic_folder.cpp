@@ -66,20 +66,16 @@ OutputFolder::~OutputFolder() {
 }
 
 Result<void> OutputFolder::commit() {
-  int status = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE);
-  if (status != 0 && errno == EEXIST && existing_ == Existing::replace) {
+  std::error_code ignored;
+  if (existing_ == Existing::replace &&
+      fs::symlink_status(path_, ignored).type() != fs::file_type::not_found) {
     // The old folder takes the temporary name and is removed with this object.
-    status = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE);
-  } else if (status == 0) {
+    VANTAGE_CHECK(exchange(temporary_, path_));
+  } else {
+    VANTAGE_CHECK(rename_to_new(temporary_, path_));
     temporary_.clear();
   }
-  if (status != 0) {
-    const int reason = errno;
-    return error_at(path_, reason == EEXIST ? ErrorCode::already_exists : ErrorCode::io_failure,
-                    "the finished folder cannot be put in place (" + system_message(reason) + ")");
-  }
-  flush_name(path_);
-  return {};
+  return flush_name(path_);
 }
 
 }  // namespace vantage::io

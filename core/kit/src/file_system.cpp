@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
@@ -26,6 +27,11 @@ Descriptor Descriptor::of(const std::filesystem::path& path, int flags) noexcept
 
 void Descriptor::close() noexcept {
   if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+}
+
+int Descriptor::finish() noexcept {
+  // Whatever it answers, the descriptor is closed.
+  return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR ? 0 : errno;
 }
 
 std::string system_message(int error_number) {
@@ -61,6 +67,22 @@ int read_all(const Descriptor& file, std::size_t offset, std::span<char> bytes,
   return 0;
 }
 
+int flush_content(const Descriptor& file) noexcept {
+  return ::fdatasync(file.get()) == 0 ? 0 : errno;
+}
+
+Result<std::vector<std::string>> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  if (error) return system_error(folder, "the folder cannot be listed", error.value());
+  std::ranges::sort(names);
+  return names;
+}
+
 Result<void> flush_folder(const std::filesystem::path& folder) {
   const Descriptor handle = Descriptor::of(folder, O_RDONLY | O_DIRECTORY);
   if (!handle.open() || ::syncfs(handle.get()) != 0) {
@@ -69,11 +91,13 @@ Result<void> flush_folder(const std::filesystem::path& folder) {
   return {};
 }
 
-void flush_name(const std::filesystem::path& path) noexcept {
-  const Descriptor above =
-      Descriptor::of(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."),
-                     O_RDONLY | O_DIRECTORY);
-  if (above.open()) ::fsync(above.get());
+Result<void> flush_name(const std::filesystem::path& path) {
+  const std::filesystem::path above = path.has_parent_path() ? path.parent_path() : ".";
+  const Descriptor folder = Descriptor::of(above, O_RDONLY | O_DIRECTORY);
+  if (folder.open() && ::fsync(folder.get()) == 0) return {};
+  // A folder may be written to that may not be read.
+  if (not_supported(errno) || errno == EACCES) return {};
+  return system_error(path, "its name cannot be written to the disk", errno);
 }
 
 Result<void> rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {

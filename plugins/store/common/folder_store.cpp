@@ -92,6 +92,13 @@ Result<void> FolderStore::finish(PartialFolder& /*folder*/, std::vector<RegionFi
   return {};
 }
 
+Result<void> FolderStore::may_begin() const noexcept {
+  return guarded([&]() -> Result<void> {
+    VANTAGE_TRY(const fs::path root, resolved_root());
+    return may_write(root);
+  });
+}
+
 Result<void> FolderStore::begin(const MapIndex& index) noexcept {
   return guarded([&]() -> Result<void> {
     if (writing_) return fail(ErrorCode::invalid_input, "a bundle has already been begun");
@@ -102,10 +109,7 @@ Result<void> FolderStore::begin(const MapIndex& index) noexcept {
     }
     VANTAGE_CHECK(check_writable(index));
 
-    // Behind a symbolic link, the folder itself is replaced, not the link.
-    std::error_code error;
-    fs::path root = fs::weakly_canonical(root_, error);
-    if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
+    VANTAGE_TRY(fs::path root, resolved_root());
     VANTAGE_CHECK(may_write(root));
     fs::path partial = root;
     partial += ".partial";
@@ -182,23 +186,28 @@ Result<void> FolderStore::commit() noexcept {
     if (there(root)) {
       VANTAGE_TRY(const auto replaced, files_of_bundle(format_, root));
       VANTAGE_CHECK(io::exchange(partial, root));
-      written();
+      const Result<void> kept = keep(root);
       // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
-      (void)remove_files(partial, replaced);
-      return {};
+      if (kept) (void)remove_files(partial, replaced);
+      return kept;
     }
     VANTAGE_CHECK(io::rename_to_new(partial, root));
-    written();
-    return {};
+    return keep(root);
   });
 }
 
-/// The folder has its name. From now on this store reads what it has written, and nothing else.
-void FolderStore::written() {
+/// The bundle has its name: makes the name survive a power cut, as its files do.
+Result<void> FolderStore::keep(const fs::path& root) {
   writing_->folder.release();
+  const fs::path place = root;  // it may be that of `writing_`
   writing_.reset();
-  const std::scoped_lock lock(mutex_);
-  cached_.index.reset();
+  {
+    // From now on this store reads what it has written, and nothing else.
+    const std::scoped_lock lock(mutex_);
+    cached_.index.reset();
+  }
+  VANTAGE_CHECK(io::flush_name(place / kIndex));
+  return io::flush_name(place);
 }
 
 Result<MapIndex> FolderStore::index() const noexcept {
@@ -243,6 +252,14 @@ tl::unexpected<Error> FolderStore::unknown_region(std::uint32_t r, std::size_t r
               "the bundle has no region " + std::to_string(r) + ", only 0 to " +
                   std::to_string(regions - 1),
               at(root_));
+}
+
+/// Behind a symbolic link, the folder itself is replaced, not the link.
+Result<fs::path> FolderStore::resolved_root() const {
+  std::error_code error;
+  fs::path root = fs::weakly_canonical(root_, error);
+  if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
+  return root;
 }
 
 /// Whether a bundle may be written to a place. Errors: `already_exists`.

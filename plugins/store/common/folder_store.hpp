@@ -47,6 +47,7 @@ struct FolderParams {
 /// region is written and read.
 class FolderStore : public MapStore {
  public:
+  [[nodiscard]] Result<void> may_begin() const noexcept final;
   [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept final;
   [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept final;
   [[nodiscard]] Result<void> attach(std::string_view name,
@@ -105,7 +106,8 @@ class FolderStore : public MapStore {
 
   [[nodiscard]] Result<IndexedRegion> region_of(const OpenIndex& index, std::uint32_t r) const;
   [[nodiscard]] tl::unexpected<Error> unknown_region(std::uint32_t r, std::size_t regions) const;
-  void written();
+  [[nodiscard]] Result<std::filesystem::path> resolved_root() const;
+  [[nodiscard]] Result<void> keep(const std::filesystem::path& root);
   [[nodiscard]] Result<void> may_write(const std::filesystem::path& root) const;
   /// The bundle that was opened, if it is still there.
   struct Current {

@@ -12,27 +12,17 @@
 
 #include "common/attachment.hpp"
 #include "common/index_format.hpp"
+#include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::bundle_folder {
 namespace {
 
 namespace fs = std::filesystem;
-using io::Descriptor, io::system_error;
+using io::Descriptor, io::names_in, io::system_error;
 
 constexpr const char* kNewIndex = "index.json.tmp";
 constexpr const char* kMarker = ".vantage-partial";  // no label begins with '.'
-
-Result<std::vector<std::string>> names_in(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    names.push_back(it->path().filename().string());
-  }
-  if (error) return system_error(folder, "the folder cannot be listed", error.value());
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 /// A file that is created or replaced, and removed again unless it was written whole. Nothing is
 /// flushed to the disk: that is done once, for the folder.
@@ -57,8 +47,13 @@ class NewFile {
     if (reason != 0) return system_error(path_, "the file cannot be written", reason);
     return {};
   }
-  /// That was all: the file stays.
-  void keep() noexcept { path_.clear(); }
+  /// That was all: the file stays. Errors: `io_failure`.
+  [[nodiscard]] Result<void> keep() {
+    const int reason = file_.finish();
+    if (reason != 0) return system_error(path_, "the file cannot be written", reason);
+    path_.clear();
+    return {};
+  }
 
  private:
   NewFile(fs::path path, Descriptor file) : path_(std::move(path)), file_(std::move(file)) {}
@@ -183,8 +178,7 @@ Result<std::vector<std::string>> files_of_bundle(const BundleFormat& format,
   VANTAGE_TRY(std::vector<std::string> names, names_in(folder));
   for (const std::string& name : names) {
     // What is left of an attachment whose writing was killed.
-    const bool unfinished = name.starts_with(".vantage-") && name.ends_with(".tmp");
-    if (!std::binary_search(known.begin(), known.end(), name) && !unfinished &&
+    if (!std::binary_search(known.begin(), known.end(), name) && !io::is_temporary(name) &&
         !is_attachment(format, folder / name)) {
       return keep("it also holds '" + name + "'");
     }
@@ -241,8 +235,7 @@ Result<void> PartialFolder::write_file(const std::string& name,
     }
     return file->write(bytes);
   }));
-  if (file) file->keep();
-  return {};
+  return file ? file->keep() : Result<void>();
 }
 
 Result<void> PartialFolder::append(const std::string& name, std::string_view content) const {
@@ -268,8 +261,7 @@ Result<void> PartialFolder::write_file(const std::string& name, std::string_view
   files_.push_back(name);
   VANTAGE_TRY(NewFile file, NewFile::create(path_ / name));
   VANTAGE_CHECK(file.write(content));
-  file.keep();
-  return {};
+  return file.keep();
 }
 
 Result<void> PartialFolder::finish(std::string_view index) {
@@ -277,7 +269,7 @@ Result<void> PartialFolder::finish(std::string_view index) {
   {
     VANTAGE_TRY(NewFile file, NewFile::create(path_ / kNewIndex));
     VANTAGE_CHECK(file.write(index));
-    file.keep();
+    VANTAGE_CHECK(file.keep());
   }
   VANTAGE_CHECK(io::flush_folder(path_));
   files_.emplace_back(kIndex);

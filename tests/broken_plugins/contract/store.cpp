@@ -33,6 +33,13 @@ class Broken final : public MapStore {
   Broken(PluginPtr<MapStore> sound, fs::path root)
       : sound_(std::move(sound)), root_(std::move(root)) {}
 
+  [[nodiscard]] Result<void> may_begin() const noexcept override {
+    return guarded([&]() -> Result<void> {
+      // It tries whether a folder can be made.
+      if (breaks("S26")) fs::create_directories(root_);
+      return sound_->may_begin();
+    });
+  }
   [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
     return guarded([&] { return begin_with(index); });
   }

@@ -277,10 +277,18 @@ void concurrent(const Subject& subject) {
     const Pose pose = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
     calls.push_back({scan, pose, align(*target, scan, pose), score(*target, scan, pose)});
   }
+  // A matcher that stores no prepared maps says so to every thread.
+  const auto seen = [&](std::size_t i) {
+    return PointsView(scene.map).first(scene.map.size() / (i + 1));
+  };
+  std::vector<Result<PreparedMap>> expected;
+  for (std::size_t i = 0; i < kThreads; ++i) expected.push_back(target->excerpt(seen(i)));
   for (int round = 0; round < 3; ++round) {
     std::vector<Result<Alignment>> alignments(kThreads);
     std::vector<Result<ScanScore>> scores(kThreads);
+    std::vector<Result<PreparedMap>> excerpts(kThreads);
     at_once(kThreads, [&](std::size_t i) {
+      excerpts[i] = target->excerpt(seen(i));
       alignments[i] = target->align(calls[i].scan, calls[i].pose);
       scores[i] = target->score(calls[i].scan, calls[i].pose);
     });
@@ -289,6 +297,8 @@ void concurrent(const Subject& subject) {
       REQUIRE_MESSAGE(scores[i], to_string(scores[i].error()));
       CHECK(same(*alignments[i], calls[i].alignment));
       CHECK(same(*scores[i], calls[i].score));
+      REQUIRE(excerpts[i].has_value() == expected[i].has_value());
+      if (excerpts[i]) CHECK_MESSAGE(*excerpts[i] == *expected[i], "an excerpt differs");
     }
   }
   // Maps that are prepared at the same time; each must give the same result as the one above.

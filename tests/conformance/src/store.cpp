@@ -8,6 +8,7 @@
 
 #include "clauses.hpp"
 #include "store_bundles.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage::conformance {
 namespace {
@@ -84,9 +85,39 @@ void existing_bundle(const Subject& subject) {
   CHECK_MESSAGE(files_below(place.folder()) == before, "its files have changed");
 }
 
+void may_begin(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  const Place place(subject);
+  require(place.open(subject)->may_begin(), "may_begin without a bundle");
+  CHECK_MESSAGE(fs::is_empty(place.folder()), "may_begin has left something");
+  write(*place.open(subject), bundle);
+  const auto before = files_below(place.folder());
+  const auto told = place.open(subject)->may_begin();
+  CHECK_MESSAGE(files_below(place.folder()) == before, "its files have changed");
+  if (told) return;
+  CHECK(told.error().code == ErrorCode::already_exists);
+  CHECK_FALSE(place.open(subject)->begin(bundle.index).has_value());
+}
+
+/// By the store's directory, or by its index if it has none.
+Result<DirectoryEntry> entry_in(const MapStore& store, RegionId region) {
+  const auto directory = store.directory();
+  if (directory) return (*directory)->entry(region);
+  if (directory.error().code != ErrorCode::unsupported) return fail(directory.error());
+  VANTAGE_TRY(const MapIndex index, store.index());
+  return DirectoryEntry{index.partition[region], index.regions[region.value]};
+}
+
 void concurrent(const Subject& subject) {
   const Place place(subject);
-  write(*place.open(subject), some_bundle(subject));
+  const Bundle bundle = some_bundle(subject);
+  Random random(subject.seed());
+  const std::vector<std::byte> beside = some_prepared(random, 1000, 1).bytes;
+  const auto writer = place.open(subject);
+  require(writer->begin(bundle.index), "begin");
+  const bool keeps = writer->attach("beside", beside).has_value();
+  put_all(*writer, bundle);
+  require(writer->commit(), "commit");
   const auto store = place.open(subject);
   const MapIndex index = index_in(*store);
   std::vector<RegionMap> maps;
@@ -96,8 +127,13 @@ void concurrent(const Subject& subject) {
     const auto fresh = place.open(subject);  // nothing has been read through it yet
     std::vector<Result<RegionMap>> got(kThreads);
     std::vector<Result<MapIndex>> read(kThreads);
+    std::vector<Result<DirectoryEntry>> entries(kThreads);
+    std::vector<Result<std::vector<std::byte>>> attached(kThreads);
     at_once(kThreads, [&](std::size_t i) {
-      got[i] = fresh->get(RegionId{static_cast<std::uint32_t>(i % 3)});
+      const RegionId region{static_cast<std::uint32_t>(i % 3)};
+      entries[i] = entry_in(*fresh, region);
+      attached[i] = fresh->attachment("beside");
+      got[i] = fresh->get(region);
       read[i] = fresh->index();
     });
     for (std::size_t i = 0; i < kThreads; ++i) {
@@ -105,6 +141,10 @@ void concurrent(const Subject& subject) {
       REQUIRE_MESSAGE(read[i], to_string(read[i].error()));
       CHECK(same(*got[i], maps[i % 3]));
       CHECK(same(*read[i], index));
+      REQUIRE_MESSAGE(entries[i], to_string(entries[i].error()));
+      CHECK(entries[i]->region == index.partition.regions()[i % 3]);
+      CHECK(entries[i]->summary.points == index.regions[i % 3].points);
+      if (keeps) CHECK(attached[i] == beside);
     }
   }
 }
@@ -415,6 +455,7 @@ constexpr std::array kClauses{
            &damaged_attachments},
     Clause{"S25", "a directory says what the index says, and finds the regions that meet an area",
            &directory_agrees},
+    Clause{"S26", "may_begin refuses only what begin refuses, and changes nothing", &may_begin},
 };
 
 }  // namespace

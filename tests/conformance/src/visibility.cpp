@@ -346,9 +346,21 @@ void concurrent(const Subject& subject) {
     expected.push_back(seen_from(subject, maps.back(), viewpoints[i]));
   }
   const auto scene = prepare(*visibility, maps.front(), limits_of(maps.front()));
+  // From the first few of the viewpoints, a different number in each thread.
+  const auto some = [&](std::size_t i) { return std::span(viewpoints).first(i + 1); };
+  std::vector<Result<ViewCounts>> expected_counts;
+  for (std::size_t i = 0; i < kThreads; ++i) {
+    expected_counts.push_back(scene->view_counts(some(i)));
+    REQUIRE_MESSAGE(expected_counts[i], to_string(expected_counts[i].error()));
+  }
   for (int round = 0; round < 3; ++round) {
-    std::vector<Result<IndexList>> of_first(kThreads), got(kThreads);
+    std::vector<Result<IndexList>> of_first(kThreads), got(kThreads), of_any(kThreads);
+    std::vector<Result<ViewCounts>> counts(kThreads);
     at_once(kThreads, [&](std::size_t i) { of_first[i] = scene->visible(viewpoints[i]); });
+    at_once(kThreads, [&](std::size_t i) {
+      counts[i] = scene->view_counts(some(i));
+      of_any[i] = scene->visible_from_any(some(i));
+    });
     at_once(kThreads, [&](std::size_t i) {
       const auto own = visibility->prepare(maps[i], limits_of(maps[i]));
       if (own) {
@@ -360,6 +372,11 @@ void concurrent(const Subject& subject) {
     for (std::size_t i = 0; i < kThreads; ++i) {
       REQUIRE_MESSAGE(of_first[i], to_string(of_first[i].error()));
       check_same(expected_of_first[i], labels_of(*of_first[i], maps.front().size()));
+      REQUIRE_MESSAGE(counts[i], to_string(counts[i].error()));
+      CHECK(counts[i]->points == expected_counts[i]->points);
+      CHECK(counts[i]->views == expected_counts[i]->views);
+      REQUIRE_MESSAGE(of_any[i], to_string(of_any[i].error()));
+      CHECK(*of_any[i] == expected_counts[i]->points);
       REQUIRE_MESSAGE(got[i], to_string(got[i].error()));
       check_same(expected[i], labels_of(*got[i], maps[i].size()));
     }

@@ -9,7 +9,9 @@
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/small_config.hpp"
 #include "vantage/engine/bundle.hpp"
+#include "vantage/engine/bundle_build.hpp"
 
 using namespace vantage;
 namespace fs = std::filesystem;
@@ -146,6 +148,40 @@ TEST_CASE("a bundle that [store] names: a missing table says what needs it") {
         std::string::npos);
   write_bundle(*store("pcd_tiles", "root", folder.path() / "b"));
   CHECK(Bundle::open(config, two_stores(), "exporting")->name() == "c.toml");
+}
+
+TEST_CASE(
+    "a build knows where its bundle goes, and whether it may, whatever the store calls that") {
+  const test::TemporaryFolder folder;
+  for (const auto& [plugin, key] :
+       {std::pair{"pcd_tiles", "root"}, std::pair{"one_file", "file"}}) {
+    CAPTURE(plugin);
+    const fs::path place = folder.path() / plugin;
+    auto config = parse_toml(test::to_text({.matcher = ""}), "").and_then(parse_config);
+    REQUIRE_MESSAGE(config, to_string(config.error()));
+    config->store->plugin = plugin;
+    config->store->params = test::table(std::string(key) + " = \"" + place.string() + "\"");
+    const auto prepared = [&] {
+      auto build = BundleBuild::prepare(*config, two_stores());
+      REQUIRE_MESSAGE(build, to_string(build.error()));
+      return *std::move(build);
+    };
+    BundleBuild build = prepared();
+    CHECK(build.place() == place);
+    CHECK(build.may_begin());
+    CHECK_FALSE(fs::exists(place));
+    REQUIRE(build.run(test::small_square(), {}));
+    CHECK(fs::exists(place));
+    const auto again = prepared().may_begin();
+    if (plugin == std::string("one_file")) continue;  // it does not tell before it begins
+    REQUIRE_FALSE(again.has_value());
+    CHECK(again.error().code == ErrorCode::already_exists);
+    config->store->params = test::table("overwrite = true\nroot = \"" + place.string() + "/\"");
+    CHECK(prepared().may_begin());
+    CHECK(prepared().place() == place);
+    test::write_text(place / "notes.txt", "mine");
+    CHECK(prepared().may_begin().error().code == ErrorCode::already_exists);
+  }
 }
 
 TEST_CASE("regions: by label or number, and those that hold points, in their order") {

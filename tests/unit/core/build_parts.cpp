@@ -20,6 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kKey = 0x1234'5678'9abc'def0;
+const BuildIdentity kIdentity{{{"map", 17}, {"configuration", kKey}}};
+constexpr Shard kShard{1, 2};
 
 BuildPlan some_plan() {
   BuildPlan plan;
@@ -42,8 +44,8 @@ BuildPlan some_plan() {
 
 TEST_CASE("a plan comes back from its bytes, and from no others") {
   const BuildPlan plan = some_plan();
-  const std::vector<std::byte> bytes = encode_plan(plan, kKey);
-  const auto again = decode_plan(bytes, kKey);
+  const std::vector<std::byte> bytes = encode_plan(plan, kIdentity);
+  const auto again = decode_plan(bytes, kIdentity);
   REQUIRE_MESSAGE(again, to_string(again.error()));
   CHECK(again->partition.regions() == plan.partition.regions());
   CHECK(again->viewpoints == plan.viewpoints);
@@ -52,19 +54,23 @@ TEST_CASE("a plan comes back from its bytes, and from no others") {
   CHECK(again->limits.max_range == plan.limits.max_range);
   CHECK(again->places_outside == 2);
   CHECK(again->place_index == plan.place_index);
-  CHECK(encode_plan(*again, kKey) == bytes);
-  CHECK(decode_plan(bytes, kKey + 1).error().code == ErrorCode::already_exists);
+  CHECK(encode_plan(*again, kIdentity) == bytes);
+  const BuildIdentity other{{{"map", 18}, {"configuration", kKey}}};
+  CHECK(other.key() != kIdentity.key());
+  const Error refused = decode_plan(bytes, other).error();
+  CHECK(refused.code == ErrorCode::already_exists);
+  CHECK(refused.message.find("another build, with another map:") != std::string::npos);
 
   for (std::size_t k = 0; k < bytes.size(); ++k) {
     std::vector<std::byte> damaged = bytes;
     damaged[k] ^= std::byte{0x10};
-    CHECK_FALSE(decode_plan(damaged, kKey).has_value());
-    CHECK_FALSE(decode_plan(std::span(bytes).first(k), kKey).has_value());
+    CHECK_FALSE(decode_plan(damaged, kIdentity).has_value());
+    CHECK_FALSE(decode_plan(std::span(bytes).first(k), kIdentity).has_value());
   }
 }
 
 TEST_CASE("a forged plan with a sound checksum is an error or a plan, never a crash") {
-  const std::vector<std::byte> bytes = encode_plan(some_plan(), kKey);
+  const std::vector<std::byte> bytes = encode_plan(some_plan(), kIdentity);
   std::mt19937 random(3);
   for (int round = 0; round < 3000; ++round) {
     std::vector<std::byte> forged(bytes.begin(), bytes.end() - 8);
@@ -77,7 +83,7 @@ TEST_CASE("a forged plan with a sound checksum is an error or a plan, never a cr
     for (std::uint64_t value = sum.value(), k = 0; k < 8; ++k, value >>= 8U) {
       forged.push_back(static_cast<std::byte>(value & 0xffU));
     }
-    const auto decoded = decode_plan(forged, kKey);
+    const auto decoded = decode_plan(forged, kIdentity);
     if (!decoded) CHECK_FALSE(decoded.error().message.empty());
   }
 }
@@ -120,11 +126,13 @@ TEST_CASE("finished regions come back from their files, and what is cut off is b
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "shard_1_of_2.parts";
   {
-    auto writer = PartWriter::open(file, kKey);
+    auto writer = PartWriter::create(folder.path(), kShard, kKey);
     REQUIRE(writer);
-    CHECK(PartWriter::open(file, kKey).error().code == ErrorCode::already_exists);  // it is locked
+    CHECK(PartWriter::create(folder.path(), kShard, kKey).error().code ==
+          ErrorCode::already_exists);  // it is locked
     REQUIRE(writer->add(4, some_part(4)));
     REQUIRE(writer->add(1, some_part(1)));
+    REQUIRE(std::move(*writer).finish());
   }
   const std::string whole = test::read_text(file);
   const auto parts = Parts::in(folder.path(), kKey, 5);
@@ -141,21 +149,39 @@ TEST_CASE("finished regions come back from their files, and what is cut off is b
     CHECK(part.points == 40);
   }
   CHECK(Parts::in(folder.path(), kKey + 1, 5).error().code == ErrorCode::already_exists);
-  CHECK(PartWriter::open(file, kKey + 1).error().code == ErrorCode::already_exists);
 
-  // Cut anywhere, the regions before the cut are there, and the file is continued after them.
+  // Cut anywhere, the regions before the cut are there, and another file has those after it.
+  const fs::path next = folder.path() / "shard_1_of_2-2.parts";
   for (std::size_t size = 0; size < whole.size(); ++size) {
     test::write_text(file, whole.substr(0, size));
     const auto cut = Parts::in(folder.path(), kKey, 5);
     REQUIRE(cut);
     CHECK_FALSE(cut->has(1));
     if (size % 7 != 0) continue;
-    auto writer = PartWriter::open(file, kKey);
-    REQUIRE(writer);
-    if (!cut->has(4)) REQUIRE(writer->add(4, some_part(4)));
-    REQUIRE(writer->add(1, some_part(1)));
-    CHECK(test::read_text(file) == whole);
+    {
+      auto writer = PartWriter::create(folder.path(), kShard, kKey);
+      REQUIRE(writer);
+      if (!cut->has(4)) REQUIRE(writer->add(4, some_part(4)));
+      REQUIRE(writer->add(1, some_part(1)));
+      REQUIRE(std::move(*writer).finish());
+    }
+    CHECK(test::read_text(file) == whole.substr(0, size));
+    const auto both = Parts::in(folder.path(), kKey, 5);
+    REQUIRE(both);
+    CHECK(both->missing() == 3);
+    CHECK(both->read(1)->ranks == some_part(1).ranks);
+    CHECK(both->read(4)->ranks == some_part(4).ranks);
+    CHECK(both->files().size() == 2);
+    fs::remove(next);
   }
+  // What is no file of parts does not count, and is not listed. A file without a region goes.
+  test::write_text(file, "mine");
+  test::write_text(folder.path() / "mine.parts", "mine");
+  CHECK(Parts::in(folder.path(), kKey, 5)->files().empty());
+  CHECK(PartWriter::create(folder.path(), kShard, kKey).has_value());
+  CHECK_FALSE(fs::exists(next));
+  CHECK(test::read_text(file) == "mine");
+
   // A head that was not written: the content after it does not count.
   std::string torn = whole;
   const std::size_t second = whole.size() - (whole.size() - 16) / 2;
@@ -324,6 +350,19 @@ TEST_CASE("blocks hold neighbours, fit into memory, and have every region once")
   CHECK(too_large.error().code == ErrorCode::invalid_input);
   CHECK(too_large.error().message.find("1600 points") != std::string::npos);
   CHECK(blocks_of(map, partition, {}, areas, 10, 10).value().empty());
+
+  // The region that needs most is named, wherever it stands, and what it needs is enough for all.
+  for (const std::uint32_t largest : {0U, 17U, 98U}) {
+    auto uneven = areas;
+    uneven[largest].max += Eigen::Vector2d(5.0, 5.0);
+    const auto refused = blocks_of(map, partition, some, uneven, 10'000, 10);
+    REQUIRE_FALSE(refused);
+    const std::string& message = refused.error().message;
+    CHECK_MESSAGE(message.find("'r" + std::to_string(largest) + "'") != std::string::npos, message);
+    CHECK(message.find("2025 points") != std::string::npos);
+    CHECK(blocks_of(map, partition, some, uneven, 20'250, 10));
+    CHECK_FALSE(blocks_of(map, partition, some, uneven, 20'249, 10));
+  }
 }
 
 TEST_CASE("a block has no more points than 32 bits can number, however much memory there is") {

@@ -15,6 +15,7 @@
 
 #include "io/tiles/index.hpp"
 #include "io/tiles/state.hpp"
+#include "vantage/kit/atomic_file.hpp"
 
 namespace vantage::io::tiles {
 namespace {
@@ -22,21 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTilingMarker = ".vantage-tiling";
-
-Result<std::vector<std::string>> names_in(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    names.push_back(it->path().filename().string());
-  }
-  if (error) return system_error(folder, "the folder cannot be listed", error.value());
-  return names;
-}
-
-/// Whether OutputFile makes files of this name.
-bool is_temporary(std::string_view name) {
-  return name.starts_with(".vantage-") && name.ends_with(".tmp");
-}
 
 /// The name of a file that a tiled map or its making has.
 bool is_own(std::string_view name) {
@@ -181,8 +167,7 @@ Result<void> WorkFolder::publish(bool overwrite) {
   fs::remove(out_ / kStateFile, ignored);
   fs::remove(out_ / kTilingMarker, ignored);
   if (replaces) (void)remove_folder(old);
-  flush_name(out_);
-  return {};
+  return flush_name(out_);
 }
 
 }  // namespace vantage::io::tiles

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,6 +32,16 @@ class VANTAGE_API BundleBuild {
   [[nodiscard]] static Result<BundleBuild> prepare(const Config& config,
                                                    const PluginLoader& plugins);
 
+  /// Whether the store takes the bundle, as far as it can tell before anything is computed.
+  /// Errors: those of MapStore::may_begin.
+  [[nodiscard]] Result<void> may_begin() const;
+
+  /// Where the bundle is going to be, without a slash at its end; none if the store needs more than
+  /// a path, see Bundle::open.
+  [[nodiscard]] const std::optional<std::filesystem::path>& place() const noexcept {
+    return place_;
+  }
+
   /// Keeps bytes in the bundle, see BuildParams::attachments. Call before `run` or `sharded`.
   void attach(std::string name, std::vector<std::byte> bytes);
 
@@ -50,10 +62,11 @@ class VANTAGE_API BundleBuild {
   [[nodiscard]] Result<MapIndex> index() const;
 
  private:
-  BundleBuild(BuildPlugins plugins, BuildParams params)
-      : plugins_(std::move(plugins)), params_(std::move(params)) {}
+  BundleBuild(BuildPlugins plugins, BuildParams params, std::optional<std::filesystem::path> place)
+      : plugins_(std::move(plugins)), params_(std::move(params)), place_(std::move(place)) {}
   BuildPlugins plugins_;
   BuildParams params_;
+  std::optional<std::filesystem::path> place_;
 };
 
 }  // namespace vantage

@@ -36,6 +36,10 @@ struct PluginChoice {
 
 class SharedLibrary;  // an open plugin file; closed when the last owner goes
 
+/// The file that a library was opened from, as an absolute path.
+[[nodiscard]] VANTAGE_API const std::filesystem::path& file_of(
+    const SharedLibrary& library) noexcept;
+
 /// Deletes an object of a plugin first, and releases its library afterwards.
 template <class T>
 struct InLibrary {

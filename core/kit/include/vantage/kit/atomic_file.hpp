@@ -49,6 +49,12 @@ class OutputFile {
   std::optional<Error> failure_;
 };
 
+/// Whether OutputFile gives its temporary files names of this form. One is left by a process that
+/// is killed.
+[[nodiscard]] constexpr bool is_temporary(std::string_view name) noexcept {
+  return name.starts_with(".vantage-") && name.ends_with(".tmp");
+}
+
 /// Writes the whole content in one call. Errors: those of OutputFile.
 [[nodiscard]] Result<void> write_text_atomically(const std::filesystem::path& path,
                                                  std::string_view content);

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "vantage/result.hpp"
 
@@ -32,6 +33,9 @@ class Descriptor {
   [[nodiscard]] int get() const noexcept { return fd_; }
   [[nodiscard]] bool open() const noexcept { return fd_ >= 0; }
   void close() noexcept;
+  /// Closes the file. Returns 0, or an errno value: some file systems refuse only now what was
+  /// written.
+  [[nodiscard]] int finish() noexcept;
 
  private:
   int fd_;
@@ -52,11 +56,18 @@ class Descriptor {
 [[nodiscard]] int read_all(const Descriptor& file, std::size_t offset, std::span<char> bytes,
                            std::size_t& done) noexcept;
 
+/// Makes what was written to a file survive a power cut. Returns 0, or an errno value.
+[[nodiscard]] int flush_content(const Descriptor& file) noexcept;
+
+/// The names of what is in a folder, sorted. Errors: `io_failure`.
+[[nodiscard]] Result<std::vector<std::string>> names_in(const std::filesystem::path& folder);
+
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);
 
-/// Makes a new name in a folder survive a power cut, if the file system can do so.
-void flush_name(const std::filesystem::path& path) noexcept;
+/// Makes a new name in a folder survive a power cut, if the file system can do so. Errors:
+/// `io_failure`.
+[[nodiscard]] Result<void> flush_name(const std::filesystem::path& path);
 
 /// Renames a folder. Errors: `already_exists` if `to` exists; `io_failure`.
 [[nodiscard]] Result<void> rename_to_new(const std::filesystem::path& from,

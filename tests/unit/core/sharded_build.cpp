@@ -1,0 +1,144 @@
+// A build in parts with plugins that a test can follow: when it is refused, and what it asks for.
+#include "vantage/engine/sharded_build.hpp"
+
+#include <doctest/doctest.h>
+
+#include "fakes.hpp"
+#include "support/real_data.hpp"
+
+namespace vantage {
+namespace {
+
+/// Points in memory, given part by part.
+class PartsInMemory final : public MapParts {
+ public:
+  explicit PartsInMemory(PointCloud points) : points_(std::move(points)) {}
+  [[nodiscard]] Bounds3 bounds() const noexcept override { return bounds_of(points_); }
+  [[nodiscard]] std::uint64_t points() const noexcept override { return points_.size(); }
+  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
+    return visitor.see(points_);
+  }
+  [[nodiscard]] std::uint64_t points_in(const Bounds2& area) const override {
+    return static_cast<std::uint64_t>(
+        std::ranges::count_if(points_, [&](const Point& p) { return area.contains(p.head<2>()); }));
+  }
+  [[nodiscard]] Result<MapPart> read(const Bounds2& area) const override {
+    MapPart part;
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (!area.contains(points_[k].head<2>())) continue;
+      part.runs.push_back({k, part.points.size()});
+      part.points.push_back(points_[k]);
+    }
+    return part;
+  }
+
+ private:
+  PointCloud points_;
+};
+
+class StripsInPasses final : public Partitioner {
+ public:
+  static constexpr int kStrips = 20;
+
+  [[nodiscard]] Result<Partition> partition(PointsView, PointsView,
+                                            const MapSurvey&) const noexcept override {
+    return strips();
+  }
+  [[nodiscard]] Result<Partition> partition_in_passes(const MapPasses&,
+                                                      PointsView) const noexcept override {
+    return strips();
+  }
+
+ private:
+  [[nodiscard]] static Result<Partition> strips() {
+    std::vector<Region> regions;
+    for (int i = 0; i < kStrips; ++i) {
+      regions.push_back({"strip" + std::to_string(i),
+                         HalfOpenBox{{10.0 * i, -100.0}, {10.0 * (i + 1), 100.0}},
+                         {}});
+    }
+    return Partition::from(std::move(regions));
+  }
+};
+
+/// Counts how often it is asked.
+class CountedGround final : public GroundFilter {
+ public:
+  explicit CountedGround(int& calls) : calls_(calls) {}
+  [[nodiscard]] Result<IndexList> ground(PointsView cloud) const noexcept override {
+    ++calls_;
+    return test::FlatGround().ground(cloud);
+  }
+  [[nodiscard]] double reach() const noexcept override { return 0.0; }
+
+ private:
+  int& calls_;
+};
+
+class SeesWithin final : public VisibilityOperator {
+ public:
+  [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
+      PointsView map, const VisibilityLimits& limits) const noexcept override {
+    return test::SeesNear().prepare(map, limits);
+  }
+  [[nodiscard]] double reach(const VisibilityLimits& limits) const noexcept override {
+    return limits.max_range;
+  }
+};
+
+/// 20 strips of level ground, one of them with a crowd above it.
+PointCloud crowded_strips(int crowded) {
+  PointCloud map;
+  for (int x = 0; x < 10 * StripsInPasses::kStrips; ++x) {
+    for (int y = 0; y < 20; ++y) {
+      map.emplace_back(x + 0.5, y + 0.5, 0.0);
+      for (int z = 1; z <= 6 && x / 10 == crowded; ++z) map.emplace_back(x + 0.5, y + 0.5, z);
+    }
+  }
+  return map;
+}
+
+TEST_CASE("sharded build: too little memory is told after the first block, of the largest region") {
+  for (const int crowded : {0, 13, 19}) {
+    CAPTURE(crowded);
+    const PartsInMemory map(crowded_strips(crowded));
+    int calls = 0;
+    BuildPlugins plugins;
+    plugins.partitioner = test::in_process<StripsInPasses, Partitioner>();
+    plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+    plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+    plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
+    BuildParams params;
+    params.max_range = 4.0;
+    const test::TemporaryFolder folder;
+    const auto open = [&](std::uint64_t memory, const char* parts) {
+      calls = 0;
+      return ShardedBuild::open(map, {}, plugins, params,
+                                {.parts = folder.path() / parts, .map_key = 1, .memory = memory});
+    };
+    // Ground fits: the crowded strip has 1,400 points of 56 bytes. What it sees does not.
+    const auto refused = open(100'000, "small");
+    REQUIRE_FALSE(refused.has_value());
+    CHECK(refused.error().code == ErrorCode::invalid_input);
+    const std::string name = "region 'strip" + std::to_string(crowded) + "'";
+    CHECK_MESSAGE(refused.error().message.find(name) != std::string::npos, refused.error().message);
+    CHECK(calls == 1);
+
+    const auto planned = open(1'000'000'000, "large");
+    REQUIRE_MESSAGE(planned, to_string(planned.error()));
+    const std::uint64_t least = planned->least_memory();
+    CHECK(least > 100'000);
+    CHECK(least < 88 * map.points() / 3);
+    CHECK(open(least, "least").has_value());
+    CHECK(calls > 1);
+    CHECK_FALSE(open(least - 1, "less").has_value());
+    CHECK(calls == 1);
+    // A plan that is there may be read with any memory; the shard is then refused.
+    auto again = open(least - 1, "large");
+    REQUIRE(again);
+    CHECK(again->build({1, 1}).error().message.find(name) != std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace vantage
