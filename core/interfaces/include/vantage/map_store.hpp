@@ -61,6 +61,9 @@ class VANTAGE_API MapStore {
  public:
   virtual ~MapStore();
 
+  /// What `begin` would refuse, before a long build computes anything. Changes nothing; the default
+  /// refuses nothing. Errors: `already_exists`; `unsupported` (it only reads); `io_failure`.
+  [[nodiscard]] virtual Result<void> may_begin() const noexcept { return {}; }
   /// Errors: `already_exists` if the bundle exists; `io_failure`.
   [[nodiscard]] virtual Result<void> begin(const MapIndex& index) noexcept = 0;
   /// Errors: `not_found` for a region outside the index; `already_exists` for a second put of a
@@ -75,20 +78,18 @@ class VANTAGE_API MapStore {
   /// for another name; `io_failure`.
   [[nodiscard]] virtual Result<void> attach(std::string_view name,
                                             std::span<const std::byte> bytes) noexcept;
-  /// Makes the whole bundle visible at once.
+  /// Makes the whole bundle visible at once. When it returns, the bundle survives a power cut.
   /// Errors: `invalid_input` without begin or if a region is missing; `io_failure`.
   [[nodiscard]] virtual Result<void> commit() noexcept = 0;
 
   /// Errors: `not_found` if there is no bundle, `corrupt_data` for a damaged index.
   [[nodiscard]] virtual Result<MapIndex> index() const noexcept = 0;
-  /// The regions, each read when it is asked for. It stays usable without the store. The default
-  /// is `unsupported`: the caller then reads the whole index.
-  /// Errors: those of `index`; `unsupported`.
+  /// The regions, each read when it is asked for; usable without the store. Errors: those of
+  /// `index`; `unsupported` (the default): the caller then reads the whole index.
   [[nodiscard]] virtual Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept;
   /// The map of one region. Points and viewpoints come back in the order of `put`, in the precision
   /// that the store declares. View counts and prepared bytes come back unchanged.
-  /// Errors: `not_found` for an unknown region or without a bundle, `corrupt_data` for a damaged
-  /// file.
+  /// Errors: `not_found` for an unknown region or without a bundle; `corrupt_data`.
   [[nodiscard]] virtual Result<RegionMap> get(RegionId region) const noexcept = 0;
   /// The bytes of that name, unchanged.
   /// Errors: `not_found` (the default) if there are none; `corrupt_data` for a damaged file.
