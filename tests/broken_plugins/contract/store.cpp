@@ -33,6 +33,10 @@ class Broken final : public MapStore {
   Broken(PluginPtr<MapStore> sound, fs::path root)
       : sound_(std::move(sound)), root_(std::move(root)) {}
 
+  [[nodiscard]] Result<void> may_begin() const noexcept override {
+    if (breaks("S27")) return fail(ErrorCode::unsupported, "it only reads");
+    return sound_->may_begin();
+  }
   [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
     return guarded([&] { return begin_with(index); });
   }
