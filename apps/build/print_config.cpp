@@ -24,7 +24,7 @@ Result<std::vector<ParameterDoc>> documentation_of(const Config& config,
     return {};
   };
   VANTAGE_CHECK(add(PluginKind::partitioner, config.partitioner));
-  VANTAGE_CHECK(add(PluginKind::ground, config.ground));
+  if (config.ground) VANTAGE_CHECK(add(PluginKind::ground, config.ground->choice()));
   if (config.visibility) {
     VANTAGE_CHECK(add(PluginKind::visibility, config.visibility->choice()));
   }

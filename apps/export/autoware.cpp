@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "export/float_points.hpp"
 #include "export/sidecar.hpp"
 #include "export/union.hpp"
 #include "io/autoware_tiles.hpp"
@@ -28,51 +29,16 @@ Point origin_below(const Bounds3& bounds, double resolution) {
   return {corner(bounds.min.x()), corner(bounds.min.y()), std::floor(bounds.min.z()) + 0.0};
 }
 
-tl::unexpected<Error> refuse_rounding(const Bundle& bundle, const Point& p, double rounding) {
-  return fail(ErrorCode::invalid_input,
-              fmt::format("Autoware's tiles hold float32, which would move the point ({:.3f}, "
-                          "{:.3f}, {:.3f}) by {:.3g} m; give an origin near the map that is "
-                          "subtracted: --origin X,Y,Z or --origin auto",
-                          p.x(), p.y(), p.z(), rounding),
-              SourceLocation{bundle.name(), 0, 0});
-}
-
-using TilePoint = Eigen::Vector3f;
-
-/// The points as tiles store them.
-std::vector<TilePoint> rounded(PointsView points, const Point& origin) {
-  std::vector<TilePoint> tile_points;
-  tile_points.reserve(points.size());
-  for (const Point& p : points) tile_points.push_back((p - origin).cast<float>());
-  return tile_points;
-}
-
-/// The largest distance by which rounding moves a coordinate [m]. It is measured apart from the
-/// rounding, because GCC 12 turns a vectorized float(x) that is at once converted back to double
-/// into x itself.
-Result<double> rounding_of(const Bundle& bundle, PointsView points, const Point& origin,
-                           std::span<const TilePoint> tile_points) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point local = points[i] - origin;
-    const double rounding = (tile_points[i].cast<double>() - local).cwiseAbs().maxCoeff();
-    // Written so that infinity, which is not a float32, fails, too.
-    if (!(rounding <= kMostRounding)) return refuse_rounding(bundle, points[i], rounding);
-    largest = std::max(largest, rounding);
-  }
-  return largest;
-}
-
 /// The grid of tiles, counted from the origin.
 class Grid {
  public:
   explicit Grid(std::uint32_t resolution) : resolution_(resolution) {}
 
   /// Column and row.
-  [[nodiscard]] Eigen::Vector2d cell(const TilePoint& p) const {
+  [[nodiscard]] Eigen::Vector2d cell(const FloatPoint& p) const {
     return (p.head<2>().cast<double>() / resolution_).array().floor();
   }
-  [[nodiscard]] bool less(const TilePoint& a, const TilePoint& b) const {
+  [[nodiscard]] bool less(const FloatPoint& a, const FloatPoint& b) const {
     const Eigen::Vector2d cell_a = cell(a), cell_b = cell(b);
     return std::tuple(cell_a.x(), cell_a.y(), a.x(), a.y(), a.z()) <
            std::tuple(cell_b.x(), cell_b.y(), b.x(), b.y(), b.z());
@@ -91,7 +57,7 @@ class Grid {
   double resolution_;
 };
 
-Result<io::AutowareTiles> write_tiles(const fs::path& folder, std::span<const TilePoint> points,
+Result<io::AutowareTiles> write_tiles(const fs::path& folder, std::span<const FloatPoint> points,
                                       const AutowareOptions& options) {
   const Grid grid(options.resolution);
   io::AutowareTiles written{.x_resolution = static_cast<double>(options.resolution),
@@ -103,7 +69,8 @@ Result<io::AutowareTiles> write_tiles(const fs::path& folder, std::span<const Ti
     while (end < points.size() && grid.cell(points[end]) == cell) ++end;
     const io::AutowareTile tile = grid.tile(cell, options.prefix);
     PointCloud cloud;
-    for (const TilePoint& p : points.subspan(first, end - first)) cloud.push_back(p.cast<double>());
+    for (const FloatPoint& p : points.subspan(first, end - first))
+      cloud.push_back(p.cast<double>());
     VANTAGE_CHECK(io::write_pcd(folder / tile.file, cloud, io::Precision::float32));
     written.tiles.push_back(tile);
     first = end;
@@ -111,9 +78,9 @@ Result<io::AutowareTiles> write_tiles(const fs::path& folder, std::span<const Ti
   return written;
 }
 
-Result<void> check_reach(const Bundle& bundle, std::span<const TilePoint> points) {
+Result<void> check_reach(const Bundle& bundle, std::span<const FloatPoint> points) {
   constexpr float kReach = 1e9F;  // [m]; a tile's corner is a whole number
-  for (const TilePoint& p : points) {
+  for (const FloatPoint& p : points) {
     const float reach = p.cwiseAbs().maxCoeff();
     if (reach <= kReach) continue;
     return fail(ErrorCode::invalid_input,
@@ -160,12 +127,13 @@ Result<AutowareReport> export_autoware(const Bundle& bundle, const AutowareOptio
   report.points = all.points().size();
   report.origin =
       options.origin ? *options.origin : origin_below(bounds_of(all.points()), options.resolution);
-  std::vector<TilePoint> points = rounded(all.points(), report.origin);
-  VANTAGE_TRY(report.rounding, rounding_of(bundle, all.points(), report.origin, points));
+  std::vector<FloatPoint> points = rounded(all.points(), report.origin);
+  VANTAGE_TRY(report.rounding,
+              rounding_of(all.points(), report.origin, points, "Autoware's tiles", bundle.name()));
   VANTAGE_CHECK(check_reach(bundle, points));
   const Grid grid(options.resolution);
   std::sort(points.begin(), points.end(),
-            [&](const TilePoint& a, const TilePoint& b) { return grid.less(a, b); });
+            [&](const FloatPoint& a, const FloatPoint& b) { return grid.less(a, b); });
 
   const fs::path tiles_folder = folder.path() / io::kAutowareFolder;
   std::error_code error;

@@ -25,9 +25,6 @@ struct AutowareReport {
   double rounding = 0.0;         ///< the largest change of a coordinate by float32 [m]
 };
 
-/// The largest accepted rounding of a coordinate [m].
-inline constexpr double kMostRounding = 0.001;
-
 /// Writes the points of all region maps, each once, as Autoware's tiles: `pointcloud_map.pcd/`,
 /// with a float32 PCD for each square of a grid of whole metres that contains a (rounded) point,
 /// and `pointcloud_map_metadata.yaml`. Information for which Autoware has no place goes into

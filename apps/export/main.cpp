@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "export/autoware.hpp"
+#include "export/grid.hpp"
 #include "export/regions.hpp"
 #include "export/sidecar.hpp"
 #include "io/text.hpp"
@@ -102,6 +103,13 @@ void print_regions_without_points(std::uint64_t regions) {
                            cli::form(regions, "was", "were"));
 }
 
+/// What was subtracted from all coordinates, if anything was.
+void print_origin(const Point& o) {
+  if (o.isZero(0.0)) return;
+  std::cout << fmt::format("subtracted x {}, y {}, z {} m: see {}\n", o.x(), o.y(), o.z(),
+                           exporting::kSidecar);
+}
+
 Result<void> run_autoware(const Options& options) {
   exporting::AutowareOptions autoware = options.autoware;
   VANTAGE_TRY(autoware.origin, parse_origin(options.origin));
@@ -128,10 +136,33 @@ Result<void> run_autoware(const Options& options) {
                            cli::form(report.repeated, "was", "were"));
   std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n",
                            1e3 * report.rounding);
-  if (!o.isZero(0.0)) {
-    std::cout << fmt::format("subtracted x {}, y {}, z {} m: see {}\n", o.x(), o.y(), o.z(),
-                             exporting::kSidecar);
+  print_origin(o);
+  print_regions_without_points(report.regions_without_points);
+  return {};
+}
+
+Result<void> run_grid(const Options& options) {
+  VANTAGE_TRY(const std::optional<Point> origin, parse_origin(options.origin));
+  VANTAGE_TRY(const exporting::GridReport report,
+              export_with(options, [&](const auto& bundle, auto over, const auto& progress) {
+                return exporting::export_grid(bundle, origin, options.out, over, progress);
+              }));
+  const Point& o = report.origin;
+  if (options.common.json) {
+    const nlohmann::ordered_json json{{"files", report.files},
+                                      {"points", report.points},
+                                      {"origin", {o.x(), o.y(), o.z()}},
+                                      {"largest_rounding", report.rounding},
+                                      {"regions_without_points", report.regions_without_points}};
+    std::cout << json.dump(2) << '\n';
+    return {};
   }
+  std::cout << fmt::format("{} in {}, and grid_meta_data.yaml\n",
+                           cli::counted(report.points, "point"),
+                           cli::counted(report.files, "file"));
+  std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n",
+                           1e3 * report.rounding);
+  print_origin(o);
   print_regions_without_points(report.regions_without_points);
   return {};
 }
@@ -174,9 +205,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   auto* autoware = app.add_subcommand(
       "autoware", "one map of all regions, each point once, as tiles that Autoware loads");
+  auto* grid = app.add_subcommand(
+      "grid", "the folder of grid_<i>_<j>.pcd that the program of the paper's authors writes");
   auto* regions =
       app.add_subcommand("regions", "one file per region, for CloudCompare and other programs");
-  for (CLI::App* job : {autoware, regions}) {
+  for (CLI::App* job : {autoware, grid, regions}) {
     job->add_option("BUNDLE", options.what, "configuration (TOML) of a bundle, or its folder")
         ->required()
         ->check(CLI::ExistingPath);
@@ -189,12 +222,13 @@ int main(int argc, char** argv) {
       ->add_option("--resolution", options.autoware.resolution, "side of a tile in whole metres")
       ->check(CLI::Range(1U, 100'000U))
       ->capture_default_str();
-  autoware
-      ->add_option("--origin", options.origin,
-                   "subtract X,Y,Z [m], for maps far from 0, where float32 is coarse; auto: the "
-                   "lowest corner of the map")
-      ->type_name("ORIGIN")
-      ->capture_default_str();
+  for (CLI::App* job : {autoware, grid}) {
+    job->add_option("--origin", options.origin,
+                    "subtract X,Y,Z [m], for maps far from 0, where float32 is coarse; auto: the "
+                    "lowest corner of the map")
+        ->type_name("ORIGIN")
+        ->capture_default_str();
+  }
   autoware->add_option("--prefix", options.autoware.prefix, "prefix of the tiles' names")
       ->type_name("WORD")
       ->capture_default_str();
@@ -203,8 +237,9 @@ int main(int argc, char** argv) {
                    "format of the files; if the bundle has views, they are a field")
       ->required()
       ->check(CLI::IsMember({"ply", "pcd", "las"}));
-  for (CLI::App* job : {autoware, regions}) options.common.add_to(*job);
+  for (CLI::App* job : {autoware, grid, regions}) options.common.add_to(*job);
   return vantage::cli::run_program(app, argc, argv, [&] {
-    return *autoware ? vantage::run_autoware(options) : vantage::run_regions(options);
+    if (*autoware) return vantage::run_autoware(options);
+    return *grid ? vantage::run_grid(options) : vantage::run_regions(options);
   });
 }

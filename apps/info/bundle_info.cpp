@@ -88,12 +88,13 @@ std::vector<FileGroup> files_in(const std::filesystem::path& folder) {
 
 Lines lines_of(const BundleInfo& info) {
   const BundleSummary& all = info.summary;
+  const bool known = all.map_points > 0;  // not in a bundle of another program
   Lines lines{{"path", info.path.string()},
               {"format", kFormat},
               {"size [MB]", fmt::format("{:.2f}", static_cast<double>(info.bytes) / 1e6)},
               {"regions", fmt::format("{}, {} of them empty", cli::grouped(all.regions),
                                       cli::grouped(all.empty_regions))},
-              {"points of the map", cli::grouped(all.map_points)},
+              {"points of the map", known ? cli::grouped(all.map_points) : "not known"},
               {"content", content_text(info)}};
   if (all.sum.points > 0 || all.sum.elements == 0) {
     lines.emplace_back("points a region",

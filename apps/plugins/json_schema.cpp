@@ -78,6 +78,9 @@ Json parameter_schema(const ParameterDoc& p) {
       schema["maxItems"] = *p.length;
     }
   }
+  if (p.kind != ValueKind::choice && !p.choices.empty()) {
+    schema = Json{{"anyOf", {{{"type", "string"}, {"enum", p.choices}}, std::move(schema)}}};
+  }
   if (p.default_value) schema["default"] = to_json(*p.default_value);
   schema["description"] = p.doc;
   if (!p.unit.empty()) schema["x-unit"] = p.unit;

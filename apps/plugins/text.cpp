@@ -25,7 +25,7 @@ std::string default_of(const ParameterDoc& p) {
 }  // namespace
 
 std::string allowed_values(const ParameterDoc& p) {
-  if (p.kind == ValueKind::choice) return joined(p.choices, ", ");
+  if (!p.choices.empty()) return joined(p.choices, ", ");
   Range range = p.range;
   if (p.kind == ValueKind::integer && range.max >= 0x7fffffff) range.max = any_number.max;
   if (p.kind == ValueKind::integer && range.min <= -0x80000000LL) range.min = any_number.min;
@@ -49,7 +49,7 @@ std::string description(const PluginInfo& plugin) {
     const auto line = [&](const char* name, const std::string& value) {
       if (!value.empty()) text += fmt::format("      {}: {}\n", name, value);
     };
-    line(p.kind == ValueKind::choice ? "choices" : "range", allowed_values(p));
+    line(p.choices.empty() ? "range" : "choices", allowed_values(p));
     line("equation", p.equation);
     line("citation", p.citation);
   }
@@ -140,8 +140,8 @@ std::string parameter_table(const std::vector<ParameterDoc>& parameters) {
     for (const std::string& choice : p.choices) choices.push_back(code(choice));
     text +=
         row({code(p.key), cell(p.type), cell(p.unit), p.required ? "required" : code(default_of(p)),
-             p.kind == ValueKind::choice ? joined(choices, ", ") : cell(allowed_values(p)),
-             cell(p.doc), cell(source_of(p))});
+             choices.empty() ? cell(allowed_values(p)) : joined(choices, ", "), cell(p.doc),
+             cell(source_of(p))});
   }
   return text;
 }

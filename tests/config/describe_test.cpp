@@ -152,7 +152,8 @@ TEST_CASE("describe: type, unit, default, range, doc, equation and citation as t
   for (const char* part :
        {"\n  cell_width: number [m]\n      grid width L\n      default: none, required\n"
         "      range: > 0\n      equation: Eq. 2\n      citation: Yagi et al. 2026, Sec. 2.1\n",
-        "\n  origin: array of 2 numbers [m]\n", "default: none, may be left out\n"}) {
+        "\n  origin: array of 2 numbers or choice [m]\n", "default: none, may be left out\n",
+        "      choices: ground\n"}) {
     CHECK_MESSAGE(has(grid, part), grid);
   }
   CHECK(has(output_of({"describe", "hpr"}), "choices: spherical_flip, inversion\n"));
@@ -174,10 +175,10 @@ TEST_CASE("describe --json is the JSON Schema of the params") {
                                                  {"x-equation", "Eq. 2"},
                                                  {"x-citation", "Yagi et al. 2026, Sec. 2.1"}});
   const Json origin = grid["properties"]["origin"];
-  CHECK(origin["type"] == "array");
-  CHECK(origin["items"] == Json{{"type", "number"}});
-  CHECK(origin["minItems"] == 2);
-  CHECK(origin["maxItems"] == 2);
+  REQUIRE(origin["anyOf"].size() == 2);
+  CHECK(origin["anyOf"][0] == Json{{"type", "string"}, {"enum", Json::array({"ground"})}});
+  CHECK(origin["anyOf"][1] ==
+        Json{{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", 2}, {"maxItems", 2}});
   CHECK_FALSE(origin.contains("default"));
 
   const Json hpr = Json::parse(output_of({"describe", "hpr", "--json"}))["properties"];

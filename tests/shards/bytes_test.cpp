@@ -148,6 +148,10 @@ TEST_CASE("shards: what needs the whole map says so before anything is built") {
           "[partitioner]");
   refuses(&TownConfig::partitioner,
           "plugin = \"visibility_clusters\"\nparams = { min_overlap = 0.3 }", "[partitioner]");
+  refuses(&TownConfig::partitioner,
+          "plugin = \"uniform_grid\"\nparams = { cell_width = 20.0, origin = \"ground\" }",
+          "give the origin as [x, y]");
+  refuses(&TownConfig::ground, "plugin = \"pmf\"\noutliers = {}", "ground.outliers");
   refuses(&TownConfig::visibility, "plugin = \"surface\"", "visibility.max_range");
   refuses(&TownConfig::viewpoints, "voxel_size = 8.0\nreachable = true", "viewpoints.reachable");
 }

@@ -79,7 +79,8 @@ template <class F>
 Result<void> for_each_map_plugin(Config& config, const F& f) {
   if (config.partitioner)
     VANTAGE_CHECK(f(PluginKind::partitioner, *config.partitioner, config.partitioner->params));
-  if (config.ground) VANTAGE_CHECK(f(PluginKind::ground, *config.ground, config.ground->params));
+  if (config.ground)
+    VANTAGE_CHECK(f(PluginKind::ground, config.ground->choice(), config.ground->params));
   if (config.visibility) {
     VANTAGE_CHECK(
         f(PluginKind::visibility, config.visibility->choice(), config.visibility->params));

@@ -29,7 +29,7 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
   // Ground (Sec. 2.2), or the driven path.
   Stopwatch stopwatch;
   VANTAGE_TRY(std::optional<Places> places,
-              places_of(map, trajectory, plugins.ground.get(), params.viewpoints));
+              places_of(map, trajectory, plugins.ground.get(), params.outliers, params.viewpoints));
   plan.ground_points = places->ground_points;
   plan.unreachable_viewpoints = places->unreachable_viewpoints;
   const double seconds_ground = stopwatch.seconds();

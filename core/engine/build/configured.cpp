@@ -17,7 +17,7 @@ constexpr std::string_view kJob = "building region maps";
 Result<PluginPtr<GroundFilter>> ground_for(const Config& config, const PluginLoader& loader) {
   const auto load = [&]() -> Result<PluginPtr<GroundFilter>> {
     VANTAGE_TRY(const auto ground, config.need(config.ground, "ground", kJob));
-    return loader.load<GroundFilter>(ground);
+    return loader.load<GroundFilter>(ground.choice());
   };
   const auto none = [&]() -> Result<PluginPtr<GroundFilter>> {
     if (!config.map || config.map->trajectory) return PluginPtr<GroundFilter>();
@@ -63,6 +63,7 @@ Result<void> check_offer(const ScanMatcher& matcher, const PluginChoice& choice,
 BuildParams BuildParams::from(const Config& config) {
   BuildParams params;
   params.viewpoints = config.viewpoints.value_or(ViewpointParams{});
+  if (config.ground) params.outliers = config.ground->outliers;
   if (config.visibility) {
     params.scope = config.visibility->scope;
     params.max_range = config.visibility->max_range.value_or(params.max_range);
@@ -94,6 +95,13 @@ Result<BuildPlugins> load_build_plugins(const Config& config, const PluginLoader
   VANTAGE_TRY(plugins.ground, ground_for(config, loader));
   VANTAGE_TRY(plugins.visibility, loader.load<VisibilityOperator>(visibility.choice()));
   VANTAGE_TRY(plugins.store, loader.load<MapStore>(store.choice()));
+  const auto may = plugins.store->may_begin();
+  if (!may && may.error().code == ErrorCode::unsupported) {
+    return fail(ErrorCode::invalid_config,
+                "[store] plugin = \"" + store.plugin +
+                    "\" only reads bundles: name a store that a build can write, as pcd_tiles",
+                store.where);
+  }
   if (store.content.value_or(StoredContent::points) != StoredContent::points) {
     VANTAGE_TRY(const auto matcher,
                 config.need(config.matcher, "matcher", "storing prepared region maps"));

@@ -11,11 +11,29 @@
 namespace vantage {
 namespace {
 
-Result<Places> ground_of(PointsView map, const GroundFilter& filter) {
+/// What the filter says of some of the points.
+Result<IndexList> ground_among(PointsView map, IndexList candidates, const GroundFilter& filter) {
+  PointCloud points;
+  points.reserve(candidates.size());
+  for (const std::uint32_t k : candidates) points.push_back(map[k]);
+  VANTAGE_TRY(IndexList ground, filter.ground(points));
+  VANTAGE_CHECK(check_indices(ground, points.size(), "ground"));
+  for (std::uint32_t& k : ground) k = candidates[k];
+  return ground;
+}
+
+Result<Places> ground_of(PointsView map, const GroundFilter& filter,
+                         const std::optional<OutlierParams>& outliers) {
   Places places;
   places.points = map;
-  VANTAGE_TRY(places.which, filter.ground(map));
-  VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
+  if (outliers) {
+    IndexList stay = without_outliers(map, *outliers);
+    if (stay.empty()) return no_ground();
+    VANTAGE_TRY(places.which, ground_among(map, std::move(stay), filter));
+  } else {
+    VANTAGE_TRY(places.which, filter.ground(map));
+    VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
+  }
   if (places.which.empty()) return no_ground();
   places.ground_points = places.which.size();
   return places;
@@ -54,16 +72,17 @@ tl::unexpected<Error> no_ground() {
 }
 
 Result<Places> places_of(PointsView map, PointsView trajectory, const GroundFilter* ground,
+                         const std::optional<OutlierParams>& outliers,
                          const ViewpointParams& params) {
-  return std::visit(Overloaded{[&](const OverGround&) { return ground_of(map, *ground); },
-                               [&](const OverReachableGround& over) {
-                                 return ground_of(map, *ground).and_then([&](Places places) {
-                                   return only_reachable(std::move(places), trajectory,
-                                                         over.max_step, params);
-                                 });
-                               },
-                               [&](const AlongTrajectory&) { return driven(trajectory, params); }},
-                    origin_of(params));
+  return std::visit(
+      Overloaded{[&](const OverGround&) { return ground_of(map, *ground, outliers); },
+                 [&](const OverReachableGround& over) {
+                   return ground_of(map, *ground, outliers).and_then([&](Places places) {
+                     return only_reachable(std::move(places), trajectory, over.max_step, params);
+                   });
+                 },
+                 [&](const AlongTrajectory&) { return driven(trajectory, params); }},
+      origin_of(params));
 }
 
 }  // namespace vantage

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "vantage/engine/outliers.hpp"
 #include "vantage/engine/viewpoints.hpp"
 #include "vantage/ground_filter.hpp"
 #include "vantage/point_cloud.hpp"
@@ -25,9 +27,12 @@ struct Places {
 /// @param map         borrowed by the result
 /// @param trajectory  may be empty unless viewpoints come from it
 /// @param ground      not used along the trajectory
+/// @param outliers    which points `ground` does not get; none: it gets all
 /// Errors: `invalid_input` if a needed ground or trajectory is missing; those of the ground filter;
 /// `internal` if the filter breaks its contract.
 [[nodiscard]] Result<Places> places_of(PointsView map, PointsView trajectory,
-                                       const GroundFilter* ground, const ViewpointParams& params);
+                                       const GroundFilter* ground,
+                                       const std::optional<OutlierParams>& outliers,
+                                       const ViewpointParams& params);
 
 }  // namespace vantage

@@ -40,6 +40,9 @@ Result<void> check_reaches(const BuildPlugins& plugins, const BuildParams& param
   if (plugins.ground && !std::isfinite(plugins.ground->reach())) {
     return needs_whole_map("the plugin of [ground]", "choose another one");
   }
+  if (plugins.ground && params.outliers) {
+    return needs_whole_map("ground.outliers", "leave it out");
+  }
   if (params.scope == VisibilityScope::map && !std::isfinite(plugins.visibility->reach(limits))) {
     return std::isfinite(limits.max_range)
                ? needs_whole_map("the plugin of [visibility]", "choose another one")
@@ -230,14 +233,15 @@ Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const Buil
   VANTAGE_CHECK(check_reaches(plugins, params, plan.limits));
   auto partition = plugins.partitioner->partition_in_passes(map, trajectory);
   if (!partition && partition.error().code == ErrorCode::unsupported) {
-    return needs_whole_map("the plugin of [partitioner]", "choose another one");
+    return needs_whole_map("the plugin of [partitioner]",
+                           "choose another one (" + partition.error().message + ")");
   }
   VANTAGE_TRY(plan.partition, std::move(partition));
   plan.viewpoints.resize(plan.partition.size());
   plan.owned.resize(plan.partition.size());
   const bool over_ground = !std::holds_alternative<AlongTrajectory>(origin_of(params.viewpoints));
   if (!over_ground) {
-    VANTAGE_TRY(const Places places, places_of({}, trajectory, nullptr, params.viewpoints));
+    VANTAGE_TRY(const Places places, places_of({}, trajectory, nullptr, {}, params.viewpoints));
     VANTAGE_TRY(plan.places_outside,
                 viewpoints_along(places, plan.partition, params.viewpoints, plan.viewpoints));
   }

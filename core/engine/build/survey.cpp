@@ -23,6 +23,16 @@ Result<PointCloud> BuildSurvey::viewpoints() const noexcept {
       [&] { return viewpoints_over(places_.points, places_.which, params_.viewpoints); });
 }
 
+Result<Bounds3> BuildSurvey::ground_bounds() const noexcept {
+  if (places_.ground_points == 0) {
+    return fail(ErrorCode::unsupported,
+                "viewpoints.source = \"trajectory\" finds no ground, so the ground has no bounds");
+  }
+  Bounds3 bounds;
+  for (const std::uint32_t k : places_.which) bounds.extend(places_.points[k]);
+  return bounds;
+}
+
 Result<IndexList> BuildSurvey::visible(const Point& viewpoint) const noexcept {
   return guarded([&] { return sight_.visible(viewpoint); });
 }

@@ -19,6 +19,7 @@ class BuildSurvey final : public MapSurvey {
       : map_(map), places_(places), sight_(sight), params_(params) {}
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
+  [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;

@@ -177,7 +177,7 @@ Result<void> check_built_as_asked(const Config& asked, const BundleSummary& bund
       }
     };
     add(PluginKind::partitioner, asked.partitioner);
-    add(PluginKind::ground, asked.ground);
+    add(PluginKind::ground, asked.ground ? std::optional(asked.ground->choice()) : std::nullopt);
     add(PluginKind::visibility,
         asked.visibility ? std::optional(asked.visibility->choice()) : std::nullopt);
     compare(prefix, *here, inside, there, &docs, found);

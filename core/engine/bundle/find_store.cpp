@@ -58,6 +58,12 @@ class FormatOf final : public nlohmann::json_sax<nlohmann::json> {
   bool is_format_ = false;
 };
 
+/// Whether a store only reads, as one for the files of another program.
+bool only_reads(const MapStore& store) {
+  const auto may = store.may_begin();
+  return !may && may.error().code == ErrorCode::unsupported;
+}
+
 /// The store that a folder names in its `index.json`.
 std::optional<std::string> store_named_in(const fs::path& folder) {
   constexpr std::string_view kPrefix = "vantage ";
@@ -126,6 +132,13 @@ tl::unexpected<Error> no_store_opens(const fs::path& place, std::vector<Refusal>
   if (refusals.empty()) {
     return fail(ErrorCode::not_found, "no store plugin was found that could open it", where);
   }
+  // A store that finds something damaged knows whose bundle it is.
+  const auto damaged = [](const Refusal& refusal) {
+    return refusal.error.code != ErrorCode::not_found;
+  };
+  if (refusals.size() > 1 && std::ranges::count_if(refusals, damaged) == 1) {
+    return fail(std::move(std::ranges::find_if(refusals, damaged)->error));
+  }
   if (refusals.size() == 1) return fail(std::move(refusals.front().error));
   std::string message = "no store finds a bundle of region maps here";
   bool missing = true;
@@ -151,6 +164,7 @@ Result<std::shared_ptr<const RegionDirectory>> directory_in(const PluginPtr<MapS
                 "the store plugin broke its contract: directory gave nothing and no error");
   }
   if (directory || directory.error().code != ErrorCode::not_found) return directory;
+  if (only_reads(*store)) return directory;
   Error error = std::move(directory).error();
   error.message += "; `vantage build` makes it";
   return fail(std::move(error));
@@ -181,6 +195,8 @@ Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins
     if (!store) continue;  // a plugin that cannot be asked does not hide the others
     auto directory = directory_in(*store);
     if (directory) return FoundStore{*std::move(store), *std::move(directory)};
+    // Most bundles were built here: no other program's files are missed where nothing is.
+    if (only_reads(**store) && directory.error().code == ErrorCode::not_found) continue;
     const auto says_it = [&](const Refusal& refusal) { return refusal.says(directory.error()); };
     if (std::ranges::any_of(refusals, says_it)) continue;
     refusals.push_back({file.name, std::move(directory).error()});

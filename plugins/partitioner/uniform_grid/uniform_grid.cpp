@@ -4,7 +4,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "vantage/kit/numbers.hpp"
@@ -38,39 +40,63 @@ std::vector<std::string> labels_of(const std::vector<vantage::PlanCell>& cells) 
   return labels;
 }
 
-/// Square cells of one width; those that hold a point become regions (Eqs. 2-3).
-struct UniformGrid {
+constexpr const char* kGround = "ground";
+
+/// The parameters, but for the word that may stand for `origin`.
+struct Keys {
   double cell_width{};                    // L of Eq. 2
   std::optional<Eigen::Vector2d> origin;  // lower left corner of cell (0, 0)
 
   static constexpr auto schema() {
     constexpr vantage::Source kSource{"Eq. 2", "Yagi et al. 2026, Sec. 2.1"};
     return std::tuple{
-        vantage::required("cell_width", &UniformGrid::cell_width, "m", "grid width L",
-                          vantage::positive, kSource),
-        vantage::optional("origin", &UniformGrid::origin, "m",
-                          "[x, y] of the corner between cells; the map's minimum if left out",
+        vantage::required("cell_width", &Keys::cell_width, "m", "grid width L", vantage::positive,
+                          kSource),
+        vantage::optional("origin", &Keys::origin, "m",
+                          "[x, y] of the corner between cells, or ground: the minimum of the "
+                          "ground; the map's minimum if left out",
                           kSource),
     };
   }
+};
+
+/// Square cells of one width; those that hold a point become regions (Eqs. 2-3).
+struct UniformGrid : Keys {
+  bool from_ground = false;  // the origin is the minimum of the ground
 
   [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
-                                                     const vantage::MapSurvey&) const {
-    VANTAGE_TRY(const auto raster, raster_over(vantage::bounds_of(map)));
+                                                     const vantage::MapSurvey& survey) const {
+    const vantage::Bounds3 bounds = vantage::bounds_of(map);
+    Eigen::Vector2d corner = given_origin(bounds);
+    if (from_ground) {
+      VANTAGE_TRY(const vantage::Bounds3 ground, survey.ground_bounds());
+      corner = ground.min.head<2>();
+    }
+    VANTAGE_TRY(const auto raster, raster_over(bounds, corner));
     return partition_of(vantage::occupied_cells(map, raster), raster);
   }
 
   [[nodiscard]] Result<vantage::Partition> partition_in_passes(const vantage::MapPasses& map,
                                                                PointsView) const {
-    VANTAGE_TRY(const auto raster, raster_over(map.bounds()));
+    if (from_ground) {
+      return vantage::fail(vantage::ErrorCode::unsupported,
+                           "origin = \"ground\" needs the ground of the whole map: give the "
+                           "origin as [x, y]");
+    }
+    VANTAGE_TRY(const auto raster, raster_over(map.bounds(), given_origin(map.bounds())));
     VANTAGE_TRY(const auto cells, vantage::occupied_cells(map, raster));
     return partition_of(cells, raster);
   }
 
  private:
-  [[nodiscard]] Result<vantage::PlanRaster> raster_over(const vantage::Bounds3& bounds) const {
-    return vantage::PlanRaster::over(bounds, {cell_width, "cell_width"},
-                                     origin.value_or(bounds.min.head<2>()));
+  /// The origin, if it does not depend on the ground.
+  [[nodiscard]] Eigen::Vector2d given_origin(const vantage::Bounds3& bounds) const {
+    return origin.value_or(bounds.min.head<2>());
+  }
+
+  [[nodiscard]] Result<vantage::PlanRaster> raster_over(const vantage::Bounds3& bounds,
+                                                        const Eigen::Vector2d& corner) const {
+    return vantage::PlanRaster::over(bounds, {cell_width, "cell_width"}, corner);
   }
 
   [[nodiscard]] Result<vantage::Partition> partition_of(const std::vector<vantage::PlanCell>& cells,
@@ -88,6 +114,39 @@ struct UniformGrid {
 };
 
 }  // namespace
+
+// What a schema does not say: `origin` is a word or numbers.
+namespace vantage {
+
+template <>
+Result<UniformGrid> parse<UniformGrid>(const Table& table) {
+  const Value* const origin = table.find("origin");
+  const auto* const word = origin == nullptr ? nullptr : std::get_if<std::string>(&origin->data);
+  Table keys = table;
+  if (word != nullptr) {
+    if (*word != kGround) return detail::wrong_choice(*origin, "origin", {kGround});
+    std::erase_if(keys.entries, [](const Entry& entry) { return entry.key == "origin"; });
+  }
+  VANTAGE_TRY(const Keys numbers, parse<Keys>(keys));
+  return UniformGrid{numbers, word != nullptr};
+}
+
+template <>
+Table to_table<UniformGrid>(const UniformGrid& grid) {
+  Table table = to_table<Keys>(grid);
+  if (grid.from_ground) table.entries.push_back({"origin", {std::string(kGround), {}}, {}});
+  return table;
+}
+
+template <>
+std::vector<ParameterDoc> describe<UniformGrid>() {
+  std::vector<ParameterDoc> docs = describe<Keys>();
+  docs.back().type += " or choice";
+  docs.back().choices = {kGround};
+  return docs;
+}
+
+}  // namespace vantage
 
 VANTAGE_PLUGIN(vantage::Partitioner, vantage::PartitionerOf<UniformGrid>, "uniform_grid",
                "square cells of one width (Eqs. 2-3)");

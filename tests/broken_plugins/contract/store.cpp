@@ -35,6 +35,7 @@ class Broken final : public MapStore {
 
   [[nodiscard]] Result<void> may_begin() const noexcept override {
     return guarded([&]() -> Result<void> {
+      if (breaks("S27")) return fail(ErrorCode::unsupported, "it only reads");
       // It tries whether a folder can be made.
       if (breaks("S26")) fs::create_directories(root_);
       return sound_->may_begin();

@@ -17,18 +17,25 @@ bool owns(const Region& region, const Point& p) {
   return region.height.contains(p.z()) && contains(region.footprint, p.head<2>());
 }
 
+std::pair<double, double> cell_of(const Point& p) {
+  return {std::floor(p.x() / kCell), std::floor(p.y() / kCell)};
+}
+
 }  // namespace
 
-PointCloud RangeSurvey::viewpoints_in(const Region* region) const {
+std::map<std::pair<double, double>, double> RangeSurvey::lowest_in(const Region* region) const {
   std::map<std::pair<double, double>, double> lowest;
   for (const Point& p : map_) {
     if (region != nullptr && !owns(*region, p)) continue;
-    const std::pair cell{std::floor(p.x() / kCell), std::floor(p.y() / kCell)};
-    const auto [it, is_new] = lowest.try_emplace(cell, p.z());
+    const auto [it, is_new] = lowest.try_emplace(cell_of(p), p.z());
     if (!is_new) it->second = std::min(it->second, p.z());
   }
+  return lowest;
+}
+
+PointCloud RangeSurvey::viewpoints_in(const Region* region) const {
   PointCloud viewpoints;
-  for (const auto& [cell, z] : lowest) {
+  for (const auto& [cell, z] : lowest_in(region)) {
     viewpoints.push_back({kCell * (cell.first + 0.5), kCell * (cell.second + 0.5), z + kHeight});
   }
   return viewpoints;
@@ -36,6 +43,17 @@ PointCloud RangeSurvey::viewpoints_in(const Region* region) const {
 
 Result<PointCloud> RangeSurvey::viewpoints() const noexcept {
   return guarded([&]() -> Result<PointCloud> { return viewpoints_in(nullptr); });
+}
+
+Result<Bounds3> RangeSurvey::ground_bounds() const noexcept {
+  return guarded([&]() -> Result<Bounds3> {
+    const auto lowest = lowest_in(nullptr);
+    Bounds3 bounds;
+    for (const Point& p : map_) {
+      if (p.z() == lowest.at(cell_of(p))) bounds.extend(p);
+    }
+    return bounds;
+  });
 }
 
 Result<IndexList> RangeSurvey::visible(const Point& viewpoint) const noexcept {

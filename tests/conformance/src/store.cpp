@@ -65,9 +65,10 @@ void commits(const Subject& subject) {
 
 void unknown_region(const Subject& subject) {
   const Place place(subject);
-  write(*place.open(subject), some_bundle(subject));
+  if (!place_bundle(subject, place)) return;
   const auto store = place.open(subject);
-  for (const std::uint32_t r : {3U, 4U, 1U << 31U, ~0U}) {
+  const auto regions = static_cast<std::uint32_t>(index_in(*store).regions.size());
+  for (const std::uint32_t r : {regions, regions + 1U, 1U << 31U, ~0U}) {
     CAPTURE(r);
     check_fails(store->get(RegionId{r}), ErrorCode::not_found);
   }
@@ -110,14 +111,21 @@ Result<DirectoryEntry> entry_in(const MapStore& store, RegionId region) {
 
 void concurrent(const Subject& subject) {
   const Place place(subject);
-  const Bundle bundle = some_bundle(subject);
-  Random random(subject.seed());
-  const std::vector<std::byte> beside = some_prepared(random, 1000, 1).bytes;
-  const auto writer = place.open(subject);
-  require(writer->begin(bundle.index), "begin");
-  const bool keeps = writer->attach("beside", beside).has_value();
-  put_all(*writer, bundle);
-  require(writer->commit(), "commit");
+  const std::vector<std::byte> beside = [&] {
+    Random random(subject.seed());
+    return some_prepared(random, 1000, 1).bytes;
+  }();
+  bool keeps = false;
+  if (only_reads(subject)) {
+    if (!place_bundle(subject, place)) return;
+  } else {
+    const Bundle bundle = some_bundle(subject);
+    const auto writer = place.open(subject);
+    require(writer->begin(bundle.index), "begin");
+    keeps = writer->attach("beside", beside).has_value();
+    put_all(*writer, bundle);
+    require(writer->commit(), "commit");
+  }
   const auto store = place.open(subject);
   const MapIndex index = index_in(*store);
   std::vector<RegionMap> maps;
@@ -406,56 +414,96 @@ void views(const Subject& subject) {
   }
 }
 
+}  // namespace
+
+void read_only_refuses(const Subject& subject) {
+  const Place place(subject);
+  const auto store = place.open(subject);
+  const Bundle bundle = some_bundle(subject);
+  if (!only_reads(subject)) {
+    require(store->begin(bundle.index), "begin");
+    return;
+  }
+  static_cast<void>(place_bundle(subject, place));
+  const auto before = files_below(place.folder());
+  for (int round = 0; round < 2; ++round) {
+    check_fails(store->begin(bundle.index), ErrorCode::unsupported);
+    check_fails(store->put(RegionId{0}, bundle.maps[0]), ErrorCode::unsupported);
+    check_fails(store->attach("places", {}), ErrorCode::unsupported);
+    check_fails(store->commit(), ErrorCode::unsupported);
+  }
+  CHECK_MESSAGE(files_below(place.folder()) == before, "its files have changed");
+}
+
+namespace {
+
+/// The check of a clause that writes a bundle: a store that only reads keeps it by S27.
+template <void (*kCheck)(const Subject&)>
+void written(const Subject& subject) {
+  if (only_reads(subject)) {
+    MESSAGE("the store only reads");
+  } else {
+    kCheck(subject);
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"S1", "points come back in order and as accurately as claimed, also far from the origin",
-           &points},
+           &written<&points>},
     Clause{"S2",
            "a bundle exists only after the commit, and complete; without a commit nothing is left",
-           &commits},
+           &written<&commits>},
     Clause{"S3", "an unknown region is not_found", &unknown_region},
     Clause{"S4", "begin on an existing bundle is already_exists, and the bundle stays unchanged",
-           &existing_bundle},
+           &written<&existing_bundle>},
     Clause{"S5", "concurrent calls on one object agree with calls one by one", &concurrent},
-    Clause{"S6", "a damaged file is an error or gives the right data, never wrong data", &damage},
+    Clause{"S6", "a damaged file is an error or gives the right data, never wrong data",
+           &written<&damage>},
     Clause{"S7",
            "a point or viewpoint that is not finite is invalid_input; the region can still be put",
-           &not_finite},
+           &written<&not_finite>},
     Clause{"S8",
            "putting a region outside the index is not_found, putting one twice is already_exists",
-           &wrong_regions},
+           &written<&wrong_regions>},
     Clause{"S9", "a commit with a region missing is invalid_input and makes no bundle",
-           &missing_region},
+           &written<&missing_region>},
     Clause{"S10", "the index comes back exactly, with the points and viewpoints that were put",
-           &index_exact},
+           &written<&index_exact>},
     Clause{"S11", "regions without points, with one point and with equal points are kept",
-           &few_points},
+           &written<&few_points>},
     Clause{"S12", "put and commit without begin are invalid_input, after a commit too",
-           &without_begin},
+           &written<&without_begin>},
     Clause{"S13", "without a bundle, index and get are not_found", &no_bundle},
     Clause{"S14", "the same bundle has the same files byte for byte, whatever the place and order",
-           &same_bytes},
+           &written<&same_bytes>},
     Clause{"S15", "viewpoints and prepared bytes come back, with and without points",
-           &viewpoints_and_prepared},
+           &written<&viewpoints_and_prepared>},
     Clause{"S16", "views come back, the index has the largest; wrong ones are invalid_input",
-           &views},
+           &written<&views>},
     Clause{"S17", "attached bytes come back unchanged, none and those of every value too",
-           &attached_bytes},
+           &written<&attached_bytes>},
     Clause{"S18", "every allowed name can be attached, or all are unsupported at any time",
-           &attach_supported},
-    Clause{"S19", "a name that was not attached is not_found, without a bundle too", &not_attached},
+           &written<&attach_supported>},
+    Clause{"S19", "a name that was not attached is not_found, without a bundle too",
+           &written<&not_attached>},
     Clause{"S20", "attaching a name twice is already_exists, and the first bytes stay",
-           &attached_twice},
+           &written<&attached_twice>},
     Clause{"S21", "attach without begin changes the bundle that is there; not_found without one",
-           &attach_without_begin},
+           &written<&attach_without_begin>},
     Clause{"S22", "a name but of 1 to 32 lower-case letters and underscores is invalid_input",
-           &attachment_names},
+           &written<&attachment_names>},
     Clause{"S23", "attachments are there after the commit only; without one nothing is left",
-           &attachments_commit},
+           &written<&attachments_commit>},
     Clause{"S24", "with a damaged file an attachment is corrupt_data or right, never wrong",
-           &damaged_attachments},
+           &written<&damaged_attachments>},
     Clause{"S25", "a directory says what the index says, and finds the regions that meet an area",
            &directory_agrees},
-    Clause{"S26", "may_begin refuses only what begin refuses, and changes nothing", &may_begin},
+    Clause{"S26", "may_begin refuses only what begin refuses, and changes nothing",
+           &written<&may_begin>},
+    Clause{"S27",
+           "a store that only reads says so: begin, put, attach and commit are unsupported, and no "
+           "file changes",
+           &read_only_refuses},
 };
 
 }  // namespace

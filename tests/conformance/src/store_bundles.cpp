@@ -76,6 +76,26 @@ void write(MapStore& store, const Bundle& bundle) {
   require(store.commit(), "commit");
 }
 
+bool only_reads(const Subject& subject) {
+  const Place place(subject);
+  const auto may = place.open(subject)->may_begin();
+  return !may && may.error().code == ErrorCode::unsupported;
+}
+
+bool place_bundle(const Subject& subject, const Place& place) {
+  if (!only_reads(subject)) {
+    write(*place.open(subject), some_bundle(subject));
+    return true;
+  }
+  const fs::path bundle = subject.claims<StoreClaims>().bundle;
+  if (bundle.empty()) {
+    MESSAGE("the store only reads, and claims no bundle");
+    return false;
+  }
+  fs::copy(bundle, place.folder(), fs::copy_options::recursive);
+  return true;
+}
+
 MapIndex index_in(const MapStore& store) {
   auto index = store.index();
   if (!index) FAIL("the index is not read: " << to_string(index.error()));

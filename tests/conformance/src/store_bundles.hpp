@@ -45,6 +45,11 @@ void require(const Result<void>& done, const char* what);
 void put_all(MapStore& store, const Bundle& bundle);
 /// Begins, puts all and commits.
 void write(MapStore& store, const Bundle& bundle);
+/// Whether the store only reads.
+[[nodiscard]] bool only_reads(const Subject& subject);
+/// Puts a bundle of three regions or more where `place` is: some_bundle, or the one that a store
+/// which only reads claims. Returns whether there is one.
+[[nodiscard]] bool place_bundle(const Subject& subject, const Place& place);
 [[nodiscard]] MapIndex index_in(const MapStore& store);
 [[nodiscard]] RegionMap get(const MapStore& store, std::uint32_t region);
 
@@ -72,6 +77,8 @@ struct Damaged {
 
 /// S25, about MapStore::directory.
 void directory_agrees(const Subject& subject);
+/// S27, about a store whose may_begin is `unsupported`.
+void read_only_refuses(const Subject& subject);
 
 /// S17 to S24, about MapStore::attach and attachment. For a store that keeps no attachments, they
 /// check that it says so.

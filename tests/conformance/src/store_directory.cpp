@@ -88,8 +88,11 @@ void check_summary(const BundleSummary& said, const MapIndex& index) {
 
 void directory_agrees(const Subject& subject) {
   const Place place(subject);
-  const Bundle bundle = overlapping_regions(subject);
-  write(*place.open(subject), bundle);
+  if (only_reads(subject)) {
+    if (!place_bundle(subject, place)) return;
+  } else {
+    write(*place.open(subject), overlapping_regions(subject));
+  }
   const auto store = place.open(subject);
   const MapIndex index = index_in(*store);
   const auto opened = store->directory();

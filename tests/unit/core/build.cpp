@@ -303,6 +303,7 @@ class AsksFirst final : public Partitioner {
     PointCloud viewpoints;
     std::vector<std::uint64_t> points, points_if_three_are_enough;
     std::vector<IndexList> visible;
+    Result<Bounds3> ground;
   };
   explicit AsksFirst(std::shared_ptr<Answers> answers) : answers_(std::move(answers)) {}
   [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
@@ -314,6 +315,7 @@ class AsksFirst final : public Partitioner {
                   survey.observable_points(region, 3));
     }
     VANTAGE_TRY(answers_->viewpoints, survey.viewpoints());
+    answers_->ground = survey.ground_bounds();
     for (const Point& q : answers_->viewpoints) {
       VANTAGE_TRY(answers_->visible.emplace_back(), survey.visible(q));
     }
@@ -347,6 +349,14 @@ TEST_CASE("what the survey tells a partitioner is what the bundle then holds") {
       CHECK((answers->points_if_three_are_enough[r] > 3) == !few);
       CHECK(answers->points_if_three_are_enough[r] <= answers->points[r]);
     }
+    if (with.viewpoints.source == ViewpointSource::trajectory) {
+      REQUIRE_FALSE(answers->ground.has_value());
+      CHECK(answers->ground.error().code == ErrorCode::unsupported);
+    } else {
+      REQUIRE_MESSAGE(answers->ground, to_string(answers->ground.error()));
+      CHECK(answers->ground->min == Point(0.5, 0.5, 0.0));
+      CHECK(answers->ground->max == Point(29.5, 3.5, 0.0));
+    }
     // Strips and viewpoint voxels share their edges here, so the whole map has the same viewpoints.
     CHECK(answers->viewpoints.size() == report->viewpoints);
     for (std::size_t i = 0; i < answers->viewpoints.size(); ++i) {
@@ -357,6 +367,35 @@ TEST_CASE("what the survey tells a partitioner is what the bundle then holds") {
       CHECK(answers->visible[i] == expected);
     }
   }
+}
+
+TEST_CASE("statistical outliers are kept from the ground filter, and stay in the map") {
+  PointCloud map = map_with_a_gap();
+  const Point stray(5.0, 2.0, -4.0);
+  map.insert(map.begin() + 3, stray);
+  const auto built = [&](const std::optional<OutlierParams>& outliers) {
+    const auto memory = std::make_shared<test::Memory>();
+    auto p = plugins(memory);
+    BuildParams with = params();
+    with.outliers = outliers;
+    const auto report = build_region_maps(map, {}, p, with);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(report->map_points == map.size());
+    CHECK(std::ranges::count(memory->maps[0].points, stray) == 1);
+    return *report;
+  };
+  CHECK(built({}).ground_points == 81);
+  const BuildReport without = built(OutlierParams{.neighbours = 4, .ratio = 2.0});
+  CHECK(without.ground_points == 80);
+  CHECK(without.viewpoints == 20);
+
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  BuildParams with = params();
+  with.outliers = OutlierParams{.neighbours = 4, .ratio = -1000.0};  // all points are outliers
+  const auto report = build_region_maps(map, {}, p, with);
+  REQUIRE(!report);
+  CHECK(report.error().message.find("no ground was found") == 0);
 }
 
 namespace {

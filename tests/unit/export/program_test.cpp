@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "support/plugins.hpp"
@@ -176,7 +177,7 @@ TEST_CASE("vantage export regions: counts of views, and bundles without points")
 
   const std::string prepared =
       world.build("p", "[\"maps\"]", "content = \"prepared\"\n[matcher]\nplugin = \"ndt\"\n");
-  for (const std::string job : {"autoware", "regions"}) {
+  for (const std::string job : {"autoware", "grid", "regions"}) {
     std::vector<std::string> arguments{job, prepared, "--out", world.path("none").string(), "-q"};
     if (job == "regions") arguments.insert(arguments.end(), {"--format", "pcd"});
     const auto refused = run("vantage-export", arguments);
@@ -238,6 +239,92 @@ TEST_CASE("vantage export regions: a crafted bundle writes nothing outside of --
                 refused.err);
   CHECK(refused.err.find("a label is 1 to 200 letters") != std::string::npos);
   CHECK(fs::is_empty(place));
+}
+
+/// The files of a folder but the one that says what made an export, with their content.
+std::map<std::string, std::string> exported_files(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name != "vantage_export.json") files[name] = test::read_text(entry.path());
+  }
+  return files;
+}
+
+TEST_CASE("vantage export grid: the authors' folder, which is a bundle and gives itself back") {
+  const World world;
+  const std::string config = world.build("b", "[\"maps\"]", "");
+  const std::string out = world.path("grid").string();
+  const auto exported = run("vantage-export", {"grid", config, "--out", out, "--json", "-q"});
+  REQUIRE_MESSAGE(exported.exit_code == 0, exported.err);
+  CHECK(nlohmann::json::parse(exported.out)["files"] == 3);
+  const auto files = exported_files(out);
+  REQUIRE(files.size() == 4);
+  CHECK(files.contains("grid_0_0.pcd"));
+  CHECK(files.contains("grid_2_0.pcd"));
+  // The viewpoint that is farthest along the street, and beside it, is the mean of a voxel.
+  CHECK(files.at("grid_meta_data.yaml")
+            .find("grid_size: 20\nmin_pt:\n  x: 0\n  y: 0\nmax_pt:\n  x: 5") == 0);
+  CHECK(same_points(io::read_point_clouds(std::vector{fs::path(out) / "grid_1_0.pcd"})->points,
+                    io::read_point_clouds(std::vector{world.path("b/x+001_y+000.pcd")})->points,
+                    1e9));  // as many; the store keeps them relative to another origin
+
+  // By its path, and by a configuration.
+  const std::string again = world.path("again").string();
+  const auto by_path = run("vantage-export", {"grid", out, "--out", again, "-q"});
+  REQUIRE_MESSAGE(by_path.exit_code == 0, by_path.err);
+  CHECK(exported_files(again) == files);
+  test::write_text(world.path("folder.toml"),
+                   "schema = 1\n[store]\nplugin = \"grid_pcd\"\nparams = { root = \"grid\" }\n");
+  const std::string folder = world.path("folder.toml").string();
+  REQUIRE(run("vantage-export", {"grid", folder, "--out", again, "-q", "--overwrite"}).exit_code ==
+          0);
+  CHECK(exported_files(again) == files);
+  CHECK(run("vantage-export", {"grid", folder, "--out", again, "-q"}).exit_code == 1);
+
+  // Subtracting an origin changes all of them, and the meta data with them.
+  REQUIRE(run("vantage-export",
+              {"grid", folder, "--out", again, "-q", "--overwrite", "--origin", "-100,50,1"})
+              .exit_code == 0);
+  CHECK(exported_files(again).at("grid_meta_data.yaml").find("  x: 100\n  y: -50\n") !=
+        std::string::npos);
+
+  // A build cannot write there, and says so before it reads a map.
+  const auto built = run("vantage-build", {config, "-q", "--set", "store.plugin=grid_pcd"});
+  CHECK(built.exit_code == 1);
+  CHECK_MESSAGE(built.err.find("only reads bundles") != std::string::npos, built.err);
+
+  fs::remove(fs::path(out) / "grid_meta_data.yaml");
+  const auto damaged = run("vantage-export", {"grid", out, "--out", again, "-q", "--overwrite"});
+  CHECK(damaged.exit_code == 1);
+  CHECK_MESSAGE(
+      damaged.err.find("grid: error: grid_meta_data.yaml is missing") != std::string::npos,
+      damaged.err);
+}
+
+TEST_CASE("vantage export grid: what is no grid, or too far from the origin, is told") {
+  const World world({500'000.0, 4'649'780.0, 430.0});
+  const std::string config = world.build("b", "[\"maps\"]", "");
+  const std::string out = world.path("grid").string();
+  const auto refused = run("vantage-export", {"grid", config, "--out", out, "-q"});
+  CHECK(refused.exit_code == 1);
+  CHECK(refused.err.find("--origin auto") != std::string::npos);
+  CHECK_FALSE(fs::exists(out));
+  const auto exported = run("vantage-export", {"grid", config, "--out", out, "--origin", "auto"});
+  REQUIRE_MESSAGE(exported.exit_code == 0, exported.err);
+  CHECK(exported.out.find("subtracted x 500000, y 4649780, z 430 m") != std::string::npos);
+  CHECK(test::read_text(world.path("grid/grid_meta_data.yaml")).find("grid_size: 20\n") == 0);
+
+  const auto built =
+      run("vantage-build", {config, "-q", "--overwrite", "--set", "partitioner.plugin=kd_split",
+                            "--set", "partitioner.params={max_points=4000}"});
+  REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  const auto no_grid = run("vantage-export", {"grid", world.path("b").string(), "--out", out, "-q",
+                                              "--overwrite", "--origin", "auto"});
+  CHECK(no_grid.exit_code == 1);
+  CHECK_MESSAGE(
+      no_grid.err.find("build the bundle with the partitioner uniform_grid") != std::string::npos,
+      no_grid.err);
 }
 
 TEST_CASE("vantage export: wrong usage") {

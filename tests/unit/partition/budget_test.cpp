@@ -64,6 +64,7 @@ class ScriptedSurvey final : public MapSurvey {
   explicit ScriptedSurvey(Answer answer) : answer_(std::move(answer)) {}
 
   Result<PointCloud> viewpoints() const noexcept override { return PointCloud{}; }
+  Result<Bounds3> ground_bounds() const noexcept override { return Bounds3{}; }
   Result<IndexList> visible(const Point&) const noexcept override { return IndexList{}; }
   Result<std::uint64_t> observable_points(const Region& region,
                                           std::uint64_t enough) const noexcept override {

@@ -8,6 +8,8 @@
 
 #include "support/cut.hpp"
 #include "support/plugins.hpp"
+#include "vantage/kit/map_in_memory.hpp"
+#include "vantage/map_survey.hpp"
 
 namespace vantage {
 namespace {
@@ -53,6 +55,44 @@ TEST_CASE("the grid begins at the map's minimum unless an origin is given") {
   const auto& first = std::get<HalfOpenBox>(partition.regions()[0].footprint);
   CHECK(first.min == Eigen::Vector2d(3.5, -7.25));
   CHECK(labels(partition) == std::vector<std::string>{"x+000_y+000", "x+001_y+000"});
+}
+
+/// A survey that knows the ground only.
+class GroundSurvey final : public MapSurvey {
+ public:
+  explicit GroundSurvey(Result<Bounds3> ground) : ground_(std::move(ground)) {}
+  [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override { return PointCloud{}; }
+  [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override { return ground_; }
+  [[nodiscard]] Result<IndexList> visible(const Point&) const noexcept override {
+    return IndexList{};
+  }
+  [[nodiscard]] Result<std::uint64_t> observable_points(const Region&,
+                                                        std::uint64_t) const noexcept override {
+    return 0;
+  }
+
+ private:
+  Result<Bounds3> ground_;
+};
+
+TEST_CASE("origin = \"ground\": the grid begins where the ground begins") {
+  const PointCloud map{{-7, 0.5, 3}, {2.5, 1.25, 0}, {12, 14, 0}};
+  const auto partitioner = grid("cell_width = 10\norigin = \"ground\"");
+  const auto partition =
+      partitioner->partition(map, {}, GroundSurvey(Bounds3{{2.5, 1.25, 0}, {12, 14, 0}}));
+  REQUIRE_MESSAGE(partition, to_string(partition.error()));
+  CHECK(labels(*partition) ==
+        std::vector<std::string>{"x-001_y-001", "x+000_y+000", "x+000_y+001"});
+  CHECK(std::get<HalfOpenBox>(partition->regions()[1].footprint).min == Eigen::Vector2d(2.5, 1.25));
+
+  const auto none = partitioner->partition(
+      map, {}, GroundSurvey(fail(ErrorCode::unsupported, "there is no ground")));
+  REQUIRE(!none);
+  CHECK(none.error().message == "there is no ground");
+  const auto in_passes = partitioner->partition_in_passes(MapInMemory(map), {});
+  REQUIRE(!in_passes);
+  CHECK(in_passes.error().code == ErrorCode::unsupported);
+  CHECK(in_passes.error().message.find("[x, y]") != std::string::npos);
 }
 
 TEST_CASE("every map point is located, also the ones on cell edges and the greatest") {

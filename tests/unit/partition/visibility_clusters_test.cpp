@@ -32,6 +32,9 @@ struct Told final : MapSurvey {
   std::function<bool(const Point& from, const Point& p)> sees;
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override { return places; }
+  [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override {
+    return bounds_of(places);
+  }
   [[nodiscard]] Result<IndexList> visible(const Point& from) const noexcept override {
     if (!sees) {
       return fail(ErrorCode::internal, "blind at " + std::to_string(std::lround(from.x())));

@@ -62,8 +62,8 @@ class VANTAGE_API MapStore {
  public:
   virtual ~MapStore();
 
-  /// What `begin` would refuse because of what is there, before a long build computes anything.
-  /// Changes nothing; the default refuses nothing. Errors: `already_exists`; `io_failure`.
+  /// What `begin` would refuse, before a long build computes anything. Changes nothing; the default
+  /// refuses nothing. Errors: `already_exists`; `unsupported` (it only reads); `io_failure`.
   [[nodiscard]] virtual Result<void> may_begin() const noexcept { return {}; }
   /// Errors: `already_exists` if the bundle exists; `io_failure`.
   [[nodiscard]] virtual Result<void> begin(const MapIndex& index) noexcept = 0;

@@ -22,16 +22,16 @@ class VANTAGE_API MapSurvey {
   /// later it has one viewpoint in each of the two regions.
   [[nodiscard]] virtual Result<PointCloud> viewpoints() const noexcept = 0;
 
+  /// The box around the ground over which viewpoints stand [m]; `unsupported` along a trajectory.
+  [[nodiscard]] virtual Result<Bounds3> ground_bounds() const noexcept = 0;
+
   /// B_q of Eq. 9: the points seen from one viewpoint, decided among all points of the map.
   /// @param viewpoint  map frame [m]; `invalid_input` if not finite
   /// @return           indices into the map, strictly ascending
   [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
 
-  /// |V_ij| of Eq. 10: how many points the observable map of `region` will hold before thinning.
-  /// The same code counts here and makes the map later, from the same viewpoints: `min_views` and
-  /// `min_gain` have the same effect.
-  /// Cost: the visibility of the region, unless counting ends early. The build keeps none of this
-  /// work: it computes the region's visibility again.
+  /// |V_ij| of Eq. 10: how many points the map of `region` will hold before thinning. It costs the
+  /// visibility of the region, unless counting ends early; the build computes it again.
   /// @param region  counted as if it owned every place in its footprint and heights. If a region
   ///                with a lower id overlaps it, the map of the build differs
   /// @param enough  counting may end above this number of points: ask for no more than you need

@@ -62,10 +62,14 @@ struct VisibilityClaims {
 };
 struct StoreClaims {
   double precision = 0.0;
+  std::filesystem::path bundle;
   static constexpr auto schema() {
-    return std::tuple{optional("precision", &StoreClaims::precision, "m",
-                               "coordinates of a region of 100 m come back within this",
-                               non_negative)};
+    return std::tuple{
+        optional("precision", &StoreClaims::precision, "m",
+                 "coordinates of a region of 100 m come back within this", non_negative),
+        optional("bundle", &StoreClaims::bundle, "",
+                 "of a store that only reads: a folder of three regions or more that "
+                 "it reads, which is copied into {folder}")};
   }
 };
 struct MatcherClaims {

@@ -11,6 +11,7 @@
 
 #include "vantage/api.hpp"
 #include "vantage/engine/config.hpp"
+#include "vantage/engine/outliers.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/thinning.hpp"
 #include "vantage/engine/viewpoints.hpp"
@@ -53,6 +54,7 @@ struct SelectionParams {
 /// The parameters of the build itself, apart from those of the plugins.
 struct BuildParams {
   ViewpointParams viewpoints;
+  std::optional<OutlierParams> outliers;  ///< none: the ground filter gets all points
   VisibilityScope scope = VisibilityScope::map;
   double max_range = std::numeric_limits<double>::infinity();  ///< [m]
   /// A point is kept if this many viewpoints of its region see it, or all if there are fewer.

@@ -13,6 +13,7 @@
 #include "vantage/api.hpp"
 #include "vantage/engine/atlas_params.hpp"
 #include "vantage/engine/localizer_params.hpp"
+#include "vantage/engine/outliers.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/thinning.hpp"
 #include "vantage/engine/viewpoints.hpp"
@@ -52,6 +53,27 @@ struct MapSource {
     };
   }
   [[nodiscard]] VANTAGE_API Result<void> validate() const;
+};
+
+/// [ground]: the ground filter, and which points it gets.
+struct GroundConfig {
+  std::string plugin;
+  std::optional<std::filesystem::path> library;
+  std::optional<OutlierParams> outliers;
+  Table params;
+  SourceLocation where;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        required("plugin", &GroundConfig::plugin, "", "name of the ground filter"),
+        optional("library", &GroundConfig::library, "", "plugin file, instead of searching"),
+        optional("outliers", &GroundConfig::outliers, "",
+                 "statistical outliers, which the filter does not get; they stay in the map. The "
+                 "filter gets all points if left out"),
+        optional("params", &GroundConfig::params, "", "parameters of the plugin"),
+    };
+  }
+  [[nodiscard]] PluginChoice choice() const { return {plugin, library, params, where}; }
 };
 
 /// The points among which a viewpoint's visibility is decided.
@@ -184,7 +206,8 @@ struct SelectorConfig {
 struct Config {
   std::int64_t schema_version = 1;
   std::optional<MapSource> map;
-  std::optional<PluginChoice> partitioner, ground;
+  std::optional<PluginChoice> partitioner;
+  std::optional<GroundConfig> ground;
   std::optional<ViewpointParams> viewpoints;
   std::optional<VisibilityConfig> visibility;
   std::optional<ThinningParams> thinning;

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <map>
+#include <utility>
+
 #include "vantage/map_survey.hpp"
 
 namespace vantage::conformance {
 
 /// A survey so simple that its answers can be worked out by hand. One viewpoint stands 1 m above
-/// the lowest point of every occupied 2 m cell, and sees what is within its range.
+/// the lowest point of every occupied 2 m cell, and sees what is within its range. The ground is
+/// those lowest points.
 class RangeSurvey final : public MapSurvey {
  public:
   /// @param map    N points [m]; borrowed
@@ -13,11 +17,13 @@ class RangeSurvey final : public MapSurvey {
   RangeSurvey(PointsView map, double range) : map_(map), range_(range) {}
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
+  [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;
 
  private:
+  [[nodiscard]] std::map<std::pair<double, double>, double> lowest_in(const Region* region) const;
   [[nodiscard]] PointCloud viewpoints_in(const Region* region) const;
 
   PointsView map_;
