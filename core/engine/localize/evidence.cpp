@@ -25,10 +25,8 @@ constexpr double kLeastRatio = -6.0;   // logarithm; of a share of 0
 constexpr std::size_t kAtLimit = 256;
 constexpr double kPointNoise = 0.3;  // of the level
 // A right pose's margin is below 0 by noise only, but for a few poses; the highest of twelve noisy
-// levels is taken, so two and a half deviations are usual. That of a pose beyond the limit is
-// mostly negative.
+// levels is taken, so two and a half deviations are usual.
 constexpr double kUsualNoise = 2.5, kNotAtOptimum = 1e-4, kOfThose = 0.1;
-constexpr double kNearAbove = 0.03, kNearBelow = 0.2, kNearAtZero = 2.0;
 
 double level_of(const ScanScore& score) { return score.nvtl * score.coverage; }
 
@@ -157,13 +155,11 @@ LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> 
   const double above = std::min(std::exp(-x / scale), 1.0 / std::max(1.0, among.count));
   const double others = among.count > 1.0 ? std::pow(1.0 - above, among.count - 1.0) : 1.0;
   const double similar = among.count * others * above / scale;
-  const double m = evidence.margin;
-  const double near = kNearAtZero * std::exp(m < 0.0 ? m / kNearBelow : -m / kNearAbove);
   const double q = std::exp(log_likelihood_ratio_of_margin(evidence));
   // What is usual was learned from this very pose, maybe, so it may not speak for the pose.
   const double right =
       std::min(density_right(evidence, usual, model), density_right(evidence, {}, model));
-  return {(similar / right + model.alike) / q, model.near * near / q};
+  return {(similar / right + model.alike) / q, model.near / q};
 }
 
 double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,

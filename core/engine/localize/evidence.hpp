@@ -64,7 +64,7 @@ struct ShareModel {
   double similar = 0.1, similar_scale = 0.06;
   /// Of poses that are wrong although they fit like right ones: places that are alike.
   double alike = 1e-4;
-  double near = 0.005;  ///< of wrong poses that are not far beyond the alert limit
+  double near = 5e-4;  ///< of poses that a matcher settles in: near the right one, not at it
   double least_right = 0.08, most_right = 1.2;
 };
 
@@ -88,7 +88,7 @@ struct Lookalikes {
 /// The odds that a pose is wrong in a way that persists, against being right.
 struct LookalikeOdds {
   double elsewhere;  ///< one of those that it was chosen from, or a place that is alike
-  double near;       ///< just beyond the alert limit, if as many poses are wrong as right
+  double near;       ///< beside the right pose, if nothing is known of the contrast
 };
 /// @param evidence  the mean over independent scans
 [[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,

@@ -31,6 +31,8 @@ struct Hypothesis {
   PoseMatrix R = PoseMatrix::Zero();      ///< covariance of the alignment's pose, from scan to scan
   std::string failure = {};               ///< why there is no alignment
   std::optional<Evidence> evidence = {};  ///< of this scan, if it was weighed
+  std::optional<Contrast> contrast = {};  ///< of this scan, if it was measured
+  std::optional<Point> contrast_at = {};  ///< where that was done last
   double told = 0.0;                      ///< log(p(scan | right) / p(scan | far off)) of this scan
   /// The scan's share says nothing: a pose that is believed in scores as before, so its
   /// surroundings have become featureless.

@@ -44,7 +44,6 @@ constexpr double kSure = 0.8;
 // Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
 constexpr double kFoundMetres = 0.3, kFoundRadians = 0.05;
-
 PoseMatrix uncertainty(double metres, double radians) {
   PoseVector variance;
   variance << Eigen::Vector3d::Constant(metres * metres),
@@ -176,6 +175,7 @@ struct Localizer::State {
       one.shown.reset();
       one.alignment.reset();
       one.evidence.reset();
+      one.contrast.reset();
       one.failure.clear();
     }
   }
@@ -545,7 +545,10 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       }
       // A scan that does not fit speaks for itself. One that fits again, or after a surprise, may
       // be from a place alike.
-      if (first.fits() && surprise) doubted = kCarriedAway;
+      if (first.fits() && surprise) {
+        doubted = kCarriedAway;
+        for (Hypothesis& one : s.hypotheses) one.support.start_anew();
+      }
       if (first.fits() && s.weighing.was_adrift()) {
         doubted = std::max(doubted, kCarriedAway - s.elsewhere);
       }

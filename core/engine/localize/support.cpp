@@ -15,10 +15,14 @@ constexpr double kMeanOf = 5.0;
 constexpr double kLeastMargin = -1.0;  // of a scan in the mean
 // The probability that another place looks like this one, before a search has compared them.
 constexpr double kAlike = 0.05;
-// Of all poses that matching settles in, this many are wrong.
-constexpr double kWrong = 0.1;
 // The log odds of a pose that scans refuted, if it fits again: it may have been led astray.
 constexpr double kRefuted = -3.0;
+
+/// What part of a mean a new value is. @param all  the weights in the mean; takes that of the value
+double part_of_mean(double weight, double& all) {
+  all = std::min(kMeanOf, all + weight);
+  return weight / all;
+}
 
 }  // namespace
 
@@ -38,13 +42,25 @@ void Support::take(const Evidence& evidence, double told, double news, std::opti
   Evidence bounded = evidence;  // one bad scan does not outweigh all others
   bounded.share = std::clamp(evidence.share, 0.0, model.most_right);
   bounded.margin = std::max(kLeastMargin, evidence.margin);
-  scans_ = std::min(kMeanOf, scans_ + weight);
-  const double part = weight / scans_;
+  const double part = part_of_mean(weight, scans_);
   for (double Evidence::*const value : {&Evidence::share, &Evidence::noise, &Evidence::bias,
                                         &Evidence::margin, &Evidence::margin_noise}) {
     mean_.*value = std::lerp(mean_.*value, bounded.*value, part);
   }
   lookalike_ = odds_of_lookalike(mean_, usual, among_, model);
+}
+
+void Support::take(const Contrast& contrast) {
+  const double part = part_of_mean(weight_of(contrast), contrasts_);
+  if (!contrast_) contrast_ = contrast;
+  for (double Contrast::*const value : {&Contrast::summit, &Contrast::slope, &Contrast::noise}) {
+    *contrast_.*value = std::lerp(*contrast_.*value, contrast.*value, part);
+  }
+}
+
+void Support::start_anew() {
+  scans_ = contrasts_ = 0.0;
+  searched_ = 0.0;
 }
 
 void Support::be_found(double recall, double missed) {
@@ -64,6 +80,9 @@ double Support::log_odds(bool compared) const {
   return log_prior() + std::max(kLeast, -std::log(std::exp(-far_) + alike));
 }
 
-double Support::odds_near() const { return std::min(std::exp(-kLeast), kWrong * lookalike_.near); }
+double Support::odds_near() const {
+  const double ratio = contrast_ ? ratio_of_twin(*contrast_) : 1.0;
+  return std::min(std::exp(-kLeast), ratio * lookalike_.near);
+}
 
 }  // namespace vantage

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "localize/contrast.hpp"
 #include "localize/evidence.hpp"
 
 namespace vantage {
@@ -25,6 +26,8 @@ class Support {
             const ShareModel& model);
   /// The same for a scan whose share says nothing.
   void take(double told, double news);
+  /// Takes in the contrast at another place.
+  void take(const Contrast& contrast);
 
   /// What another sensor says of where the sensor is, as in `agreement`. Its errors persist, so it
   /// counts once: what it said before is forgotten.
@@ -39,10 +42,12 @@ class Support {
   void favour(double log_odds);
   /// Lowers the odds to these; scans may raise them again.
   void doubt(double log_odds);
+  /// The scans and searches before were at another place, maybe.
+  void start_anew();
 
   /// @param compared  the pose, with all other places; otherwise one of them may be alike
   [[nodiscard]] double log_odds(bool compared) const;
-  /// The odds that the sensor is just beyond the alert limit from the pose, against being there.
+  /// The odds that the sensor is beside the pose, beyond the alert limit, against being there.
   /// They are no part of `log_odds`: no search looks there, and nothing else speaks for it.
   [[nodiscard]] double odds_near() const;
 
@@ -56,6 +61,8 @@ class Support {
   Evidence mean_;
   double scans_ = 0.0;                 // in the mean, by their news
   LookalikeOdds lookalike_{0.0, 0.0};  // of the mean
+  std::optional<Contrast> contrast_;   // the mean of the last ones
+  double contrasts_ = 0.0;             // in the mean, by their precision
 };
 
 }  // namespace vantage

@@ -124,6 +124,7 @@ Result<void> Weighing::measure(const PreparedScan& scan, const Fit& to_itself,
 Result<void> Weighing::measure(Hypothesis& one, PointsView some,
                                const std::optional<Fit>& reference) const {
   one.evidence.reset();
+  one.contrast.reset();
   one.told = 0.0;
   one.silent = false;
   if (some.empty()) return {};  // says nothing
@@ -139,6 +140,13 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
   // Where nothing holds the matcher, its wandering says nothing either.
   one.told = one.silent ? log_likelihood_ratio_of_margin(*one.evidence)
                         : log_ratio_to_far(*one.evidence, usual_share_, model_) + surprise(one);
+  const Pose& T_map_scan = one.alignment->T_map_scan;
+  const bool is_due = one.is_new || !one.contrast_at ||
+                      (T_map_scan.translation - *one.contrast_at).norm() >= kIndependent;
+  if (!is_due) return {};
+  VANTAGE_TRY(one.contrast, contrast_at(*ready->target, some, T_map_scan, limit_.metres,
+                                        fit.sharpness, one.evidence->share));
+  one.contrast_at = T_map_scan.translation;
   return {};
 }
 
@@ -154,6 +162,7 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
   weighed_at_ = at;
   weighed_stamp_ = stamp_of(first);
   for (Hypothesis& one : hypotheses) {
+    if (one.contrast) one.support.take(*one.contrast);
     if (one.evidence && !one.silent) {
       one.support.take(*one.evidence, one.told, news_, usual_share_, model_);
     } else {
@@ -163,6 +172,7 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
 }
 
 void Weighing::take_first(Hypothesis& found) const {
+  if (found.contrast) found.support.take(*found.contrast);
   if (found.evidence) {
     found.support.take(*found.evidence, found.told, 1.0, usual_share_, model_);
   }

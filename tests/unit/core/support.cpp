@@ -144,13 +144,43 @@ TEST_CASE("a pose that was refuted has to be found anew, or to fit clearly") {
 }
 
 TEST_CASE("the example of docs/localization.md, by hand") {
-  const auto elsewhere = [](double margin) {
+  const auto elsewhere = [](double margin, const Contrast& contrast) {
     const Evidence evidence{.share = 0.7, .noise = 0.018, .margin = margin, .margin_noise = 0.019};
     std::vector<Hypothesis> one(1);
     one[0].support = Support(std::log(0.97 / 0.03), Lookalikes::of({}));
+    one[0].support.take(contrast);
     one[0].support.take(evidence, log_ratio_to_far(evidence, {}), 1.0, {}, {});
     return update_beliefs(one, true);
   };
-  CHECK(elsewhere(0.25) == doctest::Approx(4.51e-6).epsilon(0.01));
-  CHECK(elsewhere(-0.15) == doctest::Approx(0.955).epsilon(0.01));
+  const auto is = [](double value) { return doctest::Approx(value).epsilon(0.01).scale(0.0); };
+  CHECK(elsewhere(0.25, {.summit = 0.6, .slope = 0.5, .noise = 0.08}) == is(7.69e-6));
+  CHECK(elsewhere(0.25, {.summit = 0.05, .slope = 0.05, .noise = 0.08}) == is(0.340));
+  CHECK(1.0 - elsewhere(-0.15, {.summit = -0.3, .slope = -0.3, .noise = 0.08}) == is(2.11e-5));
+}
+
+TEST_CASE("a pose with an equal one beside it is doubted, however many scans fit") {
+  std::vector<Hypothesis> one(1);
+  Support& support = one[0].support = Support(3.5, Lookalikes::of({}));
+  const auto drive = [&](double contrast) {
+    for (int k = 0; k < 20; ++k) {
+      support.take(Contrast{.summit = contrast, .slope = contrast, .noise = 0.05});
+      take(support, 0.9);
+    }
+    return update_beliefs(one, true);
+  };
+  CHECK(drive(0.6) < 1e-4);
+  CHECK(drive(0.05) > 0.3);
+  CHECK(drive(0.6) < 1e-4);  // the place is left behind
+}
+
+TEST_CASE("what was seen elsewhere does not speak for the pose after a surprise") {
+  Support support(3.5, Lookalikes::of({}));
+  for (int k = 0; k < 5; ++k) take(support, 0.9);
+  support.be_found(0.9, 0.11);
+  Support startled = support;
+  startled.start_anew();
+  CHECK(startled.log_odds(false) < support.log_odds(false) - 2.0);
+  take(support, 0.12);
+  take(startled, 0.12);
+  CHECK(startled.log_odds(true) < support.log_odds(true) - 1.0);
 }
