@@ -142,6 +142,7 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
                         : log_ratio_to_far(*one.evidence, usual_share_, model_) + surprise(one);
   const Pose& T_map_scan = one.alignment->T_map_scan;
   const bool is_due = one.is_new || !one.contrast_at ||
+                      one.support.odds_near() > model_.near ||  // the last one spoke for a twin
                       (T_map_scan.translation - *one.contrast_at).norm() >= kIndependent;
   if (!is_due) return {};
   VANTAGE_TRY(one.contrast, contrast_at(*ready->target, some, T_map_scan, limit_.metres,
