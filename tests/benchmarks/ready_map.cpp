@@ -7,6 +7,7 @@
 
 #include "support/plugins.hpp"
 #include "vantage/engine/bundle_build.hpp"
+#include "vantage/kit/regions.hpp"
 
 namespace vantage::benchmarks {
 
@@ -56,7 +57,7 @@ Result<ReadyMap> ReadyMap::of_bundle(const PluginPtr<MapStore>& store,
 
 RegionId ReadyMap::region_at(const Point& place) const {
   if (const auto owner = index_.partition.locate(place)) return *owner;
-  return index_.partition.nearest(place.head<2>()).value_or(RegionId{0});
+  return nearest_region(index_.partition, place.head<2>()).value_or(RegionId{0});
 }
 
 Result<Alignment> ReadyMap::align(PointsView scan, const Pose& T_map_scan_guess) const {

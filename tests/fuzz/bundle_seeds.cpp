@@ -148,16 +148,16 @@ std::vector<std::string> build_plan() {
   plan.map_points = 40;
   plan.ground_points = 20;
   plan.place_index = {std::byte{0}, std::byte{7}, std::byte{255}};
-  std::string bytes = text_of(encode_plan(plan, bundle_targets::kFuzzedKey));
+  std::string bytes = text_of(encode_plan(plan, bundle_targets::kFuzzedBuild));
   bytes.resize(bytes.size() - sizeof(std::uint64_t));  // the target puts its own checksum there
   return {bytes};
 }
 
 std::vector<std::string> build_parts() {
   const TemporaryFolder folder;
-  const fs::path file = folder.path() / "shard.parts";
   {
-    PartWriter writer = value_of(PartWriter::open(file, bundle_targets::kFuzzedKey));
+    PartWriter writer =
+        value_of(PartWriter::create(folder.path(), {1, 1}, bundle_targets::kFuzzedKey));
     for (const std::uint32_t r : {2U, 0U, 1U, 7U}) {
       StoredPart part;
       part.seen = 50;
@@ -169,8 +169,9 @@ std::vector<std::string> build_parts() {
       part.errors = {{{1.0, 2.0, 3.0}, 0.02F, 0.01F}};
       done(writer.add(r, part));
     }
+    done(std::move(writer).finish());
   }
-  return {content_of(file)};
+  return {content_of(folder.path() / "shard_1_of_1.parts")};
 }
 
 std::vector<std::string> tiled_map() {

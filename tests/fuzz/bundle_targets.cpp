@@ -193,7 +193,7 @@ Outcome read_plan(std::string_view input) {
   sum.add(bytes);
   const std::uint64_t value = sum.value();
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  return outcome_in_input(decode_plan(std::as_bytes(std::span(bytes)), kFuzzedKey));
+  return outcome_in_input(decode_plan(std::as_bytes(std::span(bytes)), kFuzzedBuild));
 }
 
 Outcome read_parts(std::string_view input) {
@@ -207,7 +207,7 @@ Outcome read_parts(std::string_view input) {
     put_at(bytes, at + 16, sum_of_record(all.substr(at), all.substr(at + kHead, size)));
     at += kHead + size;
   }
-  const fs::path file = file_of("shard.parts", bytes);
+  const fs::path file = file_of("shard_1_of_1.parts", bytes);
   const auto parts = Parts::in(file.parent_path(), kFuzzedKey, kRegions);
   if (!parts) return parts.error();
   for (std::uint32_t r = 0; r < kRegions; ++r) {

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string_view>
 
+#include "build/build_identity.hpp"
 #include "vantage/error.hpp"
 
 /// Readers of what a bundle and a build in parts consist of. Checksums are put right before the
@@ -34,5 +35,6 @@ struct RegionCounts {
 
 /// Of the plans and parts that are seeds.
 inline constexpr std::uint64_t kFuzzedKey = 0x1234'5678'9abc'def0;
+inline const BuildIdentity kFuzzedBuild{{{"map", 17}, {"configuration", kFuzzedKey}}};
 
 }  // namespace vantage::test::bundle_targets

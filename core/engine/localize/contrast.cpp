@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "localize/evidence.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
@@ -17,7 +18,6 @@ namespace {
 constexpr int kNodes = 5;      // to each side
 constexpr double kStep = 0.4;  // [m]; a matcher's basin is wider
 constexpr std::size_t kAtNodes = 128, kAtSummits = 256, kMostSummits = 4;
-constexpr double kLevelNoise = 0.3;  // of the level of one point
 // What has changed since the map was made fits anywhere: for each part of the sharpness that is
 // missing, so much of the perfect sharpness.
 constexpr double kChanged = 0.15;
@@ -32,7 +32,7 @@ double normal_density(double x, double mean, double sigma) {
 constexpr double kUsualSummit = 0.55, kUsualSlope = 0.45;
 constexpr double kRightSpread = 0.1, kTwinSpread = 0.12, kNeither = 1e-3;
 
-/// p(contrast | twin) / p(contrast | none).
+/// The same for a summit or a slope. @param usual  the mean at right poses
 double ratio_of(double contrast, double usual, double noise) {
   const double x = std::clamp(contrast, 0.0, usual);
   return normal_density(x, 0.0, std::hypot(kTwinSpread, noise)) /
@@ -56,12 +56,12 @@ class Surroundings {
 
   struct Levels {
     double here = 0.0, compared = 0.0;  // points that were compared with the map here
-    double summit = 0.0;                // 0 if there is none beyond the limit
-    double slope = 0.0;                 // the highest beyond the limit
+    double summit = 0.0;                // the highest summit beyond the limit, or 0 without one
+    double slope = 0.0;                 // the highest level beyond the limit
   };
   [[nodiscard]] Result<Levels> levels() const {
     VANTAGE_TRY(const ScanScore here, target_.score(some_, T_map_scan_));
-    Levels levels{.here = here.nvtl * here.coverage,
+    Levels levels{.here = level_of(here),
                   .compared = here.compared * here.coverage * static_cast<double>(some_.size())};
     VANTAGE_TRY(const auto summits, summits_of_lattice());
     for (const Node& from : summits) {
@@ -79,7 +79,7 @@ class Surroundings {
     Pose moved = T_map_scan_;
     moved.translation += T_map_scan_.rotation * Point(at.x(), at.y(), 0.0);
     VANTAGE_TRY(const ScanScore score, target_.score(points, moved));
-    return score.nvtl * score.coverage;
+    return level_of(score);
   }
 
   /// The nodes beyond the limit that are as high as those around them there, the highest ones.
@@ -139,8 +139,7 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
   if (!(sharpness > 0.0) || !(share > 0.0)) return std::optional<Contrast>();
   const Surroundings around(target, scan, T_map_scan, limit);
   VANTAGE_TRY(const auto levels, around.levels());
-  const double noise =
-      kLevelNoise / std::sqrt(std::max(1.0, levels.compared)) * levels.here / sharpness;
+  const double noise = noise_of_level(levels.compared) * levels.here / sharpness;
   const double changed = kChanged * std::max(0.0, 1.0 - share) / share;
   const auto less = [&](double level) {
     return std::clamp((levels.here - level) / sharpness, -1.0, 1.0);

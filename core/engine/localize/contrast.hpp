@@ -32,7 +32,8 @@ struct Contrast {
                                                           double limit, double sharpness,
                                                           double share);
 
-/// p(contrast | another place around the pose is as good) / p(contrast | there is none).
+/// How much more probable a contrast is if another place around the pose is as good than if no
+/// place is.
 [[nodiscard]] double ratio_of_twin(const Contrast& contrast) noexcept;
 
 /// What a contrast counts in a mean, in (0, 1]: little for a scan without structure.

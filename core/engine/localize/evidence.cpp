@@ -28,15 +28,13 @@ constexpr double kPointNoise = 0.3;  // of the level
 // levels is taken, so two and a half deviations are usual.
 constexpr double kUsualNoise = 2.5, kNotAtOptimum = 1e-4, kOfThose = 0.1;
 
-double level_of(const ScanScore& score) { return score.nvtl * score.coverage; }
-
 /// Fills in the margin.
 Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
                             const AlertLimit& limit, Fit& fit) {
   const PointCloud some = evenly_picked(scan, kAtLimit);
   VANTAGE_TRY(const ScanScore here, target.score(some, T_map_scan));
   const double matched = here.coverage * static_cast<double>(some.size());
-  fit.margin_noise = kPointNoise / std::sqrt(std::max(1.0, matched));
+  fit.margin_noise = noise_of_level(matched);
   if (!(level_of(here) > 0.0)) return {};
   double beside = 0.0;
   for (const Eigen::Index axis : {0, 1, 2}) {
@@ -83,6 +81,10 @@ double scale_of_wrong(double scale, const Evidence& evidence) {
 }
 
 }  // namespace
+
+double noise_of_level(double matched) noexcept {
+  return kPointNoise / std::sqrt(std::max(1.0, matched));
+}
 
 AlertLimit AlertLimit::of(const LocalizerParams& params) noexcept {
   return {params.alert_limit, params.alert_limit_deg * std::numbers::pi / 180.0};

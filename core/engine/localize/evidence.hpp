@@ -10,10 +10,17 @@
 
 namespace vantage {
 
+/// How well a scan fits a map: the mean likelihood over all its points. A point without a match
+/// counts 0.
+[[nodiscard]] inline double level_of(const ScanScore& score) noexcept {
+  return score.nvtl * score.coverage;
+}
+/// Standard deviation of a level, as a part of it. @param matched  the number of points that match
+[[nodiscard]] double noise_of_level(double matched) noexcept;
+
 /// How well a scan fits a map at a pose, over all its points.
 struct Fit {
-  /// NVTL times coverage: the mean likelihood over all points. A point without a match counts 0.
-  double level = 0.0;
+  double level = 0.0;  ///< level_of the score at the pose
   /// The level at the pose less the level 2 m beside it. The smallest of these differences counts,
   /// over several horizontal axes. It is about 0 at a wrong pose, however high the level is. It is
   /// also about 0 along a bare wall.

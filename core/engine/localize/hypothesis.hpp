@@ -68,7 +68,7 @@ struct Hypothesis {
 
 /// How well a scan fits where it was aligned.
 [[nodiscard]] inline double level_of(const Alignment& alignment) noexcept {
-  return alignment.score.nvtl * alignment.score.coverage;
+  return level_of(alignment.score);
 }
 
 /// Scans that are taken nearer to each other than this share their errors [m].

@@ -44,6 +44,7 @@ constexpr double kSure = 0.8;
 // Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
 constexpr double kFoundMetres = 0.3, kFoundRadians = 0.05;
+
 PoseMatrix uncertainty(double metres, double radians) {
   PoseVector variance;
   variance << Eigen::Vector3d::Constant(metres * metres),

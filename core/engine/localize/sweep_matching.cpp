@@ -57,7 +57,8 @@ Result<Alignment> align_best(const MatchTarget& target, PointsView points,
     if (one && is_valid(one->T_map_scan)) aligned.push_back(*std::move(one));
   }
   if (aligned.empty()) return std::move(found.front());
-  std::ranges::stable_sort(aligned, std::greater(), level_of);
+  std::ranges::stable_sort(aligned, std::greater(),
+                           [](const Alignment& one) { return level_of(one); });
   for (const Alignment& one : aligned) {
     if (level_of(one) < kRivalsLevel * level_of(aligned.front())) break;
     const bool same = is_same_pose(one.T_map_scan, aligned.front().T_map_scan) ||

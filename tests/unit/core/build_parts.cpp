@@ -220,9 +220,10 @@ TEST_CASE("regions whose numbers are swapped in a file of parts are damaged") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "shard_1_of_1.parts";
   {
-    auto writer = PartWriter::open(file, kKey);
+    auto writer = PartWriter::create(folder.path(), {1, 1}, kKey);
     REQUIRE(writer);
     for (const std::uint32_t r : {0U, 1U, 2U}) REQUIRE(writer->add(r, some_part(r)));
+    REQUIRE(std::move(*writer).finish());
   }
   std::string swapped = test::read_text(file);
   const auto records = records_in(swapped);
@@ -267,9 +268,10 @@ TEST_CASE("a forged part with a sound checksum is an error or a part, never a cr
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "shard_1_of_1.parts";
   {
-    auto writer = PartWriter::open(file, kKey);
+    auto writer = PartWriter::create(folder.path(), {1, 1}, kKey);
     REQUIRE(writer);
     REQUIRE(writer->add(0, some_part(3)));
+    REQUIRE(std::move(*writer).finish());
   }
   const std::string whole = test::read_text(file);
   const std::string content = whole.substr(16 + 24);
