@@ -44,16 +44,6 @@ Result<PluginPtr<RelocalizerIndex>> places_of(const Bundle& bundle, const Config
   return places;
 }
 
-/// Whether a store still has the bundle that was opened.
-Result<bool> is_still(const Bundle& bundle) {
-  VANTAGE_TRY(const auto directory, directory_in(bundle.store()));
-  const BundleSummary &now = directory->summary(), &then = bundle.directory()->summary();
-  return now.regions == then.regions && now.map_points == then.map_points &&
-         now.config == then.config && now.sum.points == then.sum.points &&
-         now.sum.viewpoints == then.sum.viewpoints && now.sum.elements == then.sum.elements &&
-         now.sum.bytes == then.sum.bytes;
-}
-
 /// Runs the trials in all regions.
 Result<void> run_in_regions(SiteTrials& trials, const Bundle& bundle) {
   const std::vector<RegionId> regions = trials.regions();
@@ -150,11 +140,6 @@ Result<AssessmentReport> Assessment::measure(
                                   [&] { steps.add(); }));
   VANTAGE_CHECK(run_in_regions(trials, bundle_));
   AssessmentReport report{.atlas = trials.atlas(choice_)};
-  VANTAGE_TRY(const bool is_same, is_still(bundle_));
-  if (!is_same) {
-    return fail(ErrorCode::invalid_input,
-                "the bundle was built again while it was assessed: assess it again", at(bundle_));
-  }
   VANTAGE_CHECK(bundle_.store()->attach(Atlas::kAttachment, report.atlas.encode()));
   report.seconds = stopwatch.seconds();
   report.core_seconds = cpu.seconds();

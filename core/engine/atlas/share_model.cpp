@@ -47,9 +47,9 @@ void fit_wrong(const std::vector<double>& shares, double weight, ShareModel& mod
 }
 
 void fit_right(const Calibration& calibration, double unit, ShareModel& model) {
-  constexpr double kBelow = 0.5, kLeastLevel = 0.01;
+  constexpr double kBelow = 0.5, kLeastShare = 0.01;
   constexpr std::size_t kLow = Calibration::kQuantiles / 16;
-  const double low = std::max(kLeastLevel, kBelow * unit * calibration.right[kLow]);
+  const double low = std::max(kLeastShare, kBelow * unit * calibration.right[kLow]);
   if (low < model.least_right) {
     const auto samples = static_cast<double>(calibration.right_samples);
     const double news = samples / (samples + kPriorSamples);

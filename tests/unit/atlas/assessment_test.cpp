@@ -265,7 +265,7 @@ TEST_CASE(
   REQUIRE(assessment);
   built(config, noisy(street_of_houses(6)), path);
   before = files_in(place);
-  fails(assessment->run(map), ErrorCode::invalid_input, "was built again");
+  fails(assessment->run(map), ErrorCode::io_failure, "another bundle");
   CHECK(files_in(place) == before);
 }
 

@@ -103,7 +103,7 @@ TEST_CASE("a store that is named and not installed is told") {
   test::write_text(folder.path() / "index.json",
                    R"({"regions": [{"format": "vantage wrong"}], "format": "vantage elsewhere"})");
   const std::string told = message(Bundle::open(folder.path(), two_stores()));
-  CHECK(told.find("no store plugin 'elsewhere' (there are: one_file, pcd_tiles") !=
+  CHECK(told.find("no store plugin 'elsewhere' (there are: grid_pcd, one_file, pcd_tiles") !=
         std::string::npos);
   CHECK(told.find("(while opening the bundle " + folder.path().string()) != std::string::npos);
   CHECK(told.find("vantage build") == std::string::npos);

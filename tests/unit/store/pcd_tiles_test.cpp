@@ -447,6 +447,9 @@ TEST_CASE("a bundle that is replaced all the time gives the old one or an error,
       const auto first = reader->get(RegionId{0});
       if (!first) continue;
       const double z = first->points.front().z();
+      if (round % 2 == 1) {  // however busy the machine is, some readers outlive their bundle
+        for (const int before = builds; builds == before;) std::this_thread::yield();
+      }
       for (std::uint32_t r = 1; r < 8; ++r) {
         if (r % 2 == 0) {
           const auto attached = reader->attachment("places");

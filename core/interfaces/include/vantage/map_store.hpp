@@ -56,8 +56,7 @@ struct MapIndex {
 /// It exists only after commit: destroying a store between begin and commit leaves nothing behind.
 /// What is stored depends only on the bundle, not on the place, the time or the order of the puts.
 /// It reads from one bundle only: `io_failure` if another one has taken its place since.
-/// Thread safety: const methods may run from many threads at once; begin, put and commit from one
-/// thread.
+/// Thread safety: const methods from many threads at once; begin, put and commit from one thread.
 class VANTAGE_API MapStore {
  public:
   virtual ~MapStore();
