@@ -134,8 +134,9 @@ class Surroundings {
 }  // namespace
 
 Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsView scan,
-                                            const Pose& T_map_scan, double limit, double sharpness,
-                                            double share) {
+                                            const Pose& T_map_scan, double limit,
+                                            const Evidence& evidence) {
+  const double sharpness = evidence.sharpness, share = evidence.share;
   if (!(sharpness > 0.0) || !(share > 0.0)) return std::optional<Contrast>();
   const Surroundings around(target, scan, T_map_scan, limit);
   VANTAGE_TRY(const auto levels, around.levels());

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "localize/evidence.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
@@ -24,13 +25,12 @@ struct Contrast {
 
 /// @param scan   points that are scored, sensor frame [m]
 /// @param limit  poses that are nearer than this count as the same [m]
-/// @param sharpness, share  of the scan at the pose: Fit::sharpness, Evidence::share
+/// @param evidence  of the scan at the pose
 /// @return       nothing where a scan fits about as well everywhere
 /// Errors: those of MatchTarget::score.
 [[nodiscard]] Result<std::optional<Contrast>> contrast_at(const MatchTarget& target,
                                                           PointsView scan, const Pose& T_map_scan,
-                                                          double limit, double sharpness,
-                                                          double share);
+                                                          double limit, const Evidence& evidence);
 
 /// How much more probable a contrast is if another place around the pose is as good than if no
 /// place is.

@@ -134,6 +134,7 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
     evidence.noise = 1.0;
     return evidence;
   }
+  evidence.sharpness = fit.sharpness;
   evidence.share = fit.sharpness / perfect;
   evidence.noise = kScoreNoise * to_itself.level / perfect;
   evidence.bias = kBias * (1.0 - fit.compared);

@@ -59,6 +59,7 @@ struct Evidence {
   /// How far `share` is from that of a map of all elements, root mean square: 0 for such a map.
   double bias = 0.0;
   double margin = 0.0, margin_noise = 0.0;  ///< of the fit
+  double sharpness = 0.0;                   ///< Fit::sharpness
 };
 [[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 

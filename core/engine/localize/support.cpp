@@ -81,8 +81,9 @@ double Support::log_odds(bool compared) const {
 }
 
 double Support::odds_near() const {
-  const double ratio = contrast_ ? ratio_of_twin(*contrast_) : 1.0;
-  return std::min(std::exp(-kLeast), ratio * lookalike_.near);
+  return std::min(std::exp(-kLeast), ratio_of_contrasts() * lookalike_.near);
 }
+
+double Support::ratio_of_contrasts() const { return contrast_ ? ratio_of_twin(*contrast_) : 1.0; }
 
 }  // namespace vantage

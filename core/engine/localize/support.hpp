@@ -50,8 +50,11 @@ class Support {
   /// The odds that the sensor is beside the pose, beyond the alert limit, against being there.
   /// They are no part of `log_odds`: no search looks there, and nothing else speaks for it.
   [[nodiscard]] double odds_near() const;
+  /// Whether the contrasts speak for another place beside the pose.
+  [[nodiscard]] bool shows_twin() const { return ratio_of_contrasts() > 1.0; }
 
  private:
+  [[nodiscard]] double ratio_of_contrasts() const;
   [[nodiscard]] double log_prior() const { return prior_ + absolute_ + relative_ + searched_; }
 
   double prior_ = 0.0, absolute_ = 0.0, relative_ = 0.0;

@@ -113,18 +113,20 @@ Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>
     }
     VANTAGE_CHECK(renew_reference(scan, at));
   }
+  for (Hypothesis& one : hypotheses) VANTAGE_CHECK(measure_contrast(one, some));
   return {};
 }
 
 Result<void> Weighing::measure(const PreparedScan& scan, const Fit& to_itself,
                                Hypothesis& found) const {
-  return measure(found, scored(scan), to_itself);
+  const PointCloud some = scored(scan);
+  VANTAGE_CHECK(measure(found, some, to_itself));
+  return measure_contrast(found, some);
 }
 
 Result<void> Weighing::measure(Hypothesis& one, PointsView some,
                                const std::optional<Fit>& reference) const {
   one.evidence.reset();
-  one.contrast.reset();
   one.told = 0.0;
   one.silent = false;
   if (some.empty()) return {};  // says nothing
@@ -140,13 +142,19 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
   // Where nothing holds the matcher, its wandering says nothing either.
   one.told = one.silent ? log_likelihood_ratio_of_margin(*one.evidence)
                         : log_ratio_to_far(*one.evidence, usual_share_, model_) + surprise(one);
+  return {};
+}
+
+Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const {
+  one.contrast.reset();
+  if (!one.evidence) return {};
   const Pose& T_map_scan = one.alignment->T_map_scan;
-  const bool is_due = one.is_new || !one.contrast_at ||
-                      one.support.odds_near() > model_.near ||  // the last one spoke for a twin
+  const bool is_due = one.is_new || !one.contrast_at || one.support.shows_twin() ||
                       (T_map_scan.translation - *one.contrast_at).norm() >= kIndependent;
   if (!is_due) return {};
-  VANTAGE_TRY(one.contrast, contrast_at(*ready->target, some, T_map_scan, limit_.metres,
-                                        fit.sharpness, one.evidence->share));
+  VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
+  VANTAGE_TRY(one.contrast,
+              contrast_at(*ready->target, some, T_map_scan, limit_.metres, *one.evidence));
   one.contrast_at = T_map_scan.translation;
   return {};
 }

@@ -87,6 +87,8 @@ class Weighing {
   /// @param reference  the fit of the points `some` to their scan
   [[nodiscard]] Result<void> measure(Hypothesis& one, PointsView some,
                                      const std::optional<Fit>& reference) const;
+  /// Sets the contrast of a hypothesis with evidence, if it is due.
+  [[nodiscard]] Result<void> measure_contrast(Hypothesis& one, PointsView some) const;
 
   const ScanMatcher& matcher_;
   const RegionMaps& maps_;

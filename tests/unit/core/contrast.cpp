@@ -39,7 +39,7 @@ class Places final : public MatchTarget {
 /// @param share  of the scan at the pose, which is the origin
 Contrast contrast_of(const Places& target, double share = 1.0) {
   const PointCloud scan(400, Point{1, 0, 0});
-  return *contrast_at(target, scan, Pose{}, kLimit, 1.0, share).value();
+  return *contrast_at(target, scan, Pose{}, kLimit, {.share = share, .sharpness = 1.0}).value();
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ TEST_CASE("a contrast says less where the world has changed or the scan has no s
   CHECK(ratio_of_twin(contrast_of(twins, 0.2)) < 0.05 * ratio_of_twin(contrast_of(twins)));
   CHECK(weight_of(contrast_of(twins, 0.2)) < 0.5 * weight_of(contrast_of(twins)));
   const PointCloud scan(400, Point{1, 0, 0});
-  CHECK_FALSE(contrast_at(twins, scan, Pose{}, kLimit, 0.0, 0.0).value().has_value());
+  CHECK_FALSE(contrast_at(twins, scan, Pose{}, kLimit, {}).value().has_value());
 }
 
 TEST_CASE("the better the contrast, the less probable is a twin") {
