@@ -1,5 +1,6 @@
 // vantage-localize: makes a trajectory from a bundle and recorded scans.
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <cmath>
 #include <iostream>
@@ -330,5 +331,7 @@ int main(int argc, char** argv) {
                  "write a page about the run: verdict, drive, risk, fit, times, memory")
       ->type_name("FILE");
   options.common.add_to(app);
+  // Maps come and go: what is freed goes back to the system at once. glibc alone would keep it.
+  mallopt(M_MMAP_THRESHOLD, 64 * 1024);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

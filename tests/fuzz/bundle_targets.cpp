@@ -242,9 +242,8 @@ Outcome read_shared_region(std::string_view input) {
   file->bytes = content.size();
   file->checksum = sum_of_words(content);
   const fs::path tiles = file_of("tiles.bin", input);
-  shared_tiles::TileCache cache(1 << 20U);
   return outcome_of(
-      shared_tiles::read_region(content, *file, tiles.parent_path() / "r.region", tiles, cache));
+      shared_tiles::read_region(content, *file, tiles.parent_path() / "r.region", tiles));
 }
 
 Outcome read_pcd_region(std::string_view input) {

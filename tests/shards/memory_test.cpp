@@ -53,14 +53,13 @@ TEST_CASE("memory: no process of a build in parts takes much more than it is all
   const test::TemporaryFolder folder;
   const auto path = [&](const char* name) { return (folder.path() / name).string(); };
   const std::uint64_t points = write_square(path("map.pcd"), 400.0);
-  test::write_text(
-      path("square.toml"),
-      "schema = 1\n[map]\nfiles = [\"tiles\"]\n[partitioner]\nplugin = "
-      "\"uniform_grid\"\nparams = { cell_width = 40.0 }\n[ground]\nplugin = "
-      "\"pmf\"\nparams = { max_window = 5.0 }\n[viewpoints]\nvoxel_size = 20.0\n"
-      "[visibility]\nplugin = \"surface\"\nmax_range = 20.0\nparams = { point_spacing "
-      "= 0.2 }\n[store]\nplugin = \"shared_tiles\"\ncontent = \"points\"\nparams = { "
-      "root = \"bundle\", build_cache = 16, cache = 16 }\n[matcher]\nplugin = \"ndt\"\n");
+  test::write_text(path("square.toml"),
+                   "schema = 1\n[map]\nfiles = [\"tiles\"]\n[partitioner]\nplugin = "
+                   "\"uniform_grid\"\nparams = { cell_width = 40.0 }\n[ground]\nplugin = "
+                   "\"pmf\"\nparams = { max_window = 5.0 }\n[viewpoints]\nvoxel_size = 20.0\n"
+                   "[visibility]\nplugin = \"surface\"\nmax_range = 20.0\nparams = { point_spacing "
+                   "= 0.2 }\n[store]\nplugin = \"shared_tiles\"\ncontent = \"points\"\nparams = { "
+                   "root = \"bundle\", build_cache = 16 }\n[matcher]\nplugin = \"ndt\"\n");
   const auto peak = [&](const char* program, std::vector<std::string> arguments) {
     arguments.emplace_back("-q");
     const Finished finished = test::run(program, arguments);

@@ -33,6 +33,7 @@ Result<Ready> make_ready(const PluginPtr<MapStore>& store, const PluginPtr<ScanM
   ready->target = in_library_of(matcher, *std::move(target));
   ready->seconds_prepare = stopwatch.seconds();
 
+  ready->bytes_read = map.points.size() * sizeof(Point) + map.prepared.bytes.size();
   ready->map_points = map.points.empty() ? ready->target->elements() : map.points.size();
   ready->viewpoints = std::move(map.viewpoints);
   return ready;
@@ -62,6 +63,7 @@ struct RegionMaps::State {
   std::optional<std::uint32_t> taken_last;
   bool busy = false;  // whether the loader is loading or releasing a map
   std::uint64_t takes = 0;
+  std::size_t most_of_one = 0;  // that a region took while it was loaded [bytes]
   Statistics counts;
 
   std::jthread loader;  // last, so that it ends before the members that it uses
@@ -89,14 +91,31 @@ struct RegionMaps::State {
   [[nodiscard]] std::size_t bytes() const {
     std::size_t sum = 0;
     for (const auto& [region, entry] : entries) sum += entry.ready->bytes();
+    for (const auto& [region, one] : lent) {
+      if (entries.contains(region)) continue;
+      if (const Ready ready = one.lock()) sum += ready->bytes();
+    }
     return sum;
+  }
+
+  /// Marks a region as being loaded, and makes room for it.
+  /// @return  as shrink()
+  [[nodiscard]] std::vector<Ready> begin_loading(RegionId region) {
+    loading.insert(region.value);
+    return shrink();
+  }
+  void end_loading(RegionId region, const Result<Ready>& ready) {
+    loading.erase(region.value);
+    if (ready) most_of_one = std::max(most_of_one, (*ready)->bytes_read + (*ready)->bytes());
   }
 
   /// Takes entries out until the rest fits: first those used longest ago, then those expected last.
   /// The caller destroys them, without the lock.
   [[nodiscard]] std::vector<Ready> shrink() {
     std::vector<Ready> dropped;
-    while (bytes() > options.memory) {
+    for (;;) {
+      const std::size_t held = bytes();
+      if (held + loading.size() * most_of_one <= options.memory) break;
       // Expected regions count by how soon they are needed, and more than all others.
       const auto worth = [&](std::uint32_t r,
                              const Entry& entry) -> std::pair<std::size_t, std::uint64_t> {
@@ -112,7 +131,10 @@ struct RegionMaps::State {
         }
       }
       if (least == entries.end()) break;
-      if (is_expected(least->first)) given_up.insert(least->first);
+      if (is_expected(least->first)) {
+        if (held <= options.memory) break;
+        given_up.insert(least->first);
+      }
       ++counts.dropped;
       dropped.push_back(std::move(least->second.ready));
       entries.erase(least);
@@ -132,13 +154,13 @@ struct RegionMaps::State {
     std::unique_lock lock(mutex);
     while (changed.wait(lock, stop, [&] { return missing().has_value(); })) {
       const RegionId region = *missing();
-      loading.insert(region.value);
+      std::vector<Ready> dropped = begin_loading(region);
       busy = true;
       lock.unlock();
+      dropped.clear();
       Result<Ready> ready = make_ready(store, matcher, region);
-      std::vector<Ready> dropped;
       lock.lock();
-      loading.erase(region.value);
+      end_loading(region, ready);
       if (ready) {
         ++counts.loaded_in_background;
         dropped = keep(region.value, *std::move(ready));
@@ -189,11 +211,12 @@ Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
     if (!s.loading.contains(r)) break;
     s.changed.wait(lock, [&] { return !s.loading.contains(r); });
   }
-  s.loading.insert(r);
+  dropped = s.begin_loading(region);
   lock.unlock();
+  dropped.clear();
   Result<Ready> ready = make_ready(s.store, s.matcher, region);
   lock.lock();
-  s.loading.erase(r);
+  s.end_loading(region, ready);
   s.changed.notify_all();
   if (!ready) return fail(std::move(ready).error());
   ++s.counts.loaded_by_taker;

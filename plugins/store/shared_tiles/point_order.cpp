@@ -1,6 +1,7 @@
 #include "point_order.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "bytes.hpp"
@@ -41,53 +42,56 @@ std::string OrderWriter::code() && {
   return std::move(code_);
 }
 
-void TakenPoints::add(const StoredTile& tile, std::vector<Run> runs) {
-  std::vector<std::uint32_t> begin{0};
-  begin.reserve(runs.size() + 1);
-  for (const Run& run : runs) begin.push_back(begin.back() + (run.end - run.begin));
-  count_ += begin.back();
-  parts_.push_back({.tile = &tile, .runs = std::move(runs), .begin = std::move(begin)});
-}
-
-std::optional<PointCloud> TakenPoints::in_order(std::string_view code) {
-  PointCloud points(count_);
-  Point* to = points.data();
+std::optional<std::vector<std::vector<PlacedPiece>>> read_order(
+    std::string_view code, std::span<const std::uint32_t> counts) {
+  const std::uint64_t all = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  std::vector<std::vector<PlacedPiece>> pieces(counts.size());
+  std::vector<std::uint32_t> next(counts.size(), 0);  // the point after the last piece, by tile
+  std::uint64_t to = 0;
   ByteReader reader(code);
   while (reader.left() > 0) {
     const std::uint64_t number = reader.leb();
-    if (number >> 1U >= parts_.size()) return std::nullopt;
-    Part& part = parts_[number >> 1U];
-    std::uint32_t begin = part.next;
+    const std::uint64_t part = number >> 1U;
+    if (part >= counts.size()) return std::nullopt;
+    std::uint32_t begin = next[part];
     if ((number & 1U) != 0) begin += unfolded(static_cast<std::uint32_t>(reader.leb()));
     const std::uint64_t count = reader.leb();
-    const std::uint32_t taken = part.begin.back();
-    const auto left = static_cast<std::uint64_t>(points.data() + points.size() - to);
-    if (!reader.ok() || count == 0 || begin >= taken || count > taken - begin || count > left) {
+    if (!reader.ok() || count == 0 || begin >= counts[part] || count > counts[part] - begin ||
+        count > all - to) {
       return std::nullopt;
     }
-    to = copy(part, begin, begin + static_cast<std::uint32_t>(count), to);
+    pieces[part].push_back({to, begin, static_cast<std::uint32_t>(count)});
+    next[part] = begin + static_cast<std::uint32_t>(count);
+    to += count;
   }
-  if (to != points.data() + points.size()) return std::nullopt;
-  return points;
+  if (to != all) return std::nullopt;
+  return pieces;
 }
 
-Point* TakenPoints::copy(Part& part, std::uint32_t begin, std::uint32_t end, Point* to) {
-  if (begin < part.begin[part.run] || begin > part.begin[part.run + 1]) {
-    const auto after = std::ranges::upper_bound(part.begin, begin);
-    part.run = static_cast<std::size_t>(after - part.begin.begin()) - 1;
-  }
-  part.next = end;
-  while (begin < end) {
-    if (part.begin[part.run + 1] <= begin) {
-      ++part.run;
-      continue;
+void place_points(const StoredTile& tile, std::span<const Run> runs,
+                  std::span<const PlacedPiece> pieces, PointCloud& points) {
+  std::vector<std::uint32_t> taken{0};  // before each run, and in all
+  taken.reserve(runs.size() + 1);
+  for (const Run& run : runs) taken.push_back(taken.back() + (run.end - run.begin));
+  std::size_t run = 0;  // where the last piece ended
+  for (const PlacedPiece& piece : pieces) {
+    if (piece.begin < taken[run] || piece.begin > taken[run + 1]) {
+      run = static_cast<std::size_t>(std::ranges::upper_bound(taken, piece.begin) - taken.begin()) -
+            1;
     }
-    const std::uint32_t until = std::min(end, part.begin[part.run + 1]);
-    const std::uint32_t first = part.runs[part.run].begin + (begin - part.begin[part.run]);
-    to = part.tile->copy(first, first + (until - begin), to);
-    begin = until;
+    Point* to = points.data() + piece.to;
+    const std::uint32_t end = piece.begin + piece.count;
+    for (std::uint32_t at = piece.begin; at < end;) {
+      if (taken[run + 1] <= at) {
+        ++run;
+        continue;
+      }
+      const std::uint32_t until = std::min(end, taken[run + 1]);
+      const std::uint32_t first = runs[run].begin + (at - taken[run]);
+      to = tile.copy(first, first + (until - at), to);
+      at = until;
+    }
   }
-  return to;
 }
 
 }  // namespace vantage::shared_tiles

@@ -40,29 +40,21 @@ class OrderWriter {
   std::vector<std::uint32_t> next_;  // by part
 };
 
-/// The points of tiles that a region takes.
-class TakenPoints {
- public:
-  /// @param tile  must outlive the object
-  /// @param runs  of its points, ascending
-  void add(const StoredTile& tile, std::vector<Run> runs);
-
-  /// All points in the order that the code stands for, map frame [m]; nothing if it is no such
-  /// code.
-  [[nodiscard]] std::optional<PointCloud> in_order(std::string_view code);
-
- private:
-  struct Part {
-    const StoredTile* tile;
-    std::vector<Run> runs;
-    std::vector<std::uint32_t> begin;  // of each run, among the points that are taken; and the end
-    std::size_t run = 0;               // where the last piece ended
-    std::uint32_t next = 0;            // the point after it
-  };
-  [[nodiscard]] static Point* copy(Part& part, std::uint32_t begin, std::uint32_t end, Point* to);
-
-  std::vector<Part> parts_;
-  std::uint64_t count_ = 0;
+/// A piece, and where it stands among the points of the region.
+struct PlacedPiece {
+  std::size_t to = 0;
+  std::uint32_t begin = 0, count = 0;
 };
+
+/// The pieces of each tile, one after another; nothing if it is no such code.
+/// @param counts  of the points that are taken from each tile
+[[nodiscard]] std::optional<std::vector<std::vector<PlacedPiece>>> read_order(
+    std::string_view code, std::span<const std::uint32_t> counts);
+
+/// Copies the pieces of one tile to their places.
+/// @param runs    of the tile's points: those that the region takes, ascending
+/// @param points  of the region, map frame [m]
+void place_points(const StoredTile& tile, std::span<const Run> runs,
+                  std::span<const PlacedPiece> pieces, PointCloud& points);
 
 }  // namespace vantage::shared_tiles

@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "common/bundle_format.hpp"
-#include "tile_cache.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/result.hpp"
 
@@ -18,6 +17,6 @@ namespace vantage::shared_tiles {
 [[nodiscard]] Result<RegionMap> read_region(std::string_view content,
                                             const bundle_folder::RegionFile& file,
                                             const std::filesystem::path& path,
-                                            const std::filesystem::path& tiles, TileCache& cache);
+                                            const std::filesystem::path& tiles);
 
 }  // namespace vantage::shared_tiles

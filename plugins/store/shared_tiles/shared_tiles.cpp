@@ -10,7 +10,6 @@
 #include "region_content.hpp"
 #include "region_reader.hpp"
 #include "scratch.hpp"
-#include "tile_cache.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage::shared_tiles {
@@ -48,16 +47,12 @@ class SharedTiles final : public bundle_folder::FolderStore {
  public:
   struct Params : bundle_folder::FolderParams {
     double tile_width = 20.0;
-    std::uint32_t cache = 128;
     std::uint32_t build_cache = 512;
     static constexpr auto schema() {
       return std::tuple_cat(
           folder_fields<Params>(),
           std::tuple{optional("tile_width", &Params::tile_width, "m",
                               "width of the square tiles of a new bundle", positive),
-                     optional("cache", &Params::cache, "MB",
-                              "memory for tiles that were read; a switch to a region that overlaps "
-                              "reads only the others"),
                      optional("build_cache", &Params::build_cache, "MB",
                               "memory for tiles while a bundle is written; the others wait in a "
                               "file. The bundle does not depend on it")});
@@ -70,8 +65,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
   explicit SharedTiles(const Params& params)
       : FolderStore(kFormat, params),
         width_(params.tile_width),
-        build_cache_(std::uint64_t{params.build_cache} * 1'000'000),
-        cache_(std::uint64_t{params.cache} * 1'000'000) {}
+        build_cache_(std::uint64_t{params.build_cache} * 1'000'000) {}
 
  private:
   void start(const MapIndex& index) override {
@@ -119,7 +113,7 @@ class SharedTiles final : public bundle_folder::FolderStore {
 
   [[nodiscard]] Result<RegionMap> read(std::string_view content, const RegionFile& file,
                                        const std::filesystem::path& path) const override {
-    return read_region(content, file, path, root() / kTilesFile, cache_);
+    return read_region(content, file, path, root() / kTilesFile);
   }
 
   [[nodiscard]] static tl::unexpected<Error> failed_before() {
@@ -129,7 +123,6 @@ class SharedTiles final : public bundle_folder::FolderStore {
   double width_;
   std::uint64_t build_cache_;  // [bytes]
   std::unique_ptr<Build> build_;
-  mutable TileCache cache_;
 };
 
 }  // namespace

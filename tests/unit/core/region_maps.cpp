@@ -154,18 +154,18 @@ TEST_CASE("a region that is being loaded is waited for, not loaded twice") {
 TEST_CASE("memory is bounded: what was used longest ago goes, what is expected stays") {
   Fixture f;
   {
-    RegionMaps maps(f.store, f.matcher, {.memory = 3 * kRegionBytes});
+    RegionMaps maps(f.store, f.matcher, {.memory = 4 * kRegionBytes});
     for (const std::uint32_t r : {0U, 1U, 2U, 0U, 3U}) REQUIRE(maps.take(RegionId{r}));
-    CHECK(maps.statistics().bytes == 3 * kRegionBytes);
-    CHECK_FALSE(maps.take(RegionId{0})->blocked);  // used again before 3 came
+    CHECK(maps.statistics().bytes == 3 * kRegionBytes);  // one more was on its way
+    CHECK_FALSE(maps.take(RegionId{0})->blocked);        // used again before 3 came
     CHECK_FALSE(maps.take(RegionId{2})->blocked);
     CHECK_FALSE(maps.take(RegionId{3})->blocked);
     CHECK(f.events.alive == 3);
 
-    // 3 is taken; the two that come first fit beside it.
+    // 3 is taken; the three that come first fit beside it.
     maps.expect(ids({10, 11, 12, 13}));
     maps.wait_until_idle();
-    CHECK(f.events.alive == 3);
+    CHECK(f.events.alive == 4);
     CHECK_FALSE(maps.take(RegionId{10})->blocked);
     CHECK_FALSE(maps.take(RegionId{11})->blocked);
     const std::size_t loads = f.events.loaded().size();
@@ -178,7 +178,7 @@ TEST_CASE("memory is bounded: what was used longest ago goes, what is expected s
 
 TEST_CASE("memory that targets take while they are used counts, and is given back at a take") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {.memory = 3 * kRegionBytes});
+  RegionMaps maps(f.store, f.matcher, {.memory = 4 * kRegionBytes});
   for (const std::uint32_t r : {0U, 1U, 2U}) REQUIRE(maps.take(RegionId{r}));
   f.events.grown_by = kRegionBytes / 2;
   CHECK(maps.statistics().bytes == 3 * (kRegionBytes + kRegionBytes / 2));
@@ -187,6 +187,29 @@ TEST_CASE("memory that targets take while they are used counts, and is given bac
   CHECK(maps.statistics().bytes == 2 * (kRegionBytes + kRegionBytes / 2));
   CHECK_FALSE(maps.take(RegionId{2})->blocked);
   CHECK(maps.take(RegionId{0})->blocked);
+}
+
+TEST_CASE("what is borrowed, and points on their way, count as well as what is kept") {
+  Fixture f;
+  RegionMaps maps(f.store, f.matcher, {.memory = 6 * kRegionBytes, .background = false});
+  for (const std::uint32_t r : {0U, 1U, 2U, 3U}) REQUIRE(maps.take(RegionId{r}));
+  CHECK(maps.statistics().bytes == 4 * kRegionBytes);
+  {
+    std::vector<std::shared_ptr<const ReadyRegion>> rivals;
+    for (const std::uint32_t r : {10U, 11U, 12U})
+      rivals.push_back(maps.borrow(RegionId{r}).value());
+    CHECK(maps.statistics().bytes == 7 * kRegionBytes);
+    REQUIRE(maps.take(RegionId{3}));
+    CHECK(maps.statistics().regions == 3);
+    CHECK(maps.statistics().bytes == 6 * kRegionBytes);
+  }
+  CHECK(maps.statistics().bytes == 3 * kRegionBytes);
+  // A region whose points take three times the memory of its map: room is made for the next one.
+  constexpr std::uint32_t kMany = 3 * kRegionBytes / sizeof(Point);
+  REQUIRE(maps.take(RegionId{kMany}));
+  REQUIRE(maps.take(RegionId{4}));
+  CHECK(maps.statistics().regions <= 3);
+  CHECK_FALSE(maps.take(RegionId{kMany})->blocked);
 }
 
 TEST_CASE("a region larger than the memory is kept while it is the last one taken") {

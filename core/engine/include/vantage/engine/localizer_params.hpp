@@ -130,9 +130,11 @@ struct LocalizerParams {
                  "regions that the sensor will reach within this time are loaded", non_negative),
         optional("prefetch_distance", &LocalizerParams::prefetch_distance, "m",
                  "regions this near to the sensor's predicted path are loaded", non_negative),
-        optional("map_memory", &LocalizerParams::map_memory, "MiB",
-                 "limit on the memory of loaded region maps; the map in use is always kept",
-                 positive),
+        optional(
+            "map_memory", &LocalizerParams::map_memory, "MiB",
+            "limit on the memory of region maps: those that are kept, those of rival poses, and "
+            "those on their way with their points; the map in use is always kept",
+            positive),
         optional("covariance_scale", &LocalizerParams::covariance_scale, "",
                  "the covariance of an alignment of N points is this factor times N + 700 times "
                  "the inverse Hessian of the minimized cost",

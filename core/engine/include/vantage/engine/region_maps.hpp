@@ -20,6 +20,7 @@ struct ReadyRegion {
   std::uint64_t map_points = 0;  ///< N_point of Eq. 13: points, or elements if no points are stored
   double seconds_load = 0.0;     ///< time to read it from the store
   double seconds_prepare = 0.0;  ///< time to make it ready for matching
+  std::size_t bytes_read = 0;    ///< points and prepared bytes, which are gone now [bytes]
 
   /// Memory that the region holds now. A target may take more while it is used.
   [[nodiscard]] std::size_t bytes() const {
@@ -42,7 +43,9 @@ struct ReadyRegion {
 class VANTAGE_API RegionMaps {
  public:
   struct Options {
-    /// Limit [bytes]; the last region taken stays. It is enforced when a region is taken or loaded.
+    /// Limit [bytes] of all maps: those that are kept, borrowed, and on their way with their
+    /// points. It is enforced when a region is taken or loaded. The last region taken and what was
+    /// borrowed stay. Expected regions leave only if the maps alone are beyond the limit.
     std::size_t memory = std::size_t{40} << 20U;
     bool background = true;  ///< false: `expect` does nothing
   };
@@ -75,7 +78,8 @@ class VANTAGE_API RegionMaps {
 
   struct Statistics {
     std::uint64_t loaded_by_taker = 0, loaded_in_background = 0, dropped = 0;
-    std::size_t bytes = 0, regions = 0;  ///< held now
+    std::size_t bytes = 0;    ///< of all maps that are in memory now
+    std::size_t regions = 0;  ///< kept now
   };
   [[nodiscard]] Statistics statistics() const;
 
