@@ -1,5 +1,9 @@
 #pragma once
 
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <string_view>
@@ -25,6 +29,53 @@ template <class Interface>
   return PluginLoader({VANTAGE_PLUGIN_DIR}).load<Interface>({name, {}, params, {}});
 }
 
+/// Whether another number of threads may compute than usual.
+[[nodiscard]] inline bool threads_are_unusual() noexcept {
+  return tbb::this_task_arena::max_concurrency() != tbb::info::default_concurrency();
+}
+
+/// For a kind that needs none: something that the clauses of every kind can ask for.
+struct OneParam {
+  double strength = 1.0;
+  static constexpr auto schema() {
+    return std::tuple{optional("strength", &OneParam::strength, "", "of nothing", positive)};
+  }
+};
+
+/// Spoils what a sound factory says of parameters, if one of C2 to C4 is to be broken.
+template <class Interface>
+[[nodiscard]] Result<Table> spoilt_params(const Factory<Interface>& sound, Table params) {
+  VANTAGE_TRY(const auto known, sound.describe());
+  const auto is_unknown = [&](const Entry& entry) {
+    return std::ranges::find(known, entry.key, &ParameterDoc::key) == known.end();
+  };
+  if (breaks("C2")) std::erase_if(params.entries, is_unknown);
+  auto effective = sound.effective_params(params);
+  if (breaks("C3") && !effective && std::ranges::none_of(params.entries, is_unknown)) {
+    return fail(ErrorCode::invalid_config, "something is wrong");
+  }
+  if (breaks("C4") && effective) effective->entries.clear();
+  return effective;
+}
+
+/// What VANTAGE_PLUGIN would make, but for the clauses of every kind.
+template <class Interface, class Implementation>
+[[nodiscard]] constexpr Factory<Interface> factory_of() noexcept {
+  return {.create = detail::factory_of<Interface, Implementation>().create,
+          .effective_params = [](const Table& params) noexcept -> Result<Table> {
+            return guarded([&] {
+              return spoilt_params(detail::factory_of<Interface, Implementation>(), params);
+            });
+          },
+          .describe = []() noexcept -> Result<std::vector<ParameterDoc>> {
+            return guarded([]() -> Result<std::vector<ParameterDoc>> {
+              auto docs = ::vantage::describe<typename Implementation::Params>();
+              if (breaks("C1")) docs.front().doc.clear();
+              return docs;
+            });
+          }};
+}
+
 /// Tells whether another call is under way on the same object, and stays long enough to be met.
 class Crowded {
  public:
@@ -44,3 +95,11 @@ class Crowded {
 };
 
 }  // namespace vantage::broken
+
+/// The plugin of a file.
+#define VANTAGE_BROKEN_PLUGIN(Interface)                                                      \
+  extern "C" __attribute__((visibility("default"),                                            \
+                            used)) constinit const ::vantage::PluginManifest vantage_plugin { \
+    .name = vantage_broken_name, .summary = "a plugin that breaks one clause",                \
+    .factory = ::vantage::broken::factory_of<Interface, ::vantage::broken::Broken>()          \
+  }

@@ -75,6 +75,7 @@ class Broken final : public GroundFilter {
       drop([&](const Point& p) { return p.z() < cloud.front().z() - 0.05; });
     }
     if (breaks("G8") && Crowded(inside_) && !indices.empty()) indices.pop_back();
+    if (breaks("G13") && threads_are_unusual() && !indices.empty()) indices.pop_back();
     // A tolerance that grows with the number of points.
     if (breaks("G12")) {
       const double highest = bounds.min.z() + 0.3 + 2e-6 * static_cast<double>(cloud.size());
@@ -116,5 +117,4 @@ class Broken final : public GroundFilter {
 }  // namespace
 }  // namespace vantage::broken
 
-VANTAGE_PLUGIN(vantage::GroundFilter, vantage::broken::Broken, vantage_broken_name,
-               "a ground filter that breaks one clause");
+VANTAGE_BROKEN_PLUGIN(vantage::GroundFilter);

@@ -137,6 +137,7 @@ class BrokenTarget final : public MatchTarget {
     if (breaks("M1") && step.norm() < 0.02) place.x() += 0.1;  // the first trial is never undone
     if (breaks("M2") && step.norm() > 0.2) place = guess.translation + 0.2 * step.normalized();
     if (breaks("M3")) place.x() += 0.012;  // a share of a cell that nobody subtracts
+    if (breaks("M18") && threads_are_unusual()) place.x() += 1e-9;
     if (breaks("M6") && Crowded(inside_)) place.x() += 1e-9;
     VANTAGE_TRY(found.score, score(scan, breaks("M13") ? guess : found.T_map_scan));
     return found;
@@ -161,9 +162,7 @@ class BrokenTarget final : public MatchTarget {
 
 class Broken final : public ScanMatcher {
  public:
-  struct Params {
-    static constexpr auto schema() { return std::tuple{}; }
-  };
+  using Params = OneParam;
   static Result<std::unique_ptr<ScanMatcher>> create(const Params&) {
     return std::make_unique<Broken>();
   }
@@ -204,5 +203,4 @@ class Broken final : public ScanMatcher {
 }  // namespace
 }  // namespace vantage::broken
 
-VANTAGE_PLUGIN(vantage::ScanMatcher, vantage::broken::Broken, vantage_broken_name,
-               "a scan matcher that breaks one clause");
+VANTAGE_BROKEN_PLUGIN(vantage::ScanMatcher);

@@ -1,5 +1,4 @@
-// One region that owns every point, but for the clause to be broken. It also stands in for the
-// clauses of every kind, C1-C4.
+// One region that owns every point, but for the clause to be broken.
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -15,8 +14,7 @@ class Broken final : public Partitioner {
     double margin = 0.0;
     static auto schema() {
       return std::tuple{optional("margin", &Params::margin, "m",
-                                 breaks("C1") ? "" : "how far the region reaches beyond",
-                                 non_negative)};
+                                 "how far the region reaches beyond", non_negative)};
     }
   };
   static Result<std::unique_ptr<Partitioner>> create(const Params&) {
@@ -74,6 +72,7 @@ class Broken final : public Partitioner {
     if (breaks("P4")) label = box.min.x() < 0 ? "map/west" : "map";
     if (breaks("P5")) label += std::to_string(static_cast<int>(map.front().x()));
     if (breaks("P6") && Crowded(inside_)) label += "_2";
+    if (breaks("P12") && threads_are_unusual()) label += "_part";
 
     std::vector<Region> regions{{label, box, {}}};
     if (breaks("P10")) {
@@ -87,30 +86,7 @@ class Broken final : public Partitioner {
   mutable std::atomic<int> inside_ = 0;
 };
 
-/// What VANTAGE_PLUGIN would make.
-constexpr Factory<Partitioner> kSound = detail::factory_of<Partitioner, Broken>();
-
-Result<Table> effective_params(const Table& params) noexcept {
-  Table given = params;
-  if (breaks("C2")) {
-    std::erase_if(given.entries, [](const Entry& entry) { return entry.key != "margin"; });
-  }
-  auto effective = kSound.effective_params(given);
-  if (breaks("C3") && !effective && params.entries.size() == 1) {
-    return fail(ErrorCode::invalid_config, "something is wrong");
-  }
-  if (breaks("C4") && effective) effective->entries.clear();
-  return effective;
-}
-
 }  // namespace
 }  // namespace vantage::broken
 
-extern "C" __attribute__((visibility("default"),
-                          used)) constinit const vantage::PluginManifest vantage_plugin{
-    .name = vantage_broken_name,
-    .summary = "a partitioner that breaks one clause",
-    .factory = vantage::Factory<vantage::Partitioner>{
-        .create = vantage::broken::kSound.create,
-        .effective_params = &vantage::broken::effective_params,
-        .describe = vantage::broken::kSound.describe}};
+VANTAGE_BROKEN_PLUGIN(vantage::Partitioner);

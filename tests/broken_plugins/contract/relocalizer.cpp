@@ -51,6 +51,7 @@ class BrokenIndex final : public RelocalizerIndex {
       if (breaks("R2")) std::ranges::reverse(found.poses);
       if (here && *here && !found.poses.empty()) found.poses[0].score += 1e-9;
       if (breaks("R8") && !is_first(finite) && !found.poses.empty()) found.poses.pop_back();
+      if (breaks("R16") && threads_are_unusual() && !found.poses.empty()) found.poses.pop_back();
       if (breaks("R12")) found.nominal_ms = 0.0;
       for (PoseCandidate& candidate : found.poses) {
         Point& at = candidate.T_map_scan.translation;
@@ -95,9 +96,7 @@ class BrokenIndex final : public RelocalizerIndex {
 
 class Broken final : public Relocalizer {
  public:
-  struct Params {
-    static constexpr auto schema() { return std::tuple{}; }
-  };
+  using Params = OneParam;
   static Result<std::unique_ptr<Relocalizer>> create(const Params& /*params*/) {
     return std::make_unique<Broken>();
   }
@@ -139,5 +138,4 @@ class Broken final : public Relocalizer {
 }  // namespace
 }  // namespace vantage::broken
 
-VANTAGE_PLUGIN(vantage::Relocalizer, vantage::broken::Broken, vantage_broken_name,
-               "a relocalizer that breaks one clause");
+VANTAGE_BROKEN_PLUGIN(vantage::Relocalizer);

@@ -12,9 +12,7 @@ namespace {
 
 class Broken final : public Selector {
  public:
-  struct Params {
-    static constexpr auto schema() { return std::tuple{}; }
-  };
+  using Params = OneParam;
   static Result<std::unique_ptr<Selector>> create(const Params& /*params*/) {
     VANTAGE_TRY(auto selector, sound<Selector>("random", {}));
     return std::make_unique<Broken>(std::move(selector));
@@ -34,6 +32,7 @@ class Broken final : public Selector {
       // The best of those that are kept, in the order of the map.
       if (breaks("E3") && most > 20) std::ranges::sort(order);
       if (breaks("E5") && !is_first(region) && order.size() > 1) std::swap(order[0], order[1]);
+      if (breaks("E7") && threads_are_unusual()) std::ranges::reverse(order);
       if (breaks("E6") && Crowded(inside_)) std::ranges::reverse(order);
       return order;
     });
@@ -57,5 +56,4 @@ class Broken final : public Selector {
 }  // namespace
 }  // namespace vantage::broken
 
-VANTAGE_PLUGIN(vantage::Selector, vantage::broken::Broken, vantage_broken_name,
-               "a selector that breaks one clause");
+VANTAGE_BROKEN_PLUGIN(vantage::Selector);

@@ -90,6 +90,7 @@ class Broken final : public MapStore {
       if (breaks("S6") && !map && map.error().code == ErrorCode::corrupt_data) return RegionMap{};
       // A buffer that all calls share.
       if (breaks("S5") && Crowded(inside_) && map) std::swap(map->points[0], map->points[1]);
+      if (breaks("S28") && threads_are_unusual() && map) map->viewpoints.clear();
       return map;
     });
   }
@@ -184,5 +185,4 @@ class Broken final : public MapStore {
 }  // namespace
 }  // namespace vantage::broken
 
-VANTAGE_PLUGIN(vantage::MapStore, vantage::broken::Broken, vantage_broken_name,
-               "a map store that breaks one clause");
+VANTAGE_BROKEN_PLUGIN(vantage::MapStore);

@@ -96,6 +96,7 @@ class Scene final : public VisibilityScene {
       });
     }
     if (breaks("V9") && Crowded(inside_) && !seen.empty()) seen.pop_back();
+    if (breaks("V18") && threads_are_unusual() && !seen.empty()) seen.pop_back();
     // Of points at one place the hull has one.
     if (breaks("V12")) {
       const auto before = [](const Point& a, const Point& b) {
@@ -204,5 +205,4 @@ class Broken final : public VisibilityOperator {
 }  // namespace
 }  // namespace vantage::broken
 
-VANTAGE_PLUGIN(vantage::VisibilityOperator, vantage::broken::Broken, vantage_broken_name,
-               "a visibility operator that breaks one clause");
+VANTAGE_BROKEN_PLUGIN(vantage::VisibilityOperator);

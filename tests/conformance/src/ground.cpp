@@ -337,6 +337,13 @@ void decided_within_reach(const Subject& subject) {
   CHECK_MESSAGE(differ == 0, differ << " points of the middle are ground only in one of the two");
 }
 
+void any_threads(const Subject& subject) {
+  Random random(subject.seed());
+  const PointCloud cloud = random_cloud(random, 50'000, {0, 0, 0}, {80, 60, 3});
+  const Labels expected = ground_in(subject, cloud);
+  with_threads([&] { check_same(expected, ground_in(subject, cloud)); });
+}
+
 constexpr std::array kClauses{
     Clause{"G1", "the indices ascend strictly and are in range", &ascending},
     Clause{"G2", "a level plane is all ground, at any height and with 2 cm of noise", &plane},
@@ -355,6 +362,7 @@ constexpr std::array kClauses{
     Clause{"G11", "the answer depends only on the cloud, not on earlier calls", &only_the_cloud},
     Clause{"G12", "a part of the cloud with a margin as wide as the reach has the whole's ground",
            &decided_within_reach},
+    Clause{"G13", "1, 2 and 7 threads give the same result", &any_threads},
 };
 
 }  // namespace

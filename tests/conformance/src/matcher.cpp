@@ -607,6 +607,31 @@ void decided_within_reach(const Subject& subject) {
   CHECK_MESSAGE(*of_whole == *of_part, "the excerpts of the map and of its part differ");
 }
 
+void any_threads(const Subject& subject) {
+  const Scene scene = some_scene(subject);
+  Random random(subject.seed() + 1);
+  const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
+  struct Answers {
+    Alignment alignment;
+    ScanScore score;
+    Result<PreparedMap> excerpt;
+  };
+  const auto answers = [&] {
+    const auto matcher = subject.make<ScanMatcher>();
+    const auto target = prepare(matcher, scene.map);
+    return Answers{align(*target, scene.scan, guess), score(*target, scene.scan, guess),
+                   target->excerpt(scene.map)};
+  };
+  const Answers expected = answers();
+  with_threads([&] {
+    const Answers got = answers();
+    CHECK(same(got.alignment, expected.alignment));
+    CHECK(same(got.score, expected.score));
+    REQUIRE(got.excerpt.has_value() == expected.excerpt.has_value());
+    if (got.excerpt) CHECK_MESSAGE(*got.excerpt == *expected.excerpt, "the excerpt differs");
+  });
+}
+
 constexpr std::array kClauses{
     Clause{"M1", "a scan that was cut from the map stays at its place", &identity},
     Clause{"M2", "a guess as far off as claimed is corrected, as accurately as claimed", &recovers},
@@ -634,6 +659,7 @@ constexpr std::array kClauses{
            &damaged_bytes},
     Clause{"M16", "bytes and elements are not 0 and grow with the map", &grows},
     Clause{"M17", "map points out of reach do not matter to an excerpt", &decided_within_reach},
+    Clause{"M18", "1, 2 and 7 threads give the same result", &any_threads},
 };
 
 }  // namespace

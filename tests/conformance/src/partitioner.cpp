@@ -194,6 +194,14 @@ void cuts_in_passes(const Subject& subject) {
   }
 }
 
+void any_threads(const Subject& subject) {
+  Random random(subject.seed());
+  const PointCloud map = random_cloud(random, 50'000, {10, 20, 0}, {510, 320, 8});
+  const auto partitioner = subject.make<Partitioner>();
+  const Partition expected = cut(*partitioner, map);
+  with_threads([&] { check_same(expected, cut(*partitioner, map)); });
+}
+
 constexpr std::array kClauses{
     Clause{"P1", "an empty map is invalid_input", &empty_map},
     Clause{"P2", "every map point is located, on edges and a million metres away too",
@@ -212,6 +220,7 @@ constexpr std::array kClauses{
     Clause{"P11",
            "in passes the map is cut as in memory, whatever its pieces; or it is unsupported",
            &cuts_in_passes},
+    Clause{"P12", "1, 2 and 7 threads give the same result", &any_threads},
 };
 
 }  // namespace

@@ -388,6 +388,18 @@ void odd_maps(const Subject& subject) {
   }
 }
 
+void any_threads(const Subject& subject) {
+  const PointCloud map = town(subject);
+  const PointCloud scan = seen_from(map, some_poses(subject, 1)[0]);
+  const Indexed expected = indexed(subject, map);
+  const PoseCandidates found = find(*expected, scan);
+  with_threads([&] {
+    const Indexed again = indexed(subject, map);
+    CHECK(again.bytes == expected.bytes);
+    CHECK(same(find(*again, scan), found));
+  });
+}
+
 constexpr std::array kClauses{
     Clause{"R1", "a scan of the map is found among the candidates, as accurately as claimed",
            &finds_its_own},
@@ -423,6 +435,7 @@ constexpr std::array kClauses{
            "a map without points is invalid_input; few, equal and far points are indexed, or "
            "unsupported",
            &odd_maps},
+    Clause{"R16", "1, 2 and 7 threads give the same result", &any_threads},
 };
 
 }  // namespace

@@ -1,5 +1,9 @@
 #include "scenes.hpp"
 
+#include <doctest/doctest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
 #include <atomic>
 #include <numeric>
 #include <utility>
@@ -37,6 +41,15 @@ PointCloud in_order(PointsView points, const IndexList& order) {
   PointCloud cloud;
   for (const std::uint32_t i : order) cloud.push_back(points[i]);
   return cloud;
+}
+
+void with_threads(const std::function<void()>& work) {
+  for (const int n : {1, 2, 7}) {
+    CAPTURE(n);
+    const tbb::global_control most(tbb::global_control::max_allowed_parallelism,
+                                   static_cast<std::size_t>(n));
+    tbb::task_arena(n).execute(work);
+  }
 }
 
 void at_once(std::size_t n, const std::function<void(std::size_t)>& work) {

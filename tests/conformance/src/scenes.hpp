@@ -69,6 +69,9 @@ class Pieces final : public MapPasses {
 /// `points[order[0]], points[order[1]], ...`
 [[nodiscard]] PointCloud in_order(PointsView points, const IndexList& order);
 
+/// Runs `work` where 1, then 2, then 7 threads may compute.
+void with_threads(const std::function<void()>& work);
+
 /// Runs `work(i)` for every i < n, each in a thread of its own, all at the same time.
 void at_once(std::size_t n, const std::function<void(std::size_t)>& work);
 

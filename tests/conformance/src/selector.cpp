@@ -156,6 +156,12 @@ void concurrent(const Subject& subject) {
   }
 }
 
+void any_threads(const Subject& subject) {
+  const Region region = region_of(subject, 0, 2000);
+  const Order expected = order_by(*subject.make<Selector>(), region, 500);
+  with_threads([&] { CHECK(order_by(*subject.make<Selector>(), region, 500) == expected); });
+}
+
 constexpr std::array kClauses{
     Clause{"E1", "as many elements as were asked for, each in range and named once", &each_once},
     Clause{"E2", "if more are asked for than there are, all of them", &more_than_there_are},
@@ -166,6 +172,7 @@ constexpr std::array kClauses{
            &little_to_go_by},
     Clause{"E5", "the order depends only on the region, not on earlier calls", &only_the_region},
     Clause{"E6", "concurrent calls on one object agree with calls one by one", &concurrent},
+    Clause{"E7", "1, 2 and 7 threads give the same result", &any_threads},
 };
 
 }  // namespace

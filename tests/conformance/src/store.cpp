@@ -350,6 +350,15 @@ void same_bytes(const Subject& subject) {
   CHECK(a.size() == b.size());
 }
 
+void any_threads(const Subject& subject) {
+  const Bundle bundle = some_bundle(subject);
+  with_threads([&] {
+    const Place place(subject);
+    write(*place.open(subject), bundle);
+    check_kept(subject, bundle, *place.open(subject));
+  });
+}
+
 /// Also far from the origin, and with each part of a region map missing.
 void viewpoints_and_prepared(const Subject& subject) {
   Random random(subject.seed());
@@ -511,6 +520,7 @@ constexpr std::array kClauses{
            "a store that only reads says so: begin, put, attach and commit are unsupported, and no "
            "file changes",
            &read_only_refuses},
+    Clause{"S28", "1, 2 and 7 threads give the same result", &written<&any_threads>},
 };
 
 }  // namespace

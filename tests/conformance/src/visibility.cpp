@@ -560,6 +560,21 @@ void decided_within_reach(const Subject& subject) {
   }
 }
 
+void any_threads(const Subject& subject) {
+  Random random(subject.seed());
+  const PointCloud map = random_cloud(random, 20'000, {-20, -20, -5}, {20, 20, 5});
+  const PointCloud viewpoints = some_viewpoints(subject, 9);
+  const auto seen = [&] {
+    const auto visibility = subject.make<VisibilityOperator>();
+    const auto scene = prepare(*visibility, map, limits_of(map));
+    auto indices = scene->visible_from_any(viewpoints);
+    if (!indices) FAIL("nothing can be said of viewpoints: " << to_string(indices.error()));
+    return *std::move(indices);
+  };
+  const IndexList expected = seen();
+  with_threads([&] { CHECK(seen() == expected); });
+}
+
 constexpr std::array kClauses{
     Clause{"V1", "the indices ascend strictly and are in range", &ascending},
     Clause{"V2", "a wall behind a wall is hidden, and nine tenths of the one in front are seen",
@@ -591,6 +606,7 @@ constexpr std::array kClauses{
            &counts_views},
     Clause{"V17", "points out of reach of a viewpoint do not matter to what it sees",
            &decided_within_reach},
+    Clause{"V18", "1, 2 and 7 threads give the same result", &any_threads},
 };
 
 }  // namespace
