@@ -17,6 +17,8 @@ namespace {
 // A lattice around the pose is scored with so many points, and its summits with more of them.
 constexpr int kNodes = 5;      // to each side
 constexpr double kStep = 0.4;  // [m]; a matcher's basin is wider
+constexpr double kFarthest = (kNodes + 1) * kStep, kFinest = 0.25 * kStep;  // [m], of climbs
+constexpr std::size_t kPlaces = 8 * (kNodes + 1) + 1;  // to both sides, kFinest apart
 constexpr std::size_t kAtNodes = 128, kAtSummits = 256, kMostSummits = 4;
 // What has changed since the map was made fits anywhere: for each part of the sharpness that is
 // missing, so much of the perfect sharpness.
@@ -52,14 +54,15 @@ class Surroundings {
         T_map_scan_(T_map_scan),
         limit_(limit),
         few_(evenly_picked(scan, kAtNodes)),
-        some_(evenly_picked(scan, kAtSummits)) {}
+        some_(evenly_picked(scan, kAtSummits)),
+        climbed_(kPlaces * kPlaces) {}
 
   struct Levels {
     double here = 0.0, compared = 0.0;  // points that were compared with the map here
     double summit = 0.0;                // the highest summit beyond the limit, or 0 without one
     double slope = 0.0;                 // the highest level beyond the limit
   };
-  [[nodiscard]] Result<Levels> levels() const {
+  [[nodiscard]] Result<Levels> levels() {
     VANTAGE_TRY(const ScanScore here, target_.score(some_, T_map_scan_));
     Levels levels{.here = level_of(here),
                   .compared = here.compared * here.coverage * static_cast<double>(some_.size())};
@@ -103,18 +106,29 @@ class Surroundings {
     return summits;
   }
 
+  /// The level at a place of the climbs, which meet each other. It is computed once.
+  [[nodiscard]] Result<double> level_of_climb(const Eigen::Vector2d& at) {
+    const auto index = [](double x) {
+      return static_cast<std::size_t>(std::lround((x + kFarthest) / kFinest));
+    };
+    std::optional<double>& level = climbed_[index(at.x()) * kPlaces + index(at.y())];
+    if (!level) {
+      VANTAGE_TRY(level, level_at(some_, at));
+    }
+    return *level;
+  }
+
   /// The highest level nearby, no nearer to the pose than this.
-  [[nodiscard]] Result<Node> climb(Node node, double least) const {
-    constexpr double kFarthest = (kNodes + 1) * kStep;
-    VANTAGE_TRY(node.level, level_at(some_, node.at));
-    for (const double step : {0.5 * kStep, 0.25 * kStep}) {
+  [[nodiscard]] Result<Node> climb(Node node, double least) {
+    VANTAGE_TRY(node.level, level_of_climb(node.at));
+    for (const double step : {0.5 * kStep, kFinest}) {
       for (bool moved = true; std::exchange(moved, false);) {
         const Eigen::Vector2d from = node.at;
         for (const Eigen::Index axis : {0, 1}) {
           for (const double side : {step, -step}) {
             const Eigen::Vector2d at = from + side * Eigen::Vector2d::Unit(axis);
             if (at.norm() < least || at.cwiseAbs().maxCoeff() > kFarthest) continue;
-            VANTAGE_TRY(const double level, level_at(some_, at));
+            VANTAGE_TRY(const double level, level_of_climb(at));
             if (!(level > node.level)) continue;
             node = {at, level};
             moved = true;
@@ -129,6 +143,7 @@ class Surroundings {
   const Pose& T_map_scan_;
   double limit_;
   PointCloud few_, some_;
+  std::vector<std::optional<double>> climbed_;  // by place, row by row
 };
 
 }  // namespace
@@ -138,7 +153,7 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
                                             const Evidence& evidence) {
   const double sharpness = evidence.sharpness, share = evidence.share;
   if (!(sharpness > 0.0) || !(share > 0.0)) return std::optional<Contrast>();
-  const Surroundings around(target, scan, T_map_scan, limit);
+  Surroundings around(target, scan, T_map_scan, limit);
   VANTAGE_TRY(const auto levels, around.levels());
   const double noise = noise_of_level(levels.compared) * levels.here / sharpness;
   const double changed = kChanged * std::max(0.0, 1.0 - share) / share;
