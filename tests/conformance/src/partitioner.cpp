@@ -196,7 +196,7 @@ void cuts_in_passes(const Subject& subject) {
 
 void any_threads(const Subject& subject) {
   Random random(subject.seed());
-  const PointCloud map = random_cloud(random, 50'000, {10, 20, 0}, {510, 320, 8});
+  const PointCloud map = random_cloud(random, 8'000, {10, 20, 0}, {170, 150, 8});
   const auto partitioner = subject.make<Partitioner>();
   const Partition expected = cut(*partitioner, map);
   with_threads([&] { check_same(expected, cut(*partitioner, map)); });
