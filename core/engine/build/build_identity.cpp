@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -21,20 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uint64_t sum_of(std::string_view bytes) {
-  Fnv1a sum;
-  for (; bytes.size() >= sizeof(std::uint64_t); bytes.remove_prefix(sizeof(std::uint64_t))) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data(), sizeof(word));
-    sum.add(word);
-  }
-  sum.add(bytes);
-  return sum.value();
-}
-
 Result<std::uint64_t> sum_of_file(const fs::path& file) {
   VANTAGE_TRY(const io::FileContent content, io::read_file(file, "a library"));
-  return sum_of(content.view());
+  Fnv1a sum;
+  sum.add(sum.add_words(content.view()));
+  return sum.value();
 }
 
 /// The libraries that decide: the engine, and that of values and regions.

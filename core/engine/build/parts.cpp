@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <string_view>
 #include <utility>
 
@@ -35,14 +34,7 @@ std::uint64_t sum_of_record(std::uint64_t region, std::span<const std::byte> byt
   Fnv1a sum;
   sum.add(region);
   sum.add(std::uint64_t{bytes.size()});
-  // Words, because parts are large.
-  std::size_t at = 0;
-  for (; at + sizeof(std::uint64_t) <= bytes.size(); at += sizeof(std::uint64_t)) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + at, sizeof(word));
-    sum.add(word);
-  }
-  for (; at < bytes.size(); ++at) sum.add(std::to_integer<std::uint64_t>(bytes[at]));
+  sum.add(sum.add_words({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
   return sum.value();
 }
 

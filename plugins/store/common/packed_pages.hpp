@@ -88,11 +88,7 @@ struct Layout {
 [[nodiscard]] inline std::uint64_t sum_of_page(const char* content, std::uint64_t number) noexcept {
   Fnv1a sum;
   sum.add(number);
-  for (std::size_t at = 0; at < kContent; at += sizeof(std::uint64_t)) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, content + at, sizeof word);
-    sum.add(word);
-  }
+  sum.add_words({content, kContent});
   return sum.value();
 }
 

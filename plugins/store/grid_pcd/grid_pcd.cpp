@@ -30,11 +30,7 @@ tl::unexpected<Error> error_at(const fs::path& place, ErrorCode code, std::strin
 
 std::uint64_t checksum_of(std::string_view content) {
   Fnv1a sum;
-  for (std::size_t at = 0; at < content.size(); at += sizeof(std::uint64_t)) {
-    std::uint64_t word = 0;
-    content.substr(at).copy(reinterpret_cast<char*>(&word), sizeof word);
-    sum.add(word);
-  }
+  sum.add(sum.add_words(content));
   return sum.value();
 }
 

@@ -33,11 +33,7 @@ std::string header(const RegionFile& info) {
 
 /// The checksum of whole words of 32 bits. @param sum  of the data before
 Fnv1a sum_of_words(std::string_view data, Fnv1a sum = {}) noexcept {
-  for (std::size_t i = 0; i + 4 <= data.size(); i += 4) {
-    std::uint32_t word = 0;
-    std::memcpy(&word, data.data() + i, sizeof word);
-    sum.add(word);
-  }
+  sum.add_words<std::uint32_t>(data);
   return sum;
 }
 

@@ -33,11 +33,7 @@ inline void pad(std::string& text) { text.resize((text.size() + kWord - 1) / kWo
 
 /// The checksum of whole words; of what is left over, none. @param sum  of the data before
 [[nodiscard]] inline Fnv1a sum_of(std::string_view data, Fnv1a sum = {}) noexcept {
-  for (std::size_t i = 0; i + kWord <= data.size(); i += kWord) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, data.data() + i, sizeof word);
-    sum.add(word);
-  }
+  sum.add_words(data);
   return sum;
 }
 
