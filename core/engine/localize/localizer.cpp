@@ -93,7 +93,7 @@ struct Localizer::State {
         inputs({.T_sensor_imu = pose_of(params.T_sensor_imu),
                 .T_sensor_body = pose_of(params.T_sensor_body)}),
         noise(noise_of(params.motion)),
-        weighing(*matcher, maps, model, AlertLimit::of(params)) {}
+        weighing(*matcher, model, AlertLimit::of(params)) {}
 
   Bundle bundle;
   PluginPtr<ScanMatcher> matcher;

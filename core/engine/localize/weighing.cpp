@@ -135,8 +135,7 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
     return {};
   }
   if (!reference) return {};
-  VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
-  VANTAGE_TRY(const Fit fit, fit_at(*ready->target, some, one.alignment->T_map_scan, limit_));
+  VANTAGE_TRY(const Fit fit, fit_at(*one.map->target, some, one.alignment->T_map_scan, limit_));
   one.evidence = evidence_of(fit, *reference);
   one.silent = one.belief >= kBelieved && !fits(*one.evidence) && scores_as_usual(one);
   // Where nothing holds the matcher, its wandering says nothing either.
@@ -152,9 +151,8 @@ Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const 
   const bool is_due = one.is_new || !one.contrast_at || one.support.shows_twin() ||
                       (T_map_scan.translation - *one.contrast_at).norm() >= kIndependent;
   if (!is_due) return {};
-  VANTAGE_TRY(const auto ready, maps_.borrow(one.region));
   VANTAGE_TRY(one.contrast,
-              contrast_at(*ready->target, some, T_map_scan, limit_.metres, *one.evidence));
+              contrast_at(*one.map->target, some, T_map_scan, limit_.metres, *one.evidence));
   one.contrast_at = T_map_scan.translation;
   return {};
 }

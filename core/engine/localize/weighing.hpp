@@ -5,7 +5,6 @@
 
 #include "localize/hypothesis.hpp"
 #include "vantage/engine/prepared_scan.hpp"
-#include "vantage/engine/region_maps.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -23,10 +22,9 @@ namespace vantage {
 /// Measures how strongly a scan supports each hypothesis.
 class Weighing {
  public:
-  /// Matcher and maps must outlive the object.
-  Weighing(const ScanMatcher& matcher, const RegionMaps& maps, const ShareModel& model,
-           const AlertLimit& limit)
-      : matcher_(matcher), maps_(maps), model_(model), limit_(limit) {}
+  /// @param matcher  must outlive the object
+  Weighing(const ScanMatcher& matcher, const ShareModel& model, const AlertLimit& limit)
+      : matcher_(matcher), model_(model), limit_(limit) {}
 
   /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so once a
   /// metre and once a second, because scans nearer to each other say the same.
@@ -42,7 +40,7 @@ class Weighing {
   [[nodiscard]] bool scores_as_usual(const Hypothesis& one) const;
 
   /// Sets the evidence of each hypothesis, and what it tells.
-  /// Errors: those of the matcher and of RegionMaps::borrow.
+  /// Errors: those of the matcher.
   [[nodiscard]] Result<void> measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses);
   /// The same for a pose that a search found.
   /// @param to_itself  the fit of the scan to itself
@@ -91,7 +89,6 @@ class Weighing {
   [[nodiscard]] Result<void> measure_contrast(Hypothesis& one, PointsView some) const;
 
   const ScanMatcher& matcher_;
-  const RegionMaps& maps_;
   ShareModel model_;
   AlertLimit limit_;
   std::optional<double> usual_share_;  // the share of recent tracked scans

@@ -22,12 +22,9 @@ Hypothesis at_level(double level) {
 }
 
 struct Bench {
-  PluginPtr<MapStore> store =
-      test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
   PluginPtr<ScanMatcher> matcher =
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>());
-  RegionMaps maps{store, matcher, {.memory = 1, .background = false}};
-  Weighing weighing{*matcher, maps, ShareModel{}, {.metres = 0.5, .radians = 0.05}};
+  Weighing weighing{*matcher, ShareModel{}, {.metres = 0.5, .radians = 0.05}};
 
   /// By how much a comparison changes the log odds of each.
   [[nodiscard]] std::vector<double> compared(std::vector<Hypothesis> hypotheses) const {
