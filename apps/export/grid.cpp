@@ -123,7 +123,7 @@ std::string meta_data(const CellGrid& grid, const Point& origin, const Bounds3& 
                      shortest(to.y()));
 }
 
-/// The meta data of a bundle that is such a folder; empty if it is none.
+/// The meta data of a bundle that is a folder of the authors' program; empty for any other bundle.
 Result<std::string> kept_meta_data(const Bundle& bundle) {
   const auto kept = bundle.store()->attachment(kMetaDataAttachment);
   if (kept) return std::string(reinterpret_cast<const char*>(kept->data()), kept->size());

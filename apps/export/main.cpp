@@ -103,8 +103,9 @@ void print_regions_without_points(std::uint64_t regions) {
                            cli::form(regions, "was", "were"));
 }
 
-/// What was subtracted from all coordinates, if anything was.
-void print_origin(const Point& o) {
+/// What float32 changes, and what was subtracted from all coordinates, if anything was.
+void print_accuracy(double rounding, const Point& o) {
+  std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n", 1e3 * rounding);
   if (o.isZero(0.0)) return;
   std::cout << fmt::format("subtracted x {}, y {}, z {} m: see {}\n", o.x(), o.y(), o.z(),
                            exporting::kSidecar);
@@ -134,9 +135,7 @@ Result<void> run_autoware(const Options& options) {
                            cli::counted(report.points, "point"), cli::counted(report.tiles, "tile"),
                            autoware.resolution, cli::grouped(report.repeated),
                            cli::form(report.repeated, "was", "were"));
-  std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n",
-                           1e3 * report.rounding);
-  print_origin(o);
+  print_accuracy(report.rounding, o);
   print_regions_without_points(report.regions_without_points);
   return {};
 }
@@ -160,9 +159,7 @@ Result<void> run_grid(const Options& options) {
   std::cout << fmt::format("{} in {}, and grid_meta_data.yaml\n",
                            cli::counted(report.points, "point"),
                            cli::counted(report.files, "file"));
-  std::cout << fmt::format("float32 moves a coordinate by {:.2g} mm at most\n",
-                           1e3 * report.rounding);
-  print_origin(o);
+  print_accuracy(report.rounding, o);
   print_regions_without_points(report.regions_without_points);
   return {};
 }

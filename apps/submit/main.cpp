@@ -57,8 +57,8 @@ Result<Share> share_of(const Options& options, std::uint64_t memory, std::uint64
   const std::uint64_t mib = memory / kMiB;
   const bool apart = options.engine == Engine::slurm;
   const std::uint64_t room = mib / least_mib;
-  if (room < std::max<std::uint64_t>(1, apart ? 1 : options.at_once)) {
-    const std::uint64_t wanted = apart ? 1 : std::max<std::size_t>(1, options.at_once);
+  const std::uint64_t wanted = apart ? 1 : std::max<std::size_t>(1, options.at_once);
+  if (room < wanted) {
     return cli::usage_error(fmt::format(
         "--memory {}MiB is not enough for {}: each needs {} MiB for the largest region, so give "
         "--memory {}MiB{}",

@@ -33,8 +33,8 @@ inline constexpr const char* kMarker = ".vantage-submit";
 inline constexpr const char* kScript = "submit.sh";
 
 /// A script for /bin/sh that runs all shards, merges, and removes its own files. It ends with the
-/// status of what it runs. What is finished is known by the folder of parts alone: every shard is
-/// run each time, and one without work ends at once.
+/// status of what it runs. Only the folder of parts tells what is finished: the script runs every
+/// shard each time, and a shard without work ends at once.
 [[nodiscard]] std::string script_of(const Job& job);
 
 /// A word that the shell reads as this text.

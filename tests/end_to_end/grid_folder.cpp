@@ -67,7 +67,7 @@ TEST_CASE("a folder of grid_i_j.pcd opens, localizes, and is written back byte f
   CHECK(files_of(folder) == files);
 }
 
-TEST_CASE("origin and outliers are part of what a bundle was built with, for any threads") {
+TEST_CASE("a bundle remembers its origin and its outliers, and no number of threads changes it") {
   const Street street;
   const std::string config = as_the_authors(street);
   REQUIRE(run("vantage-build", {config, "-q", "--jobs", "1"}).exit_code == 0);

@@ -6,8 +6,9 @@
 #include "build/build_identity.hpp"
 #include "vantage/error.hpp"
 
-/// Readers of what a bundle and a build in parts consist of. Checksums are put right before the
-/// input is read: damage that they find does not reach what is behind them.
+/// Readers of the files of bundles and of builds in parts. Each target puts the checksums right
+/// before it reads the input: otherwise they would refuse all damage, and the code behind them
+/// would never see it.
 namespace vantage::test::bundle_targets {
 
 /// `index.json`.

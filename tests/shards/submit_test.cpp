@@ -22,7 +22,7 @@ bool has_parallel() {
   return there;
 }
 
-/// Runs vantage-submit, and all that it runs, with a disk that cannot do everything.
+/// Runs vantage-submit, and all that it runs, with a disk on which some calls fail.
 test::Finished submit_on(std::vector<std::string> arguments, const std::string& words) {
   const auto variables = test::failing_disk(words);
   arguments.insert(arguments.begin(), std::string(VANTAGE_PROGRAM_DIR) + "/vantage-submit");

@@ -1,5 +1,5 @@
-// Preloaded into a program under test: a disk that cannot do everything, and a record of what the
-// program asked of it.
+// Preloaded into a program under test: makes calls to the disk fail, and records the calls that the
+// program makes.
 //
 //   VANTAGE_DISK      words, with blanks between them:
 //                       no_flags       renameat2 knows no flags, as on NFS

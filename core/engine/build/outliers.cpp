@@ -26,7 +26,7 @@ class Spread {
     sum_ += units;
     squares_ += Whole{units} * units;
   }
-  /// The largest distance that is no outlier's [units]; below 0 if there is none.
+  /// A point with a larger distance is an outlier [units]; below 0 if all points are outliers.
   [[nodiscard]] double limit(double ratio) const {
     const auto n = static_cast<double>(count_);
     const double mean = static_cast<double>(sum_) / n;

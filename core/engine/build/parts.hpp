@@ -68,8 +68,8 @@ class PartWriter {
 class Parts {
  public:
   /// @param regions  number of regions
-  /// Errors: `corrupt_data` for a file with the name of one of parts that is none; `already_exists`
-  /// for one with another key; `io_failure`.
+  /// Errors: `corrupt_data` for a file that is named like a file of parts and holds something else;
+  /// `already_exists` for one with another key; `io_failure`.
   [[nodiscard]] static Result<Parts> in(const std::filesystem::path& folder, std::uint64_t key,
                                         std::size_t regions);
 

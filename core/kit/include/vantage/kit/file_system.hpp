@@ -59,7 +59,7 @@ class Descriptor {
 /// Makes what was written to a file survive a power cut. Returns 0, or an errno value.
 [[nodiscard]] int flush_content(const Descriptor& file) noexcept;
 
-/// The names of what is in a folder, sorted. Errors: `io_failure`.
+/// The names of the files and folders in a folder, sorted. Errors: `io_failure`.
 [[nodiscard]] Result<std::vector<std::string>> names_in(const std::filesystem::path& folder);
 
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
