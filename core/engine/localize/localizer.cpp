@@ -434,6 +434,7 @@ struct Localizer::State {
     job.drop();
     stamp.reset();
     middle.reset();
+    inputs = MotionInputs(inputs.mounts());  // the clock may be another one
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
     doubtful_scans = contradicted_scans = 0;

@@ -42,7 +42,7 @@ Result<RawImu> read_bag_imu(MessageReader& reader, const std::vector<std::size_t
       continue;
     }
     found.samples.push_back(
-        {.stamp = has_log_times ? seconds_from(message->log_time) : imu->header.stamp,
+        {.stamp = has_log_times ? seconds_from(message->log_time) : imu->header.stamp.seconds(),
          .angular_velocity = imu->angular_velocity,
          .specific_force = imu->linear_acceleration});
   }

@@ -114,7 +114,7 @@ class BagScans final : public ScanSource {
   }
 
   [[nodiscard]] double stamp_of(const Header& header, const BagMessage& message) const {
-    return has_log_times_ ? seconds_from(message.log_time) : header.stamp;
+    return has_log_times_ ? seconds_from(message.log_time) : header.stamp.seconds();
   }
 
   /// The stamp of a message, found without reading the points.

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint8_t kFloat32 = 7;  // sensor_msgs/PointField
 
 Result<void> write(CdrWriter& out, const Header& header) {
-  VANTAGE_TRY(const Time time, time_of(header.stamp));
+  VANTAGE_TRY(const Time time, header.stamp.time());
   out.number(time.sec);
   out.number(time.nanosec);
   out.text(header.frame);

@@ -10,6 +10,7 @@
 
 #include "io/map_projection.hpp"
 #include "io/ros/message_reader.hpp"
+#include "io/ros/ros_time.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
@@ -18,7 +19,7 @@ namespace vantage::io::ros {
 
 /// std_msgs/Header.
 struct Header {
-  double stamp = 0.0;  ///< [s]
+  Stamp stamp;
   std::string frame;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "vantage/result.hpp"
 
@@ -38,5 +39,35 @@ struct Time {
   }
   return Time{.sec = static_cast<std::int32_t>(whole), .nanosec = static_cast<std::uint32_t>(rest)};
 }
+
+/// A moment as messages state it. It converts from and to seconds, but keeps the nanoseconds, which
+/// a double of the seconds since 1970 cannot hold.
+class Stamp {
+ public:
+  Stamp() = default;
+  Stamp(double seconds) : seconds_(seconds) {}  // NOLINT(google-explicit-constructor)
+  /// As a message states it.
+  Stamp(double seconds, std::uint32_t nanoseconds)
+      : seconds_(seconds + static_cast<double>(nanoseconds) / 1e9) {
+    constexpr std::uint32_t kSecond = 1'000'000'000;
+    constexpr double kLast = std::numeric_limits<std::int32_t>::max();
+    if (nanoseconds < kSecond && seconds >= 0.0 && seconds <= kLast) {
+      exact_ = Time{.sec = static_cast<std::int32_t>(seconds), .nanosec = nanoseconds};
+    }
+  }
+
+  /// [s]
+  operator double() const noexcept { return seconds_; }  // NOLINT(google-explicit-constructor)
+  [[nodiscard]] double seconds() const noexcept { return seconds_; }
+  /// To the nanosecond. Errors: those of time_of.
+  [[nodiscard]] Result<Time> time() const {
+    if (exact_) return *exact_;
+    return time_of(seconds_);
+  }
+
+ private:
+  double seconds_ = 0.0;
+  std::optional<Time> exact_;
+};
 
 }  // namespace vantage::io::ros

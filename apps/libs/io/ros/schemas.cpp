@@ -23,6 +23,33 @@ constexpr auto kDefinitions = std::to_array<Definition>({
     {"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
     {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
     {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
+    {"geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"},
+    {"geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"},
+    {"nav_msgs/Odometry",
+     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
+     "geometry_msgs/TwistWithCovariance twist\n"},
+    {"sensor_msgs/Imu",
+     "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+     "float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n"
+     "float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n"
+     "float64[9] linear_acceleration_covariance\n"},
+    {"sensor_msgs/NavSatStatus",
+     "int8 STATUS_NO_FIX=-1\nint8 STATUS_FIX=0\nint8 STATUS_SBAS_FIX=1\nint8 STATUS_GBAS_FIX=2\n"
+     "uint16 SERVICE_GPS=1\nuint16 SERVICE_GLONASS=2\nuint16 SERVICE_COMPASS=4\n"
+     "uint16 SERVICE_GALILEO=8\nint8 status -2\nuint16 service\n"},
+    {"sensor_msgs/NavSatFix",
+     "uint8 COVARIANCE_TYPE_UNKNOWN=0\nuint8 COVARIANCE_TYPE_APPROXIMATED=1\n"
+     "uint8 COVARIANCE_TYPE_DIAGONAL_KNOWN=2\nuint8 COVARIANCE_TYPE_KNOWN=3\n"
+     "std_msgs/Header header\nsensor_msgs/NavSatStatus status\nfloat64 latitude\n"
+     "float64 longitude\nfloat64 altitude\nfloat64[9] position_covariance\n"
+     "uint8 position_covariance_type\n"},
+    {"rosgraph_msgs/Clock", "builtin_interfaces/Time clock\n"},
+    {"rmw_dds_common/Gid", "uint8[16] data\n"},
+    {"rmw_dds_common/NodeEntitiesInfo",
+     "string<=256 node_namespace\nstring<=256 node_name\nrmw_dds_common/Gid[] reader_gid_seq\n"
+     "rmw_dds_common/Gid[] writer_gid_seq\n"},
+    {"rmw_dds_common/ParticipantEntitiesInfo",
+     "rmw_dds_common/Gid gid\nrmw_dds_common/NodeEntitiesInfo[] node_entities_info_seq\n"},
     {"geometry_msgs/PoseWithCovarianceStamped",
      "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n"},
     {"geometry_msgs/Transform",
@@ -45,11 +72,6 @@ constexpr auto kDefinitions = std::to_array<Definition>({
      "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n"},
 });
 
-constexpr auto kWritten =
-    std::to_array<std::string_view>({"sensor_msgs/PointCloud2", "geometry_msgs/PoseStamped",
-                                     "geometry_msgs/PoseWithCovarianceStamped", "std_msgs/String",
-                                     "tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray"});
-
 /// The types that a definition's lines begin with, as far as they are messages.
 std::vector<const Definition*> members_of(const Definition& definition) {
   std::vector<const Definition*> members;
@@ -67,14 +89,13 @@ std::vector<const Definition*> members_of(const Definition& definition) {
 }  // namespace
 
 Result<MessageSchema> schema_of(std::string_view type) {
-  if (std::find(kWritten.begin(), kWritten.end(), type) == kWritten.end()) {
-    return fail(ErrorCode::invalid_input,
-                fmt::format("messages of type '{}' are not written, only {}", type,
-                            fmt::join(kWritten, ", ")));
-  }
-  std::vector<const Definition*> all{
+  const auto* const first =
       std::find_if(kDefinitions.begin(), kDefinitions.end(),
-                   [&](const Definition& definition) { return definition.type == type; })};
+                   [&](const Definition& definition) { return definition.type == type; });
+  if (first == kDefinitions.end()) {
+    return fail(ErrorCode::invalid_input, fmt::format("no definition of '{}' is known", type));
+  }
+  std::vector<const Definition*> all{first};
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (const Definition* member : members_of(*all[i])) {
       if (std::find(all.begin(), all.end(), member) == all.end()) all.push_back(member);

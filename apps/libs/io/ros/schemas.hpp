@@ -15,7 +15,7 @@ struct MessageSchema {
   friend bool operator==(const MessageSchema&, const MessageSchema&) = default;
 };
 
-/// For the types that message_writers.hpp writes.
+/// For the types that Vantage reads or writes.
 /// @param type  in ROS 1's spelling: "sensor_msgs/PointCloud2"
 /// Errors: `invalid_input` for any other type.
 [[nodiscard]] Result<MessageSchema> schema_of(std::string_view type);

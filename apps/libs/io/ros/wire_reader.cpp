@@ -57,7 +57,7 @@ Result<std::size_t> WireReader::count(std::size_t smallest, std::string_view wha
       offset_ - sizeof(stated), stated, what, left(), smallest));
 }
 
-Result<double> WireReader::time(std::string_view what) {
+Result<Stamp> WireReader::time(std::string_view what) {
   double seconds = 0.0;
   if (encoding_ == Encoding::ros1) {
     VANTAGE_TRY(seconds, number<std::uint32_t>(what));
@@ -65,7 +65,7 @@ Result<double> WireReader::time(std::string_view what) {
     VANTAGE_TRY(seconds, number<std::int32_t>(what));
   }
   VANTAGE_TRY(const auto nanoseconds, number<std::uint32_t>(what));
-  return seconds + static_cast<double>(nanoseconds) / 1e9;
+  return Stamp(seconds, nanoseconds);
 }
 
 Result<Header> WireReader::header() {

@@ -9,6 +9,7 @@
 #include "io/point_fields.hpp"
 #include "io/ros/message_reader.hpp"
 #include "io/ros/messages.hpp"
+#include "io/ros/ros_time.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::io::ros {
@@ -40,8 +41,7 @@ class WireReader {
   [[nodiscard]] Result<std::string_view> text(std::string_view what);
   /// The length of an array whose elements take at least `smallest` bytes each.
   [[nodiscard]] Result<std::size_t> count(std::size_t smallest, std::string_view what);
-  /// [s]
-  [[nodiscard]] Result<double> time(std::string_view what);
+  [[nodiscard]] Result<Stamp> time(std::string_view what);
   [[nodiscard]] Result<Header> header();
 
   [[nodiscard]] ByteOrder order() const noexcept { return order_; }

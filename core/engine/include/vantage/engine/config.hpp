@@ -216,6 +216,7 @@ struct Config {
   std::optional<PluginChoice> matcher, relocalizer;
   std::optional<LocalizerParams> localizer;
   std::optional<AtlasParams> atlas;
+  std::optional<Table> live;  ///< what a live localizer is connected to; core does not read it
   std::string file;  ///< path from which it was read
   Table written;     ///< the text, including `--set`; empty if a program made the configuration
 
@@ -248,6 +249,8 @@ struct Config {
                  Source{"Eq. 11", "Yagi et al. 2026, Sec. 2.4"}),
         optional("atlas", &Config::atlas, "",
                  "where vantage assess measures how well a sensor can be localized"),
+        optional("live", &Config::live, "",
+                 "what `vantage live` is connected to; other programs do not read it"),
     };
   }
 

@@ -40,6 +40,7 @@ class MotionInputs {
   [[nodiscard]] Result<void> add(const ImuSample& sample);
   [[nodiscard]] Result<void> add(const OdometrySample& sample);
 
+  [[nodiscard]] const MotionMounts& mounts() const noexcept { return mounts_; }
   [[nodiscard]] const Pose& T_sensor_body() const noexcept { return mounts_.T_sensor_imu; }
   [[nodiscard]] bool has_imu() const noexcept { return !imu_.empty(); }
   /// Whether odometry measured the motion up to about this moment.

@@ -1,0 +1,175 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "dds/participant.hpp"
+#include "vantage/io/pose_priors.hpp"
+#include "vantage/params.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::dds {
+constexpr auto enum_names(Release) {
+  return std::array{std::pair{std::string_view("humble"), Release::humble},
+                    std::pair{std::string_view("iron_or_later"), Release::iron_or_later}};
+}
+}  // namespace vantage::dds
+
+namespace vantage::live {
+
+/// Where a session begins without a pose that was kept.
+enum class Start : std::uint8_t {
+  anywhere,  ///< the sensor is looked for in all regions
+  wait       ///< nothing is localized before a pose comes on `initial_pose`
+};
+constexpr auto enum_names(Start) {
+  return std::array{std::pair{std::string_view("anywhere"), Start::anywhere},
+                    std::pair{std::string_view("wait"), Start::wait}};
+}
+
+/// Which poses are published.
+enum class Publish : std::uint8_t {
+  tracked,    ///< those of tracked scans: their risk is at most [localizer] max_risk
+  uncertain,  ///< also those of uncertain scans
+};
+constexpr auto enum_names(Publish) {
+  return std::array{std::pair{std::string_view("tracked"), Publish::tracked},
+                    std::pair{std::string_view("uncertain"), Publish::uncertain}};
+}
+
+/// The unit in which an IMU gives accelerations.
+enum class ForceUnit : std::uint8_t { metres_per_second_squared, g };
+constexpr auto enum_names(ForceUnit) {
+  return std::array{std::pair{std::string_view("m/s^2"), ForceUnit::metres_per_second_squared},
+                    std::pair{std::string_view("g"), ForceUnit::g}};
+}
+
+/// What connects map and robot in /tf.
+enum class Transform : std::uint8_t {
+  automatic,    ///< map -> odom if [live.topics] has odometry, else map -> base
+  map_to_odom,  ///< needs odometry
+  map_to_base,
+  none
+};
+constexpr auto enum_names(Transform) {
+  return std::array{std::pair{std::string_view("auto"), Transform::automatic},
+                    std::pair{std::string_view("map_to_odom"), Transform::map_to_odom},
+                    std::pair{std::string_view("map_to_base"), Transform::map_to_base},
+                    std::pair{std::string_view("none"), Transform::none}};
+}
+
+/// [live.topics]: an empty name means that there is no such topic.
+struct TopicParams {
+  std::string points = "/points", imu, odometry, initial_pose = "/initialpose", prior;
+  bool reliable_points = false;
+  std::string pose = "/amcl_pose", map = "/map", diagnostics = "/diagnostics";
+
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("points", &TopicParams::points, "", "scans: sensor_msgs/PointCloud2"),
+        optional("reliable_points", &TopicParams::reliable_points, "",
+                 "scans that were lost are asked for again; a sender of best effort is then not "
+                 "heard"),
+        optional("imu", &TopicParams::imu, "", "sensor_msgs/Imu"),
+        optional("odometry", &TopicParams::odometry, "", "nav_msgs/Odometry of the robot"),
+        optional("initial_pose", &TopicParams::initial_pose, "",
+                 "geometry_msgs/PoseWithCovarianceStamped: where the robot is; RViz' button "
+                 "sends it"),
+        optional("prior", &TopicParams::prior, "",
+                 "geometry_msgs/PoseWithCovarianceStamped: where the robot is about, again and "
+                 "again"),
+        optional("pose", &TopicParams::pose, "",
+                 "what is published: geometry_msgs/PoseWithCovarianceStamped of the robot"),
+        optional("map", &TopicParams::map, "",
+                 "what is published: sensor_msgs/PointCloud2, the region's map, at each switch"),
+        optional("diagnostics", &TopicParams::diagnostics, "",
+                 "what is published: diagnostic_msgs/DiagnosticArray, for each scan"),
+    };
+  }
+};
+
+/// [live.frames].
+struct FrameParams {
+  std::string map = "map", odom = "odom", base = "base_link";
+  std::optional<std::vector<double>> T_base_sensor;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("map", &FrameParams::map, "", "the map's frame"),
+        optional("odom", &FrameParams::odom, "", "the odometry's frame"),
+        optional("base", &FrameParams::base, "", "the robot's frame"),
+        optional("T_base_sensor", &FrameParams::T_base_sensor, "m, rad",
+                 "pose of the LiDAR in the robot's frame: x, y, z, roll, pitch, yaw; if left out, "
+                 "/tf_static says it"),
+    };
+  }
+  /// T_base_sensor has six numbers.
+  [[nodiscard]] Result<void> validate() const;
+};
+
+/// [live]: what a live localizer is connected to.
+struct LiveParams {
+  std::uint32_t domain = 0;
+  std::string node = "vantage";
+  dds::Release release = dds::Release::iron_or_later;
+  double receive_buffer = 8.0;
+  Start start = Start::anywhere;
+  std::optional<std::filesystem::path> state;
+  Publish publish = Publish::tracked;
+  Transform transform = Transform::automatic;
+  double transform_tolerance = 0.1;
+  double motion_wait = 0.1;
+  ForceUnit imu_unit = ForceUnit::metres_per_second_squared;
+  TopicParams topics;
+  FrameParams frames;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("domain", &LiveParams::domain, "", "ROS_DOMAIN_ID", between(0, 232)),
+        optional("node", &LiveParams::node, "", "the node's name in ROS 2"),
+        optional("release", &LiveParams::release, "",
+                 "of the ROS 2 that listens: what is told of nodes and types changed with Iron"),
+        optional("receive_buffer", &LiveParams::receive_buffer, "MiB",
+                 "of each socket; the kernel's net.core.rmem_max bounds it", positive),
+        optional("start", &LiveParams::start, "",
+                 "anywhere: the sensor is looked for in all regions; wait: until a pose comes on "
+                 "the topic initial_pose"),
+        optional("state", &LiveParams::state, "",
+                 "file that keeps the last tracked pose; a restart begins there"),
+        optional("publish", &LiveParams::publish, "",
+                 "tracked: only poses whose risk is at most [localizer] max_risk; uncertain: also "
+                 "those of uncertain scans"),
+        optional("transform", &LiveParams::transform, "",
+                 "what /tf gets; auto: map_to_odom with odometry, map_to_base without"),
+        optional("transform_tolerance", &LiveParams::transform_tolerance, "s",
+                 "transforms from map to odom are stamped this much later than their scans, so "
+                 "that they hold until the next",
+                 non_negative),
+        optional("motion_wait", &LiveParams::motion_wait, "s",
+                 "longest time that a scan waits for the samples of IMU and odometry during its "
+                 "sweep",
+                 non_negative),
+        optional("imu_unit", &LiveParams::imu_unit, "", "of the accelerations of the IMU"),
+        optional("topics", &LiveParams::topics, "", "names of topics; \"\" for none"),
+        optional("frames", &LiveParams::frames, "", "names of frames"),
+    };
+  }
+  /// The frames differ; there are points; map_to_odom has odometry.
+  [[nodiscard]] Result<void> validate() const;
+
+  /// What /tf gets, decided.
+  [[nodiscard]] Transform transform_in_use() const {
+    if (transform != Transform::automatic) return transform;
+    return topics.odometry.empty() ? Transform::map_to_base : Transform::map_to_odom;
+  }
+};
+
+}  // namespace vantage::live

@@ -1,0 +1,133 @@
+#include "live/publisher.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+#include "io/ros/message_writers.hpp"
+
+namespace vantage::live {
+namespace {
+
+using io::ros::Diagnostic;
+using io::ros::Header;
+
+Diagnostic::Level level_of(const ScanReport& report) {
+  switch (report.tracking) {
+    case Tracking::tracked: return Diagnostic::Level::ok;
+    case Tracking::uncertain: return Diagnostic::Level::warn;
+    case Tracking::lost: break;
+  }
+  return Diagnostic::Level::error;
+}
+
+Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+}  // namespace
+
+std::vector<OutputTopic> output_topics(const LiveParams& params) {
+  std::vector<OutputTopic> outputs;
+  const auto add = [&](Output output, const std::string& name, const char* type, dds::Qos qos) {
+    if (!name.empty()) outputs.push_back({output, {.name = name, .type = type, .qos = qos}});
+  };
+  const dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
+  add(Output::pose, params.topics.pose, "geometry_msgs/PoseWithCovarianceStamped", latched);
+  if (params.transform_in_use() != Transform::none) {
+    add(Output::transforms, "/tf", "tf2_msgs/TFMessage", {.reliable = true, .depth = 100});
+  }
+  add(Output::map, params.topics.map, "sensor_msgs/PointCloud2", latched);
+  add(Output::diagnostics, params.topics.diagnostics, "diagnostic_msgs/DiagnosticArray",
+      {.reliable = true, .depth = 10});
+  return outputs;
+}
+
+RobotPose robot_pose(const Localized& scan) {
+  RobotPose robot{.T_map_base = scan.report.T_map_scan * scan.T_base_sensor.inverse(),
+                  .covariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>::Zero()};
+  if (!scan.report.confidence) return robot;
+  // A rotation about the sensor moves what is away from it.
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+  J.topRightCorner<3, 3>() =
+      -cross(robot.T_map_base.translation - scan.report.T_map_scan.translation);
+  robot.covariance = J * scan.report.confidence->covariance * J.transpose();
+  return robot;
+}
+
+bool Publisher::is_published(const ScanReport& report) const {
+  if (!report.has_pose) return false;
+  if (report.tracking == Tracking::tracked) return true;
+  return params_.publish == Publish::uncertain && report.tracking == Tracking::uncertain;
+}
+
+Result<std::optional<std::string>> Publisher::transform(const Localized& scan,
+                                                        const std::optional<RobotPose>& pose) {
+  io::ros::PoseMessage message{
+      .header = {.stamp = scan.stamp, .frame = params_.frames.map}, .child = {}, .pose = {}};
+  switch (params_.transform_in_use()) {
+    case Transform::map_to_base:
+      if (!pose) return std::nullopt;
+      message.child = params_.frames.base;
+      message.pose = pose->T_map_base;
+      break;
+    case Transform::map_to_odom:
+      if (pose && scan.T_odom_base) T_map_odom_ = pose->T_map_base * scan.T_odom_base->inverse();
+      if (!T_map_odom_) return std::nullopt;
+      message.header.stamp = scan.stamp + params_.transform_tolerance;
+      message.child = params_.frames.odom;
+      message.pose = *T_map_odom_;
+      break;
+    case Transform::automatic:
+    case Transform::none: return std::nullopt;
+  }
+  VANTAGE_TRY(std::string bytes, io::ros::write_transforms(std::array{std::move(message)}));
+  return bytes;
+}
+
+Result<std::vector<Publication>> Publisher::messages(
+    const Localized& scan, const std::string& region,
+    const std::map<std::string, std::uint64_t>& counts) {
+  const ScanReport& report = scan.report;
+  std::optional<RobotPose> pose;
+  if (is_published(report)) pose = robot_pose(scan);
+  std::vector<Publication> messages;
+  const Header header{.stamp = scan.stamp, .frame = params_.frames.map};
+  VANTAGE_TRY(auto transform_bytes, transform(scan, pose));
+  if (transform_bytes) messages.push_back({Output::transforms, *std::move(transform_bytes)});
+  if (pose && !params_.topics.pose.empty()) {
+    VANTAGE_TRY(std::string bytes,
+                io::ros::write_pose_with_covariance(header, pose->T_map_base, pose->covariance));
+    messages.push_back({Output::pose, std::move(bytes)});
+  }
+  if (params_.topics.diagnostics.empty()) return messages;
+  const std::string state = to_string(report.tracking);
+  Diagnostic status{.level = level_of(report),
+                    .name = params_.node + ": localization",
+                    .message = report.reason.empty() ? state : state + ": " + report.reason,
+                    .values = {{"tracking", state},
+                               {"risk", fmt::format("{:.3g}", report.risk)},
+                               {"region", region},
+                               {"outside", report.outside ? "yes" : "no"},
+                               {"align_s", fmt::format("{:.4f}", report.seconds_align)},
+                               {"verdict_s", fmt::format("{:.4f}", report.seconds_verdict)},
+                               {"search_s", fmt::format("{:.4f}", report.seconds_search)},
+                               {"stall_s", fmt::format("{:.4f}", report.seconds_stall)},
+                               {"scan_s", fmt::format("{:.4f}", scan.seconds)},
+                               {"map_bytes", fmt::format("{}", report.held_bytes)},
+                               {"scan_points", fmt::format("{}", report.scan_points)},
+                               {"dropped_samples", fmt::format("{}", report.dropped_samples)}}};
+  for (const auto& [kind, count] : counts) status.values.emplace_back(kind, std::to_string(count));
+  VANTAGE_TRY(std::string bytes, io::ros::write_diagnostics(header, std::array{status}));
+  messages.push_back({Output::diagnostics, std::move(bytes)});
+  return messages;
+}
+
+Result<std::string> map_message(const FrameParams& frames, PointsView points) {
+  return io::ros::write_point_cloud2({.stamp = 0.0, .frame = frames.map}, points);
+}
+
+}  // namespace vantage::live

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dds/participant.hpp"
+#include "live/live_params.hpp"
+#include "live/session.hpp"
+#include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::live {
+
+/// What a session publishes.
+enum class Output : std::uint8_t { pose, transforms, map, diagnostics };
+
+/// The topic of an output.
+struct OutputTopic {
+  Output output;
+  dds::Topic topic;
+};
+
+/// What a configuration publishes, /tf included unless it is not wanted.
+[[nodiscard]] std::vector<OutputTopic> output_topics(const LiveParams& params);
+
+/// A message for a topic: CDR with its header.
+struct Publication {
+  Output output;
+  std::string message;
+};
+
+/// T_map_base and its covariance (rows as in io::ros::PoseCovariance) from those of the sensor.
+struct RobotPose {
+  Pose T_map_base;
+  Eigen::Matrix<double, 6, 6, Eigen::DontAlign> covariance;
+};
+[[nodiscard]] RobotPose robot_pose(const Localized& scan);
+
+/// Makes the messages that tell a robot what was found.
+class Publisher {
+ public:
+  explicit Publisher(LiveParams params) : params_(std::move(params)) {}
+
+  /// The messages for a scan, without a map. A pose is published if the scan is tracked, or as
+  /// LiveParams::publish says; without one, the last transform from map to odom goes on.
+  /// @param region  the label of the scan's region
+  /// @param counts  what went wrong so far, by kind
+  /// Errors: `invalid_input` for a stamp that is no time of ROS.
+  [[nodiscard]] Result<std::vector<Publication>> messages(
+      const Localized& scan, const std::string& region,
+      const std::map<std::string, std::uint64_t>& counts);
+
+ private:
+  [[nodiscard]] bool is_published(const ScanReport& report) const;
+  [[nodiscard]] Result<std::optional<std::string>> transform(const Localized& scan,
+                                                             const std::optional<RobotPose>& pose);
+
+  LiveParams params_;
+  std::optional<Pose> T_map_odom_;
+};
+
+/// The message for a region's map, stamped 0: it holds at all times.
+[[nodiscard]] Result<std::string> map_message(const FrameParams& frames, PointsView points);
+
+}  // namespace vantage::live

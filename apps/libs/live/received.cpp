@@ -1,0 +1,29 @@
+#include "live/received.hpp"
+
+#include <utility>
+
+namespace vantage::live {
+
+std::vector<InputTopic> input_topics(const TopicParams& topics) {
+  constexpr const char* kPose = "geometry_msgs/PoseWithCovarianceStamped";
+  const dds::Qos sensor{.reliable = false, .transient_local = false, .depth = 1};
+  dds::Qos points = sensor;
+  points.reliable = topics.reliable_points;
+  dds::Qos samples = sensor;
+  samples.depth = 1000;  // half a second at 2 kHz
+  const dds::Qos command{.reliable = true, .transient_local = false, .depth = 10};
+  const dds::Qos latched{.reliable = true, .transient_local = true, .depth = 100};
+  std::vector<InputTopic> inputs;
+  const auto add = [&](Input input, const std::string& name, const char* type, dds::Qos qos) {
+    if (!name.empty()) inputs.push_back({input, {.name = name, .type = type, .qos = qos}});
+  };
+  add(Input::static_transforms, "/tf_static", "tf2_msgs/TFMessage", latched);
+  add(Input::imu, topics.imu, "sensor_msgs/Imu", samples);
+  add(Input::odometry, topics.odometry, "nav_msgs/Odometry", samples);
+  add(Input::initial_pose, topics.initial_pose, kPose, command);
+  add(Input::prior, topics.prior, kPose, samples);
+  add(Input::points, topics.points, "sensor_msgs/PointCloud2", points);
+  return inputs;
+}
+
+}  // namespace vantage::live

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dds/participant.hpp"
+#include "live/live_params.hpp"
+
+namespace vantage::live {
+
+/// What a session listens to.
+enum class Input : std::uint8_t { points, imu, odometry, initial_pose, prior, static_transforms };
+
+/// A message as it came.
+struct Received {
+  Input input = Input::points;
+  std::int64_t arrival = 0;  ///< [ns since the epoch]
+  std::string message;       ///< CDR with its header
+};
+
+/// The topic of an input.
+struct InputTopic {
+  Input input;
+  dds::Topic topic;
+};
+
+/// What a configuration listens to, /tf_static included.
+[[nodiscard]] std::vector<InputTopic> input_topics(const TopicParams& topics);
+
+}  // namespace vantage::live

@@ -1,0 +1,361 @@
+#include "live/session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "io/made_scan.hpp"
+
+namespace vantage::live {
+namespace {
+
+using io::ros::Encoding;
+using io::ros::frame_name;
+
+// Stamps that go back by more than this are those of a clock that was set [s].
+constexpr double kClockJump = 1.0;
+// A source of motion that has been silent for longer than this is not waited for [s].
+constexpr double kSilent = 1.0;
+// Samples are kept for this long [s].
+constexpr double kKept = 10.0;
+// A prior belongs to a scan that is this near to it in time [s].
+constexpr double kPriorAge = 0.15;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::string_view name_of(Input input) {
+  switch (input) {
+    case Input::points: return "points";
+    case Input::imu: return "imu";
+    case Input::odometry: return "odometry";
+    case Input::initial_pose: return "initial_pose";
+    case Input::prior: return "prior";
+    case Input::static_transforms: return "static_transforms";
+  }
+  return "unknown";
+}
+
+double sigma(double variance, double least) {
+  return variance > 0.0 ? std::max(std::sqrt(variance), least) : kInfinity;
+}
+
+Pose pose_from(const std::vector<double>& x) {
+  return pose_from_xyz_rpy({x[0], x[1], x[2]}, {x[3], x[4], x[5]});
+}
+
+template <class Sample>
+void forget_old(std::deque<Sample>& samples) {
+  while (!samples.empty() && samples.front().stamp < samples.back().stamp - kKept) {
+    samples.pop_front();
+  }
+}
+
+}  // namespace
+
+Session::Session(Localizer localizer, LiveParams params, const std::optional<Pose>& kept,
+                 Notices& notices)
+    : localizer_(std::move(localizer)), params_(std::move(params)), notices_(notices), last_(kept) {
+  begin_anew("");
+}
+
+/// From the last pose that was tracked, or as the configuration says.
+void Session::begin_anew(const std::string& why) {
+  if (!why.empty()) notices_.say(why);
+  is_started_ = false;
+  last_stamp_.reset();
+  last_imu_.reset();
+  last_odometry_.reset();
+  imu_.clear();
+  odometry_.clear();
+  priors_.clear();
+  fed_odometry_ = 0;
+  if (last_) {
+    if (const auto started = localizer_.start(*last_)) {
+      is_started_ = true;
+      return;
+    }
+    last_.reset();
+  }
+  if (params_.start == Start::wait) return;
+  localizer_.start_anywhere();
+  is_started_ = true;
+}
+
+void Session::take(Received&& received) {
+  const auto done = read(received);
+  if (done) return;
+  Error error = done.error();
+  notices_.tell(fmt::format("{}_unusable", name_of(received.input)),
+                fmt::format("a message of the topic '{}' cannot be used: {}",
+                            name_of(received.input), error.message));
+}
+
+Result<void> Session::read(const Received& received) {
+  switch (received.input) {
+    case Input::points: return read_points(received);
+    case Input::imu: return read_imu(received.message);
+    case Input::odometry: return read_odometry(received.message);
+    case Input::initial_pose:
+    case Input::prior: return read_pose(received.input, received.message);
+    case Input::static_transforms: {
+      VANTAGE_TRY(const auto transforms,
+                  io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
+      for (const auto& one : transforms) VANTAGE_CHECK(frames_.add(one));
+      return {};
+    }
+  }
+  return {};
+}
+
+Result<void> Session::read_points(const Received& received) {
+  VANTAGE_TRY(auto cloud, io::ros::parse_point_cloud2(received.message, Encoding::cdr, {}));
+  const double stamp = cloud.header.stamp;
+  if (last_stamp_ && stamp < *last_stamp_ - kClockJump) {
+    waiting_.reset();
+    begin_anew(fmt::format("the stamps of scans went back by {:.3f} s: begins anew{}",
+                           *last_stamp_ - stamp, last_ ? " from the last pose" : ""));
+  }
+  if (last_stamp_ && stamp <= *last_stamp_) {
+    notices_.tell(
+        "scans_out_of_order",
+        fmt::format("a scan is stamped {:.6f} s, no later than the one before: left out", stamp));
+    return {};
+  }
+  VANTAGE_TRY(auto scan, io::made_scan(std::move(cloud.cloud), stamp, {}, params_.topics.points));
+  if (waiting_) {
+    notices_.tell("scans_dropped",
+                  "scans come faster than they are localized: the oldest that waits is dropped");
+  }
+  const double sweep =
+      scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
+  last_stamp_ = stamp;
+  waiting_ = Waiting{.scan = std::move(scan),
+                     .header = cloud.header,
+                     .arrival = received.arrival,
+                     .end = stamp + sweep};
+  return {};
+}
+
+Result<void> Session::read_imu(const std::string& message) {
+  VANTAGE_TRY(const auto imu, io::ros::parse_imu(message, Encoding::cdr, {}));
+  if (!imu.is_measured) {
+    notices_.tell("imu_unusable", "the IMU says that it does not measure rates or accelerations");
+    return {};
+  }
+  const double unit = params_.imu_unit == ForceUnit::g ? 9.80665 : 1.0;
+  const ImuSample sample{.stamp = imu.header.stamp,
+                         .angular_velocity = imu.angular_velocity,
+                         .specific_force = unit * imu.linear_acceleration};
+  if (!is_valid(sample)) {
+    notices_.tell("imu_unusable", "a sample of the IMU has a number that is not finite");
+    return {};
+  }
+  if (const double force = sample.specific_force.norm();
+      unit == 1.0 && force > 0.8 && force < 1.2) {
+    notices_.tell("imu_in_g",
+                  fmt::format("the IMU's acceleration is {:.2f} m/s^2, as if it were in g: see "
+                              "[live] imu_unit",
+                              force));
+  }
+  if (last_imu_ && sample.stamp < *last_imu_ - kClockJump) imu_.clear();
+  last_imu_ = sample.stamp;
+  imu_.push_back(sample);
+  forget_old(imu_);
+  return {};
+}
+
+Result<void> Session::read_odometry(const std::string& message) {
+  VANTAGE_TRY(const auto poses,
+              io::ros::parse_poses(message, "nav_msgs/Odometry", Encoding::cdr, {}));
+  for (const auto& one : poses) {
+    const double stamp = one.header.stamp;
+    if (last_odometry_ && stamp < *last_odometry_ - kClockJump) {
+      odometry_.clear();
+      fed_odometry_ = 0;
+    } else if (last_odometry_ && stamp <= *last_odometry_) {
+      notices_.tell(
+          "odometry_out_of_order",
+          fmt::format("odometry is stamped {:.6f} s, no later than before: left out", stamp));
+      continue;
+    }
+    last_odometry_ = stamp;
+    odometry_.push_back({stamp, one.pose, std::string(frame_name(one.child))});
+    while (odometry_.front().stamp < odometry_.back().stamp - kKept) {
+      odometry_.pop_front();
+      if (fed_odometry_ > 0) --fed_odometry_;
+    }
+  }
+  return {};
+}
+
+Result<void> Session::read_pose(Input input, const std::string& message) {
+  VANTAGE_TRY(
+      const auto poses,
+      io::ros::parse_poses(message, "geometry_msgs/PoseWithCovarianceStamped", Encoding::cdr, {}));
+  for (const auto& one : poses) {
+    const std::string frame(frame_name(one.header.frame));
+    if (frame != params_.frames.map) {
+      notices_.tell(fmt::format("{}_in_other_frame", name_of(input)),
+                    fmt::format("a pose is given in the frame '{}', expected '{}'", frame,
+                                params_.frames.map));
+      continue;
+    }
+    const Prior prior{.stamp = one.header.stamp,
+                      .T_map_base = one.pose,
+                      .variances = one.variances.value_or(io::ros::PoseVariances{})};
+    if (input == Input::prior) {
+      priors_.push_back(prior);
+      forget_old(priors_);
+      continue;
+    }
+    notices_.say(fmt::format("a pose is given: looks for the sensor at x {:.1f}, y {:.1f}",
+                             one.pose.translation.x(), one.pose.translation.y()));
+    initial_ = prior;
+    last_.reset();
+    localizer_.start_anywhere();
+    is_started_ = true;
+  }
+  return {};
+}
+
+bool Session::has_motion(const Waiting& scan) const {
+  const auto covers = [&](const std::string& topic, const std::optional<double>& last) {
+    // What has never spoken, or not for a while, is not waited for.
+    return topic.empty() || !last || *last >= scan.end || *last < scan.end - kSilent;
+  };
+  return covers(params_.topics.imu, last_imu_) && covers(params_.topics.odometry, last_odometry_);
+}
+
+bool Session::is_ready(std::int64_t now) const {
+  if (!waiting_) return false;
+  const auto waited = static_cast<double>(now - waiting_->arrival) * 1e-9;
+  return waited >= params_.motion_wait || has_motion(*waiting_);
+}
+
+/// T_base_sensor of a frame.
+std::optional<Pose> Session::mount(const std::string& frame) {
+  if (params_.frames.T_base_sensor) return pose_from(*params_.frames.T_base_sensor);
+  auto found = frames_.pose(params_.frames.base, frame);
+  if (found && *found) return **found;
+  notices_.tell(
+      "scans_without_mount",
+      fmt::format("scans are in the frame '{}', and {}: they are left out; publish /tf_static or "
+                  "give [live.frames] T_base_sensor",
+                  frame,
+                  found ? fmt::format("no transform leads from '{}' to it", params_.frames.base)
+                        : found.error().message));
+  return std::nullopt;
+}
+
+/// Gives the localizer the samples that came since the scan before.
+void Session::feed_motion(const std::string& sensor) {
+  for (const ImuSample& sample : imu_) {
+    if (!localizer_.add(sample)) notices_.count("imu_unusable");
+  }
+  imu_.clear();
+  for (; fed_odometry_ < odometry_.size(); ++fed_odometry_) {
+    const Odometry& one = odometry_[fed_odometry_];
+    Pose T_child_sensor;
+    if (params_.frames.T_base_sensor && (one.child.empty() || one.child == params_.frames.base)) {
+      T_child_sensor = pose_from(*params_.frames.T_base_sensor);
+    } else {
+      auto found = frames_.pose(one.child.empty() ? params_.frames.base : one.child, sensor);
+      if (!found || !*found) {
+        notices_.tell("odometry_without_mount",
+                      fmt::format("odometry is that of the frame '{}', and no transform leads from "
+                                  "it to '{}': left out",
+                                  one.child, sensor));
+        continue;
+      }
+      T_child_sensor = **found;
+    }
+    const OdometrySample sample{.stamp = one.stamp,
+                                .T_odom_body = one.T_odom_child * T_child_sensor};
+    if (!localizer_.add(sample)) {
+      notices_.tell("odometry_unusable", "odometry is no rigid transform: left out");
+    }
+  }
+}
+
+std::optional<PosePrior> Session::prior_at(double stamp, const Pose& T_base_sensor) {
+  const auto known = [&](const Prior& prior, double least_metres, double least_radians) {
+    const auto& [xyz, heading] = prior.variances;
+    return PosePrior{.T_map_sensor = prior.T_map_base * T_base_sensor,
+                     .sigma_translation = {sigma(xyz[0], least_metres), sigma(xyz[1], least_metres),
+                                           sigma(xyz[2], least_metres)},
+                     .sigma_heading = sigma(heading, least_radians)};
+  };
+  if (initial_) {
+    // A hand points to a place on a screen: it knows no height, and a heading about.
+    constexpr double kMetres = 1.0, kRadians = 15.0 * std::numbers::pi / 180.0;
+    return known(*std::exchange(initial_, std::nullopt), kMetres, kRadians);
+  }
+  const auto nearest = std::ranges::min_element(
+      priors_, {}, [&](const Prior& prior) { return std::abs(prior.stamp - stamp); });
+  if (nearest == priors_.end() || std::abs(nearest->stamp - stamp) > kPriorAge) return std::nullopt;
+  constexpr double kMetres = 0.05, kRadians = 0.01;
+  return known(*nearest, kMetres, kRadians);
+}
+
+/// T_odom_base.
+std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) const {
+  constexpr double kLongestGap = 0.5;  // [s]
+  const auto after = std::ranges::lower_bound(odometry_, stamp, {}, &Odometry::stamp);
+  if (odometry_.empty()) return std::nullopt;
+  const Odometry& last = odometry_.back();
+  std::optional<Pose> pose;
+  if (after == odometry_.end()) {
+    if (stamp - last.stamp > kLongestGap) return std::nullopt;
+    pose = last.T_odom_child;
+  } else if (after == odometry_.begin()) {
+    if (after->stamp - stamp > kLongestGap) return std::nullopt;
+    pose = after->T_odom_child;
+  } else {
+    const Odometry& before = *std::prev(after);
+    const double share = (stamp - before.stamp) / (after->stamp - before.stamp);
+    pose = interpolate(before.T_odom_child, after->T_odom_child, share);
+  }
+  if (last.child.empty() || last.child == base) return pose;
+  const auto T_child_base = frames_.pose(last.child, base);
+  if (!T_child_base || !*T_child_base) return std::nullopt;
+  return *pose * **T_child_base;
+}
+
+Result<std::optional<Localized>> Session::localize() {
+  Waiting now = *std::exchange(waiting_, std::nullopt);
+  const std::string sensor(frame_name(now.header.frame));
+  const auto T_base_sensor = mount(sensor);
+  if (!T_base_sensor) return std::nullopt;
+  if (!is_started_) {
+    notices_.tell(
+        "scans_before_start",
+        fmt::format("no pose has come on {} yet: scans are left out", params_.topics.initial_pose));
+    return std::nullopt;
+  }
+  if (now.scan.points.empty()) {
+    notices_.tell("scans_empty", "a scan has no point that was measured");
+  }
+  feed_motion(sensor);
+  const auto begin = std::chrono::steady_clock::now();
+  auto report = localizer_.localize({.stamp = now.scan.stamp,
+                                     .points = now.scan.points,
+                                     .seconds = now.scan.seconds,
+                                     .prior = prior_at(now.scan.stamp, *T_base_sensor)});
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  if (!report) return fail(std::move(report).error());
+  Localized done{.report = *std::move(report),
+                 .scan = std::move(now.scan),
+                 .stamp = now.header.stamp,
+                 .arrival = now.arrival,
+                 .T_base_sensor = *T_base_sensor,
+                 .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),
+                 .seconds = took.count()};
+  if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
+  return done;
+}
+
+}  // namespace vantage::live

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "io/ros/messages.hpp"
+#include "live/live_params.hpp"
+#include "live/notices.hpp"
+#include "live/received.hpp"
+#include "live/static_frames.hpp"
+#include "vantage/engine/localizer.hpp"
+#include "vantage/io/scan_source.hpp"
+#include "vantage/io/trajectory_io.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage::live {
+
+/// A scan that was localized.
+struct Localized {
+  ScanReport report;
+  io::StampedScan scan;
+  io::ros::Stamp stamp;                  ///< of the scan, to the nanosecond
+  std::int64_t arrival = 0;              ///< of the scan [ns since the epoch]
+  Pose T_base_sensor;                    ///< of the LiDAR
+  std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp
+  double seconds = 0.0;                  ///< from the points to the report
+};
+
+/// A localizer that lives on messages, whatever brings them. What it answers depends on the
+/// messages and on the moments at which they came, and on nothing else (unless [localizer] live is
+/// set), so that a recording of them gives the same answers.
+/// A message that cannot be used is told once (see Notices) and left out; nothing ends a session.
+class Session {
+ public:
+  /// @param kept  where the sensor was when a session before ended
+  Session(Localizer localizer, LiveParams params, const std::optional<Pose>& kept,
+          Notices& notices);
+
+  /// Takes a message in. A scan waits until `localize`; one that waits already is dropped for it.
+  void take(Received&& received);
+  /// Whether a scan waits, and either has all samples of motion that it needs, or has waited for
+  /// them long enough.
+  /// @param now  [ns since the epoch]
+  [[nodiscard]] bool is_ready(std::int64_t now) const;
+  /// Localizes the scan that waits. Nothing if it cannot be used.
+  /// Errors: a region map that cannot be loaded or prepared; the session goes on.
+  [[nodiscard]] Result<std::optional<Localized>> localize();
+
+  [[nodiscard]] const Localizer& localizer() const noexcept { return localizer_; }
+
+ private:
+  struct Waiting {
+    io::StampedScan scan;
+    io::ros::Header header;
+    std::int64_t arrival = 0;
+    double end = 0.0;  // of the sweep [s]
+  };
+  struct Odometry {
+    double stamp;
+    Pose T_odom_child;
+    std::string child;
+  };
+  struct Prior {
+    double stamp;
+    Pose T_map_base;
+    io::ros::PoseVariances variances;
+  };
+
+  [[nodiscard]] Result<void> read(const Received& received);
+  [[nodiscard]] Result<void> read_points(const Received& received);
+  [[nodiscard]] Result<void> read_imu(const std::string& message);
+  [[nodiscard]] Result<void> read_odometry(const std::string& message);
+  [[nodiscard]] Result<void> read_pose(Input input, const std::string& message);
+  void begin_anew(const std::string& why);
+  [[nodiscard]] bool has_motion(const Waiting& scan) const;
+  [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
+  void feed_motion(const std::string& sensor);
+  [[nodiscard]] std::optional<PosePrior> prior_at(double stamp, const Pose& T_base_sensor);
+  [[nodiscard]] std::optional<Pose> odometry_at(double stamp, const std::string& base) const;
+
+  Localizer localizer_;
+  LiveParams params_;
+  Notices& notices_;
+  StaticFrames frames_;
+  std::optional<Waiting> waiting_;
+  std::optional<double> last_stamp_;  // of a scan [s]
+  std::optional<Pose> last_;          // T_map_sensor, tracked
+  bool is_started_ = false;
+  std::deque<ImuSample> imu_;                       // that the localizer has not got yet
+  std::size_t fed_odometry_ = 0;                    // of odometry_
+  std::deque<Odometry> odometry_;                   // of the last seconds
+  std::optional<double> last_imu_, last_odometry_;  // [s]
+  std::optional<Prior> initial_;                    // not used yet
+  std::deque<Prior> priors_;
+};
+
+}  // namespace vantage::live

@@ -1,0 +1,339 @@
+// vantage-live: localizes scans that a robot's sensors publish, as they come.
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dds/participant.hpp"
+#include "live/inbox.hpp"
+#include "live/kept_state.hpp"
+#include "live/live_params.hpp"
+#include "live/publisher.hpp"
+#include "live/recorder.hpp"
+#include "live/session.hpp"
+#include "live/worker.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/counts.hpp"
+#include "vantage/engine/bundle.hpp"
+
+namespace vantage {
+namespace {
+
+using live::Input;
+using live::Output;
+
+struct Options {
+  std::string config, initial_pose;
+  std::optional<std::filesystem::path> record;
+  std::optional<double> seconds;
+  cli::CommonOptions common;
+};
+
+volatile std::sig_atomic_t g_signal = 0;  // the one way that a signal reaches a program
+extern "C" void on_signal(int number) { g_signal = number; }
+
+std::int64_t now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// A line on standard error, from any thread.
+void say(const std::string& text) { std::cerr << fmt::format("vantage live: {}\n", text); }
+
+/// How long answers took, in steps of 0.1 ms.
+class Delays {
+ public:
+  void add(double seconds) {
+    const double step = std::clamp(seconds * 1e4, 0.0, static_cast<double>(counts_.size() - 1));
+    ++counts_[static_cast<std::size_t>(step)];
+    ++count_;
+  }
+  /// [ms]
+  [[nodiscard]] double quantile(double share) const {
+    std::uint64_t below = 0;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      below += counts_[i];
+      if (static_cast<double>(below) >= share * static_cast<double>(count_)) {
+        return static_cast<double>(i + 1) * 0.1;
+      }
+    }
+    return 0.0;
+  }
+
+ private:
+  std::array<std::uint64_t, 50'000> counts_{};
+  std::uint64_t count_ = 0;
+};
+
+/// What a session is connected to, and what it says.
+class Node {
+ public:
+  Node(const live::LiveParams& params, Bundle bundle, std::unique_ptr<live::Recorder> recorder)
+      : params_(params),
+        bundle_(std::move(bundle)),
+        recorder_(std::move(recorder)),
+        publisher_(params) {
+    if (recorder_) observers_.push_back(recorder_.get());
+  }
+
+  /// Errors: those of Participant.
+  [[nodiscard]] Result<void> connect() {
+    const dds::ParticipantOptions options{.domain = params_.domain,
+                                          .node = params_.node,
+                                          .release = params_.release,
+                                          .receive_buffer = static_cast<std::uint32_t>(std::min(
+                                              params_.receive_buffer * 1024.0 * 1024.0, 2e9))};
+    if (const auto note = dds::Participant::note_on_buffers(options)) say("note: " + *note);
+    VANTAGE_TRY(participant_, dds::Participant::open(options));
+    for (const live::OutputTopic& output : live::output_topics(params_)) {
+      if (output.output == Output::map && !bundle_.has_points()) {
+        say("note: the bundle holds prepared maps only, no points: no map is published");
+        continue;
+      }
+      VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
+      outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
+    }
+    for (const live::InputTopic& input : live::input_topics(params_.topics)) {
+      topics_.emplace(input.input, input.topic);
+      VANTAGE_CHECK(
+          participant_->subscribe(input.topic, [this, kind = input.input](std::string&& message) {
+            inbox_.put({.input = kind, .arrival = now(), .message = std::move(message)});
+          }));
+    }
+    return participant_->announce();
+  }
+
+  [[nodiscard]] std::deque<live::Received> take(std::chrono::nanoseconds longest) {
+    return inbox_.take(longest);
+  }
+
+  /// Shows observers a message that the session gets.
+  void show(const live::Received& received) {
+    for (live::Observer* const one : observers_) {
+      one->see(topics_.at(received.input), received.arrival, received.message);
+    }
+  }
+
+  /// Publishes what was found, and tells of changes.
+  void answer(const live::Localized& scan, const live::Notices& notices) {
+    const auto& report = scan.report;
+    std::string label;
+    if (const auto entry = bundle_.directory()->entry(report.region)) label = entry->region.label;
+    auto counts = notices.counts();
+    const auto dropped = inbox_.dropped();
+    if (dropped.scans > 0) counts["scans_dropped"] += dropped.scans;
+    if (dropped.others > 0) counts["samples_dropped"] += dropped.others;
+    if (recorder_ && recorder_->left_out() > 0) counts["not_recorded"] = recorder_->left_out();
+    const auto messages = publisher_.messages(scan, label, counts);
+    if (!messages) return say(messages.error().message);
+    for (const live::Publication& one : *messages) publish(one.output, one.message);
+    if (report.has_pose && shown_ != report.region) {
+      shown_ = report.region;
+      worker_.run([this, region = report.region] { publish_map(region); });
+    }
+    const double delay = static_cast<double>(now() - scan.arrival) * 1e-9;
+    delays_.add(delay);
+    ++scans_;
+    if (report.tracking == Tracking::tracked) {
+      ++tracked_;
+      keep(scan);
+    }
+    tell(report);
+    if (recorder_) {
+      if (const auto complaint = recorder_->complaint()) say(*complaint);
+    }
+  }
+
+  /// Ends in order. Errors: those of the recording.
+  [[nodiscard]] Result<void> finish() {
+    participant_.reset();
+    if (kept_) save(*kept_);
+    std::cout << fmt::format("{}: {} tracked", cli::counted(scans_, "scan"),
+                             cli::grouped(tracked_));
+    if (const auto dropped = inbox_.dropped(); dropped.scans > 0) {
+      std::cout << fmt::format(", {} dropped before", cli::grouped(dropped.scans));
+    }
+    if (scans_ > 0) {
+      std::cout << fmt::format(
+          "; from a scan's arrival to its pose {:.1f} ms at the median, {:.1f} "
+          "ms at 99 %",
+          delays_.quantile(0.5), delays_.quantile(0.99));
+    }
+    std::cout << '\n';
+    return recorder_ ? recorder_->commit() : Result<void>();
+  }
+
+ private:
+  struct Outgoing {
+    dds::Topic topic;
+    dds::Participant::Writer writer;
+  };
+
+  void publish(Output output, const std::string& message) {
+    const auto found = outputs_.find(output);
+    if (found == outputs_.end()) return;
+    for (live::Observer* const one : observers_) one->see(found->second.topic, now(), message);
+    if (const auto sent = found->second.writer.write(message); !sent) {
+      if (++unsent_ == 1) say(sent.error().message);
+    }
+  }
+
+  /// In the worker's thread.
+  void publish_map(RegionId region) {
+    if (!outputs_.contains(Output::map)) return;
+    const auto map = bundle_.get(region);
+    if (!map) return say("a region's map cannot be published: " + map.error().message);
+    const auto message = live::map_message(params_.frames, map->points);
+    if (!message) return say("a region's map cannot be published: " + message.error().message);
+    publish(Output::map, *message);
+  }
+
+  /// Keeps a tracked pose; writes it once a second.
+  void keep(const live::Localized& scan) {
+    if (!params_.state) return;
+    kept_ = live::KeptState{.stamp = scan.scan.stamp, .T_map_sensor = scan.report.T_map_scan};
+    const auto time = std::chrono::steady_clock::now();
+    if (saved_ && time - *saved_ < std::chrono::seconds(1)) return;
+    saved_ = time;
+    worker_.run([this, state = *kept_] { save(state); });
+  }
+
+  void save(const live::KeptState& state) {
+    const std::scoped_lock lock(state_mutex_);
+    const auto written = live::write_state(*params_.state, state);
+    if (!written && !std::exchange(told_state_, true)) {
+      say("the state cannot be kept: " + written.error().message);
+    }
+  }
+
+  void tell(const ScanReport& report) {
+    if (told_ == report.tracking) return;
+    told_ = report.tracking;
+    const Eigen::Vector3d& at = report.T_map_scan.translation;
+    std::string line = fmt::format("{:.3f} s: {}", report.stamp, to_string(report.tracking));
+    if (report.has_pose)
+      line += fmt::format(" at x {:.2f}, y {:.2f}, z {:.2f}", at.x(), at.y(), at.z());
+    if (!report.reason.empty()) line += ", " + report.reason;
+    say(line);
+  }
+
+  const live::LiveParams& params_;
+  Bundle bundle_;
+  std::unique_ptr<live::Recorder> recorder_;
+  std::vector<live::Observer*> observers_;
+  live::Publisher publisher_;
+  live::Inbox inbox_;
+  std::map<Output, Outgoing> outputs_;
+  std::map<Input, dds::Topic> topics_;
+  std::atomic<std::uint64_t> unsent_ = 0;
+  std::optional<RegionId> shown_;
+  std::optional<Tracking> told_;
+  std::uint64_t scans_ = 0, tracked_ = 0;
+  Delays delays_;
+  std::optional<live::KeptState> kept_;
+  std::optional<std::chrono::steady_clock::time_point> saved_;
+  std::mutex state_mutex_;
+  bool told_state_ = false;
+  live::Worker worker_;                          // after what its jobs use
+  std::optional<dds::Participant> participant_;  // last: its threads use what is above
+};
+
+/// The pose to begin at: the user's, else the one that was kept.
+Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveParams& params) {
+  if (!options.initial_pose.empty()) {
+    VANTAGE_TRY(const Pose pose, cli::parse_pose("--initial-pose", options.initial_pose));
+    return pose;
+  }
+  if (!params.state) return std::nullopt;
+  VANTAGE_TRY(const auto kept, live::read_state(*params.state));
+  if (!kept) return std::nullopt;
+  say(fmt::format("begins where the last session ended, from {}", params.state->string()));
+  return kept->T_map_sensor;
+}
+
+void localize_until_told(live::Session& session, Node& node, const live::Notices& notices,
+                         const std::optional<double>& seconds) {
+  using std::chrono::milliseconds;
+  constexpr auto kLongestWait = milliseconds(50), kWhileScanWaits = milliseconds(2);
+  const std::int64_t end = seconds ? now() + static_cast<std::int64_t>(*seconds * 1e9)
+                                   : std::numeric_limits<std::int64_t>::max();
+  std::optional<live::Received> scan;  // the message of the one that waits
+  const auto answer = [&] {
+    if (scan) node.show(*std::exchange(scan, std::nullopt));
+    const auto done = session.localize();
+    if (!done) return say(done.error().message);
+    if (*done) node.answer(**done, notices);
+  };
+  while (g_signal == 0 && now() < end) {
+    for (live::Received& received : node.take(scan ? kWhileScanWaits : kLongestWait)) {
+      if (received.input == Input::points) {
+        scan = received;
+      } else {
+        node.show(received);
+      }
+      session.take(std::move(received));
+      if (session.is_ready(now())) answer();
+    }
+    if (session.is_ready(now())) answer();
+  }
+}
+
+Result<void> run(const Options& options) {
+  const cli::ThreadLimit threads(options.common.jobs);
+  VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(const live::LiveParams params,
+              parse<live::LiveParams>(config.live.value_or(Table{})));
+  const PluginLoader plugins = options.common.loader();
+  VANTAGE_TRY(const auto kept, first_pose(options, params));
+  VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
+  VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
+  std::unique_ptr<live::Recorder> recorder;
+  if (options.record) {
+    VANTAGE_TRY(recorder, live::Recorder::create(*options.record));
+  }
+  live::Notices notices([](const std::string& text) { say(text); });
+  live::Session session(std::move(localizer), params, kept, notices);
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  Node node(params, bundle, std::move(recorder));
+  VANTAGE_CHECK(node.connect());
+  say(fmt::format("ready in domain {}: scans of {}", params.domain, params.topics.points));
+  localize_until_told(session, node, notices, options.seconds);
+  return node.finish();
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Localizes the scans of a robot as they come, over DDS, as a node of ROS 2.",
+               "vantage live");
+  vantage::Options options;
+  app.add_option("CONFIG", options.config, "configuration (TOML) with a table [live]")->required();
+  app.add_option("--initial-pose", options.initial_pose,
+                 "pose of the LiDAR at the first scan, x,y,z,roll,pitch,yaw [m, rad], instead of "
+                 "the one that was kept")
+      ->type_name("POSE");
+  app.add_option("--record", options.record,
+                 "record all that was localized, and the answers, as an MCAP file")
+      ->type_name("FILE");
+  app.add_option("--seconds", options.seconds, "end after this time; without it, when told to")
+      ->check(CLI::PositiveNumber);
+  options.common.add_to(app);
+  // Maps come and go: what is freed goes back to the system at once. glibc alone would keep it.
+  mallopt(M_MMAP_THRESHOLD, 64 * 1024);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}
