@@ -218,7 +218,7 @@ class Node {
 
   /// Keeps a tracked pose; writes it once a second.
   void keep(const live::Localized& scan) {
-    if (!params_.state) return;
+    if (!params_.state_file) return;
     kept_ = live::KeptState{.stamp = scan.scan.stamp, .T_map_sensor = scan.report.T_map_scan};
     const auto time = std::chrono::steady_clock::now();
     if (saved_ && time - *saved_ < std::chrono::seconds(1)) return;
@@ -228,7 +228,7 @@ class Node {
 
   void save(const live::KeptState& state) {
     const std::scoped_lock lock(state_mutex_);
-    const auto written = live::write_state(*params_.state, state);
+    const auto written = live::write_state(*params_.state_file, state);
     if (!written && !std::exchange(told_state_, true)) {
       say("the state cannot be kept: " + written.error().message);
     }
@@ -272,10 +272,10 @@ Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveP
     VANTAGE_TRY(const Pose pose, cli::parse_pose("--initial-pose", options.initial_pose));
     return pose;
   }
-  if (!params.state) return std::nullopt;
-  VANTAGE_TRY(const auto kept, live::read_state(*params.state));
+  if (!params.state_file) return std::nullopt;
+  VANTAGE_TRY(const auto kept, live::read_state(*params.state_file));
   if (!kept) return std::nullopt;
-  say(fmt::format("begins where the last session ended, from {}", params.state->string()));
+  say(fmt::format("begins where the last session ended, from {}", params.state_file->string()));
   return kept->T_map_sensor;
 }
 

@@ -18,6 +18,8 @@ namespace {
 
 using Row = std::vector<double>;
 
+const std::string kTools = std::string(VANTAGE_TEST_TOOLS) + "/";
+
 /// Lines of numbers: stamp, x, y, z, qx, qy, qz, qw, ...
 std::vector<Row> rows_of(const std::string& file) {
   std::vector<Row> rows;
@@ -47,8 +49,8 @@ class World {
                              "--set", "campus.size_x=60", "--set", "campus.size_y=60"});
     write_config("");
     run("vantage-build", {config(), "-q"});
-    run("live_flatten", {path("world/scans"), path("world.flat"), "--imu", path("world/imu.csv"),
-                         "--odometry", path("world/odometry.tum")});
+    run(kTools + "live_flatten", {path("world/scans"), path("world.flat"), "--imu",
+                                  path("world/imu.csv"), "--odometry", path("world/odometry.tum")});
   }
 
   [[nodiscard]] std::string path(const std::string& name) const {
@@ -100,13 +102,14 @@ void check_replay(const World& world, const std::string& recording, const std::v
 
 TEST_CASE("a robot by Cyclone DDS gets poses, and a recording of it gives the same") {
   World world;
-  world.write_config("state = \"state.json\"\n");
+  world.write_config("state_file = \"state.json\"\n");
   std::string first_tracked;
   {
     test::Running live("vantage-live", {world.config(), "--record", world.path("run.mcap")});
     REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
-    const auto robot = World::run("live_robot", {world.path("world.flat"), world.path("poses.txt"),
-                                                 "--domain", world.domain(), "--scans", "50"});
+    const auto robot =
+        World::run(kTools + "live_robot", {world.path("world.flat"), world.path("poses.txt"),
+                                           "--domain", world.domain(), "--scans", "50"});
     CAPTURE(robot.out);
     CHECK(robot.out.starts_with("50 scans sent"));
     live.signal(SIGTERM);
@@ -152,7 +155,7 @@ TEST_CASE("what cannot be connected is refused, with its place") {
   };
   refused("transform = \"map_to_base\"\nfoo = 1\n", "foo");
   refused("[live.frames]\nbase = \"map\"\n", "must be different frames");
-  world.write_config("state = \"state.json\"\n");
+  world.write_config("state_file = \"state.json\"\n");
   test::write_text(world.path("state.json"), "{}");
   const auto ended = test::run("vantage-live", {world.config()});
   CHECK(ended.exit_code == 1);

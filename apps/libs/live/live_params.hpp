@@ -131,7 +131,7 @@ struct LiveParams {
   dds::Release release = dds::Release::iron_or_later;
   double receive_buffer = 8.0;
   Start start = Start::anywhere;
-  std::optional<std::filesystem::path> state;
+  std::optional<std::filesystem::path> state_file;
   Publish publish = Publish::tracked;
   Transform transform = Transform::automatic;
   double transform_tolerance = 0.1;
@@ -151,8 +151,8 @@ struct LiveParams {
         optional("start", &LiveParams::start, "",
                  "anywhere: the sensor is looked for in all regions; wait: until a pose comes on "
                  "the topic initial_pose"),
-        optional("state", &LiveParams::state, "",
-                 "file that keeps the last tracked pose; a restart begins there"),
+        optional("state_file", &LiveParams::state_file, "",
+                 "keeps the last tracked pose; a restart begins there"),
         optional("publish", &LiveParams::publish, "",
                  "tracked: only poses whose risk is at most [localizer] max_risk; uncertain: also "
                  "those of uncertain scans"),
