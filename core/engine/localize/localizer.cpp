@@ -66,7 +66,7 @@ MotionNoise noise_of(MotionModel model) {
 Result<void> check_prior(const PosePrior& prior) {
   if (!is_valid(prior.T_map_sensor) || !is_on_earth(prior.T_map_sensor)) {
     return fail(ErrorCode::invalid_input,
-                "the prior of the scan is no rigid transform, or is farther away than 1e8 m");
+                "the prior of the scan is not a rigid transform, or is farther away than 1e8 m");
   }
   for (const double sigma : {prior.sigma_translation.x(), prior.sigma_translation.y(),
                              prior.sigma_translation.z(), prior.sigma_heading}) {
@@ -477,7 +477,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
   State& s = *state_;
   if (!is_valid(T_map_scan) || !is_on_earth(T_map_scan)) {
     return fail(ErrorCode::invalid_input,
-                "the initial pose is no rigid transform, or is farther away than 1e8 m");
+                "the initial pose is not a rigid transform, or is farther away than 1e8 m");
   }
   VANTAGE_TRY(const auto choice, s.choose_region(T_map_scan.translation));
   auto taken = s.maps.take(choice.region);  // so that the first scan finds the map ready

@@ -67,7 +67,7 @@ Result<void> MotionInputs::add(const OdometrySample& sample) {
   if (!is_valid(sample)) {
     return fail(ErrorCode::invalid_input,
                 "the odometry at " + std::to_string(sample.stamp) +
-                    " s is no rigid transform, or is farther away than 1e8 m");
+                    " s is not a rigid transform, or is farther away than 1e8 m");
   }
   const Pose T_body_imu = mounts_.T_sensor_body.inverse() * mounts_.T_sensor_imu;
   const bool late = forgotten_ && sample.stamp <= *forgotten_;

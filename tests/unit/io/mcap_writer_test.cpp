@@ -474,7 +474,7 @@ TEST_CASE("schema_of: a type's definition, then each type in it once") {
             "\nMSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\n"
             "float64 w 1\n");
   CHECK(schema_of("std_msgs/String")->text == "string data\n");
-  for (const auto* const type : {"", "std_msgs/Header", "std_msgs/msg/String", "String"}) {
+  for (const auto* const type : {"", "my_msgs/Own", "std_msgs/msg/String", "String"}) {
     CAPTURE(type);
     const auto unknown = schema_of(type);
     REQUIRE_FALSE(unknown);
