@@ -350,6 +350,7 @@ Result<std::optional<Localized>> Session::localize() {
   Localized done{.report = *std::move(report),
                  .scan = std::move(now.scan),
                  .stamp = now.header.stamp,
+                 .frame = sensor,
                  .arrival = now.arrival,
                  .T_base_sensor = *T_base_sensor,
                  .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),

@@ -23,6 +23,7 @@ struct Localized {
   ScanReport report;
   io::StampedScan scan;
   io::ros::Stamp stamp;                  ///< of the scan, to the nanosecond
+  std::string frame;                     ///< of the LiDAR
   std::int64_t arrival = 0;              ///< of the scan [ns since the epoch]
   Pose T_base_sensor;                    ///< of the LiDAR
   std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp
