@@ -155,7 +155,7 @@ class Node {
       shown_ = report.region;
       worker_.run([this, region = report.region] { publish_map(region); });
     }
-    const double delay = static_cast<double>(now() - scan.arrival) * 1e-9;
+    const double delay = static_cast<double>(now() - scan.received.arrival) * 1e-9;
     delays_.add(delay);
     ++scans_;
     if (report.tracking == Tracking::tracked) {
@@ -168,10 +168,25 @@ class Node {
     }
   }
 
+  /// Publishes the motion between scans.
+  void move(const live::Moved& moved) {
+    const auto message = live::odometry_message(params_.frames, moved);
+    if (message) publish(Output::odometry, *message);
+  }
+
   /// Ends in order. Errors: those of the recording.
-  [[nodiscard]] Result<void> finish() {
+  [[nodiscard]] Result<void> finish(bool json) {
     participant_.reset();
     if (kept_) save(*kept_);
+    if (json) {
+      std::cout
+          << fmt::format(
+                 R"({{"scans": {}, "tracked": {}, "dropped": {}, "delay_ms": {{"median": {:.1f}, "p99": {:.1f}}}}})",
+                 scans_, tracked_, inbox_.dropped().scans, delays_.quantile(0.5),
+                 delays_.quantile(0.99))
+          << '\n';
+      return recorder_ ? recorder_->commit() : Result<void>();
+    }
     std::cout << fmt::format("{}: {} tracked", cli::counted(scans_, "scan"),
                              cli::grouped(tracked_));
     if (const auto dropped = inbox_.dropped(); dropped.scans > 0) {
@@ -277,27 +292,31 @@ Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveP
 }
 
 void localize_until_told(live::Session& session, Node& node, const live::Notices& notices,
-                         const std::optional<double>& seconds) {
+                         const live::LiveParams& params, const std::optional<double>& seconds) {
   using std::chrono::milliseconds;
   constexpr auto kLongestWait = milliseconds(50), kWhileScanWaits = milliseconds(2);
   const std::int64_t end = seconds ? now() + static_cast<std::int64_t>(*seconds * 1e9)
                                    : std::numeric_limits<std::int64_t>::max();
-  std::optional<live::Received> scan;  // the message of the one that waits
+  const bool moves = !params.topics.filtered_odometry.empty();
+  const auto move = [&] {
+    if (!moves) return;
+    if (const auto moved = session.moved()) node.move(*moved);
+  };
   const auto answer = [&] {
-    if (scan) node.show(*std::exchange(scan, std::nullopt));
     const auto done = session.localize();
     if (!done) return say(done.error().message);
-    if (*done) node.answer(**done, notices);
+    if (!*done) return;
+    node.show((*done)->received);
+    node.answer(**done, notices);
+    move();
   };
   while (g_signal == 0 && now() < end) {
-    for (live::Received& received : node.take(scan ? kWhileScanWaits : kLongestWait)) {
-      if (received.input == Input::points) {
-        scan = received;
-      } else {
-        node.show(received);
-      }
+    for (live::Received& received :
+         node.take(session.has_scan() ? kWhileScanWaits : kLongestWait)) {
+      if (received.input != Input::points) node.show(received);
       session.take(std::move(received));
       if (session.is_ready(now())) answer();
+      move();
     }
     if (session.is_ready(now())) answer();
   }
@@ -323,8 +342,8 @@ Result<void> run(const Options& options) {
   Node node(params, bundle, std::move(recorder));
   VANTAGE_CHECK(node.connect());
   say(fmt::format("ready in domain {}: scans of {}", params.domain, params.topics.points));
-  localize_until_told(session, node, notices, options.seconds);
-  return node.finish();
+  localize_until_told(session, node, notices, params, options.seconds);
+  return node.finish(options.common.json);
 }
 
 }  // namespace

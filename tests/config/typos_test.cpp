@@ -5,6 +5,7 @@
 #include <cctype>
 #include <set>
 
+#include "live/live_params.hpp"
 #include "shipped.hpp"
 #include "simulate/params.hpp"
 #include "support/plugins.hpp"
@@ -105,6 +106,7 @@ Result<void> load_as_config(const std::string& text, const std::string& name) {
   VANTAGE_TRY(const Table table, parse_toml(text, name));
   VANTAGE_TRY(const Config config, parse_config(table));
   VANTAGE_CHECK(effective_config(config, test::built_plugins()));
+  VANTAGE_CHECK(parse<live::LiveParams>(config.live.value_or(Table{})));  // `vantage live` does
   return {};
 }
 

@@ -1,6 +1,7 @@
 // Writes a recording as one plain file that programs without any library can read.
 //
-// Little endian. Records in order of time: a char that says what it is, its stamp (float64 [s]), and
+// Little endian. Records in order of time: a char that says what it is, its stamp (float64 [s]),
+// and
 //   P: uint32 points, uint8 whether they have times, for each x, y, z and perhaps seconds (float32)
 //   I: angular velocity, specific force (6 float64)
 //   O: T_odom_base (7 float64: x, y, z, qx, qy, qz, qw)

@@ -83,8 +83,10 @@ Result<std::string> field(std::string_view line) {
                  std::ranges::find(kTypeIds, type, &std::pair<std::string_view, unsigned>::first);
              known != kTypeIds.end()) {
     id = known->second;
-  } else {
+  } else if (type.find('/') != std::string_view::npos) {
     nested = full_name(type);
+  } else {
+    return refuse();
   }
   return fmt::format(
       R"({{"name": "{}", "type": {{"type_id": {}, "capacity": {}, "string_capacity": {}, )"

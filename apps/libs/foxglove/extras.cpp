@@ -56,8 +56,11 @@ Result<std::vector<Extras::Message>> Extras::messages(const live::Localized& sca
   if (params_.transform_in_use() == live::Transform::map_to_odom && scan.T_odom_base) {
     add(params_.frames.odom, params_.frames.base, *scan.T_odom_base);
   }
-  if (params_.frames.T_base_sensor && scan.frame != params_.frames.base) {
-    add(params_.frames.base, scan.frame, scan.T_base_sensor);
+  if (params_.frames.T_base_sensor) {
+    VANTAGE_TRY(const Header header,
+                io::ros::parse_header(scan.received.message, io::ros::Encoding::cdr, {}));
+    const std::string sensor(io::ros::frame_name(header.frame));
+    if (sensor != params_.frames.base) add(params_.frames.base, sensor, scan.T_base_sensor);
   }
   if (!transforms.empty()) {
     VANTAGE_TRY(std::string bytes, io::ros::write_transforms(transforms));

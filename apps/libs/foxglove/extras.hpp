@@ -27,7 +27,8 @@ class Extras {
     dds::Topic topic;
     std::string bytes;  ///< CDR
   };
-  /// For a scan. Errors: `invalid_input` for a stamp that is no time of ROS.
+  /// For a scan. Errors: `invalid_input` for a stamp that is no time of ROS; those of
+  /// io::ros::parse_header for what the scan was read from.
   [[nodiscard]] Result<std::vector<Message>> messages(const live::Localized& scan);
 
  private:

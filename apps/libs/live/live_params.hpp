@@ -70,7 +70,8 @@ constexpr auto enum_names(Transform) {
 struct TopicParams {
   std::string points = "/points", imu, odometry, initial_pose = "/initialpose", prior;
   bool reliable_points = false;
-  std::string pose = "/amcl_pose", map = "/map", diagnostics = "/diagnostics";
+  std::string pose = "/amcl_pose", pose_stamped, filtered_odometry, map = "/map",
+              diagnostics = "/diagnostics";
 
   static constexpr auto schema() {
     return std::tuple{
@@ -88,6 +89,11 @@ struct TopicParams {
                  "again"),
         optional("pose", &TopicParams::pose, "",
                  "what is published: geometry_msgs/PoseWithCovarianceStamped of the robot"),
+        optional("pose_stamped", &TopicParams::pose_stamped, "",
+                 "what is published: geometry_msgs/PoseStamped of the robot"),
+        optional("filtered_odometry", &TopicParams::filtered_odometry, "",
+                 "what is published: nav_msgs/Odometry of the robot in the map, while it is "
+                 "tracked, at the rate of the IMU, or of the scans without one"),
         optional("map", &TopicParams::map, "",
                  "what is published: sensor_msgs/PointCloud2, the region's map, at each switch"),
         optional("diagnostics", &TopicParams::diagnostics, "",
@@ -99,6 +105,7 @@ struct TopicParams {
 /// [live.frames].
 struct FrameParams {
   std::string map = "map", odom = "odom", base = "base_link";
+  std::optional<std::string> transform_child;
   std::optional<std::vector<double>> T_base_sensor;
 
   static constexpr auto schema() {
@@ -106,6 +113,8 @@ struct FrameParams {
         optional("map", &FrameParams::map, "", "the map's frame"),
         optional("odom", &FrameParams::odom, "", "the odometry's frame"),
         optional("base", &FrameParams::base, "", "the robot's frame"),
+        optional("transform_child", &FrameParams::transform_child, "",
+                 "what the robot's frame is called in /tf, if another node owns the name `base`"),
         optional("T_base_sensor", &FrameParams::T_base_sensor, "m, rad",
                  "pose of the LiDAR in the robot's frame: x, y, z, roll, pitch, yaw; if left out, "
                  "/tf_static says it"),

@@ -22,10 +22,15 @@ Diagnostic::Level level_of(const ScanReport& report) {
   return Diagnostic::Level::error;
 }
 
-Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
+/// From the sensor to the robot: a rotation about the sensor moves what is away from it.
+template <class Covariance>
+RobotPose robot_of(const Pose& T_map_sensor, const Covariance& covariance,
+                   const Pose& T_base_sensor) {
+  RobotPose robot{.T_map_base = T_map_sensor * T_base_sensor.inverse(), .covariance = covariance};
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+  J.topRightCorner<3, 3>() = -skew(robot.T_map_base.translation - T_map_sensor.translation);
+  robot.covariance = J * robot.covariance * J.transpose();
+  return robot;
 }
 
 }  // namespace
@@ -37,6 +42,10 @@ std::vector<OutputTopic> output_topics(const LiveParams& params) {
   };
   const dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
   add(Output::pose, params.topics.pose, "geometry_msgs/PoseWithCovarianceStamped", latched);
+  add(Output::pose_stamped, params.topics.pose_stamped, "geometry_msgs/PoseStamped",
+      {.reliable = true, .depth = 10});
+  add(Output::odometry, params.topics.filtered_odometry, "nav_msgs/Odometry",
+      {.reliable = true, .depth = 100});
   if (params.transform_in_use() != Transform::none) {
     add(Output::transforms, "/tf", "tf2_msgs/TFMessage", {.reliable = true, .depth = 100});
   }
@@ -47,15 +56,23 @@ std::vector<OutputTopic> output_topics(const LiveParams& params) {
 }
 
 RobotPose robot_pose(const Localized& scan) {
-  RobotPose robot{.T_map_base = scan.report.T_map_scan * scan.T_base_sensor.inverse(),
-                  .covariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>::Zero()};
-  if (!scan.report.confidence) return robot;
-  // A rotation about the sensor moves what is away from it.
-  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
-  J.topRightCorner<3, 3>() =
-      -cross(robot.T_map_base.translation - scan.report.T_map_scan.translation);
-  robot.covariance = J * scan.report.confidence->covariance * J.transpose();
-  return robot;
+  using Covariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+  const auto& confidence = scan.report.confidence;
+  const Covariance covariance =
+      confidence ? Covariance(confidence->covariance) : Covariance::Zero();
+  return robot_of(scan.report.T_map_scan, covariance, scan.T_base_sensor);
+}
+
+Result<std::string> odometry_message(const FrameParams& frames, const Moved& moved) {
+  const SensorMotion& motion = moved.motion;
+  const RobotPose robot = robot_of(motion.T_map_sensor, motion.covariance, moved.T_base_sensor);
+  const Eigen::Matrix3d R = moved.T_base_sensor.rotation.toRotationMatrix();
+  const Eigen::Vector3d base_in_sensor = moved.T_base_sensor.inverse().translation;
+  const Twist& twist = motion.twist;
+  return io::ros::write_odometry(
+      {.stamp = moved.stamp, .frame = frames.map}, frames.base, robot.T_map_base, robot.covariance,
+      {.linear = R * (twist.linear + twist.angular.cross(base_in_sensor)),
+       .angular = R * twist.angular});
 }
 
 bool Publisher::is_published(const ScanReport& report) const {
@@ -71,7 +88,7 @@ Result<std::optional<std::string>> Publisher::transform(const Localized& scan,
   switch (params_.transform_in_use()) {
     case Transform::map_to_base:
       if (!pose) return std::nullopt;
-      message.child = params_.frames.base;
+      message.child = params_.frames.transform_child.value_or(params_.frames.base);
       message.pose = pose->T_map_base;
       break;
     case Transform::map_to_odom:
@@ -102,6 +119,10 @@ Result<std::vector<Publication>> Publisher::messages(
     VANTAGE_TRY(std::string bytes,
                 io::ros::write_pose_with_covariance(header, pose->T_map_base, pose->covariance));
     messages.push_back({Output::pose, std::move(bytes)});
+  }
+  if (pose && !params_.topics.pose_stamped.empty()) {
+    VANTAGE_TRY(std::string bytes, io::ros::write_pose_stamped(header, pose->T_map_base));
+    messages.push_back({Output::pose_stamped, std::move(bytes)});
   }
   if (params_.topics.diagnostics.empty()) return messages;
   const std::string state = to_string(report.tracking);

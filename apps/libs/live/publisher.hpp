@@ -16,7 +16,7 @@
 namespace vantage::live {
 
 /// What a session publishes.
-enum class Output : std::uint8_t { pose, transforms, map, diagnostics };
+enum class Output : std::uint8_t { pose, pose_stamped, odometry, transforms, map, diagnostics };
 
 /// The topic of an output.
 struct OutputTopic {
@@ -39,6 +39,10 @@ struct RobotPose {
   Eigen::Matrix<double, 6, 6, Eigen::DontAlign> covariance;
 };
 [[nodiscard]] RobotPose robot_pose(const Localized& scan);
+
+/// The message for the robot's motion between scans. Errors: `invalid_input` for a stamp that is no
+/// time of ROS.
+[[nodiscard]] Result<std::string> odometry_message(const FrameParams& frames, const Moved& moved);
 
 /// Makes the messages that tell a robot what was found.
 class Publisher {

@@ -23,6 +23,8 @@ constexpr double kClockJump = 1.0;
 constexpr double kSilent = 1.0;
 // Samples are kept for this long [s].
 constexpr double kKept = 10.0;
+// Samples that are stamped later than this after the last scan are not of its clock [s].
+constexpr double kAhead = 60.0;
 // A prior belongs to a scan that is this near to it in time [s].
 constexpr double kPriorAge = 0.15;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -94,7 +96,7 @@ void Session::take(Received&& received) {
                             name_of(received.input), error.message));
 }
 
-Result<void> Session::read(const Received& received) {
+Result<void> Session::read(Received& received) {
   switch (received.input) {
     case Input::points: return read_points(received);
     case Input::imu: return read_imu(received.message);
@@ -111,7 +113,7 @@ Result<void> Session::read(const Received& received) {
   return {};
 }
 
-Result<void> Session::read_points(const Received& received) {
+Result<void> Session::read_points(Received& received) {
   VANTAGE_TRY(auto cloud, io::ros::parse_point_cloud2(received.message, Encoding::cdr, {}));
   const double stamp = cloud.header.stamp;
   if (last_stamp_ && stamp < *last_stamp_ - kClockJump) {
@@ -135,9 +137,19 @@ Result<void> Session::read_points(const Received& received) {
   last_stamp_ = stamp;
   waiting_ = Waiting{.scan = std::move(scan),
                      .header = cloud.header,
-                     .arrival = received.arrival,
+                     .received = std::move(received),
                      .end = stamp + sweep};
   return {};
+}
+
+/// Whether a stamp cannot be of the scans' clock. One such sample would hide all that follow.
+bool Session::is_ahead(double stamp, Input input) {
+  if (!last_stamp_ || stamp <= *last_stamp_ + kAhead) return false;
+  notices_.tell(fmt::format("{}_ahead", name_of(input)),
+                fmt::format("a message of the topic '{}' is stamped {:.1f} s later than the last "
+                            "scan: left out",
+                            name_of(input), stamp - *last_stamp_));
+  return true;
 }
 
 Result<void> Session::read_imu(const std::string& message) {
@@ -151,9 +163,11 @@ Result<void> Session::read_imu(const std::string& message) {
                          .angular_velocity = imu.angular_velocity,
                          .specific_force = unit * imu.linear_acceleration};
   if (!is_valid(sample)) {
-    notices_.tell("imu_unusable", "a sample of the IMU has a number that is not finite");
+    notices_.tell("imu_unusable",
+                  "a sample of the IMU has a number that is not finite or possible");
     return {};
   }
+  if (is_ahead(sample.stamp, Input::imu)) return {};
   if (const double force = sample.specific_force.norm();
       unit == 1.0 && force > 0.8 && force < 1.2) {
     notices_.tell("imu_in_g",
@@ -163,6 +177,7 @@ Result<void> Session::read_imu(const std::string& message) {
   }
   if (last_imu_ && sample.stamp < *last_imu_ - kClockJump) imu_.clear();
   last_imu_ = sample.stamp;
+  moved_ = imu.header.stamp;
   imu_.push_back(sample);
   forget_old(imu_);
   return {};
@@ -173,6 +188,7 @@ Result<void> Session::read_odometry(const std::string& message) {
               io::ros::parse_poses(message, "nav_msgs/Odometry", Encoding::cdr, {}));
   for (const auto& one : poses) {
     const double stamp = one.header.stamp;
+    if (is_ahead(stamp, Input::odometry)) continue;
     if (last_odometry_ && stamp < *last_odometry_ - kClockJump) {
       odometry_.clear();
       fed_odometry_ = 0;
@@ -204,6 +220,9 @@ Result<void> Session::read_pose(Input input, const std::string& message) {
                                 params_.frames.map));
       continue;
     }
+    if (!is_on_earth(one.pose)) {
+      return fail(ErrorCode::corrupt_data, "a pose is farther away than 1e8 m");
+    }
     const Prior prior{.stamp = one.header.stamp,
                       .T_map_base = one.pose,
                       .variances = one.variances.value_or(io::ros::PoseVariances{})};
@@ -232,7 +251,7 @@ bool Session::has_motion(const Waiting& scan) const {
 
 bool Session::is_ready(std::int64_t now) const {
   if (!waiting_) return false;
-  const auto waited = static_cast<double>(now - waiting_->arrival) * 1e-9;
+  const auto waited = static_cast<double>(now - waiting_->received.arrival) * 1e-9;
   return waited >= params_.motion_wait || has_motion(*waiting_);
 }
 
@@ -251,12 +270,28 @@ std::optional<Pose> Session::mount(const std::string& frame) {
   return std::nullopt;
 }
 
-/// Gives the localizer the samples that came since the scan before.
-void Session::feed_motion(const std::string& sensor) {
+void Session::feed_imu() {
   for (const ImuSample& sample : imu_) {
     if (!localizer_.add(sample)) notices_.count("imu_unusable");
   }
   imu_.clear();
+}
+
+std::optional<Moved> Session::moved() {
+  constexpr double kAfterScan = 1.0;  // [s]
+  const auto stamp = std::exchange(moved_, std::nullopt);
+  if (!stamp || !T_base_sensor_ || !last_stamp_ || *stamp > *last_stamp_ + kAfterScan) {
+    return std::nullopt;
+  }
+  feed_imu();
+  const auto motion = localizer_.motion_at(*stamp);
+  if (!motion) return std::nullopt;
+  return Moved{.stamp = *stamp, .motion = *motion, .T_base_sensor = *T_base_sensor_};
+}
+
+/// Gives the localizer the samples that came since the scan before.
+void Session::feed_motion(const std::string& sensor) {
+  feed_imu();
   for (; fed_odometry_ < odometry_.size(); ++fed_odometry_) {
     const Odometry& one = odometry_[fed_odometry_];
     Pose T_child_sensor;
@@ -350,12 +385,13 @@ Result<std::optional<Localized>> Session::localize() {
   Localized done{.report = *std::move(report),
                  .scan = std::move(now.scan),
                  .stamp = now.header.stamp,
-                 .frame = sensor,
-                 .arrival = now.arrival,
+                 .received = std::move(now.received),
                  .T_base_sensor = *T_base_sensor,
                  .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),
                  .seconds = took.count()};
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
+  T_base_sensor_ = T_base_sensor;
+  if (params_.topics.imu.empty()) moved_ = done.stamp;
   return done;
 }
 

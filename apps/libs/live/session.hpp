@@ -23,11 +23,17 @@ struct Localized {
   ScanReport report;
   io::StampedScan scan;
   io::ros::Stamp stamp;                  ///< of the scan, to the nanosecond
-  std::string frame;                     ///< of the LiDAR
-  std::int64_t arrival = 0;              ///< of the scan [ns since the epoch]
+  Received received;  ///< what the scan was read from
   Pose T_base_sensor;                    ///< of the LiDAR
   std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp
   double seconds = 0.0;                  ///< from the points to the report
+};
+
+/// The sensor's motion after the last scan.
+struct Moved {
+  io::ros::Stamp stamp;
+  SensorMotion motion;
+  Pose T_base_sensor;
 };
 
 /// A localizer that lives on messages, whatever brings them. What it answers depends on the
@@ -42,6 +48,7 @@ class Session {
 
   /// Takes a message in. A scan waits until `localize`; one that waits already is dropped for it.
   void take(Received&& received);
+  [[nodiscard]] bool has_scan() const noexcept { return waiting_.has_value(); }
   /// Whether a scan waits, and either has all samples of motion that it needs, or has waited for
   /// them long enough.
   /// @param now  [ns since the epoch]
@@ -50,13 +57,17 @@ class Session {
   /// Errors: a region map that cannot be loaded or prepared; the session goes on.
   [[nodiscard]] Result<std::optional<Localized>> localize();
 
+  /// The motion at the last sample of the IMU, or at the last scan without an IMU. Nothing if that
+  /// was told already, or if the last scan was not tracked.
+  [[nodiscard]] std::optional<Moved> moved();
+
   [[nodiscard]] const Localizer& localizer() const noexcept { return localizer_; }
 
  private:
   struct Waiting {
     io::StampedScan scan;
     io::ros::Header header;
-    std::int64_t arrival = 0;
+    Received received;
     double end = 0.0;  // of the sweep [s]
   };
   struct Odometry {
@@ -70,14 +81,16 @@ class Session {
     io::ros::PoseVariances variances;
   };
 
-  [[nodiscard]] Result<void> read(const Received& received);
-  [[nodiscard]] Result<void> read_points(const Received& received);
+  [[nodiscard]] Result<void> read(Received& received);
+  [[nodiscard]] Result<void> read_points(Received& received);
   [[nodiscard]] Result<void> read_imu(const std::string& message);
   [[nodiscard]] Result<void> read_odometry(const std::string& message);
   [[nodiscard]] Result<void> read_pose(Input input, const std::string& message);
+  [[nodiscard]] bool is_ahead(double stamp, Input input);
   void begin_anew(const std::string& why);
   [[nodiscard]] bool has_motion(const Waiting& scan) const;
   [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
+  void feed_imu();
   void feed_motion(const std::string& sensor);
   [[nodiscard]] std::optional<PosePrior> prior_at(double stamp, const Pose& T_base_sensor);
   [[nodiscard]] std::optional<Pose> odometry_at(double stamp, const std::string& base) const;
@@ -90,6 +103,8 @@ class Session {
   std::optional<double> last_stamp_;  // of a scan [s]
   std::optional<Pose> last_;          // T_map_sensor, tracked
   bool is_started_ = false;
+  std::optional<Pose> T_base_sensor_;               // of the last scan
+  std::optional<io::ros::Stamp> moved_;             // for moved()
   std::deque<ImuSample> imu_;                       // that the localizer has not got yet
   std::size_t fed_odometry_ = 0;                    // of odometry_
   std::deque<Odometry> odometry_;                   // of the last seconds

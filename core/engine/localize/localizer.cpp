@@ -64,8 +64,9 @@ MotionNoise noise_of(MotionModel model) {
 }
 /// Errors: `invalid_input` for a pose that is not rigid, or a deviation that is not positive.
 Result<void> check_prior(const PosePrior& prior) {
-  if (!is_valid(prior.T_map_sensor)) {
-    return fail(ErrorCode::invalid_input, "the prior of the scan is not a rigid transform");
+  if (!is_valid(prior.T_map_sensor) || !is_on_earth(prior.T_map_sensor)) {
+    return fail(ErrorCode::invalid_input,
+                "the prior of the scan is no rigid transform, or is farther away than 1e8 m");
   }
   for (const double sigma : {prior.sigma_translation.x(), prior.sigma_translation.y(),
                              prior.sigma_translation.z(), prior.sigma_heading}) {
@@ -111,6 +112,8 @@ struct Localizer::State {
   std::optional<double> middle;        // of its sweep [s]
   std::vector<Hypothesis> hypotheses;  // the first is the one that is reported
   double elsewhere = 1.0;              // the belief that the sensor is at none of them
+
+  std::optional<MotionFilter> since;  // the last scan, if it was tracked; up to the last question
 
   std::shared_ptr<const ReadyRegion> map;  // of `region`
   RegionId region;
@@ -434,7 +437,8 @@ struct Localizer::State {
     job.drop();
     stamp.reset();
     middle.reset();
-    inputs = MotionInputs(inputs.mounts());  // the clock may be another one
+    since.reset();
+    inputs = MotionInputs(inputs.mounts());    // the clock may be another one
     compared = params.recovery_radius == 0.0;  // nothing to compare with
     startled = surprised = false;
     doubtful_scans = contradicted_scans = 0;
@@ -471,8 +475,9 @@ const LocalizerParams& Localizer::params() const noexcept { return state_->param
 
 Result<void> Localizer::start(const Pose& T_map_scan) {
   State& s = *state_;
-  if (!is_valid(T_map_scan)) {
-    return fail(ErrorCode::invalid_input, "the initial pose is not a rigid transform");
+  if (!is_valid(T_map_scan) || !is_on_earth(T_map_scan)) {
+    return fail(ErrorCode::invalid_input,
+                "the initial pose is no rigid transform, or is farther away than 1e8 m");
   }
   VANTAGE_TRY(const auto choice, s.choose_region(T_map_scan.translation));
   auto taken = s.maps.take(choice.region);  // so that the first scan finds the map ready
@@ -499,6 +504,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   if (!s.started) {
     return fail(ErrorCode::invalid_input, "localization has no first pose: call start");
   }
+  s.since.reset();
   if (scan.prior) VANTAGE_CHECK(check_prior(*scan.prior));
   if (!std::isfinite(scan.stamp) || (s.stamp && scan.stamp <= *s.stamp)) {
     return fail(ErrorCode::invalid_input,
@@ -616,8 +622,26 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);
+  if (tracked) s.since = motion;
   VANTAGE_CHECK(s.expect_what_is_ahead());
   return report;
+}
+
+std::optional<SensorMotion> Localizer::motion_at(double stamp) {
+  State& s = *state_;
+  if (!s.since || !(stamp >= s.since->stamp())) return std::nullopt;
+  const auto pieces = s.inputs.between(s.since->stamp(), stamp, s.since->measured());
+  s.since->predict(stamp, s.inputs, s.noise);
+  const MotionState& body = s.since->state();
+  const Twist twist = twist_of(body, pieces.empty() ? MotionInput{} : pieces.back());
+  const Pose T_sensor_body = s.inputs.T_sensor_body();
+  const Eigen::Matrix3d R = T_sensor_body.rotation.toRotationMatrix();
+  const Eigen::Vector3d sensor_in_body = T_sensor_body.inverse().translation;
+  return SensorMotion{.stamp = stamp,
+                      .T_map_sensor = s.since->pose(),
+                      .covariance = s.since->pose_covariance(),
+                      .twist = {.linear = R * (twist.linear + twist.angular.cross(sensor_in_body)),
+                                .angular = R * twist.angular}};
 }
 
 Result<void> Localizer::add(const ImuSample& sample) { return state_->inputs.add(sample); }

@@ -56,7 +56,7 @@ ImuSample mean_of(const ImuSample& a, const ImuSample& b, double stamp) {
 Result<void> MotionInputs::add(const ImuSample& sample) {
   if (!is_valid(sample)) {
     return fail(ErrorCode::invalid_input, "an IMU sample at " + std::to_string(sample.stamp) +
-                                              " s has a number that is not finite");
+                                              " s has a number that is not finite or possible");
   }
   const bool late = forgotten_ && sample.stamp <= *forgotten_;
   if (late || !insert(imu_, sample)) ++dropped_;
@@ -66,7 +66,8 @@ Result<void> MotionInputs::add(const ImuSample& sample) {
 Result<void> MotionInputs::add(const OdometrySample& sample) {
   if (!is_valid(sample)) {
     return fail(ErrorCode::invalid_input,
-                "the odometry at " + std::to_string(sample.stamp) + " s is not a rigid transform");
+                "the odometry at " + std::to_string(sample.stamp) +
+                    " s is no rigid transform, or is farther away than 1e8 m");
   }
   const Pose T_body_imu = mounts_.T_sensor_body.inverse() * mounts_.T_sensor_imu;
   const bool late = forgotten_ && sample.stamp <= *forgotten_;

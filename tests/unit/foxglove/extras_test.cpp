@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 
+#include "io/ros/message_writers.hpp"
 #include "io/ros/messages.hpp"
 #include "io/ros/schemas.hpp"
 #include "protocol.hpp"
@@ -18,7 +19,9 @@ live::Localized tracked_at(double stamp, double x) {
   scan.report.risk = 0.25;
   scan.report.T_map_scan = pose_from_xyz_rpy({x, 0.0, 0.0}, {0.0, 0.0, 0.0});
   scan.stamp = stamp;
-  scan.frame = "lidar";
+  const auto message = io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, PointsView{});
+  REQUIRE(message);
+  scan.received.message = *message;
   return scan;
 }
 

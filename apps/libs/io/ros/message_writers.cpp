@@ -27,6 +27,12 @@ void write(CdrWriter& out, const Pose& pose) {
   for (const double x : pose.rotation.coeffs()) out.number(x);  // x, y, z, w
 }
 
+void write(CdrWriter& out, const PoseCovariance& covariance) {
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    for (Eigen::Index column = 0; column < 6; ++column) out.number(covariance(row, column));
+  }
+}
+
 void write_field(CdrWriter& out, std::string_view name, std::uint32_t offset) {
   out.text(name);
   out.number(offset);
@@ -108,9 +114,38 @@ Result<std::string> write_pose_with_covariance(const Header& header, const Pose&
   CdrWriter out;
   VANTAGE_CHECK(write(out, header));
   write(out, pose);
-  for (Eigen::Index row = 0; row < 6; ++row) {
-    for (Eigen::Index column = 0; column < 6; ++column) out.number(covariance(row, column));
-  }
+  write(out, covariance);
+  return std::move(out).finish();
+}
+
+Result<std::string> write_odometry(const Header& header, std::string_view child,
+                                   const Pose& T_frame_child, const PoseCovariance& covariance,
+                                   const Twist& twist) {
+  CdrWriter out;
+  VANTAGE_CHECK(write(out, header));
+  out.text(child);
+  write(out, T_frame_child);
+  write(out, covariance);
+  for (const double x : twist.linear) out.number(x);
+  for (const double x : twist.angular) out.number(x);
+  write(out, PoseCovariance::Zero());
+  return std::move(out).finish();
+}
+
+Result<std::string> write_imu(const Header& header, const Eigen::Vector3d& angular_velocity,
+                              const Eigen::Vector3d& linear_acceleration) {
+  const auto covariance = [](CdrWriter& out, double first) {
+    out.number(first);
+    for (int i = 1; i < 9; ++i) out.number(0.0);
+  };
+  CdrWriter out;
+  VANTAGE_CHECK(write(out, header));
+  for (const double x : {0.0, 0.0, 0.0, 1.0}) out.number(x);
+  covariance(out, -1.0);  // there is no orientation
+  for (const double x : angular_velocity) out.number(x);
+  covariance(out, 0.0);
+  for (const double x : linear_acceleration) out.number(x);
+  covariance(out, 0.0);
   return std::move(out).finish();
 }
 

@@ -12,6 +12,7 @@
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
+#include "vantage/track/rotation.hpp"
 
 namespace vantage::io::ros {
 
@@ -46,6 +47,14 @@ using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 /// geometry_msgs/PoseWithCovarianceStamped.
 [[nodiscard]] Result<std::string> write_pose_with_covariance(const Header& header, const Pose& pose,
                                                              const PoseCovariance& covariance);
+/// nav_msgs/Odometry. @param twist  of the child, in its frame [m/s, rad/s]; its covariance is 0
+[[nodiscard]] Result<std::string> write_odometry(
+    const Header& header, std::string_view child, const Pose& T_frame_child,
+    const PoseCovariance& covariance = PoseCovariance::Zero(), const Twist& twist = {});
+/// sensor_msgs/Imu without an orientation, which its covariance says.
+[[nodiscard]] Result<std::string> write_imu(const Header& header,
+                                            const Eigen::Vector3d& angular_velocity,
+                                            const Eigen::Vector3d& linear_acceleration);
 /// std_msgs/String.
 [[nodiscard]] Result<std::string> write_string(std::string_view text);
 /// tf2_msgs/TFMessage.

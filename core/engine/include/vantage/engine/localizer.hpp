@@ -18,6 +18,7 @@
 #include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
+#include "vantage/track/rotation.hpp"
 #include "vantage/track/samples.hpp"
 
 namespace vantage {
@@ -71,6 +72,15 @@ struct ScanReport {
   std::optional<Alignment> alignment;        ///< none if nothing matched
   std::optional<PoseConfidence> confidence;  ///< of `T_map_scan`; none without a pose
   double lcp = 0.0;                          ///< Eq. 13
+};
+
+/// Where a sensor is between two scans, and how it moves.
+struct SensorMotion {
+  double stamp = 0.0;  ///< [s]
+  Pose T_map_sensor;
+  /// Of x, y, z and of the rotation about the sensor, map axes [m, rad].
+  Eigen::Matrix<double, 6, 6, Eigen::DontAlign> covariance;
+  Twist twist;  ///< of the sensor, in its own frame [m/s, rad/s]
 };
 
 /// Localizes scans, one after the other, against the map of the current region (Sec. 2.4). Results
@@ -135,6 +145,10 @@ class VANTAGE_API Localizer {
   /// is no rigid transform or has a deviation that is not positive, or for times that do not belong
   /// to the points; a region map that cannot be loaded or prepared.
   [[nodiscard]] Result<ScanReport> localize(const Scan& scan);
+
+  /// Where the sensor is at a moment after the last scan, by that scan and by the samples since.
+  /// None unless the last scan was tracked, and for a moment before one that was asked for earlier.
+  [[nodiscard]] std::optional<SensorMotion> motion_at(double stamp);
 
  private:
   struct State;

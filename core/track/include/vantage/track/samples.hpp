@@ -20,7 +20,14 @@ struct OdometrySample {
   Pose T_odom_body;    ///< of the frame whose motion is measured; the odometry frame drifts
 };
 
-/// Whether every number of a sample is finite, and its pose is a rigid transform.
+/// No robot turns faster [rad/s] or is pushed harder [m/s^2], and no map is larger [m]. What is
+/// beyond is a damaged number, and would make every pose one.
+inline constexpr double kFastestTurn = 1e3, kLargestForce = 1e5, kEarthSize = 1e8;
+[[nodiscard]] inline bool is_on_earth(const Pose& pose) noexcept {
+  return pose.translation.norm() < kEarthSize;
+}
+
+/// Whether every number of a sample is finite and possible, and its pose is a rigid transform.
 [[nodiscard]] bool is_valid(const ImuSample& sample) noexcept;
 [[nodiscard]] bool is_valid(const OdometrySample& sample) noexcept;
 

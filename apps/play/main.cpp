@@ -1,0 +1,220 @@
+// vantage-play: publishes a recording as a robot would.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <optional>
+#include <thread>
+
+#include "dds/participant.hpp"
+#include "io/ros/message_writers.hpp"
+#include "live/live_params.hpp"
+#include "live/received.hpp"
+#include "terminal/command_line.hpp"
+#include "terminal/counts.hpp"
+#include "terminal/input_options.hpp"
+#include "vantage/engine/config.hpp"
+#include "vantage/io/read_ahead.hpp"
+
+namespace vantage {
+namespace {
+
+using live::Input;
+
+struct Options {
+  std::string config;
+  double speed = 1.0;
+  bool now = false;
+  InputOptions inputs;
+  cli::CommonOptions common;
+};
+
+constexpr const char* kSensorFrame = "lidar";
+constexpr double kForever = std::numeric_limits<double>::infinity();
+
+/// Publishes what live::Session reads.
+class Robot {
+ public:
+  static Result<Robot> open(const live::LiveParams& params, bool now) {
+    Robot robot(params, now);
+    VANTAGE_TRY(robot.participant_,
+                dds::Participant::open(
+                    {.domain = params.domain, .node = "vantage_play", .release = params.release}));
+    for (live::InputTopic input : live::input_topics(params.topics)) {
+      if (input.input == Input::initial_pose || input.input == Input::prior) continue;
+      input.topic.qos.reliable = true;  // who reads with best effort gets it, too
+      input.topic.qos.depth = std::max(input.topic.qos.depth, 10U);
+      VANTAGE_TRY(auto writer, robot.participant_->advertise(input.topic));
+      robot.writers_.emplace(input.input, std::move(writer));
+    }
+    VANTAGE_CHECK(robot.participant_->announce());
+    const io::ros::PoseMessage mount{.header = {.stamp = 0.0, .frame = params.frames.base},
+                                     .child = kSensorFrame,
+                                     .pose = robot.T_base_sensor_};
+    VANTAGE_TRY(const std::string message, io::ros::write_transforms(std::array{mount}));
+    VANTAGE_CHECK(robot.writers_.at(Input::static_transforms).write(message));
+    return robot;
+  }
+
+  [[nodiscard]] bool is_heard() const { return writers_.at(Input::points).readers() > 0; }
+  [[nodiscard]] bool sends(Input input) const { return writers_.contains(input); }
+
+  /// Begins at a stamp of the recording [s].
+  void begin(double stamp, double speed) {
+    first_ = stamp;
+    speed_ = speed;
+    begin_ = std::chrono::system_clock::now();
+  }
+
+  Result<void> send(const io::StampedScan& scan, double end) {
+    std::vector<io::ros::CloudField> more;
+    if (!scan.seconds.empty()) more.push_back({.name = "time", .values = scan.seconds});
+    return send(Input::points, end,
+                io::ros::write_point_cloud2(header(scan.stamp, kSensorFrame), scan.points, more));
+  }
+  Result<void> send(const ImuSample& sample) {
+    const double unit = params_.imu_unit == live::ForceUnit::g ? 9.80665 : 1.0;
+    return send(Input::imu, sample.stamp,
+                io::ros::write_imu(header(sample.stamp, "imu"), sample.angular_velocity,
+                                   sample.specific_force / unit));
+  }
+  Result<void> send(const io::StampedPose& T_odom_sensor) {
+    return send(Input::odometry, T_odom_sensor.stamp,
+                io::ros::write_odometry(header(T_odom_sensor.stamp, params_.frames.odom),
+                                        params_.frames.base,
+                                        T_odom_sensor.pose * T_base_sensor_.inverse()));
+  }
+
+ private:
+  Robot(live::LiveParams params, bool now) : params_(std::move(params)), now_(now) {
+    if (const auto& x = params_.frames.T_base_sensor) {
+      T_base_sensor_ = pose_from_xyz_rpy({(*x)[0], (*x)[1], (*x)[2]}, {(*x)[3], (*x)[4], (*x)[5]});
+    }
+  }
+
+  [[nodiscard]] std::chrono::system_clock::time_point when(double stamp) const {
+    const std::chrono::duration<double> after((stamp - first_) / speed_);
+    return begin_ + std::chrono::duration_cast<std::chrono::system_clock::duration>(after);
+  }
+
+  [[nodiscard]] io::ros::Header header(double stamp, const std::string& frame) const {
+    if (!now_) return {.stamp = stamp, .frame = frame};
+    const std::chrono::duration<double> shown = when(stamp).time_since_epoch();
+    return {.stamp = shown.count(), .frame = frame};
+  }
+
+  Result<void> send(Input input, double due, Result<std::string> message) {
+    VANTAGE_TRY(const std::string bytes, std::move(message));
+    std::this_thread::sleep_until(when(due));
+    return writers_.at(input).write(bytes);
+  }
+
+  live::LiveParams params_;
+  bool now_;
+  Pose T_base_sensor_;
+  std::optional<dds::Participant> participant_;
+  std::map<Input, dds::Participant::Writer> writers_;
+  double first_ = 0.0, speed_ = 1.0;
+  std::chrono::system_clock::time_point begin_;
+};
+
+struct Sent {
+  std::size_t scans = 0, imu = 0, odometry = 0;
+};
+
+/// Sends everything in the order in which a robot has it: a scan at the end of its sweep.
+Result<Sent> play(Robot& robot, RunInputs& inputs, double speed) {
+  VANTAGE_TRY(auto opened, inputs.opened ? inputs.opened->take() : io::open_scans(inputs.scans));
+  const auto source = io::read_ahead(std::move(opened));
+  VANTAGE_TRY(auto scan, source->next());
+  if (scan && inputs.window.start > 0.0) {
+    VANTAGE_CHECK(source->seek(scan->stamp + inputs.window.start));
+    VANTAGE_TRY(scan, source->next());
+  }
+  if (!scan) return fail(ErrorCode::invalid_input, "there is no scan");
+  const double first = scan->stamp, end = first + inputs.window.duration.value_or(kForever);
+  std::span<const ImuSample> imu = samples_of(inputs);
+  std::span<const io::StampedPose> odometry;
+  if (inputs.odometry) odometry = *inputs.odometry;
+  if (!robot.sends(Input::imu)) imu = {};
+  if (!robot.sends(Input::odometry)) odometry = {};
+  constexpr double kBefore = 1.0;  // of motion before the first scan [s]
+  const auto skip = [&](auto& samples) {
+    while (!samples.empty() && samples.front().stamp < first - kBefore)
+      samples = samples.subspan(1);
+    return samples.empty() ? kForever : samples.front().stamp;
+  };
+  robot.begin(std::min({first, skip(imu), skip(odometry)}), speed);
+  Sent sent;
+  while (scan && scan->stamp <= end) {
+    const double sweep =
+        scan->seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan->seconds));
+    const double due = scan->stamp + sweep;
+    while (true) {
+      const double next_imu = imu.empty() ? kForever : imu.front().stamp;
+      const double next_odometry = odometry.empty() ? kForever : odometry.front().stamp;
+      if (std::min(next_imu, next_odometry) > due) break;
+      if (next_imu <= next_odometry) {
+        VANTAGE_CHECK(robot.send(imu.front()));
+        imu = imu.subspan(1);
+        ++sent.imu;
+      } else {
+        VANTAGE_CHECK(robot.send(odometry.front()));
+        odometry = odometry.subspan(1);
+        ++sent.odometry;
+      }
+    }
+    VANTAGE_CHECK(robot.send(*scan, due));
+    ++sent.scans;
+    VANTAGE_TRY(scan, source->next());
+  }
+  // What follows the last sweep: its motion is known only then.
+  if (!imu.empty()) VANTAGE_CHECK(robot.send(imu.front()));
+  if (!odometry.empty()) VANTAGE_CHECK(robot.send(odometry.front()));
+  return sent;
+}
+
+Result<void> run(const Options& options) {
+  VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_TRY(const auto params, parse<live::LiveParams>(config.live.value_or(Table{})));
+  VANTAGE_TRY(auto inputs, options.inputs.open());
+  VANTAGE_TRY(Robot robot, Robot::open(params, options.now));
+  if (!options.common.quiet && !robot.is_heard()) {
+    std::cerr << fmt::format("vantage play: waits for somebody who reads {} in domain {}\n",
+                             params.topics.points, params.domain);
+  }
+  using std::chrono::milliseconds;
+  while (!robot.is_heard()) std::this_thread::sleep_for(milliseconds(10));
+  std::this_thread::sleep_for(milliseconds(200));  // the other topics are found, too
+  VANTAGE_TRY(const Sent sent, play(robot, inputs, options.speed));
+  std::this_thread::sleep_for(milliseconds(200));  // what is on its way arrives
+  if (options.common.json) {
+    std::cout << fmt::format(R"({{"scans": {}, "imu": {}, "odometry": {}}})", sent.scans, sent.imu,
+                             sent.odometry)
+              << '\n';
+    return {};
+  }
+  std::cout << fmt::format("{} sent, {} of an IMU, {} of odometry\n",
+                           cli::counted(sent.scans, "scan"), cli::counted(sent.imu, "sample"),
+                           cli::counted(sent.odometry, "sample"));
+  return {};
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Publishes a recording over DDS, as the robot's drivers would.", "vantage play");
+  vantage::Options options;
+  app.add_option("CONFIG", options.config,
+                 "configuration (TOML) whose table [live] names domain, topics and frames")
+      ->required();
+  options.inputs.add_to(app, false);
+  app.add_option("--speed", options.speed, "this many times faster than recorded")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--now", options.now, "stamps are those of this moment, not those of the recording");
+  options.common.add_to(app);
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+}

@@ -1,0 +1,163 @@
+// A robot that speaks DDS by another vendor's library, and the live localizer.
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+#include "support/small_config.hpp"
+
+namespace vantage {
+namespace {
+
+using Row = std::vector<double>;
+
+/// Lines of numbers: stamp, x, y, z, qx, qy, qz, qw, ...
+std::vector<Row> rows_of(const std::string& file) {
+  std::vector<Row> rows;
+  std::istringstream text(test::read_text(file));
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream numbers(line);
+    Row row;
+    for (double x = 0.0; numbers >> x;) row.push_back(x);
+    if (row.size() >= 8) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// By stamp in tenths of milliseconds.
+std::map<std::int64_t, Row> by_stamp(const std::vector<Row>& rows) {
+  std::map<std::int64_t, Row> found;
+  for (const Row& row : rows) found[std::llround(row[0] * 1e4)] = row;
+  return found;
+}
+
+/// A small campus, a drive of a few seconds, and the map of it.
+class World {
+ public:
+  World() {
+    run("vantage-simulate", {std::string(VANTAGE_SOURCE_DIR) + "/configs/simulate/motion.toml",
+                             "--out", path("world"), "-q", "--set", "map.point_spacing=0.25",
+                             "--set", "campus.size_x=60", "--set", "campus.size_y=60"});
+    write_config("");
+    run("vantage-build", {config(), "-q"});
+    run("live_flatten", {path("world/scans"), path("world.flat"), "--imu", path("world/imu.csv"),
+                         "--odometry", path("world/odometry.tum")});
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+  [[nodiscard]] std::string config() const { return path("world.toml"); }
+  [[nodiscard]] std::string domain() const { return std::to_string(domain_); }
+
+  void write_config(const std::string& live) const {
+    test::SmallConfig config;
+    config.files = R"(["world/map.pcd"])";
+    config.partitioner_params = "cell_width = 20.0";
+    config.viewpoints = "voxel_size = 5.0\n";
+    config.more =
+        "[localizer]\nscan_min_range = 1.0\nT_sensor_imu = [0.0, 0.0, -0.05, 0.0, 0.0, 0.0]\n"
+        "[live]\ndomain = " +
+        domain() + "\ntopics = { imu = \"/imu\", odometry = \"/odom\" }\n" + live;
+    test::write_text(this->config(), to_text(config));
+  }
+
+  static test::Finished run(const std::string& program, const std::vector<std::string>& arguments) {
+    test::Finished finished = test::run(program, arguments);
+    REQUIRE_MESSAGE(finished.exit_code == 0, finished.err);
+    return finished;
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+  int domain_ = 100 + getpid() % 100;  // others on this machine may test, too
+};
+
+/// The poses that were published are those of `localize` on the recording.
+void check_replay(const World& world, const std::string& recording, const std::vector<Row>& poses) {
+  World::run("vantage-localize",
+             {world.config(), "--scans", recording, "--topic", "/points", "--imu", "/imu",
+              "--odometry", recording, "--odometry-topic", "/odom", "--initial-pose", "auto",
+              "--out", world.path("again"), "-q"});
+  const auto again = by_stamp(rows_of(world.path("again/trajectory.tum")));
+  REQUIRE(poses.size() > 20);
+  for (const Row& pose : poses) {
+    CAPTURE(pose[0]);
+    const auto found = again.find(std::llround(pose[0] * 1e4));
+    REQUIRE(found != again.end());
+    for (std::size_t i = 1; i < 8; ++i) {
+      CHECK(std::abs(found->second[i] - pose[i]) < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("a robot by Cyclone DDS gets poses, and a recording of it gives the same") {
+  World world;
+  world.write_config("state = \"state.json\"\n");
+  std::string first_tracked;
+  {
+    test::Running live("vantage-live", {world.config(), "--record", world.path("run.mcap")});
+    REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
+    const auto robot = World::run("live_robot", {world.path("world.flat"), world.path("poses.txt"),
+                                                 "--domain", world.domain(), "--scans", "50"});
+    CAPTURE(robot.out);
+    CHECK(robot.out.starts_with("50 scans sent"));
+    live.signal(SIGTERM);
+    const auto ended = live.wait();
+    CAPTURE(ended.err);
+    CHECK(ended.exit_code == 0);
+    CHECK(ended.err.find(": tracked at") != std::string::npos);
+    CHECK(ended.out.find("scans: ") != std::string::npos);
+    check_replay(world, world.path("run.mcap"), rows_of(world.path("poses.txt")));
+  }
+  SUBCASE("a restart begins where the session ended") {
+    test::Running live("vantage-live", {world.config()});
+    REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
+    CHECK(live.err().find("begins where the last session ended") != std::string::npos);
+    live.signal(SIGINT);
+    CHECK(live.wait().exit_code == 0);
+  }
+}
+
+TEST_CASE("`vantage play` is a robot, too") {
+  World world;
+  test::Running live("vantage-live", {world.config(), "--record", world.path("run.mcap")});
+  REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
+  const auto played =
+      World::run("vantage-play", {world.config(), "--scans", world.path("world/scans"), "--imu",
+                                  world.path("world/imu.csv"), "--odometry",
+                                  world.path("world/odometry.tum"), "--duration", "5"});
+  CHECK(played.out.find("scans sent") != std::string::npos);
+  live.signal(SIGTERM);
+  const auto ended = live.wait();
+  CAPTURE(ended.err);
+  REQUIRE(ended.exit_code == 0);
+  CHECK(ended.err.find(": tracked at") != std::string::npos);
+}
+
+TEST_CASE("what cannot be connected is refused, with its place") {
+  World world;
+  const auto refused = [&](const std::string& live, const std::string& message) {
+    world.write_config(live);
+    const auto ended = test::run("vantage-live", {world.config()});
+    CHECK(ended.exit_code == 1);
+    CHECK_MESSAGE(ended.err.find(message) != std::string::npos, ended.err);
+  };
+  refused("transform = \"map_to_base\"\nfoo = 1\n", "foo");
+  refused("[live.frames]\nbase = \"map\"\n", "must be different frames");
+  world.write_config("state = \"state.json\"\n");
+  test::write_text(world.path("state.json"), "{}");
+  const auto ended = test::run("vantage-live", {world.config()});
+  CHECK(ended.exit_code == 1);
+  CHECK(ended.err.find("delete the file to begin anew") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,373 @@
+#include "live/session.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
+#include <random>
+
+#include "io/ros/message_writers.hpp"
+#include "post_world.hpp"
+
+namespace vantage::live {
+namespace {
+
+using io::ros::Header;
+
+constexpr double kStart = 1700000000.0;  // [s]
+
+std::int64_t ns(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
+
+/// A session in a world of posts, and a robot that drives along x at 1 m/s.
+struct Robot {
+  test::PostWorld world;
+  std::vector<std::string> told;
+  Notices notices{[this](const std::string& text) { told.push_back(text); }};
+  Session session;
+
+  explicit Robot(const LiveParams& params = {}, const std::optional<Pose>& kept = test::at_x(5.0))
+      : session(world.localizer(), params, kept, notices) {}
+
+  static LiveParams with_mount() {
+    LiveParams params;
+    params.frames.T_base_sensor = std::vector<double>{0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+    return params;
+  }
+
+  void give(Input input, double time, Result<std::string> message) {
+    REQUIRE(message);
+    session.take({.input = input, .arrival = ns(time), .message = *std::move(message)});
+  }
+  void scan(double stamp, const char* frame = "lidar") {
+    world.stand_at(test::at_x(5.0 + (stamp - kStart)));
+    give(Input::points, stamp,
+         io::ros::write_point_cloud2({.stamp = stamp, .frame = frame}, world.scan));
+  }
+  void imu(double stamp, double force = 9.81) {
+    give(Input::imu, stamp,
+         io::ros::write_imu({.stamp = stamp, .frame = "imu"}, {0, 0, 0}, {0, 0, force}));
+  }
+  void odometry(double stamp) {
+    give(Input::odometry, stamp,
+         io::ros::write_odometry({.stamp = stamp, .frame = "odom"}, "base_link",
+                                 test::at_x(stamp - kStart)));
+  }
+  std::optional<Localized> localize() {
+    auto done = session.localize();
+    REQUIRE_MESSAGE(done, to_string(done.error()));
+    return *std::move(done);
+  }
+  bool was_told(const std::string& text) const {
+    return std::ranges::any_of(
+        told, [&](const std::string& line) { return line.find(text) != std::string::npos; });
+  }
+};
+
+TEST_CASE("scans are localized from the pose that was kept") {
+  Robot robot(Robot::with_mount());
+  for (int i = 0; i < 5; ++i) {
+    robot.scan(kStart + 0.1 * i);
+    REQUIRE(robot.session.is_ready(ns(kStart + 0.1 * i)));
+    const auto found = robot.localize();
+    REQUIRE(found);
+    CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.0 + 0.1 * i).epsilon(1e-3));
+    CHECK(found->T_base_sensor.translation.z() == 1.0);
+    CHECK_FALSE(robot.session.is_ready(ns(kStart + 1e3)));
+  }
+  CHECK(robot.told.empty());
+}
+
+TEST_CASE("a scan waits for IMU and odometry, but not for ever") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  params.topics.odometry = "/odom";
+  params.motion_wait = 0.05;
+  Robot robot(params);
+  robot.scan(kStart);
+  CHECK(robot.session.is_ready(ns(kStart)));  // neither has ever spoken
+  CHECK(robot.localize());
+
+  robot.imu(kStart + 0.02);
+  robot.odometry(kStart + 0.02);
+  robot.scan(kStart + 0.1);
+  CHECK_FALSE(robot.session.is_ready(ns(kStart + 0.12)));
+  robot.imu(kStart + 0.11);
+  CHECK_FALSE(robot.session.is_ready(ns(kStart + 0.12)));
+  robot.odometry(kStart + 0.11);
+  CHECK(robot.session.is_ready(ns(kStart + 0.12)));
+  const auto found = robot.localize();
+  REQUIRE(found);
+  REQUIRE(found->T_odom_base);
+  CHECK(found->T_odom_base->translation.x() == doctest::Approx(0.1));
+
+  robot.scan(kStart + 0.2);
+  CHECK_FALSE(robot.session.is_ready(ns(kStart + 0.24)));
+  CHECK(robot.session.is_ready(ns(kStart + 0.26)));
+  CHECK(robot.localize());
+
+  robot.scan(kStart + 1.5);  // the samples have been silent for more than a second
+  CHECK(robot.session.is_ready(ns(kStart + 1.5)));
+}
+
+TEST_CASE("between scans, the IMU says how the robot moves") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  Robot robot(params);
+  CHECK_FALSE(robot.session.moved());
+  for (int scan = 0; scan < 30; ++scan) {
+    for (int i = 1; i <= 10; ++i) robot.imu(kStart + 0.1 * scan + 0.01 * (i - 10));
+    robot.scan(kStart + 0.1 * scan);
+    REQUIRE(robot.localize());
+  }
+  const double last = kStart + 2.9;
+  for (int i = 1; i <= 10; ++i) {
+    robot.imu(last + 0.01 * i);
+    const auto moved = robot.session.moved();
+    REQUIRE(moved);
+    CHECK(double(moved->stamp) == last + 0.01 * i);
+    CHECK(moved->motion.T_map_sensor.translation.x() ==
+          doctest::Approx(5.0 + 2.9 + 0.01 * i).epsilon(2e-3));
+    CHECK(moved->motion.twist.linear.x() == doctest::Approx(1.0).epsilon(0.05));
+    CHECK(moved->motion.covariance(0, 0) > 0.0);
+    CHECK_FALSE(robot.session.moved());  // told already
+  }
+  robot.imu(last + 1.5);
+  CHECK_FALSE(robot.session.moved());  // scans have been silent for too long
+}
+
+TEST_CASE("a scan that waits is dropped for the next one, and told once") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  Robot robot(params);
+  robot.imu(kStart - 0.01);
+  robot.scan(kStart);
+  robot.scan(kStart + 0.1);
+  robot.scan(kStart + 0.2);
+  CHECK(robot.was_told("come faster than they are localized"));
+  CHECK(robot.told.size() == 1);
+  CHECK(robot.notices.counts().at("scans_dropped") == 2);
+  CHECK(robot.localize()->report.stamp == kStart + 0.2);
+}
+
+TEST_CASE("stamps that go back: a little is left out, more is another clock") {
+  Robot robot(Robot::with_mount());
+  for (int i = 0; i < 3; ++i) {
+    robot.scan(kStart + 0.1 * i);
+    REQUIRE(robot.localize());
+  }
+  robot.scan(kStart + 0.1);
+  CHECK_FALSE(robot.session.is_ready(ns(kStart + 9)));
+  CHECK(robot.was_told("no later than the one before"));
+
+  // An hour back: begins anew, where the sensor was last.
+  const double hour = 3600.0;
+  robot.world.stand_at(test::at_x(5.3));
+  for (int i = 0; i < 3; ++i) {
+    robot.give(Input::points, kStart,
+               io::ros::write_point_cloud2({.stamp = kStart - hour + 0.1 * i, .frame = "lidar"},
+                                           robot.world.scan));
+    const auto found = robot.localize();
+    REQUIRE(found);
+    CHECK(found->report.has_pose);
+    CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.3).epsilon(1e-3));
+  }
+  CHECK(robot.was_told("went back by"));
+}
+
+TEST_CASE("samples count after the clock went back") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  Robot robot(params);
+  for (const double begin : {kStart, kStart - 3600.0}) {
+    std::uint64_t dropped = 0;
+    for (int i = 0; i < 30; ++i) {
+      robot.imu(begin + 0.1 * i);
+      robot.imu(begin + 0.1 * i + 0.05);
+      robot.world.stand_at(test::at_x(5.0));
+      robot.give(Input::points, kStart,
+                 io::ros::write_point_cloud2({.stamp = begin + 0.1 * i, .frame = "lidar"},
+                                             robot.world.scan));
+      const auto found = robot.localize();
+      REQUIRE(found);
+      dropped = found->report.dropped_samples;
+    }
+    CHECK(dropped == 0);
+  }
+}
+
+TEST_CASE("messages that cannot be used are told once, and nothing ends") {
+  Robot robot(Robot::with_mount());
+  for (const Input input : {Input::points, Input::imu, Input::odometry, Input::initial_pose,
+                            Input::prior, Input::static_transforms}) {
+    for (const std::string& bytes : {std::string(), std::string("xx"), std::string(100, '\xff')}) {
+      robot.session.take({.input = input, .arrival = 0, .message = bytes});
+    }
+  }
+  CHECK(robot.told.size() == 6);
+  CHECK(robot.notices.counts().at("points_unusable") == 3);
+  robot.imu(kStart, std::numeric_limits<double>::quiet_NaN());
+  CHECK(robot.notices.counts().at("imu_unusable") == 4);
+  robot.scan(kStart);
+  CHECK(robot.localize());
+}
+
+TEST_CASE("scans without a mount are left out, until /tf_static tells it") {
+  Robot robot;
+  robot.scan(kStart);
+  CHECK_FALSE(robot.localize());
+  CHECK(robot.was_told("no transform leads from 'base_link' to it"));
+  io::ros::PoseMessage mount{
+      .header = {.stamp = 0.0, .frame = "base_link"}, .child = "lidar", .pose = test::at_x(0.5)};
+  robot.give(Input::static_transforms, kStart, io::ros::write_transforms(std::array{mount}));
+  robot.scan(kStart + 0.1);
+  const auto found = robot.localize();
+  REQUIRE(found);
+  CHECK(found->T_base_sensor.translation.x() == 0.5);
+  robot.scan(kStart + 0.2, "base_link");
+  CHECK(robot.localize()->T_base_sensor.translation.x() == 0.0);
+}
+
+TEST_CASE("a session that waits for a pose begins with it, at any height") {
+  LiveParams params = Robot::with_mount();
+  params.start = Start::wait;
+  Robot robot(params, std::nullopt);
+  robot.scan(kStart);
+  CHECK_FALSE(robot.localize());
+  CHECK(robot.was_told("no pose has come on /initialpose"));
+  const Header header{.stamp = kStart, .frame = "map"};
+  io::ros::PoseCovariance covariance = io::ros::PoseCovariance::Zero();
+  covariance(0, 0) = covariance(1, 1) = 0.25;
+  covariance(5, 5) = 0.07;
+  Pose pose = test::at_x(5.4);
+  pose.translation.z() = -7.0;  // a screen has no height
+  robot.give(
+      Input::initial_pose, kStart,
+      io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "odom"}, pose, covariance));
+  CHECK(robot.was_told("is given in the frame 'odom', expected 'map'"));
+  robot.give(Input::initial_pose, kStart,
+             io::ros::write_pose_with_covariance(header, pose, covariance));
+  robot.scan(kStart + 0.1);
+  const auto found = robot.localize();
+  REQUIRE(found);
+  CHECK(found->report.has_pose);
+  CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.1).epsilon(1e-2));
+  CHECK(found->report.T_map_scan.translation.z() == doctest::Approx(0.0).epsilon(1e-2));
+}
+
+TEST_CASE("one sample with a stamp of the future does not hide those that follow") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  params.topics.odometry = "/odom";
+  Robot robot(params);
+  robot.scan(kStart);
+  REQUIRE(robot.localize());
+  robot.imu(kStart + 1e6);
+  robot.odometry(kStart + 1e6);
+  CHECK(robot.was_told("later than the last scan"));
+  robot.imu(kStart + 0.2);
+  robot.odometry(kStart + 0.2);
+  robot.scan(kStart + 0.1);
+  CHECK(robot.session.is_ready(ns(kStart + 0.1)));
+  CHECK(robot.localize()->T_odom_base);
+}
+
+/// Flips bits, cuts, or fills in numbers that are too large.
+std::string damaged(std::string message, std::mt19937& random) {
+  for (std::size_t hits = 1 + random() % 3; hits > 0 && !message.empty(); --hits) {
+    const std::size_t at = random() % message.size();
+    switch (random() % 4) {
+      case 0: message[at] = static_cast<char>(message[at] ^ (1 << random() % 8)); break;
+      case 1: message.resize(at); break;
+      case 2: message.insert(at, random() % 9, '\xff'); break;
+      default:
+        std::fill_n(message.begin() + static_cast<std::ptrdiff_t>(at),
+                    std::min<std::size_t>(message.size() - at, 1 + random() % 8),
+                    random() % 2 == 0 ? '\x7f' : '\xff');
+    }
+  }
+  return message;
+}
+
+TEST_CASE("a session survives damaged messages, and localizes afterwards") {
+  // VANTAGE_MESSAGES=10000000 runs for an hour.
+  const char* const wanted = std::getenv("VANTAGE_MESSAGES");
+  const std::uint64_t count = wanted == nullptr ? 20'000 : std::stoull(wanted);
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  params.topics.odometry = "/odom";
+  params.topics.prior = "/gnss";
+  Robot robot(params);
+  robot.world.stand_at(test::at_x(5.0));
+  io::ros::PoseCovariance covariance = io::ros::PoseCovariance::Identity();
+  const io::ros::PoseMessage mount{
+      .header = {.stamp = 0.0, .frame = "base_link"}, .child = "lidar", .pose = test::at_x(0.5)};
+  const auto message_at = [&](Input input, double stamp) -> std::string {
+    const Header header{.stamp = stamp, .frame = "map"};
+    switch (input) {
+      case Input::points:
+        return io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, robot.world.scan)
+            .value();
+      case Input::imu: return io::ros::write_imu(header, {0, 0, 0}, {0, 0, 9.81}).value();
+      case Input::odometry:
+        return io::ros::write_odometry(header, "base_link", test::at_x(1.0)).value();
+      case Input::initial_pose:
+      case Input::prior:
+        return io::ros::write_pose_with_covariance(header, test::at_x(5.0), covariance).value();
+      case Input::static_transforms: break;
+    }
+    return io::ros::write_transforms(std::array{mount}).value();
+  };
+  std::mt19937 random(1);
+  std::uint64_t localized = 0;
+  double stamp = kStart;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    // Poses by hand and scans search: fewer of them.
+    const auto input = static_cast<Input>(random() % 6);
+    const bool is_costly = input == Input::points || input == Input::initial_pose;
+    if (is_costly && random() % 20 != 0) continue;
+    stamp += 0.001;
+    robot.session.take({.input = input,
+                        .arrival = ns(stamp),
+                        .message = damaged(message_at(input, stamp), random)});
+    if (robot.session.is_ready(ns(stamp + 10.0)) && robot.session.localize()) ++localized;
+  }
+  MESSAGE(count << " messages, " << localized << " scans of them localized");
+  CHECK(localized > count / 1000);
+  CHECK(robot.told.size() < 100 + 2 * localized);  // each kind once; poses and clocks each time
+  // A clock of its own, and a pose by hand.
+  for (int i = 0; i < 30; ++i) {
+    const double then = kStart - 1e6 + 0.1 * i;
+    if (i == 1) {
+      robot.session.take({.input = Input::initial_pose,
+                          .arrival = ns(then),
+                          .message = message_at(Input::initial_pose, then)});
+    }
+    robot.session.take(
+        {.input = Input::points, .arrival = ns(then), .message = message_at(Input::points, then)});
+    REQUIRE(robot.session.is_ready(ns(then + 1.0)));
+    const auto found = robot.session.localize();
+    REQUIRE(found);
+    REQUIRE(*found);
+    if (i == 29) {
+      CHECK((*found)->report.has_pose);
+      CHECK((*found)->report.T_map_scan.translation.x() == doctest::Approx(5.0).epsilon(1e-2));
+    }
+  }
+}
+
+TEST_CASE("an IMU in g is noticed, and read as such if the configuration says so") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  Robot robot(params);
+  robot.imu(kStart, 1.0);
+  CHECK(robot.was_told("see [live] imu_unit"));
+  params.imu_unit = ForceUnit::g;
+  Robot other(params);
+  other.imu(kStart, 1.0);
+  CHECK(other.told.empty());
+}
+
+}  // namespace
+}  // namespace vantage::live

@@ -1,0 +1,40 @@
+#include "live/static_frames.hpp"
+
+#include <doctest/doctest.h>
+
+namespace vantage::live {
+namespace {
+
+io::ros::PoseMessage transform(const char* parent, const char* child, double x) {
+  io::ros::PoseMessage message{
+      .header = {.stamp = 0.0, .frame = parent}, .child = child, .pose = {}};
+  message.pose.translation.x() = x;
+  return message;
+}
+
+TEST_CASE("frames are found over several transforms, in either direction") {
+  StaticFrames frames;
+  REQUIRE(frames.add(transform("/base_link", "mast", 1.0)));
+  REQUIRE(frames.add(transform("mast", "/lidar", 2.0)));
+  REQUIRE(frames.add(transform("base_link", "imu", 10.0)));
+  CHECK(frames.pose("base_link", "lidar").value()->translation.x() == 3.0);
+  CHECK(frames.pose("lidar", "imu").value()->translation.x() == 7.0);
+  CHECK(frames.pose("lidar", "/lidar").value()->translation.x() == 0.0);
+  CHECK_FALSE(frames.pose("lidar", "camera").value());
+
+  REQUIRE(frames.add(transform("mast", "lidar", 5.0)));  // latched again
+  CHECK(frames.pose("base_link", "lidar").value()->translation.x() == 6.0);
+}
+
+TEST_CASE("a frame with two parents and an invalid transform are errors") {
+  StaticFrames frames;
+  REQUIRE(frames.add(transform("a", "c", 1.0)));
+  REQUIRE(frames.add(transform("b", "c", 1.0)));
+  CHECK_FALSE(frames.pose("a", "d/x").value_or(std::nullopt));
+  auto broken = transform("a", "e", 1.0);
+  broken.problem = "its rotation is not of unit length";
+  CHECK_FALSE(frames.add(broken));
+}
+
+}  // namespace
+}  // namespace vantage::live
