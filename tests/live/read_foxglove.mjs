@@ -1,8 +1,8 @@
 // Connects to `vantage live` with Foxglove's own client, decodes every message by the schema text
-// that the server sends, and says what came:
-//   VANTAGE_NODE_MODULES=.../node_modules node read_foxglove.mjs URL SUBPROTOCOL SECONDS [POSE]
-// POSE (x,y,yaw) is published on /initialpose after the first pose came, as Foxglove's 3-D panel
-// does it. Prints one JSON object.
+// that the server sends, and prints what came when the server ends, as one JSON object:
+//   VANTAGE_NODE_MODULES=.../node_modules node read_foxglove.mjs URL SUBPROTOCOL [publish]
+// With `publish` it gives the first pose that it gets back on /initialpose, encoded as Foxglove's
+// 3-D panel does it. Exit code 1 if a map, a pose, diagnostics and so on were not among it.
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
@@ -12,13 +12,13 @@ const { parse } = require("@foxglove/rosmsg");
 const { MessageReader, MessageWriter } = require("@foxglove/rosmsg2-serialization");
 const { WebSocket } = require("ws");
 
-const [url, subprotocol, seconds, pose] = process.argv.slice(2);
+const [url, subprotocol, publishes] = process.argv.slice(2);
 const socket = new WebSocket(url, [subprotocol]);
 const client = new FoxgloveClient({ ws: socket });
 const found = { protocol: null, serverInfo: null, statuses: [], topics: {}, published: null };
 const readers = new Map();
 
-function publish() {
+function publish({ position, orientation }) {
   const schema = `std_msgs/Header header
 geometry_msgs/PoseWithCovariance pose
 ===
@@ -49,17 +49,13 @@ float64 y
 float64 z
 float64 w
 `;
-  const [x, y, yaw] = pose.split(",").map(Number);
   const covariance = new Float64Array(36);
   covariance[0] = covariance[7] = 0.25;
   covariance[35] = 0.0685;
   const message = {
     header: { stamp: { sec: Math.floor(Date.now() / 1000), nanosec: 0 }, frame_id: "map" },
     pose: {
-      pose: {
-        position: { x, y, z: 0 },
-        orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) },
-      },
+      pose: { position, orientation },
       covariance,
     },
   };
@@ -98,7 +94,7 @@ client.on("message", ({ subscriptionId, timestamp, data }) => {
   entry.messages += 1;
   entry.time = timestamp;
   entry.last = reader.readMessage(data);
-  if (pose && topic === "/amcl_pose" && found.published == null) publish();
+  if (publishes && topic === "/amcl_pose" && found.published == null) publish(entry.last.pose.pose);
 });
 
 const short = (key, value) => {
@@ -108,7 +104,25 @@ const short = (key, value) => {
   if (key === "poses") return `${value.length} poses`;
   return value;
 };
-setTimeout(() => {
+client.on("close", () => {
   console.log(JSON.stringify(found, short, 1));
-  process.exit(0);
-}, Number(seconds) * 1000);
+  const wrong = [];
+  const check = (what, holds) => holds || wrong.push(what);
+  const last = (topic) => found.topics[topic]?.last;
+  const near = (a, b) => Math.hypot(a.x - b.x, a.y - b.y, a.z - b.z) < 100;
+  check("subprotocol", found.protocol === subprotocol);
+  check("map", last("/map")?.data.length === last("/map")?.width * last("/map")?.point_step);
+  check("points", last("/points")?.width > 0);
+  check("pose", last("/amcl_pose")?.header.frame_id === "map");
+  check("covariance", last("/amcl_pose")?.pose.covariance[0] > 0);
+  check("tf", found.topics["/tf"]?.messages > 0);
+  const status = last("/diagnostics")?.status[0];
+  check("diagnostics", status?.values.some(({ key, value }) => key === "risk" && value !== ""));
+  check("risk", last("/vantage/risk")?.data >= 0);
+  const path = last("/vantage/path")?.poses ?? [];
+  check("path", path.length > 0 && near(path[0].pose.position, last("/amcl_pose").pose.pose.position));
+  check("statuses", found.statuses.every(({ level }) => level < 2));
+  check("published", !publishes || found.published != null);
+  if (wrong.length > 0) console.error(`not as expected: ${wrong.join(", ")}`);
+  process.exit(wrong.length > 0 ? 1 : 0);
+});

@@ -5,6 +5,7 @@
 
 #include "io/ros/cdr_writer.hpp"
 #include "io/ros/message_writers.hpp"
+#include "io/ros/transform_tree.hpp"
 #include "live/publisher.hpp"
 
 namespace vantage::foxglove {
@@ -46,7 +47,7 @@ Result<std::string> Extras::path() const {
 Result<std::vector<Extras::Message>> Extras::messages(const live::Localized& scan) {
   std::vector<Message> messages;
   VANTAGE_TRY(std::string risk, float64(scan.report.risk));
-  messages.push_back({{.name = "/vantage/risk", .type = "std_msgs/Float64"}, std::move(risk)});
+  messages.push_back({{.name = kRiskTopic, .type = "std_msgs/Float64"}, std::move(risk)});
 
   std::vector<io::ros::PoseMessage> transforms;
   const auto add = [&](const std::string& frame, const std::string& child, const Pose& pose) {
@@ -78,7 +79,7 @@ Result<std::vector<Extras::Message>> Extras::messages(const live::Localized& sca
   if (path_sent_ && std::abs(scan.stamp.seconds() - *path_sent_) < kPathPeriod) return messages;
   path_sent_ = scan.stamp.seconds();
   VANTAGE_TRY(std::string bytes, path());
-  messages.push_back({{.name = "/vantage/path",
+  messages.push_back({{.name = kPathTopic,
                        .type = "nav_msgs/Path",
                        .qos = {.reliable = true, .transient_local = true, .depth = 1}},
                       std::move(bytes)});

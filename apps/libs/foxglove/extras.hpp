@@ -13,6 +13,8 @@
 
 namespace vantage::foxglove {
 
+inline constexpr const char *kRiskTopic = "/vantage/risk", *kPathTopic = "/vantage/path";
+
 /// What a picture needs and DDS does not get from this node:
 ///   /vantage/risk  std_msgs/Float64, of each scan: a number that can be plotted
 ///   /vantage/path  nav_msgs/Path, once a second of the scans: the robot's tracked poses, half a

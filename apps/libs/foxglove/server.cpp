@@ -86,10 +86,10 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
   }
 
   void start() {
-    auto& tcp = beast::get_lowest_layer(stream_);
-    tcp.socket().set_option(tcp::no_delay(true), ignored_);
-    tcp.expires_after(kLongestHandshake);
-    http::async_read(tcp, input_, request_,
+    auto& link = beast::get_lowest_layer(stream_);
+    link.socket().set_option(tcp::no_delay(true), ignored_);
+    link.expires_after(kLongestHandshake);
+    http::async_read(link, input_, request_,
                      [self = shared_from_this()](Failure failure, std::size_t) {
                        failure ? self->end() : self->answer();
                      });
@@ -105,6 +105,8 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
   enum class Phase : std::uint8_t { request, open, closing, ended };
 
   void answer() {
+    if (phase_ != Phase::request) return;
+    input_.consume(input_.size());
     if (!websocket::is_upgrade(request_)) {
       return refuse(http::status::upgrade_required,
                     "this is a server of WebSocket for Foxglove and Lichtblick: open a connection "
@@ -140,14 +142,14 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
   }
 
   void refuse(http::status why, std::string text) {
-    refusal_ = {why, 11};
+    refusal_ = http::response<http::string_body>(why, 11);
     refusal_.set(http::field::content_type, "text/plain; charset=utf-8");
     if (why == http::status::upgrade_required) refusal_.set(http::field::upgrade, "websocket");
     refusal_.keep_alive(false);
     refusal_.body() = std::move(text) + "\n";
     refusal_.prepare_payload();
-    auto& tcp = beast::get_lowest_layer(stream_);
-    http::async_write(tcp, refusal_, [self = shared_from_this()](Failure, std::size_t) {
+    auto& link = beast::get_lowest_layer(stream_);
+    http::async_write(link, refusal_, [self = shared_from_this()](Failure, std::size_t) {
       beast::get_lowest_layer(self->stream_)
           .socket()
           .shutdown(tcp::socket::shutdown_send, self->ignored_);
@@ -156,6 +158,7 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
   }
 
   void open(const std::string& subprotocol) {
+    if (phase_ != Phase::request) return;
     phase_ = Phase::open;
     server_.say(fmt::format("a Foxglove client is there, from {} ({})", peer_, subprotocol));
     client_ = server_.hub.join([weak = weak_from_this(), &io = server_.io] {
@@ -163,7 +166,6 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
         if (const auto self = weak.lock()) self->write();
       });
     });
-    if (server_.stops) return close(websocket::close_code::going_away);
     write();
     read();
   }

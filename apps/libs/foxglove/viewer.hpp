@@ -17,7 +17,8 @@ namespace vantage::foxglove {
 /// Shows a live session to clients of Foxglove: all that it localizes and publishes, and Extras.
 class Viewer final : public live::Observer {
  public:
-  /// Listens as [live.foxglove] says. Errors: those of Server::open.
+  /// Listens as [live.foxglove] says, and writes the layout. Errors: those of Server::open and
+  /// io::OutputFile.
   /// @param poses  takes the poses that clients publish on the topic `initial_pose`
   /// @param say    takes what a person may want to know, from the server's thread
   [[nodiscard]] static Result<std::unique_ptr<Viewer>> open(const live::LiveParams& params,

@@ -26,6 +26,7 @@ Result<void> FoxgloveParams::validate() const {
                                     "' is no address, expected one of IPv4 or IPv6 like 127.0.0.1 "
                                     "or ::1");
   }
+  if (layout && !port) return fail_at({"layout"}, "'layout' needs a 'port': there is no server");
   return {};
 }
 

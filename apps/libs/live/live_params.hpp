@@ -130,6 +130,7 @@ struct FoxgloveParams {
   std::string address = "127.0.0.1";
   std::uint32_t clients = 16;
   double buffer = 64.0;
+  std::optional<std::filesystem::path> layout;
 
   static constexpr auto schema() {
     return std::tuple{
@@ -144,9 +145,11 @@ struct FoxgloveParams {
         optional("buffer", &FoxgloveParams::buffer, "MiB",
                  "of messages that wait for one client; a slower one loses the oldest",
                  between(1, 4096)),
+        optional("layout", &FoxgloveParams::layout, "",
+                 "file to write a layout to at the start, for these topics: import it there"),
     };
   }
-  /// The address is one of IPv4 or IPv6.
+  /// The address is one of IPv4 or IPv6; a layout has a server.
   [[nodiscard]] Result<void> validate() const;
 };
 

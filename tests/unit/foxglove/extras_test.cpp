@@ -19,7 +19,8 @@ live::Localized tracked_at(double stamp, double x) {
   scan.report.risk = 0.25;
   scan.report.T_map_scan = pose_from_xyz_rpy({x, 0.0, 0.0}, {0.0, 0.0, 0.0});
   scan.stamp = stamp;
-  const auto message = io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, PointsView{});
+  const auto message =
+      io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, PointsView{});
   REQUIRE(message);
   scan.received.message = *message;
   return scan;

@@ -31,6 +31,16 @@ TEST_CASE("[live.foxglove]: an address is one of IPv4 or IPv6") {
   }
 }
 
+TEST_CASE("[live.foxglove]: a layout needs a server") {
+  FoxgloveParams params;
+  params.layout = "layout.json";
+  const auto valid = params.validate();
+  REQUIRE_FALSE(valid);
+  CHECK(valid.error().message == "'layout' needs a 'port': there is no server");
+  params.port = 8765;
+  CHECK(params.validate());
+}
+
 TEST_CASE("[live.foxglove]: ports and limits have bounds") {
   const auto parsed = [](const char* key, std::int64_t value) {
     Table table;
