@@ -251,7 +251,8 @@ void Hub::unsubscribe(Client& client, std::uint32_t number) {
   tell(client, status(Level::warning, fmt::format("there is no subscription {}", number)));
 }
 
-/// Panels announce all that they might publish; only what they do publish is complained about.
+/// Panels announce all that they might publish, and take it back. Only what they do publish is
+/// complained about.
 void Hub::begin_publication(Client& client, std::uint32_t number, const std::string& topic,
                             Publication publication) {
   if (options_.initial_pose.empty() || topic != options_.initial_pose) return;
@@ -272,11 +273,7 @@ void Hub::act(Client& client, const Request& request) {
       case Kind::subscribe: subscribe(client, item.id, item.channel); break;
       case Kind::unsubscribe: unsubscribe(client, item.id); break;
       case Kind::advertise: begin_publication(client, item.id, item.topic, item.publication); break;
-      case Kind::unadvertise:
-        if (client.publications.erase(item.id) == 0) {
-          tell(client, status(Level::warning, fmt::format("there is no publication {}", item.id)));
-        }
-        break;
+      case Kind::unadvertise: client.publications.erase(item.id); break;
     }
   }
 }

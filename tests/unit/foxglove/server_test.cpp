@@ -17,9 +17,9 @@ namespace {
 
 using test::Client;
 using test::data_of;
+using test::Json;
 using test::kMap;
 using test::kRisk;
-using Json = nlohmann::json;
 
 /// A server, what it said and the poses that it got.
 struct Served {
