@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "dds/participant.hpp"
+#include "foxglove/viewer.hpp"
 #include "live/inbox.hpp"
 #include "live/kept_state.hpp"
 #include "live/live_params.hpp"
@@ -91,6 +92,13 @@ class Node {
 
   /// Errors: those of Participant.
   [[nodiscard]] Result<void> connect() {
+    if (params_.foxglove.port) {
+      const auto put = [this](std::string&& message) {
+        inbox_.put({.input = Input::initial_pose, .arrival = now(), .message = std::move(message)});
+      };
+      VANTAGE_TRY(viewer_, foxglove::Viewer::open(params_, put, say));
+      observers_.push_back(viewer_.get());
+    }
     const dds::ParticipantOptions options{.domain = params_.domain,
                                           .node = params_.node,
                                           .release = params_.release,
@@ -140,6 +148,9 @@ class Node {
     const auto messages = publisher_.messages(scan, label, counts);
     if (!messages) return say(messages.error().message);
     for (const live::Publication& one : *messages) publish(one.output, one.message);
+    if (viewer_) {
+      if (const auto shown = viewer_->show(scan, now()); !shown) say(shown.error().message);
+    }
     if (report.has_pose && shown_ != report.region) {
       shown_ = report.region;
       worker_.run([this, region = report.region] { publish_map(region); });
@@ -262,6 +273,7 @@ class Node {
   std::optional<std::chrono::steady_clock::time_point> saved_;
   std::mutex state_mutex_;
   bool told_state_ = false;
+  std::unique_ptr<foxglove::Viewer> viewer_;     // before the worker, which shows it maps
   live::Worker worker_;                          // after what its jobs use
   std::optional<dds::Participant> participant_;  // last: its threads use what is above
 };

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "foxglove/layout.hpp"
 #include "localize/diagnostics.hpp"
-#include "localize/foxglove_layout.hpp"
 #include "localize/run_topics.hpp"
 #include "terminal/counts.hpp"
 #include "vantage/evaluation/metrics.hpp"
@@ -62,6 +62,20 @@ void add_metrics(Values& values, const RunScan& scan) {
       values.add(std::string(metric.key), fmt::format("{}", *x));
     }
   }
+}
+
+foxglove::LayoutNames layout_names(bool has_maps) {
+  return {.map = has_maps ? topics::kMap : "",
+          .scan = topics::kScan,
+          .pose = topics::kPose,
+          .region = fmt::format("{}.data", topics::kRegion),
+          .diagnostics = topics::kDiagnostics,
+          .status = kStatusName,
+          .map_frame = kMapFrame,
+          .follow = kScanFrame,
+          .plots = {{{"Integrity risk", {"risk"}},
+                     {"Fit", {"coverage", "nvtl", "fitness"}},
+                     {"Times [ms]", {"scan_ms", "align_ms", "stall_ms", "search_ms"}}}}};
 }
 
 }  // namespace
@@ -181,7 +195,7 @@ Result<void> RunRecorder::add_diagnostics(const RunScan& result) {
 }
 
 Result<void> RunRecorder::commit() {
-  VANTAGE_CHECK(layout_.write(foxglove_layout(has_maps_)));
+  VANTAGE_CHECK(layout_.write(foxglove::layout(layout_names(has_maps_))));
   VANTAGE_CHECK(writer_.commit());
   return layout_.commit();
 }

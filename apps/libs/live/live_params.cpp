@@ -1,5 +1,9 @@
 #include "live/live_params.hpp"
 
+#include <arpa/inet.h>
+
+#include <array>
+
 namespace vantage::live {
 
 Result<void> FrameParams::validate() const {
@@ -11,6 +15,18 @@ Result<void> FrameParams::validate() const {
   if (map == base || map == odom || odom == base) {
     return fail_at({"map", "odom", "base"}, "'map', 'odom' and 'base' must be different frames");
   }
+  return {};
+}
+
+Result<void> FoxgloveParams::validate() const {
+  std::array<std::byte, sizeof(in6_addr)> bytes;
+  if (inet_pton(AF_INET, address.c_str(), bytes.data()) != 1 &&
+      inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1) {
+    return fail_at({"address"}, "'" + address +
+                                    "' is no address, expected one of IPv4 or IPv6 like 127.0.0.1 "
+                                    "or ::1");
+  }
+  if (layout && !port) return fail_at({"layout"}, "'layout' needs a 'port': there is no server");
   return {};
 }
 

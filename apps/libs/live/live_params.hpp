@@ -124,6 +124,35 @@ struct FrameParams {
   [[nodiscard]] Result<void> validate() const;
 };
 
+/// [live.foxglove]: what Foxglove and Lichtblick are shown.
+struct FoxgloveParams {
+  std::optional<std::uint32_t> port;
+  std::string address = "127.0.0.1";
+  std::uint32_t clients = 16;
+  double buffer = 64.0;
+  std::optional<std::filesystem::path> layout;
+
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("port", &FoxgloveParams::port, "",
+                 "a server listens on it; if left out, there is none. Foxglove looks for 8765",
+                 between(1, 65535)),
+        optional("address", &FoxgloveParams::address, "",
+                 "that is listened on. Whoever reaches it can see the scans and move the "
+                 "localizer, so by default only this machine can; 0.0.0.0 is for all networks"),
+        optional("clients", &FoxgloveParams::clients, "", "most of them at a time",
+                 between(1, 1000)),
+        optional("buffer", &FoxgloveParams::buffer, "MiB",
+                 "of messages that wait for one client; a slower one loses the oldest",
+                 between(1, 4096)),
+        optional("layout", &FoxgloveParams::layout, "",
+                 "file to write a layout to at the start, for these topics: import it there"),
+    };
+  }
+  /// The address is one of IPv4 or IPv6; a layout has a server.
+  [[nodiscard]] Result<void> validate() const;
+};
+
 /// [live]: what a live localizer is connected to.
 struct LiveParams {
   std::uint32_t domain = 0;
@@ -139,6 +168,7 @@ struct LiveParams {
   ForceUnit imu_unit = ForceUnit::metres_per_second_squared;
   TopicParams topics;
   FrameParams frames;
+  FoxgloveParams foxglove;
 
   static constexpr auto schema() {
     return std::tuple{
@@ -169,6 +199,7 @@ struct LiveParams {
         optional("imu_unit", &LiveParams::imu_unit, "", "of the accelerations of the IMU"),
         optional("topics", &LiveParams::topics, "", "names of topics; \"\" for none"),
         optional("frames", &LiveParams::frames, "", "names of frames"),
+        optional("foxglove", &LiveParams::foxglove, "", "a server for Foxglove and Lichtblick"),
     };
   }
   /// The frames differ; there are points; map_to_odom has odometry.

@@ -1,35 +1,23 @@
-#include "localize/foxglove_layout.hpp"
+#include "foxglove/layout.hpp"
 
 #include <fmt/format.h>
 
-#include <initializer_list>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
-#include "localize/run_topics.hpp"
-
-namespace vantage {
+namespace vantage::foxglove {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Foxglove's path to a value of the diagnostics. The values are strings; Foxglove plots those that
-/// are numbers.
-std::string diagnostic(std::string_view key) {
-  return fmt::format("{}.status[0].values[:]{{key==\"{}\"}}.value", topics::kDiagnostics, key);
+Json path(const std::string& value, const std::string& label) {
+  return {
+      {"value", value}, {"enabled", true}, {"timestampMethod", "receiveTime"}, {"label", label}};
 }
 
-Json path(const std::string& value, std::string_view label) {
-  return {{"value", value},
-          {"enabled", true},
-          {"timestampMethod", "receiveTime"},
-          {"label", std::string(label)}};
-}
-
-Json plot(const char* title, std::initializer_list<std::string_view> keys) {
+Json plot(const std::string& diagnostics, const Plot& plot) {
   Json paths = Json::array();
-  for (const std::string_view key : keys) paths.push_back(path(diagnostic(key), key));
-  return {{"title", title},
+  for (const std::string& key : plot.keys) paths.push_back(path(value_of(diagnostics, key), key));
+  return {{"title", plot.title},
           {"paths", std::move(paths)},
           {"showXAxisLabels", true},
           {"showYAxisLabels", true},
@@ -40,20 +28,21 @@ Json plot(const char* title, std::initializer_list<std::string_view> keys) {
           {"xAxisVal", "timestamp"}};
 }
 
-Json view(bool has_map) {
+Json view(const LayoutNames& names) {
   Json shown;
-  if (has_map) {
-    shown[topics::kMap] = {{"visible", true},
-                           {"pointSize", 1.5},
-                           {"colorMode", "colormap"},
-                           {"colorField", "z"},
-                           {"colorMap", "turbo"}};
+  if (!names.map.empty()) {
+    shown[names.map] = {{"visible", true},
+                        {"pointSize", 1.5},
+                        {"colorMode", "colormap"},
+                        {"colorField", "z"},
+                        {"colorMap", "turbo"}};
   }
-  shown[topics::kScan] = {
+  shown[names.scan] = {
       {"visible", true}, {"pointSize", 2.5}, {"colorMode", "flat"}, {"flatColor", "#ffffffff"}};
-  shown[topics::kPose] = {{"visible", true}, {"type", "axis"}, {"axisScale", 2.0}};
+  shown[names.pose] = {{"visible", true}, {"type", "axis"}, {"axisScale", 2.0}};
+  if (!names.path.empty()) shown[names.path] = {{"visible", true}};
   return {{"followMode", "follow-position"},
-          {"followTf", kScanFrame},
+          {"followTf", names.follow},
           {"cameraState",
            {{"distance", 80.0},
             {"perspective", true},
@@ -66,7 +55,7 @@ Json view(bool has_map) {
             {"near", 0.5},
             {"far", 5000.0}}},
           {"scene", {{"backgroundColor", "#101418"}}},
-          {"transforms", {{fmt::format("frame:{}", kMapFrame), {{"visible", false}}}}},
+          {"transforms", {{fmt::format("frame:{}", names.map_frame), {{"visible", false}}}}},
           {"topics", std::move(shown)},
           {"layers", Json::object()},
           {"imageMode", Json::object()}};
@@ -82,22 +71,26 @@ Json split(const char* direction, double percent, Json first, Json second) {
 
 }  // namespace
 
-std::string foxglove_layout(bool has_map) {
-  const Json states{{"paths",
-                     {path(diagnostic("tracking"), "tracking"),
-                      path(fmt::format("{}.data", topics::kRegion), "region")}},
-                    {"isSynced", true}};
-  const Json status{{"topicToRender", topics::kDiagnostics},
+std::string value_of(const std::string& diagnostics, const std::string& key) {
+  return fmt::format("{}.status[0].values[:]{{key==\"{}\"}}.value", diagnostics, key);
+}
+
+std::string layout(const LayoutNames& names) {
+  const Json states{
+      {"paths",
+       {path(value_of(names.diagnostics, "tracking"), "tracking"), path(names.region, "region")}},
+      {"isSynced", true}};
+  const Json status{{"topicToRender", names.diagnostics},
                     {"selectedHardwareId", ""},
-                    {"selectedName", kStatusName},
+                    {"selectedName", names.status},
                     {"collapsedSections", Json::array()}};
   const Json layout{
       {"configById",
-       {{"3D!view", view(has_map)},
+       {{"3D!view", view(names)},
         {"StateTransitions!states", states},
-        {"Plot!risk", plot("Integrity risk", {"risk"})},
-        {"Plot!fit", plot("Fit", {"coverage", "nvtl", "fitness"})},
-        {"Plot!times", plot("Times [ms]", {"scan_ms", "align_ms", "stall_ms", "search_ms"})},
+        {"Plot!risk", plot(names.diagnostics, names.plots[0])},
+        {"Plot!fit", plot(names.diagnostics, names.plots[1])},
+        {"Plot!times", plot(names.diagnostics, names.plots[2])},
         {"DiagnosticStatusPanel!status", status}}},
       {"globalVariables", Json::object()},
       {"userNodes", Json::object()},
@@ -110,4 +103,4 @@ std::string foxglove_layout(bool has_map) {
   return layout.dump(2) + "\n";
 }
 
-}  // namespace vantage
+}  // namespace vantage::foxglove

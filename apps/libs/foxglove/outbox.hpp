@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace vantage::foxglove {
+
+/// A message of WebSocket: its bytes are those of `head`, then those of `body`.
+struct Frame {
+  bool is_text = false;
+  std::string head;
+  std::shared_ptr<const std::string> body = nullptr;  ///< clients share it
+};
+
+/// What waits for one client. It holds a bounded number of bytes: of a client that reads slower
+/// than messages come, the oldest messages are left out, and the client is told so, once until it
+/// has caught up.
+class Outbox {
+ public:
+  /// @param most  bytes of messages that may wait; one message alone may be larger
+  explicit Outbox(std::size_t most) : most_(most) {}
+
+  /// Adds an answer or an announcement; none is left out.
+  void tell(std::string text);
+  /// Adds a message of a topic.
+  /// @param is_latched  it is left out only if no other is left
+  void put(Frame frame, bool is_latched);
+  /// What is sent next; nothing if nothing waits.
+  [[nodiscard]] std::optional<Frame> next();
+
+  /// The client does not take what it is told: too much of it waits.
+  [[nodiscard]] bool is_deaf() const noexcept { return told_bytes_ > kMostTold; }
+  [[nodiscard]] std::size_t waiting_bytes() const noexcept { return bytes_; }
+
+ private:
+  static constexpr std::size_t kMostTold = 1U << 20U;
+  struct Waiting {
+    std::uint64_t number;  // in the order of arrival
+    Frame frame;
+  };
+  [[nodiscard]] Waiting take(std::deque<Waiting>& from);
+
+  std::size_t most_;
+  std::deque<std::string> told_;
+  std::deque<Waiting> passing_, latched_;
+  std::size_t told_bytes_ = 0, bytes_ = 0;
+  std::uint64_t numbers_ = 0;
+  bool tells_loss_ = false, has_told_loss_ = false;
+};
+
+}  // namespace vantage::foxglove
