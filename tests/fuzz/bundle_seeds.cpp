@@ -160,13 +160,14 @@ std::vector<std::string> build_parts() {
         value_of(PartWriter::create(folder.path(), {1, 1}, bundle_targets::kFuzzedKey));
     for (const std::uint32_t r : {2U, 0U, 1U, 7U}) {
       StoredPart part;
-      part.seen = 50;
-      part.skipped = r;
-      part.points = 20 * r;
-      for (std::uint64_t k = 0; k < part.points; ++k) part.ranks.push_back(k * k * k * r);
-      if (r == 2) part.views.assign(part.ranks.size(), 200);
-      part.prepared = {.bytes = std::vector<std::byte>(r, std::byte{9}), .elements = r};
-      part.errors = {{{1.0, 2.0, 3.0}, 0.02F, 0.01F}};
+      BuiltRegion& region = part.region;
+      region.seen = 50;
+      region.skipped = r;
+      region.points = 20 * r;
+      for (std::uint64_t k = 0; k < region.points; ++k) part.ranks.push_back(k * k * k * r);
+      if (r == 2) region.stored.views.assign(part.ranks.size(), 200);
+      region.prepared = {.bytes = std::vector<std::byte>(r, std::byte{9}), .elements = r};
+      region.errors = {{{1.0, 2.0, 3.0}, 0.02F, 0.01F}};
       done(writer.add(r, part));
     }
     done(std::move(writer).finish());

@@ -123,7 +123,7 @@ HitsAt hits_in(const MapParts& map, double max_range) {
     const double range = std::min(max_range, VirtualLidar::kFarthestReturn);
     // 1 m more for the neighbours of the points.
     VANTAGE_TRY(const MapPart around, map.read(with_margin(here, range + 1.0)));
-    return VirtualLidar(around.points, max_range).hits(sensor);
+    return VirtualLidar(around.points(), max_range).hits(sensor);
   };
 }
 

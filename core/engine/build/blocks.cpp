@@ -1,5 +1,8 @@
 #include "build/blocks.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <span>
 #include <string>
@@ -58,6 +61,20 @@ Bounds2 with_margin(const Bounds2& area, double margin) noexcept {
   if (needs_nothing(area)) return area;
   const Eigen::Vector2d around = Eigen::Vector2d::Constant(margin);
   return {area.min - around, area.max + around};
+}
+
+std::vector<std::uint32_t> owners_in(const RegionBlock& block, PointsView points,
+                                     const Partition& partition) {
+  const auto nobody = static_cast<std::uint32_t>(block.regions.size());
+  std::vector<std::uint32_t> place(partition.size(), nobody);
+  for (std::uint32_t k = 0; k < nobody; ++k) place[block.regions[k]] = k;
+  std::vector<std::uint32_t> owners(points.size(), nobody);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size()), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+      if (const auto region = partition.locate(points[k])) owners[k] = place[region->value];
+    }
+  });
+  return owners;
 }
 
 RegionNeed largest_need(const MapParts& map, std::span<const std::uint32_t> regions,

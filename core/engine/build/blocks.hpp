@@ -6,6 +6,7 @@
 
 #include "vantage/map_parts.hpp"
 #include "vantage/partition.hpp"
+#include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -30,6 +31,11 @@ inline constexpr std::uint64_t kMostBlockPoints = 0xffff'fffeU;
 [[nodiscard]] Result<std::vector<RegionBlock>> blocks_of(
     const MapParts& map, const Partition& partition, std::span<const std::uint32_t> regions,
     const std::vector<Bounds2>& areas, std::uint64_t memory, std::uint64_t bytes_a_point);
+
+/// Which region of a block owns each point (Eqs. 2-3): its place in the block; the number of the
+/// block's regions for a point that none of them owns.
+[[nodiscard]] std::vector<std::uint32_t> owners_in(const RegionBlock& block, PointsView points,
+                                                   const Partition& partition);
 
 /// What a region and what decides about it take.
 struct RegionNeed {

@@ -13,6 +13,8 @@ BuildReport report_of(const BuildPlan& plan) {
   report.ground_points = plan.ground_points;
   report.unreachable_viewpoints = plan.unreachable_viewpoints;
   report.places_outside = plan.places_outside;
+  report.seconds_ground = plan.seconds_ground;
+  report.seconds_partition = plan.seconds_partition;
   for (const PointCloud& viewpoints : plan.viewpoints) {
     report.viewpoints += viewpoints.size();
     if (viewpoints.empty()) ++report.regions_without_viewpoints;
@@ -34,8 +36,7 @@ Result<void> keep_attachment(MapStore& store, std::string_view name,
 
 Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& plugins,
                                          const BuildParams& params) {
-  BundleWriter writer(plan, plugins);
-  writer.attachments_ = &params.attachments;
+  BundleWriter writer(plan, plugins, params);
   writer.report_ = report_of(plan);
   if (plugins.selector) writer.predicted_.emplace().regions.resize(plan.partition.size());
   VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = plan.partition,
@@ -49,18 +50,18 @@ Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& pl
   return writer;
 }
 
-Result<void> BundleWriter::take(std::uint32_t region, PointsView map, Finished finished,
-                                std::uint64_t among) {
+Result<void> BundleWriter::take(std::uint32_t region, PointsView map, BuiltRegion built) {
   const PointCloud& viewpoints = plan_->viewpoints[region];
-  report_.seen[region] = finished.seen;
-  report_.skipped_viewpoints += finished.skipped;
+  const bool own = params_->scope == VisibilityScope::region;
+  const std::uint64_t among = own ? plan_->owned[region] : plan_->map_points;
+  report_.seen[region] = built.seen;
+  report_.skipped_viewpoints += built.skipped;
   report_.points_times_viewpoints +=
-      static_cast<double>(viewpoints.size() - finished.skipped) * static_cast<double>(among);
-  report_.regions[region] = {.points = finished.points,
-                             .viewpoints = viewpoints.size(),
-                             .elements = finished.prepared.elements};
-  if (predicted_) predicted_->regions[region] = std::move(finished.errors);
-  const RegionMap region_map = region_map_of(map, std::move(finished), viewpoints);
+      static_cast<double>(viewpoints.size() - built.skipped) * static_cast<double>(among);
+  report_.regions[region] = {
+      .points = built.points, .viewpoints = viewpoints.size(), .elements = built.prepared.elements};
+  if (predicted_) predicted_->regions[region] = std::move(built.errors);
+  const RegionMap region_map = region_map_of(map, std::move(built), viewpoints);
   return plugins_->store->put(RegionId{region}, region_map);
 }
 
@@ -69,7 +70,7 @@ Result<BuildReport> BundleWriter::commit() && {
     VANTAGE_CHECK(
         keep_attachment(*plugins_->store, PredictedErrors::kAttachment, predicted_->encode()));
   }
-  for (const auto& [name, bytes] : *attachments_) {
+  for (const auto& [name, bytes] : params_->attachments) {
     VANTAGE_CHECK(keep_attachment(*plugins_->store, name, bytes));
   }
   VANTAGE_CHECK(plugins_->store->commit());

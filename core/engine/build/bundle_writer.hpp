@@ -21,20 +21,19 @@ class BundleWriter {
                                                   const BuildParams& params);
 
   /// Stores a region, and counts what it cost.
-  /// @param map    of the indices that `finished` has
-  /// @param among  points that each of its viewpoints tested
+  /// @param map  of the region's indices
   /// Errors: those of the store.
-  [[nodiscard]] Result<void> take(std::uint32_t region, PointsView map, Finished finished,
-                                  std::uint64_t among);
+  [[nodiscard]] Result<void> take(std::uint32_t region, PointsView map, BuiltRegion built);
   /// Keeps the attachments of the parameters, and makes the bundle visible.
   [[nodiscard]] Result<BuildReport> commit() &&;
 
  private:
-  BundleWriter(const BuildPlan& plan, BuildPlugins& plugins) : plan_(&plan), plugins_(&plugins) {}
+  BundleWriter(const BuildPlan& plan, BuildPlugins& plugins, const BuildParams& params)
+      : plan_(&plan), plugins_(&plugins), params_(&params) {}
 
   const BuildPlan* plan_;
   BuildPlugins* plugins_;
-  const decltype(BuildParams::attachments)* attachments_ = nullptr;
+  const BuildParams* params_;
   BuildReport report_;
   std::optional<PredictedErrors> predicted_;  // none: no selector chooses elements
   Stopwatch stopwatch_;

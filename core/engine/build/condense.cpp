@@ -26,7 +26,7 @@ PointCloud points_of(PointsView map, IndexList seen) {
 Result<Condenser> Condenser::over(PointsView map, const BuildPlugins& plugins,
                                   const BuildParams& params) {
   Condenser condenser(map, params);
-  if (params.content == StoredContent::points) return condenser;
+  if (map.empty() || params.content == StoredContent::points) return condenser;
   VANTAGE_TRY(auto whole, plugins.matcher->prepare(map));
   condenser.whole_ = in_library_of(plugins.matcher, std::move(whole));
   auto offered =
@@ -39,49 +39,48 @@ Result<Condenser> Condenser::over(PointsView map, const BuildPlugins& plugins,
   return condenser;
 }
 
-Result<Condensed> Condenser::thin(Observable observable, std::span<const Point> viewpoints) const {
+Result<BuiltRegion> Condenser::thin(Observable observable,
+                                    std::span<const Point> viewpoints) const {
   ViewCounts& kept = observable.kept;
-  Condensed condensed{.seen = observable.seen, .skipped = observable.skipped};
+  BuiltRegion region{.seen = observable.seen, .skipped = observable.skipped};
   if (selection_ && !kept.points.empty()) {
-    VANTAGE_TRY(condensed.selected, selection_->of(points_of(map_, kept.points), viewpoints));
+    VANTAGE_TRY(Selected selected, selection_->of(points_of(map_, kept.points), viewpoints));
+    region.prepared = std::move(selected.prepared);
+    region.errors = std::move(selected.errors);
   }
   if (!params_.thinning) {
-    condensed.stored = std::move(kept);
-    return condensed;
+    region.points = kept.points.size();
+    region.stored = std::move(kept);
+    return region;
   }
-  condensed.stored.points = thinned(map_, kept.points, *params_.thinning);
+  ViewCounts& stored = region.stored;
+  stored.points = thinned(map_, kept.points, *params_.thinning);
+  region.points = stored.points.size();
   if (!kept.views.empty()) {
-    condensed.stored.views.reserve(condensed.stored.points.size());
-    for (std::size_t from = 0; const std::uint32_t k : condensed.stored.points) {
+    stored.views.reserve(stored.points.size());
+    for (std::size_t from = 0; const std::uint32_t k : stored.points) {
       while (kept.points[from] != k) ++from;
-      condensed.stored.views.push_back(kept.views[from]);
+      stored.views.push_back(kept.views[from]);
     }
   }
-  if (whole_) condensed.observable = std::move(kept.points);
-  return condensed;
+  if (whole_) region.observable = std::move(kept.points);
+  return region;
 }
 
-Result<Finished> Condenser::finish(Condensed condensed) const {
-  Finished region{.seen = condensed.seen,
-                  .skipped = condensed.skipped,
-                  .points = condensed.stored.points.size(),
-                  .stored = std::move(condensed.stored)};
+Result<BuiltRegion> Condenser::finish(BuiltRegion region) const {
   if (!whole_) return region;
   // The prepared map stands for all that was seen, not for what thinning left.
-  const IndexList& observable =
-      condensed.observable.empty() ? region.stored.points : condensed.observable;
-  if (observable.empty()) return region;
-  if (selection_) {
-    region.prepared = std::move(condensed.selected.prepared);
-    region.errors = std::move(condensed.selected.errors);
-  } else {
-    VANTAGE_TRY(region.prepared, whole_->excerpt(points_of(map_, observable)));
+  IndexList observable = std::exchange(region.observable, {});
+  const IndexList& all = observable.empty() ? region.stored.points : observable;
+  if (all.empty()) return region;
+  if (!selection_) {
+    VANTAGE_TRY(region.prepared, whole_->excerpt(points_of(map_, all)));
   }
   if (params_.content == StoredContent::prepared) region.stored = {};
   return region;
 }
 
-RegionMap region_map_of(PointsView map, Finished region, PointCloud viewpoints) {
+RegionMap region_map_of(PointsView map, BuiltRegion region, PointCloud viewpoints) {
   return {.points = points_of(map, std::move(region.stored.points)),
           .viewpoints = std::move(viewpoints),
           .prepared = std::move(region.prepared),

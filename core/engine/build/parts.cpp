@@ -39,28 +39,31 @@ std::uint64_t sum_of_record(std::uint64_t region, std::span<const std::byte> byt
 }
 
 std::vector<std::byte> encode(const StoredPart& part) {
+  const BuiltRegion& region = part.region;
   ByteWriter to;
-  to.number(part.seen);
-  to.number(part.skipped);
-  to.number(part.points);
+  to.number(region.seen);
+  to.number(region.skipped);
+  to.number(region.points);
   to.number(std::uint64_t{part.ranks.size()});
   std::uint64_t next = 0;
   for (const std::uint64_t rank : part.ranks) {
     to.counted(rank - next);
     next = rank + 1;
   }
-  to.number(std::uint64_t{part.views.size()});
-  for (const std::uint32_t views : part.views) to.counted(views);
-  to.number(std::uint64_t{part.prepared.elements});
-  to.text({reinterpret_cast<const char*>(part.prepared.bytes.data()), part.prepared.bytes.size()});
-  write(to, part.errors);
+  to.number(std::uint64_t{region.stored.views.size()});
+  for (const std::uint32_t views : region.stored.views) to.counted(views);
+  const PreparedMap& prepared = region.prepared;
+  to.number(std::uint64_t{prepared.elements});
+  to.text({reinterpret_cast<const char*>(prepared.bytes.data()), prepared.bytes.size()});
+  write(to, region.errors);
   return std::move(to).take();
 }
 
 bool decode(ByteReader from, StoredPart& part) {
-  part.seen = from.number<std::uint64_t>();
-  part.skipped = from.number<std::uint64_t>();
-  part.points = from.number<std::uint64_t>();
+  BuiltRegion& region = part.region;
+  region.seen = from.number<std::uint64_t>();
+  region.skipped = from.number<std::uint64_t>();
+  region.points = from.number<std::uint64_t>();
   part.ranks.resize(from.count(1));
   std::uint64_t next = 0;
   for (std::uint64_t& rank : part.ranks) {
@@ -68,14 +71,15 @@ bool decode(ByteReader from, StoredPart& part) {
     from.check(rank >= next && rank < ~std::uint64_t{0});
     next = rank + 1;
   }
-  part.views.resize(from.count(1));
-  from.check(part.views.empty() || part.views.size() == part.ranks.size());
-  for (std::uint32_t& views : part.views) views = static_cast<std::uint32_t>(from.counted());
-  part.prepared.elements = from.number<std::uint64_t>();
+  std::vector<std::uint32_t>& counts = region.stored.views;
+  counts.resize(from.count(1));
+  from.check(counts.empty() || counts.size() == part.ranks.size());
+  for (std::uint32_t& views : counts) views = static_cast<std::uint32_t>(from.counted());
+  region.prepared.elements = from.number<std::uint64_t>();
   const std::string bytes = from.text();
   const auto prepared = std::as_bytes(std::span(bytes));
-  part.prepared.bytes.assign(prepared.begin(), prepared.end());
-  part.errors = read_predicted_errors(from);
+  region.prepared.bytes.assign(prepared.begin(), prepared.end());
+  region.errors = read_predicted_errors(from);
   return from.ok() && from.at_end();
 }
 
@@ -179,27 +183,28 @@ Result<bool> is_begun(const io::InputFile& file, std::uint64_t key) {
 }  // namespace
 
 std::vector<std::uint64_t> ranks_of(const MapPart& part, const IndexList& points) {
+  const std::vector<MapPart::Run>& runs = part.runs();
   std::vector<std::uint64_t> ranks;
   ranks.reserve(points.size());
   std::size_t run = 0;
   for (const std::uint32_t k : points) {
-    while (run + 1 < part.runs.size() && part.runs[run + 1].begin <= k) ++run;
-    ranks.push_back(part.runs[run].rank + (k - part.runs[run].begin));
+    while (run + 1 < runs.size() && runs[run + 1].begin <= k) ++run;
+    ranks.push_back(runs[run].rank + (k - runs[run].begin));
   }
   return ranks;
 }
 
 Result<IndexList> indices_of(const MapPart& part, const std::vector<std::uint64_t>& ranks) {
+  const std::vector<MapPart::Run>& runs = part.runs();
+  const std::size_t size = part.points().size();
   IndexList points;
   points.reserve(ranks.size());
   std::size_t run = 0;
   for (const std::uint64_t rank : ranks) {
-    while (run + 1 < part.runs.size() && part.runs[run + 1].rank <= rank) ++run;
-    const std::uint64_t k =
-        part.runs.empty() ? part.points.size() : part.runs[run].begin + rank - part.runs[run].rank;
-    const std::size_t end =
-        run + 1 < part.runs.size() ? part.runs[run + 1].begin : part.points.size();
-    if (k >= end || rank < part.runs[run].rank) {
+    while (run + 1 < runs.size() && runs[run + 1].rank <= rank) ++run;
+    const std::uint64_t k = runs.empty() ? size : runs[run].begin + rank - runs[run].rank;
+    const std::size_t end = run + 1 < runs.size() ? runs[run + 1].begin : size;
+    if (k >= end || rank < runs[run].rank) {
       return fail(ErrorCode::internal, "a part of the map lacks a point that a region has");
     }
     points.push_back(static_cast<std::uint32_t>(k));

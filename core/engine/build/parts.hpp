@@ -13,13 +13,10 @@
 
 namespace vantage {
 
-/// A region that is built, before it is stored: its points by their ranks in the whole map.
+/// A region in a file: its points by their ranks in the whole map, not by indices.
 struct StoredPart {
-  std::uint64_t seen = 0, skipped = 0, points = 0;
   std::vector<std::uint64_t> ranks;  ///< ascending; empty if no points are stored
-  std::vector<std::uint32_t> views;
-  PreparedMap prepared;
-  std::vector<PredictedError> errors;
+  BuiltRegion region;                ///< without indices
 };
 
 /// Ranks of points of a part of the map. Both are ascending.

@@ -11,29 +11,11 @@
 namespace vantage {
 namespace {
 
-/// What the filter says of some of the points.
-Result<IndexList> ground_among(PointsView map, IndexList candidates, const GroundFilter& filter) {
-  PointCloud points;
-  points.reserve(candidates.size());
-  for (const std::uint32_t k : candidates) points.push_back(map[k]);
-  VANTAGE_TRY(IndexList ground, filter.ground(points));
-  VANTAGE_CHECK(check_indices(ground, points.size(), "ground"));
-  for (std::uint32_t& k : ground) k = candidates[k];
-  return ground;
-}
-
 Result<Places> ground_of(PointsView map, const GroundFilter& filter,
                          const std::optional<OutlierParams>& outliers) {
   Places places;
   places.points = map;
-  if (outliers) {
-    IndexList stay = without_outliers(map, *outliers);
-    if (stay.empty()) return no_ground();
-    VANTAGE_TRY(places.which, ground_among(map, std::move(stay), filter));
-  } else {
-    VANTAGE_TRY(places.which, filter.ground(map));
-    VANTAGE_CHECK(check_indices(places.which, map.size(), "ground"));
-  }
+  VANTAGE_TRY(places.which, ground_in(map, filter, outliers));
   if (places.which.empty()) return no_ground();
   places.ground_points = places.which.size();
   return places;
@@ -69,6 +51,24 @@ tl::unexpected<Error> no_ground() {
   return fail(ErrorCode::invalid_input,
               "no ground was found in the map, so no viewpoint can be placed; viewpoints.source "
               "= \"trajectory\" needs no ground");
+}
+
+Result<IndexList> ground_in(PointsView points, const GroundFilter& filter,
+                            const std::optional<OutlierParams>& outliers) {
+  IndexList stay;
+  PointCloud candidates;
+  if (outliers) {
+    stay = without_outliers(points, *outliers);
+    if (stay.empty()) return stay;
+    candidates = select(points, stay);
+    points = candidates;
+  }
+  VANTAGE_TRY(IndexList ground, filter.ground(points));
+  VANTAGE_CHECK(check_indices(ground, points.size(), "ground"));
+  if (outliers) {
+    for (std::uint32_t& k : ground) k = stay[k];
+  }
+  return ground;
 }
 
 Result<Places> places_of(PointsView map, PointsView trajectory, const GroundFilter* ground,

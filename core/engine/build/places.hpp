@@ -23,13 +23,16 @@ struct Places {
 /// The error of a map without ground.
 [[nodiscard]] tl::unexpected<Error> no_ground();
 
+/// The ground among some points. Errors: those of the filter; `internal` if it breaks its contract.
+/// @param outliers  which points the filter does not get; none: it gets all
+[[nodiscard]] Result<IndexList> ground_in(PointsView points, const GroundFilter& filter,
+                                          const std::optional<OutlierParams>& outliers);
+
 /// Finds the places for the viewpoints.
 /// @param map         borrowed by the result
 /// @param trajectory  may be empty unless viewpoints come from it
 /// @param ground      not used along the trajectory
-/// @param outliers    which points `ground` does not get; none: it gets all
-/// Errors: `invalid_input` if a needed ground or trajectory is missing; those of the ground filter;
-/// `internal` if the filter breaks its contract.
+/// Errors: `invalid_input` if a needed ground or trajectory is missing; those of ground_in.
 [[nodiscard]] Result<Places> places_of(PointsView map, PointsView trajectory,
                                        const GroundFilter* ground,
                                        const std::optional<OutlierParams>& outliers,

@@ -1,23 +1,23 @@
 #include "build/plan.hpp"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 
 #include "build/blocks.hpp"
-#include "build/cut.hpp"
 #include "build/places.hpp"
-#include "build/plugin_checks.hpp"
+#include "build/plan_index.hpp"
 #include "build/selection.hpp"
+#include "build/survey.hpp"
 #include "build/viewpoint_origin.hpp"
+#include "stopwatch.hpp"
 
 namespace vantage {
 namespace {
@@ -54,10 +54,26 @@ Result<void> check_reaches(const BuildPlugins& plugins, const BuildParams& param
   return {};
 }
 
-std::vector<std::uint32_t> every_region(std::size_t count) {
-  std::vector<std::uint32_t> all(count);
-  std::iota(all.begin(), all.end(), 0U);
-  return all;
+Result<Partition> partition_of(const MapParts& map, PointsView trajectory,
+                               const BuildPlugins& plugins, const BuildParams& params,
+                               const Sight* whole, const std::optional<Places>& places) {
+  if (whole != nullptr) {
+    return plugins.partitioner->partition(whole->map(), trajectory,
+                                          BuildSurvey(whole->map(), *places, *whole, params));
+  }
+  auto partition = plugins.partitioner->partition_in_passes(map, trajectory);
+  if (partition || partition.error().code != ErrorCode::unsupported) return partition;
+  return needs_whole_map("the plugin of [partitioner]",
+                         "choose another one (" + partition.error().message + ")");
+}
+
+/// The relocalizer's index of the map; no bytes if there is no relocalizer, or if it cannot index
+/// the map.
+Result<std::vector<std::byte>> place_index_of(const MapPasses& map, const BuildPlugins& plugins) {
+  if (!plugins.relocalizer) return std::vector<std::byte>();
+  auto index = plugins.relocalizer->index(map);
+  if (!index && index.error().code == ErrorCode::unsupported) return std::vector<std::byte>();
+  return index;
 }
 
 /// How many points decide about each region: at most, until its viewpoints are known.
@@ -109,9 +125,10 @@ class Planner {
           BuildPlan& plan)
       : map_(map), plugins_(plugins), params_(params), plan_(plan) {}
 
-  /// @param over_ground  whether viewpoints stand over the ground of the blocks
-  Result<void> run(std::uint64_t memory, bool over_ground) {
-    const double margin = over_ground ? plugins_.ground->reach() : 0.0;
+  /// @param places  none: ground is sought in each block
+  Result<void> run(std::uint64_t memory, const std::optional<Places>& places) {
+    if (places && !places->own.empty()) VANTAGE_CHECK(place_along(*places));
+    const double margin = places ? 0.0 : plugins_.ground->reach();
     std::vector<Bounds2> areas;
     for (const Region& region : plan_.partition.regions()) {
       areas.push_back(with_margin(bounds_of(region.footprint), margin));
@@ -120,84 +137,93 @@ class Planner {
     VANTAGE_TRY(auto blocks,
                 blocks_of(map_, plan_.partition, all, areas, memory, kBytesAGroundPoint));
     Needs needs(map_, plan_, params_.scope, reach_of(plugins_, params_, plan_.limits));
-    if (over_ground) {
-      needs.put_first(blocks);
-    } else {
+    if (places) {
       VANTAGE_CHECK(needs.check(all, memory));
+    } else {
+      needs.put_first(blocks);
     }
-    block_of_.resize(plan_.partition.size());
-    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-      for (const std::uint32_t r : blocks[b].regions) block_of_[r] = b;
-    }
-    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-      VANTAGE_TRY(const MapPart part, map_.read(blocks[b].area));
-      const PointCloud& points = part.points;
-      const std::vector<std::uint32_t> owners = owners_in(b, points);
-      for (std::size_t k = 0; k < points.size(); ++k) {
-        if (owners[k] == kNobody) continue;
-        ++owned_;
-        ++plan_.owned[owners[k]];
+    std::uint64_t owned = 0;
+    for (const RegionBlock& block : blocks) {
+      VANTAGE_TRY(const MapPart part, map_.read(block.area));
+      const PointsView points = part.points();
+      const std::vector<std::uint32_t> owners = owners_in(block, points, plan_.partition);
+      for (const std::uint32_t owner : owners) {
+        if (owner == block.regions.size()) continue;
+        ++owned;
+        ++plan_.owned[block.regions[owner]];
       }
-      if (!over_ground) continue;
-      VANTAGE_CHECK(find_viewpoints(blocks[b], points, owners));
-      VANTAGE_CHECK(needs.check(blocks[b].regions, memory));
+      if (places && places->own.empty()) {
+        VANTAGE_CHECK(place_over(points, places->which, block, owners));
+      } else if (!places && !points.empty()) {
+        VANTAGE_TRY(const IndexList ground, ground_in(points, *plugins_.ground, {}));
+        VANTAGE_TRY(const std::uint64_t in_block, place_over(points, ground, block, owners));
+        plan_.ground_points += in_block;
+      }
+      if (!places) VANTAGE_CHECK(needs.check(block.regions, memory));
     }
-    if (owned_ != map_.points()) {
+    if (owned != map_.points()) {
       return fail(ErrorCode::internal,
-                  "the partitioner plugin broke its contract: its regions own " +
-                      std::to_string(owned_) + " of the " + std::to_string(map_.points()) +
-                      " map points");
+                  "the partitioner plugin broke its contract: no region owns " +
+                      std::to_string(map_.points() - owned) + " of the " +
+                      std::to_string(map_.points()) + " map points");
     }
-    if (over_ground && plan_.ground_points == 0) return no_ground();
+    if (!places && plan_.ground_points == 0) return no_ground();
     return {};
   }
 
  private:
-  static constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
-
-  /// The region of each point, if the region is in the block.
-  [[nodiscard]] std::vector<std::uint32_t> owners_in(std::uint32_t block, PointsView points) const {
-    std::vector<std::uint32_t> owners(points.size(), kNobody);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size()), [&](const auto& range) {
-      for (std::size_t k = range.begin(); k != range.end(); ++k) {
-        const auto region = plan_.partition.locate(points[k]);
-        if (region && block_of_[region->value] == block) owners[k] = region->value;
-      }
-    });
-    return owners;
+  /// Makes the viewpoints of a block's regions over its ground (Eqs. 4-5).
+  /// @return  how much of the ground the regions own
+  Result<std::uint64_t> place_over(PointsView points, const IndexList& ground,
+                                   const RegionBlock& block,
+                                   const std::vector<std::uint32_t>& owners) {
+    const std::size_t regions = block.regions.size();
+    const Groups by_region = grouped(
+        ground.size(), regions + 1, [&](std::size_t i) { return ground[i]; },
+        [&](std::uint32_t k) { return owners[k]; });  // g_ij
+    VANTAGE_CHECK(make_viewpoints(points, by_region, block.regions));
+    return ground.size() - by_region[regions].size();
   }
 
-  Result<void> find_viewpoints(const RegionBlock& block, PointsView points,
-                               const std::vector<std::uint32_t>& owners) {
-    if (points.empty()) return {};
-    VANTAGE_TRY(IndexList ground, plugins_.ground->ground(points));
-    VANTAGE_CHECK(check_indices(ground, points.size(), "ground"));
-    std::erase_if(ground, [&](std::uint32_t k) { return owners[k] == kNobody; });
-    plan_.ground_points += ground.size();
-    const Groups by_region = grouped(
-        ground.size(), block.regions.size(), [&](std::size_t i) { return ground[i]; },
-        [&](std::uint32_t k) {
-          return std::ranges::lower_bound(block.regions, owners[k]) - block.regions.begin();
-        });
-    return viewpoints_of_groups(points, by_region, block.regions, params_.viewpoints,
-                                plan_.viewpoints);
+  /// Makes the viewpoints of all regions from places along a trajectory.
+  Result<void> place_along(const Places& places) {
+    const RegionBlock all{every_region(plan_.partition.size()), {}};
+    const std::vector<std::uint32_t> owners = owners_in(all, places.own, plan_.partition);
+    VANTAGE_TRY(const std::uint64_t inside, place_over(places.own, places.which, all, owners));
+    if (inside == 0) {
+      return fail(
+          ErrorCode::invalid_input,
+          "the whole trajectory lies outside all regions, so no viewpoint can be placed: is "
+          "the trajectory in the frame of the map?");
+    }
+    plan_.places_outside = places.which.size() - inside;
+    return {};
+  }
+
+  Result<void> make_viewpoints(PointsView points, const Groups& groups,
+                               const std::vector<std::uint32_t>& regions) {
+    std::vector<Result<PointCloud>> made(regions.size());
+    tbb::parallel_for(std::size_t{0}, regions.size(), [&](std::size_t g) {
+      made[g] = viewpoints_over(points, groups[g], params_.viewpoints);
+    });
+    for (std::size_t g = 0; g < regions.size(); ++g) {
+      VANTAGE_TRY(plan_.viewpoints[regions[g]], std::move(made[g]));
+    }
+    return {};
   }
 
   const MapParts& map_;
   const BuildPlugins& plugins_;
   const BuildParams& params_;
   BuildPlan& plan_;
-  std::vector<std::uint32_t> block_of_;  // by region
-  std::uint64_t owned_ = 0;              // points
 };
 
 }  // namespace
 
-Result<std::vector<std::byte>> place_index_of(const MapPasses& map, const BuildPlugins& plugins) {
-  if (!plugins.relocalizer) return std::vector<std::byte>();
-  auto index = plugins.relocalizer->index(map);
-  if (!index && index.error().code == ErrorCode::unsupported) return std::vector<std::byte>();
-  return index;
+std::vector<std::uint32_t> every_region(std::size_t count) {
+  std::vector<std::uint32_t> all(count);
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
 }
 
 BuildProgress meter_start(const BuildPlan& plan) noexcept {
@@ -225,27 +251,32 @@ double reach_of(const BuildPlugins& plugins, const BuildParams& params,
 }
 
 Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const BuildPlugins& plugins,
-                          const BuildParams& params, std::uint64_t memory) {
+                          const BuildParams& params, std::uint64_t memory, const Sight* whole) {
   BuildPlan plan;
   plan.limits = {.map_bounds = map.bounds(), .max_range = params.max_range};
   plan.map_points = map.points();
   if (plan.map_points == 0) return fail(ErrorCode::invalid_input, "the map has no points");
-  VANTAGE_CHECK(check_reaches(plugins, params, plan.limits));
-  auto partition = plugins.partitioner->partition_in_passes(map, trajectory);
-  if (!partition && partition.error().code == ErrorCode::unsupported) {
-    return needs_whole_map("the plugin of [partitioner]",
-                           "choose another one (" + partition.error().message + ")");
+  if (whole == nullptr) VANTAGE_CHECK(check_reaches(plugins, params, plan.limits));
+
+  // Ground (Sec. 2.2), or the driven path. A partitioner may ask about it.
+  Stopwatch stopwatch;
+  std::optional<Places> places;
+  if (whole != nullptr || std::holds_alternative<AlongTrajectory>(origin_of(params.viewpoints))) {
+    VANTAGE_TRY(places, places_of(whole != nullptr ? whole->map() : PointsView(), trajectory,
+                                  plugins.ground.get(), params.outliers, params.viewpoints));
+    plan.ground_points = places->ground_points;
+    plan.unreachable_viewpoints = places->unreachable_viewpoints;
   }
-  VANTAGE_TRY(plan.partition, std::move(partition));
+  plan.seconds_ground = stopwatch.seconds();
+
+  // Partition (Sec. 2.1, Eqs. 2-3) and viewpoints (Sec. 2.2, Eqs. 4-5).
+  stopwatch = {};
+  VANTAGE_TRY(plan.partition, partition_of(map, trajectory, plugins, params, whole, places));
   plan.viewpoints.resize(plan.partition.size());
   plan.owned.resize(plan.partition.size());
-  const bool over_ground = !std::holds_alternative<AlongTrajectory>(origin_of(params.viewpoints));
-  if (!over_ground) {
-    VANTAGE_TRY(const Places places, places_of({}, trajectory, nullptr, {}, params.viewpoints));
-    VANTAGE_TRY(plan.places_outside,
-                viewpoints_along(places, plan.partition, params.viewpoints, plan.viewpoints));
-  }
-  VANTAGE_CHECK(Planner(map, plugins, params, plan).run(memory, over_ground));
+  VANTAGE_CHECK(Planner(map, plugins, params, plan).run(memory, places));
+  places.reset();
+  plan.seconds_partition = stopwatch.seconds();
   VANTAGE_TRY(plan.place_index, place_index_of(map, plugins));
   return plan;
 }

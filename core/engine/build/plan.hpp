@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "build/sight.hpp"
 #include "vantage/engine/build.hpp"
 #include "vantage/map_parts.hpp"
 #include "vantage/partition.hpp"
@@ -17,29 +18,32 @@ namespace vantage {
 struct BuildPlan {
   Partition partition;
   std::vector<PointCloud> viewpoints;  ///< by RegionId (Eqs. 4-5)
-  std::vector<std::uint64_t> owned;    ///< by RegionId: points of P_ij; only of a map in parts
+  std::vector<std::uint64_t> owned;    ///< by RegionId: points of P_ij
   VisibilityLimits limits;
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t unreachable_viewpoints = 0;
   std::uint64_t places_outside = 0;
   std::vector<std::byte> place_index;  ///< of the relocalizer; none for a map that it cannot index
+  /// What making it took, wall clock; not kept in a file.
+  double seconds_ground = 0, seconds_partition = 0;
 };
 
-/// Plans the build of a map that does not fit into memory: cuts it, and finds the ground and the
-/// viewpoints block by block. The plan is that of the same points in memory.
+/// Plans a build: cuts the map, and finds the ground and the viewpoints block by block. The plan of
+/// a map in parts is that of the same points in memory.
 /// @param memory  for points and what is made of them [bytes]
-/// Errors: `unsupported` for a plugin or an option that needs the whole map at once; it says which
-/// and why. `invalid_input` for a region that does not fit into the memory, now or when its
-/// visibility is decided: those that may need most are planned first. Those of build_region_maps.
+/// @param whole   sees in the whole map, if it is in memory and the only block: a partitioner may
+///                ask what is seen. None: only a part of the map is in memory at a time
+/// Errors: `unsupported` for a plugin or an option that needs the whole map at once, if there is
+/// none; it says which and why. `invalid_input` for a region that does not fit into the memory, now
+/// or when its visibility is decided: those that may need most are planned first. Those of
+/// build_region_maps.
 [[nodiscard]] Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory,
                                         const BuildPlugins& plugins, const BuildParams& params,
-                                        std::uint64_t memory);
+                                        std::uint64_t memory, const Sight* whole = nullptr);
 
-/// The relocalizer's index of the map; no bytes if there is no relocalizer, or if it cannot index
-/// the map. Errors: those of the relocalizer, except `unsupported`.
-[[nodiscard]] Result<std::vector<std::byte>> place_index_of(const MapPasses& map,
-                                                            const BuildPlugins& plugins);
+/// 0, 1, ..., count - 1.
+[[nodiscard]] std::vector<std::uint32_t> every_region(std::size_t count);
 
 /// Where the progress of the build begins.
 [[nodiscard]] BuildProgress meter_start(const BuildPlan& plan) noexcept;

@@ -8,27 +8,38 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
-#include "build/progress.hpp"
+#include "build/plan_index.hpp"
 
 namespace vantage {
 namespace {
 
-/// One run over the regions.
+/// P_ij of Eq. 3 of the regions of a block, by place in the block.
+Groups points_inside(const RegionBlock& block, PointsView map, const Partition& partition) {
+  const std::vector<std::uint32_t> owners = owners_in(block, map, partition);
+  return grouped(
+      map.size(), block.regions.size() + 1,
+      [](std::size_t k) { return static_cast<std::uint32_t>(k); },
+      [&](std::uint32_t k) { return owners[k]; });
+}
+
+/// One run over the regions of a block.
 class Run {
  public:
-  Run(const RegionsToBuild& regions, const Partition& partition, Sight& sight,
+  Run(const RegionBlock& block, const BuildPlan& plan, Groups inside, Sight& sight,
       const Condenser& condenser, Meter& meter, const TakeRegion& take)
-      : regions_(regions),
-        partition_(partition),
+      : which_(block.regions),
+        plan_(plan),
+        inside_(std::move(inside)),
         sight_(sight),
         condenser_(condenser),
         meter_(meter),
         take_(take) {}
 
   Result<void> all() {
-    if (std::ranges::any_of(regions_.which,
-                            [&](std::uint32_t r) { return !regions_.viewpoints[r].empty(); })) {
+    if (std::ranges::any_of(which_,
+                            [&](std::uint32_t r) { return !plan_.viewpoints[r].empty(); })) {
       VANTAGE_CHECK(sight_.prepare());
     }
     const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;
@@ -41,7 +52,7 @@ class Run {
                     tbb::make_filter<std::size_t, std::shared_ptr<Item>>(
                         tbb::filter_mode::parallel,
                         [&](std::size_t k) {
-                          return std::make_shared<Item>(Item{regions_.which[k], seen_from(k)});
+                          return std::make_shared<Item>(Item{which_[k], seen_from(k)});
                         }) &
                     tbb::make_filter<std::shared_ptr<Item>, void>(
                         tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Item>& item) {
@@ -53,43 +64,42 @@ class Run {
  private:
   struct Item {
     std::uint32_t region;
-    Result<Condensed> condensed;
+    Result<BuiltRegion> built;
   };
 
-  [[nodiscard]] std::size_t count() const noexcept { return regions_.which.size(); }
+  [[nodiscard]] std::size_t count() const noexcept { return which_.size(); }
 
   /// Runs for several regions at once.
-  Result<Condensed> seen_from(std::size_t k) {
-    const PointCloud& viewpoints = regions_.viewpoints[regions_.which[k]];
-    const auto inside =
-        regions_.inside.begin.empty() ? std::span<const std::uint32_t>{} : regions_.inside[k];
+  Result<BuiltRegion> seen_from(std::size_t k) {
+    const PointCloud& viewpoints = plan_.viewpoints[which_[k]];
+    const auto inside = inside_.begin.empty() ? std::span<const std::uint32_t>{} : inside_[k];
     const RegionProgress of_region(meter_, viewpoints.size());
-    auto condensed =
-        sight_.observable(inside, viewpoints, &of_region).and_then([&](auto&& observable) {
-          return condenser_.thin(std::move(observable), viewpoints);
-        });
-    if (condensed)
-      of_region.advanced(viewpoints.size());  // viewpoints that the plugin did not report
+    auto built = sight_.observable(inside, viewpoints, &of_region).and_then([&](auto&& observable) {
+      return condenser_.thin(std::move(observable), viewpoints);
+    });
+    if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report
     ++seen_;
-    return condensed;
+    return built;
   }
 
   void hand_on(Item& item) {
     if (seen_ == count()) sight_.release();
-    outcome_ = std::move(item.condensed).and_then([&](Condensed&& condensed) {
-      return take_(item.region, std::move(condensed));
-    });
+    outcome_ =
+        std::move(item.built)
+            .and_then([&](BuiltRegion&& built) { return condenser_.finish(std::move(built)); })
+            .and_then([&](BuiltRegion&& built) { return take_(item.region, std::move(built)); });
     if (outcome_) {
       meter_.region_done();
       return;
     }
     outcome_ = fail(std::move(outcome_).error().during(
-        "building region '" + partition_[RegionId{item.region}].label + "'"));
+        "building region '" + plan_.partition[RegionId{item.region}].label + "'"));
     stop_ = true;
   }
 
-  const RegionsToBuild& regions_;
-  const Partition& partition_;
+  const std::vector<std::uint32_t>& which_;
+  const BuildPlan& plan_;
+  Groups inside_;
   Sight& sight_;
   const Condenser& condenser_;
   Meter& meter_;
@@ -102,9 +112,14 @@ class Run {
 
 }  // namespace
 
-Result<void> build_regions(const RegionsToBuild& regions, const Partition& partition, Sight& sight,
-                           const Condenser& condenser, Meter& meter, const TakeRegion& take) {
-  return Run(regions, partition, sight, condenser, meter, take).all();
+Result<double> build_block(const RegionBlock& block, PointsView map, Sight& sight,
+                           const BuildPlan& plan, const BuildPlugins& plugins,
+                           const BuildParams& params, Meter& meter, const TakeRegion& take) {
+  Groups inside;
+  if (params.scope == VisibilityScope::region) inside = points_inside(block, map, plan.partition);
+  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
+  VANTAGE_CHECK(Run(block, plan, std::move(inside), sight, condenser, meter, take).all());
+  return condenser.core_seconds_selection();
 }
 
 }  // namespace vantage

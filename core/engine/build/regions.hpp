@@ -2,34 +2,33 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
-#include <vector>
 
+#include "build/blocks.hpp"
 #include "build/condense.hpp"
-#include "build/plan_index.hpp"
+#include "build/plan.hpp"
 #include "build/progress.hpp"
 #include "build/sight.hpp"
-#include "vantage/partition.hpp"
+#include "vantage/engine/build.hpp"
+#include "vantage/map_parts.hpp"
+#include "vantage/result.hpp"
 
 namespace vantage {
 
-/// What a build works on: all regions, or a block of them.
-struct RegionsToBuild {
-  std::span<const std::uint32_t> which;       ///< ascending
-  const std::vector<PointCloud>& viewpoints;  ///< by RegionId, of all regions
-  const Groups& inside;  ///< P_ij by place in `which`, only for VisibilityScope::region
-};
+/// Receives the regions of a block in their order, from one thread at a time. The points of a
+/// region are those of the part that the block was built from.
+using TakeRegion = std::function<Result<void>(std::uint32_t region, BuiltRegion built)>;
 
-/// Receives regions in the order of `which`, from one thread at a time.
-using TakeRegion = std::function<Result<void>(std::uint32_t region, Condensed condensed)>;
-
-/// Evaluates and condenses regions, and hands them on. Regions run in parallel and are handed on in
-/// order. A finished region waits as indices.
-/// @param sight   its scene is released after the last region is evaluated
-/// @param meter   of the whole build; it learns of each region that is handed on
-/// Errors: the error of the first region that fails; it names the region's label.
-[[nodiscard]] Result<void> build_regions(const RegionsToBuild& regions, const Partition& partition,
-                                         Sight& sight, const Condenser& condenser, Meter& meter,
+/// Evaluates and condenses the regions of a block (Sec. 2.3), and hands them on. Regions run in
+/// parallel and are handed on in order. A finished region waits as indices.
+/// @param map    what decides about the block
+/// @param sight  over `map`; its scene is released after the last region is evaluated
+/// @param meter  of the whole build; it learns of each region that is handed on
+/// @return       processor time of choosing elements [s]
+/// Errors: that of the first region that fails, which names the region's label; those of
+/// Condenser::over.
+[[nodiscard]] Result<double> build_block(const RegionBlock& block, PointsView map, Sight& sight,
+                                         const BuildPlan& plan, const BuildPlugins& plugins,
+                                         const BuildParams& params, Meter& meter,
                                          const TakeRegion& take);
 
 }  // namespace vantage

@@ -12,7 +12,6 @@
 #include "build/blocks.hpp"
 #include "build/build_identity.hpp"
 #include "build/bundle_writer.hpp"
-#include "build/condense.hpp"
 #include "build/parts.hpp"
 #include "build/plan.hpp"
 #include "build/plan_file.hpp"
@@ -36,22 +35,6 @@ constexpr std::uint64_t kBytesAMergedPoint = 64;
 
 tl::unexpected<Error> folder_error(ErrorCode code, std::string message, const fs::path& path) {
   return fail(code, std::move(message), SourceLocation{path.string(), 0, 0});
-}
-
-/// P_ij of the regions of a block, by place in the block.
-Groups points_inside(const RegionBlock& block, PointsView points, const Partition& partition) {
-  const auto others = static_cast<std::uint32_t>(block.regions.size());
-  std::vector<std::uint32_t> place(points.size(), others);
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const auto region = partition.locate(points[k]);
-    if (!region) continue;
-    const auto at = std::ranges::lower_bound(block.regions, region->value);
-    if (at == block.regions.end() || *at != region->value) continue;
-    place[k] = static_cast<std::uint32_t>(at - block.regions.begin());
-  }
-  return grouped(
-      points.size(), others + 1, [](std::size_t k) { return static_cast<std::uint32_t>(k); },
-      [&](std::uint32_t k) { return place[k]; });
 }
 
 /// Removes what builds wrote, and the folder if nothing else is in it. The bundle is there by now:
@@ -84,7 +67,6 @@ struct ShardedBuild::State {
   double seconds_plan = 0, seconds_building = 0, core_seconds_building = 0;  // of this process
   double core_seconds_selection = 0;
 
-  [[nodiscard]] bool among_own_points() const { return params->scope == VisibilityScope::region; }
   Result<void> make_plan(PointsView trajectory);
   void lay_out();
   [[nodiscard]] Result<std::vector<std::uint32_t>> regions_of(const Shard& shard) const;
@@ -129,13 +111,12 @@ Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
 /// halves, across the longer side.
 void ShardedBuild::State::lay_out() {
   const double reach = reach_of(*plugins, *params, plan.limits);
-  const auto regions = static_cast<std::uint32_t>(plan.partition.size());
+  order = every_region(plan.partition.size());
   std::vector<Eigen::Vector2d> middles;
-  for (std::uint32_t r = 0; r < regions; ++r) {
+  for (const std::uint32_t r : order) {
     const Bounds2 own = bounds_of(plan.partition[RegionId{r}].footprint);
     areas.push_back(needed_area(plan, r, params->scope, reach));
     middles.emplace_back(0.5 * (own.min + own.max));
-    order.push_back(r);
     // Something for reading and preparing, too.
     const std::uint64_t points = plan.viewpoints[r].empty() ? 0 : map->points_in(areas[r]);
     most_points = std::max(most_points, points);
@@ -186,26 +167,12 @@ Result<std::vector<RegionBlock>> ShardedBuild::State::blocks(
 Result<double> ShardedBuild::State::build_block(const RegionBlock& block, Meter& meter,
                                                 const Keep& keep) const {
   VANTAGE_TRY(const MapPart part, map->read(block.area));
-  const PointCloud& points = part.points;
-  const Groups inside =
-      among_own_points() ? points_inside(block, points, plan.partition) : Groups{};
-  VANTAGE_TRY(const Condenser condenser, points.empty()
-                                             ? Result<Condenser>(Condenser::of_nothing(*params))
-                                             : Condenser::over(points, *plugins, *params));
-  Sight sight(points, plan.limits, plugins->visibility, *params);
-  VANTAGE_CHECK(
-      build_regions({block.regions, plan.viewpoints, inside}, plan.partition, sight, condenser,
-                    meter, [&](std::uint32_t region, Condensed condensed) -> Result<void> {
-                      VANTAGE_TRY(Finished finished, condenser.finish(std::move(condensed)));
-                      return keep(region, {.seen = finished.seen,
-                                           .skipped = finished.skipped,
-                                           .points = finished.points,
-                                           .ranks = ranks_of(part, finished.stored.points),
-                                           .views = std::move(finished.stored.views),
-                                           .prepared = std::move(finished.prepared),
-                                           .errors = std::move(finished.errors)});
-                    }));
-  return condenser.core_seconds_selection();
+  Sight sight(part.points(), plan.limits, plugins->visibility, *params);
+  return vantage::build_block(block, part.points(), sight, plan, *plugins, *params, meter,
+                              [&](std::uint32_t region, BuiltRegion built) {
+                                auto ranks = ranks_of(part, std::exchange(built.stored.points, {}));
+                                return keep(region, {std::move(ranks), std::move(built)});
+                              });
 }
 
 Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Parts& parts,
@@ -213,15 +180,8 @@ Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Pa
   VANTAGE_TRY(const MapPart around, map->read(block.area));
   for (const std::uint32_t r : block.regions) {
     VANTAGE_TRY(StoredPart stored, parts.read(r));
-    Finished finished{.seen = stored.seen,
-                      .skipped = static_cast<std::size_t>(stored.skipped),
-                      .points = stored.points,
-                      .stored = {.points = {}, .views = std::move(stored.views)},
-                      .prepared = std::move(stored.prepared),
-                      .errors = std::move(stored.errors)};
-    VANTAGE_TRY(finished.stored.points, indices_of(around, stored.ranks));
-    const std::uint64_t among = among_own_points() ? plan.owned[r] : plan.map_points;
-    VANTAGE_CHECK(writer.take(r, around.points, std::move(finished), among));
+    VANTAGE_TRY(stored.region.stored.points, indices_of(around, stored.ranks));
+    VANTAGE_CHECK(writer.take(r, around.points(), std::move(stored.region)));
     meter.viewpoints_done(plan.viewpoints[r].size());
     meter.region_done();
   }

@@ -33,7 +33,7 @@ class Sight {
         const PluginPtr<VisibilityOperator>& visibility, const BuildParams& params)
       : map_(map), visibility_(visibility), params_(params), limits_(limits) {}
 
-  [[nodiscard]] const VisibilityLimits& limits() const noexcept { return limits_; }
+  [[nodiscard]] PointsView map() const noexcept { return map_; }
 
   /// Prepares the scene of the map with all threads, if regions are going to ask for it. Otherwise
   /// the first of them would, while the others wait.

@@ -2,7 +2,7 @@
 #include <string_view>
 #include <utility>
 
-#include "atlas/share_model.hpp"
+#include "localize/share_model.hpp"
 #include "localize/place_index.hpp"
 #include "vantage/engine/localizer.hpp"
 

@@ -48,25 +48,27 @@ Result<std::shared_ptr<const RegionsAhead::Around>> RegionsAhead::around(
 }
 
 Result<RegionsAhead::Around> RegionsAhead::read(const Bounds2& area) const {
-  Around around{.area = area, .places = {}};
-  VANTAGE_TRY(const std::vector<RegionId> regions, directory_->meeting(area));
-  for (const RegionId id : regions) {
+  Around around{.area = area, .regions = {}, .places = {}};
+  std::vector<Region> regions;
+  VANTAGE_TRY(const std::vector<RegionId> meeting, directory_->meeting(area));
+  for (const RegionId id : meeting) {
     VANTAGE_TRY(DirectoryEntry entry, directory_->entry(id));
-    const Bounds2 box = bounds_of(entry.region.footprint);
     around.places.push_back({.region = id,
-                             .box = box,
-                             .footprint = std::move(entry.region.footprint),
-                             .height = entry.region.height,
+                             .box = bounds_of(entry.region.footprint),
                              .has_map = !entry.summary.empty()});
+    regions.push_back(std::move(entry.region));
   }
+  if (regions.empty()) return around;
+  VANTAGE_TRY(around.regions, Partition::from(std::move(regions)));
   return around;
 }
 
 RegionsAhead::Nearest RegionsAhead::nearest_of(const Around& around, const Eigen::Vector2d& xy) {
   Nearest nearest;
-  for (const Place& place : around.places) {
+  for (std::size_t k = 0; k < around.places.size(); ++k) {
+    const Place& place = around.places[k];
     if (!place.has_map || distance_to_box(place.box, xy) >= nearest.distance) continue;
-    const double d = distance(place.footprint, xy);
+    const double d = around.distance_to(k, xy);
     if (d < nearest.distance) nearest = {place.region, d};
   }
   return nearest;
@@ -90,15 +92,10 @@ Result<RegionId> RegionsAhead::nearest(const Eigen::Vector2d& xy) const {
 
 Result<std::optional<RegionId>> RegionsAhead::owner_of(const Point& place) const {
   if (!place.allFinite()) return std::nullopt;
-  const Eigen::Vector2d xy = place.head<2>();
-  VANTAGE_TRY(const auto here, around(square(xy, 0.0)));
-  for (const Place& one : here->places) {
-    if (!one.box.contains(xy) || !one.height.contains(place.z()) || !contains(one.footprint, xy)) {
-      continue;
-    }
-    return one.has_map ? std::optional(one.region) : std::nullopt;
-  }
-  return std::nullopt;
+  VANTAGE_TRY(const auto here, around(square(place.head<2>(), 0.0)));
+  const auto owner = here->regions.locate(place);  // Eq. 11 is Eq. 2
+  if (!owner || !here->places[owner->value].has_map) return std::nullopt;
+  return here->places[owner->value].region;
 }
 
 Result<RegionId> RegionsAhead::at(const Point& place) const {
@@ -114,13 +111,14 @@ Result<std::vector<RegionId>> RegionsAhead::operator()(const Eigen::Vector2d& xy
   const double reach = margin + (1.0 + kSwerve) * way;
   VANTAGE_TRY(const auto here, around(square(xy, reach)));
   std::vector<std::tuple<int, double, RegionId>> ahead;  // when, how far from here, which region
-  for (const Place& place : here->places) {
+  for (std::size_t k = 0; k < here->places.size(); ++k) {
+    const Place& place = here->places[k];
     const double from_here = distance_to_box(place.box, xy);
     if (!place.has_map || from_here > reach) continue;
     for (int moment = 0; moment <= kMoments; ++moment) {
       const double share = static_cast<double>(moment) / kMoments;
       const Eigen::Vector2d there = xy + share * seconds * velocity;
-      if (distance(place.footprint, there) > margin + kSwerve * share * way) continue;
+      if (here->distance_to(k, there) > margin + kSwerve * share * way) continue;
       ahead.emplace_back(moment, from_here, place.region);
       break;
     }
@@ -133,8 +131,8 @@ Result<std::vector<RegionId>> RegionsAhead::operator()(const Eigen::Vector2d& xy
 
 Result<double> RegionsAhead::distance_to(RegionId region, const Eigen::Vector2d& xy) const {
   VANTAGE_TRY(const auto here, around(square(xy, 0.0)));
-  for (const Place& place : here->places) {
-    if (place.region == region) return distance(place.footprint, xy);
+  for (std::size_t k = 0; k < here->places.size(); ++k) {
+    if (here->places[k].region == region) return here->distance_to(k, xy);
   }
   VANTAGE_TRY(const DirectoryEntry entry, directory_->entry(region));
   return distance(entry.region.footprint, xy);

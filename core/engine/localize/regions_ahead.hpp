@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "vantage/partition.hpp"
 #include "vantage/region_directory.hpp"
 
 namespace vantage {
@@ -54,14 +56,17 @@ class RegionsAhead {
   struct Place {
     RegionId region;
     Bounds2 box;  // of the footprint
-    Footprint footprint;
-    HeightInterval height;
     bool has_map;
   };
   /// The regions that meet an area, by id.
   struct Around {
     Bounds2 area;
-    std::vector<Place> places;
+    Partition regions;
+    std::vector<Place> places;  // of the same regions
+
+    [[nodiscard]] double distance_to(std::size_t k, const Eigen::Vector2d& xy) const {
+      return distance(regions.regions()[k].footprint, xy);
+    }
   };
   /// At least that area, as it was read last or reads it.
   [[nodiscard]] Result<std::shared_ptr<const Around>> around(const Bounds2& area) const;

@@ -108,17 +108,18 @@ TEST_CASE("ranks name the same points in every part of a map that has them") {
 StoredPart some_part(std::uint32_t seed) {
   std::mt19937_64 random(seed);
   StoredPart part;
-  part.seen = 500;
-  part.skipped = seed;
-  part.points = 40;
+  BuiltRegion& region = part.region;
+  region.seen = 500;
+  region.skipped = seed;
+  region.points = 40;
   for (std::uint64_t rank = 0; part.ranks.size() < 40;) {
     part.ranks.push_back(rank += 1 + random() % 5);
-    part.views.push_back(1 + static_cast<std::uint32_t>(random() % 300));
+    region.stored.views.push_back(1 + static_cast<std::uint32_t>(random() % 300));
   }
   part.ranks.push_back(std::uint64_t{1} << 40U);  // more than 32 bits
-  part.views.push_back(1);
-  part.prepared = {.bytes = {std::byte{7}, static_cast<std::byte>(seed)}, .elements = 3};
-  part.errors = {{{1.0, 2.0, static_cast<double>(seed)}, 0.02F, 0.01F}};
+  region.stored.views.push_back(1);
+  region.prepared = {.bytes = {std::byte{7}, static_cast<std::byte>(seed)}, .elements = 3};
+  region.errors = {{{1.0, 2.0, static_cast<double>(seed)}, 0.02F, 0.01F}};
   return part;
 }
 
@@ -142,11 +143,11 @@ TEST_CASE("finished regions come back from their files, and what is cut off is b
     REQUIRE(parts->has(r));
     const StoredPart wanted = some_part(r), part = parts->read(r).value();
     CHECK(part.ranks == wanted.ranks);
-    CHECK(part.views == wanted.views);
-    CHECK(part.prepared == wanted.prepared);
-    CHECK(part.errors == wanted.errors);
-    CHECK(part.skipped == wanted.skipped);
-    CHECK(part.points == 40);
+    CHECK(part.region.stored.views == wanted.region.stored.views);
+    CHECK(part.region.prepared == wanted.region.prepared);
+    CHECK(part.region.errors == wanted.region.errors);
+    CHECK(part.region.skipped == wanted.region.skipped);
+    CHECK(part.region.points == 40);
   }
   CHECK(Parts::in(folder.path(), kKey + 1, 5).error().code == ErrorCode::already_exists);
 
@@ -294,7 +295,8 @@ TEST_CASE("a forged part with a sound checksum is an error or a part, never a cr
       continue;
     }
     CHECK(std::ranges::is_sorted(part->ranks, std::less_equal<>()));
-    CHECK((part->views.empty() || part->views.size() == part->ranks.size()));
+    const auto& views = part->region.stored.views;
+    CHECK((views.empty() || views.size() == part->ranks.size()));
   }
   CHECK(refused > 500);
 }

@@ -23,13 +23,14 @@ class PartsInMemory final : public MapParts {
         std::ranges::count_if(points_, [&](const Point& p) { return area.contains(p.head<2>()); }));
   }
   [[nodiscard]] Result<MapPart> read(const Bounds2& area) const override {
-    MapPart part;
+    PointCloud inside;
+    std::vector<MapPart::Run> runs;
     for (std::size_t k = 0; k < points_.size(); ++k) {
       if (!area.contains(points_[k].head<2>())) continue;
-      part.runs.push_back({k, part.points.size()});
-      part.points.push_back(points_[k]);
+      runs.push_back({k, inside.size()});
+      inside.push_back(points_[k]);
     }
-    return part;
+    return MapPart(std::move(inside), std::move(runs));
   }
 
  private:

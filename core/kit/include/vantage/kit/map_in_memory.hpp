@@ -2,15 +2,15 @@
 
 #include <cstdint>
 
-#include "vantage/map_passes.hpp"
+#include "vantage/map_parts.hpp"
 #include "vantage/plugin.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
 
-/// Points in memory as a map that can be passed over.
-class MapInMemory final : public MapPasses {
+/// Points in memory as a map of one part, which is a view of them.
+class MapInMemory final : public MapParts {
  public:
   /// @param points  borrowed
   explicit MapInMemory(PointsView points) noexcept : points_(points), bounds_(bounds_of(points)) {}
@@ -19,6 +19,8 @@ class MapInMemory final : public MapPasses {
   [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
     return visitor.see(points_);
   }
+  [[nodiscard]] std::uint64_t points_in(const Bounds2&) const override { return points_.size(); }
+  [[nodiscard]] Result<MapPart> read(const Bounds2&) const override { return MapPart(points_); }
 
  private:
   PointsView points_;

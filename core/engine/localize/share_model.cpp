@@ -1,4 +1,4 @@
-#include "atlas/share_model.hpp"
+#include "localize/share_model.hpp"
 
 #include <algorithm>
 #include <cmath>
