@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "build/bundle_writer.hpp"
+#include "build/condense.hpp"
 #include "build/plan.hpp"
 #include "build/regions.hpp"
 #include "build/sight.hpp"
@@ -22,16 +23,16 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
               plugins.visibility, params);
   VANTAGE_TRY(const BuildPlan plan, plan_of(source, trajectory, plugins, params,
                                             std::numeric_limits<std::uint64_t>::max(), &sight));
+  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
   VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params));
   Meter meter(meter_start(plan), progress);
-  VANTAGE_TRY(const double core_seconds_selection,
-              build_block({every_region(plan.partition.size()), {}}, map, sight, plan, plugins,
-                          params, meter, [&](std::uint32_t region, BuiltRegion built) {
-                            return writer.take(region, map, std::move(built));
-                          }));
+  VANTAGE_CHECK(build_block({every_region(plan.partition.size()), {}}, plan, params.scope, sight,
+                            condenser, meter, [&](std::uint32_t region, BuiltRegion built) {
+                              return writer.take(region, map, std::move(built));
+                            }));
   VANTAGE_TRY(BuildReport report, std::move(writer).commit());
-  report.core_seconds_selection = core_seconds_selection;
-  report.core_seconds_visibility -= core_seconds_selection;
+  report.core_seconds_selection = condenser.core_seconds_selection();
+  report.core_seconds_visibility -= report.core_seconds_selection;
   return report;
 }
 

@@ -112,14 +112,12 @@ class Run {
 
 }  // namespace
 
-Result<double> build_block(const RegionBlock& block, PointsView map, Sight& sight,
-                           const BuildPlan& plan, const BuildPlugins& plugins,
-                           const BuildParams& params, Meter& meter, const TakeRegion& take) {
+Result<void> build_block(const RegionBlock& block, const BuildPlan& plan, VisibilityScope scope,
+                         Sight& sight, const Condenser& condenser, Meter& meter,
+                         const TakeRegion& take) {
   Groups inside;
-  if (params.scope == VisibilityScope::region) inside = points_inside(block, map, plan.partition);
-  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
-  VANTAGE_CHECK(Run(block, plan, std::move(inside), sight, condenser, meter, take).all());
-  return condenser.core_seconds_selection();
+  if (scope == VisibilityScope::region) inside = points_inside(block, sight.map(), plan.partition);
+  return Run(block, plan, std::move(inside), sight, condenser, meter, take).all();
 }
 
 }  // namespace vantage

@@ -9,7 +9,6 @@
 #include "build/progress.hpp"
 #include "build/sight.hpp"
 #include "vantage/engine/build.hpp"
-#include "vantage/map_parts.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -20,15 +19,14 @@ using TakeRegion = std::function<Result<void>(std::uint32_t region, BuiltRegion 
 
 /// Evaluates and condenses the regions of a block (Sec. 2.3), and hands them on. Regions run in
 /// parallel and are handed on in order. A finished region waits as indices.
-/// @param map    what decides about the block
-/// @param sight  over `map`; its scene is released after the last region is evaluated
-/// @param meter  of the whole build; it learns of each region that is handed on
-/// @return       processor time of choosing elements [s]
-/// Errors: that of the first region that fails, which names the region's label; those of
-/// Condenser::over.
-[[nodiscard]] Result<double> build_block(const RegionBlock& block, PointsView map, Sight& sight,
-                                         const BuildPlan& plan, const BuildPlugins& plugins,
-                                         const BuildParams& params, Meter& meter,
-                                         const TakeRegion& take);
+/// @param sight      over what decides about the block; its scene is released after the last region
+///                   is evaluated
+/// @param condenser  over the same points
+/// @param meter      of the whole build; it learns of each region that is handed on
+/// Errors: that of the first region that fails, which names the region's label.
+[[nodiscard]] Result<void> build_block(const RegionBlock& block, const BuildPlan& plan,
+                                       VisibilityScope scope, Sight& sight,
+                                       const Condenser& condenser, Meter& meter,
+                                       const TakeRegion& take);
 
 }  // namespace vantage

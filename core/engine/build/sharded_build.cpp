@@ -12,6 +12,7 @@
 #include "build/blocks.hpp"
 #include "build/build_identity.hpp"
 #include "build/bundle_writer.hpp"
+#include "build/condense.hpp"
 #include "build/parts.hpp"
 #include "build/plan.hpp"
 #include "build/plan_file.hpp"
@@ -168,11 +169,14 @@ Result<double> ShardedBuild::State::build_block(const RegionBlock& block, Meter&
                                                 const Keep& keep) const {
   VANTAGE_TRY(const MapPart part, map->read(block.area));
   Sight sight(part.points(), plan.limits, plugins->visibility, *params);
-  return vantage::build_block(block, part.points(), sight, plan, *plugins, *params, meter,
-                              [&](std::uint32_t region, BuiltRegion built) {
-                                auto ranks = ranks_of(part, std::exchange(built.stored.points, {}));
-                                return keep(region, {std::move(ranks), std::move(built)});
-                              });
+  VANTAGE_TRY(const Condenser condenser, Condenser::over(part.points(), *plugins, *params));
+  VANTAGE_CHECK(vantage::build_block(block, plan, params->scope, sight, condenser, meter,
+                                     [&](std::uint32_t region, BuiltRegion built) {
+                                       auto ranks =
+                                           ranks_of(part, std::exchange(built.stored.points, {}));
+                                       return keep(region, {std::move(ranks), std::move(built)});
+                                     }));
+  return condenser.core_seconds_selection();
 }
 
 Result<void> ShardedBuild::State::merge_block(const RegionBlock& block, const Parts& parts,

@@ -141,5 +141,58 @@ TEST_CASE("sharded build: too little memory is told after the first block, of th
   }
 }
 
+TEST_CASE("sharded build: the store gets from blocks what it gets from a map in memory") {
+  const PointCloud points = crowded_strips(13);
+  for (const auto scope : {VisibilityScope::map, VisibilityScope::region}) {
+    CAPTURE(scope);
+    int calls = 0;
+    const auto plugins_for = [&](const std::shared_ptr<test::Memory>& memory) {
+      BuildPlugins plugins;
+      plugins.partitioner = test::in_process<StripsInPasses, Partitioner>();
+      plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+      plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+      plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
+      return plugins;
+    };
+    BuildParams params;
+    params.max_range = 4.0;
+    params.scope = scope;
+    params.min_views = 2;
+    params.views = true;
+
+    const auto whole = std::make_shared<test::Memory>();
+    BuildPlugins for_whole = plugins_for(whole);
+    const auto wanted = build_region_maps(points, {}, for_whole, params);
+    REQUIRE_MESSAGE(wanted, to_string(wanted.error()));
+    CHECK(calls == 1);
+
+    calls = 0;
+    const PartsInMemory parts(points);
+    const auto merged = std::make_shared<test::Memory>();
+    BuildPlugins for_parts = plugins_for(merged);
+    const test::TemporaryFolder folder;
+    auto build =
+        ShardedBuild::open(parts, {}, for_parts, params,
+                           {.parts = folder.path() / "parts", .map_key = 1, .memory = 200'000});
+    REQUIRE_MESSAGE(build, to_string(build.error()));
+    CHECK(calls > 1);  // blocks
+    for (const std::size_t shard : {2, 1}) REQUIRE(build->build({shard, 2}));
+    const auto report = build->merge();
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+
+    CHECK(merged->committed);
+    REQUIRE(merged->maps.size() == whole->maps.size());
+    for (const auto& [region, map] : whole->maps) {
+      CAPTURE(region);
+      CHECK(merged->maps[region].points == map.points);
+      CHECK(merged->maps[region].viewpoints == map.viewpoints);
+      CHECK(merged->maps[region].views == map.views);
+    }
+    CHECK(report->seen == wanted->seen);
+    CHECK(report->ground_points == wanted->ground_points);
+    CHECK(report->points_times_viewpoints == wanted->points_times_viewpoints);
+  }
+}
+
 }  // namespace
 }  // namespace vantage
