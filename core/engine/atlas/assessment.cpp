@@ -1,4 +1,5 @@
 #include "vantage/engine/assessment.hpp"
+#include "vantage/kit/map_parts.hpp"
 
 #include <tbb/parallel_for.h>
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "build/plan_index.hpp"
-#include "vantage/map_parts.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "vantage/map_parts.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"

@@ -1,4 +1,5 @@
 #include "vantage/engine/bundle_build.hpp"
+#include "vantage/kit/map_parts.hpp"
 
 #include <cmath>
 #include <utility>

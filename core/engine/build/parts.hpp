@@ -8,7 +8,7 @@
 #include "build/condense.hpp"
 #include "vantage/engine/sharded_build.hpp"
 #include "vantage/kit/file_system.hpp"
-#include "vantage/map_parts.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {

@@ -6,7 +6,7 @@
 
 #include "build/sight.hpp"
 #include "vantage/engine/build.hpp"
-#include "vantage/map_parts.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"

@@ -1,4 +1,5 @@
 #include "vantage/engine/sharded_build.hpp"
+#include "vantage/kit/map_parts.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

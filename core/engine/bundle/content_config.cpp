@@ -11,6 +11,7 @@ Config content_config(const Config& config) {
   content.store.reset();
   content.localizer.reset();
   content.atlas.reset();
+  content.live.reset();
   content.relocalizer = config.relocalizer_in_use();
   content.viewpoints = config.viewpoints.value_or(ViewpointParams{});
   if (content.viewpoints->source == ViewpointSource::trajectory) content.ground.reset();

@@ -17,7 +17,6 @@
 
 #include "vantage/ground_filter.hpp"
 #include "vantage/index_set.hpp"
-#include "vantage/map_parts.hpp"
 #include "vantage/map_passes.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/map_survey.hpp"
@@ -34,7 +33,6 @@ namespace vantage {
 MapSurvey::~MapSurvey() = default;
 MapVisitor::~MapVisitor() = default;
 MapPasses::~MapPasses() = default;
-MapParts::~MapParts() = default;
 Partitioner::~Partitioner() = default;
 GroundFilter::~GroundFilter() = default;
 VisibilityOperator::~VisibilityOperator() = default;

@@ -13,6 +13,7 @@
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "vantage/kit/checksum.hpp"
+#include "vantage/kit/map_parts.hpp"
 
 namespace vantage {
 namespace {

@@ -12,13 +12,14 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/matcher_choice.hpp"
 #include "vantage/engine/plugin_loader.hpp"
-#include "vantage/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/relocalizer.hpp"
 #include "vantage/result.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {
+
+class MapParts;
 
 /// What an assessment made and what it cost.
 struct AssessmentReport {

@@ -9,11 +9,12 @@
 
 #include "vantage/api.hpp"
 #include "vantage/engine/build.hpp"
-#include "vantage/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
+
+class MapParts;
 
 /// Shard `number` of `count`, from 1 on.
 struct Shard {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "vantage/map_parts.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/plugin.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"

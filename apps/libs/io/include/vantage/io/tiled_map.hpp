@@ -8,7 +8,7 @@
 
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/kit/canonical_order.hpp"
-#include "vantage/map_parts.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 

@@ -6,7 +6,6 @@
 #include <variant>
 #include <vector>
 
-#include "vantage/api.hpp"
 #include "vantage/map_passes.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
@@ -42,9 +41,9 @@ class MapPart {
 
 /// A wide-area map of which only parts are in memory at a time.
 /// Thread safety: the const methods below may run on one object from many threads at once.
-class VANTAGE_API MapParts : public MapPasses {
+class MapParts : public MapPasses {
  public:
-  ~MapParts() override;
+  ~MapParts() override = default;
 
   /// How many points `read` gives for an area.
   [[nodiscard]] virtual std::uint64_t points_in(const Bounds2& area) const = 0;
