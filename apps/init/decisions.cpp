@@ -221,7 +221,8 @@ void decide_storage(List& list, const Known& known, const Cut& cut) {
 
 void decide_matching(List& list, const Known& known) {
   list.table("matcher");
-  list.add("plugin", text("ndt"), "The fastest, and the only one that stores cells.");
+  list.add("plugin", text("ndt"),
+           "The fastest matcher; it needs the fewest bytes of a map for the same error.");
   const double resolution = resolution_for(known.map.spacing);
   const double across = known.map.spacing > 0.0 ? resolution / known.map.spacing : 0.0;
   list.add("params", fmt::format("{{ resolution = {} }}", number(resolution)),
