@@ -12,6 +12,7 @@
 #include "submit/script.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
+#include "terminal/shell_word.hpp"
 #include "terminal/size.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/marked_folder.hpp"
@@ -106,7 +107,7 @@ Result<void> run(const Options& options) {
   }
   const fs::path file = job.own / kScript;
   VANTAGE_CHECK(io::write_text_atomically(file, script));
-  const int status = std::system(("/bin/sh " + quoted(file.string())).c_str());
+  const int status = std::system(("/bin/sh " + cli::shell_quoted(file.string())).c_str());
   if (status == 0) return {};
   return fail(ErrorCode::io_failure,
               fmt::format("the script ended with status {}: run the same command again to continue",

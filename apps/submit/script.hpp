@@ -37,7 +37,4 @@ inline constexpr const char* kScript = "submit.sh";
 /// shard each time, and a shard without work ends at once.
 [[nodiscard]] std::string script_of(const Job& job);
 
-/// A word that the shell reads as this text.
-[[nodiscard]] std::string quoted(const std::string& text);
-
 }  // namespace vantage

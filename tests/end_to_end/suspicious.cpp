@@ -1,4 +1,4 @@
-// Inputs that are not what their user meant: `vantage check` and `vantage localize` name each.
+// Inputs that are not what their user meant: `vantage check`, `init` and `localize` name each.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -67,14 +67,19 @@ class Site {
     return folder.string();
   }
 
-  /// `--set map.files=...` for the same map with every point changed.
-  std::string map(const std::string& name, const Eigen::Matrix3d& change,
-                  const Point& by = Point::Zero()) const {
+  /// The file of the same map with every point changed.
+  std::string map_file(const std::string& name, const Eigen::Matrix3d& change,
+                       const Point& by = Point::Zero()) const {
     auto cloud = io::read_point_cloud(path("world/map.pcd"));
     REQUIRE(cloud);
     for (Point& p : cloud->points) p = change * p + by;
     REQUIRE(io::write_pcd(path(name), cloud->points, io::Precision::float32));
-    return "map.files=[\"" + path(name) + "\"]";
+    return path(name);
+  }
+  /// `--set map.files=...` for it.
+  std::string map(const std::string& name, const Eigen::Matrix3d& change,
+                  const Point& by = Point::Zero()) const {
+    return "map.files=[\"" + map_file(name, change, by) + "\"]";
   }
 
   [[nodiscard]] Finished check(const std::string& scans, const std::string& set = {},
@@ -84,6 +89,12 @@ class Site {
       if (!change.empty()) arguments.insert(arguments.end(), {"--set", change});
     }
     return test::run("vantage-check", arguments);
+  }
+  [[nodiscard]] Finished init(const std::string& map, const std::string& scans,
+                              const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments{map, scans, "--quiet", "--out", path("made.toml")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return test::run("vantage-init", arguments);
   }
   [[nodiscard]] Finished localize(const std::string& scans,
                                   const std::vector<std::string>& more) const {
@@ -143,6 +154,39 @@ TEST_CASE("check: the right inputs, and a dozen that are not") {
   const Finished negative = site.check(right, "viewpoints.sensor_height=-1.73");
   CHECK(negative.exit_code == 1);
   CHECK(holds(negative.err, "'sensor_height' must be >= 0 m"));
+}
+
+TEST_CASE("init: inputs that check names are refused, and written about if they are to be used") {
+  const Site site;
+  const std::string right = site.path("world/scans"), map = site.path("world/map.pcd");
+  const Eigen::Matrix3d as_is = Eigen::Matrix3d::Identity();
+  const auto refused = [&](const Finished& run, const std::string& part) {
+    CHECK_MESSAGE(run.exit_code == 1, run.out, run.err);
+    CHECK_MESSAGE(run.err.starts_with("note: "), run.err);
+    CHECK_MESSAGE(holds(run.err, part), run.err);
+    CHECK_MESSAGE(holds(run.err,
+                        ": error: no configuration was written, because of what the notes say; "
+                        "--anyway writes one\n"),
+                  run.err);
+    CHECK_FALSE(std::filesystem::exists(site.path("made.toml")));
+  };
+  refused(site.init(site.map_file("mm.pcd", 1000.0 * as_is), right), "seems to be in millimetres");
+  refused(site.init(site.map_file("feet.pcd", as_is / 0.3048), right),
+          "multiply the map by 0.3048");
+  refused(site.init(site.map_file("down.pcd", rows(kX, kY, -kZ)), right), "in direction -z");
+  refused(site.init(site.map_file("y_up.pcd", rows(kX, kZ, -kY)), right), "in direction +y");
+  refused(site.init(site.map_file("utm.pcd", as_is, {458'000.0, 5'428'000.0, 115.0}), right),
+          "32-bit floats are 0.5 m apart");
+  refused(site.init(map, site.scans("swapped", rows(kY, kX, kZ))), "when they are mirrored");
+  refused(site.init(map, site.scans("camera", rows(-kY, -kZ, kX))), "axes are those of a camera");
+  refused(site.init(map, site.scans("hung", rows(kX, -kY, -kZ))), "ground above the sensor");
+  refused(site.init(map, site.scans("large", 1.02 * as_is)), "when they are made 2 % smaller");
+  refused(site.init(map, site.scans("aligned", as_is, {300.0, 200.0, 0.0})), "map's frame");
+
+  const Finished anyway = site.init(map, site.path("swapped"), {"--anyway"});
+  CHECK_MESSAGE(anyway.exit_code == 0, anyway.err);
+  const std::string text = read_text(site.path("made.toml"));
+  CHECK_MESSAGE(holds(text, "# NOTE: the scans fit the map "), text);
 }
 
 TEST_CASE("localize: nothing tracked is an error, with its cause") {

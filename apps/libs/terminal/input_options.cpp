@@ -140,8 +140,8 @@ void ScanChoice::add_to(CLI::App& app) {
       ->type_name("all|normal");
 }
 
-void InputOptions::add_to(CLI::App& app, bool reference_required) {
-  app.add_option("--scans", scans,
+void InputOptions::add_to(CLI::App& app, bool reference_required, const std::string& recording) {
+  app.add_option(recording, scans,
                  fmt::format("folder of {} scans, {}", io::format_names(io::FormatUse::scan),
                              io::format_names(io::FormatUse::recording)))
       ->required();

@@ -56,7 +56,8 @@ struct InputOptions {
   TimeWindow window = {};
   double rate_hz = 10.0;
 
-  void add_to(CLI::App& app, bool reference_required);
+  /// @param recording  the name of the option of the scans
+  void add_to(CLI::App& app, bool reference_required, const std::string& recording = "--scans");
   /// @param map_files  the files of the map, beside which the projection of priors may be
   [[nodiscard]] Result<RunInputs> open(std::span<const std::filesystem::path> map_files = {}) const;
 };
