@@ -7,6 +7,7 @@
 
 #include "shards/small_town.hpp"
 #include "submit/script.hpp"
+#include "terminal/shell_word.hpp"
 
 namespace vantage {
 namespace {
@@ -33,7 +34,7 @@ test::Finished submit_on(std::vector<std::string> arguments, const std::string& 
 TEST_CASE("submit: the shell reads quoted words as they are") {
   for (const std::string word : {"plain", "two words", "it's", "$HOME `x` \"y\" \\z", ""}) {
     CAPTURE(word);
-    CHECK(run("/bin/sh", {"-c", "printf %s " + quoted(word)}).out == word);
+    CHECK(run("/bin/sh", {"-c", "printf %s " + cli::shell_quoted(word)}).out == word);
   }
 }
 
