@@ -67,7 +67,8 @@ class World {
     config.more =
         "[localizer]\nscan_min_range = 1.0\nT_sensor_imu = [0.0, 0.0, -0.05, 0.0, 0.0, 0.0]\n"
         "[live]\ndomain = " +
-        domain() + "\ntopics = { imu = \"/imu\", odometry = \"/odom\" }\n" + live;
+        domain() + "\nmotion_wait = 60.0\ntopics = { imu = \"/imu\", odometry = \"/odom\" }\n" +
+        live;
     test::write_text(this->config(), to_text(config));
   }
 

@@ -19,8 +19,9 @@ using io::ros::frame_name;
 
 // Stamps that go back by more than this are those of a clock that was set [s].
 constexpr double kClockJump = 1.0;
-// A source of motion that has been silent for longer than this is not waited for [s].
-constexpr double kSilent = 1.0;
+// A source of motion that has been silent for longer than this is not waited for, nor is one that
+// has not spoken for the time after the first scan [s].
+constexpr double kSilent = 1.0, kFirstWord = 5.0;
 // Samples are kept for this long [s].
 constexpr double kKept = 10.0;
 // Samples that are stamped later than this after the last scan are not of its clock [s].
@@ -68,6 +69,7 @@ Session::Session(Localizer localizer, LiveParams params, const std::optional<Pos
 void Session::begin_anew(const std::string& why) {
   if (!why.empty()) notices_.say(why);
   is_started_ = false;
+  first_stamp_.reset();
   last_stamp_.reset();
   last_imu_.reset();
   last_odometry_.reset();
@@ -135,6 +137,7 @@ Result<void> Session::read_points(Received& received) {
   const double sweep =
       scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
   last_stamp_ = stamp;
+  if (!first_stamp_) first_stamp_ = stamp;
   waiting_ = Waiting{.scan = std::move(scan),
                      .header = cloud.header,
                      .received = std::move(received),
@@ -243,8 +246,9 @@ Result<void> Session::read_pose(Input input, const std::string& message) {
 
 bool Session::has_motion(const Waiting& scan) const {
   const auto covers = [&](const std::string& topic, const std::optional<double>& last) {
-    // What has never spoken, or not for a while, is not waited for.
-    return topic.empty() || !last || *last >= scan.end || *last < scan.end - kSilent;
+    if (topic.empty()) return true;
+    if (!last) return scan.end > *first_stamp_ + kFirstWord;
+    return *last >= scan.end || *last < scan.end - kSilent;
   };
   return covers(params_.topics.imu, last_imu_) && covers(params_.topics.odometry, last_odometry_);
 }
@@ -370,6 +374,12 @@ Result<std::optional<Localized>> Session::localize() {
         "scans_before_start",
         fmt::format("no pose has come on {} yet: scans are left out", params_.topics.initial_pose));
     return std::nullopt;
+  }
+  if (!has_motion(now)) {
+    notices_.tell("scans_without_motion",
+                  fmt::format("samples of IMU or odometry come more than {} s after their scan: it "
+                              "is localized without them; see [live] motion_wait",
+                              params_.motion_wait));
   }
   if (now.scan.points.empty()) {
     notices_.tell("scans_empty", "a scan has no point that was measured");

@@ -23,7 +23,7 @@ struct Localized {
   ScanReport report;
   io::StampedScan scan;
   io::ros::Stamp stamp;                  ///< of the scan, to the nanosecond
-  Received received;  ///< what the scan was read from
+  Received received;                     ///< what the scan was read from
   Pose T_base_sensor;                    ///< of the LiDAR
   std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp
   double seconds = 0.0;                  ///< from the points to the report
@@ -100,8 +100,9 @@ class Session {
   Notices& notices_;
   StaticFrames frames_;
   std::optional<Waiting> waiting_;
-  std::optional<double> last_stamp_;  // of a scan [s]
-  std::optional<Pose> last_;          // T_map_sensor, tracked
+  std::optional<double> first_stamp_;  // of a scan [s]
+  std::optional<double> last_stamp_;   // of a scan [s]
+  std::optional<Pose> last_;           // T_map_sensor, tracked
   bool is_started_ = false;
   std::optional<Pose> T_base_sensor_;               // of the last scan
   std::optional<io::ros::Stamp> moved_;             // for moved()

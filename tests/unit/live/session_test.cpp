@@ -85,8 +85,13 @@ TEST_CASE("a scan waits for IMU and odometry, but not for ever") {
   params.topics.odometry = "/odom";
   params.motion_wait = 0.05;
   Robot robot(params);
+  robot.scan(kStart - 6.0);
+  CHECK_FALSE(robot.session.is_ready(ns(kStart - 6.0)));  // neither has spoken yet
+  CHECK(robot.session.is_ready(ns(kStart - 5.9)));
+  CHECK(robot.localize());
+  CHECK(robot.was_told("localized without them"));
   robot.scan(kStart);
-  CHECK(robot.session.is_ready(ns(kStart)));  // neither has ever spoken
+  CHECK(robot.session.is_ready(ns(kStart)));  // nor will they
   CHECK(robot.localize());
 
   robot.imu(kStart + 0.02);
