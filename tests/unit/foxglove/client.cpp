@@ -19,7 +19,7 @@ struct Client::State {
   websocket::response_type response;
 };
 
-Client::Client(std::uint16_t port) : state_(std::make_unique<State>()) {
+Client::Client(std::uint16_t port) : port_(port), state_(std::make_unique<State>()) {
   state_->stream.next_layer().connect({asio::ip::address_v4::loopback(), port});
   state_->stream.read_message_max(0);
 }
@@ -35,7 +35,28 @@ int Client::shake_hands(const std::string& subprotocols) {
       }));
   beast::error_code failure;
   state_->stream.handshake(state_->response, "localhost", "/", failure);
-  return static_cast<int>(state_->response.result_int());
+  if (!failure) return static_cast<int>(state_->response.result_int());
+  return refused_with(subprotocols);
+}
+
+/// The status of the same handshake, asked for again: Beast does not hand on that of a refusal.
+int Client::refused_with(const std::string& subprotocols) {
+  namespace http = beast::http;
+  asio::ip::tcp::socket socket(state_->io);
+  socket.connect({asio::ip::address_v4::loopback(), port_});
+  http::request<http::empty_body> request(http::verb::get, "/", 11);
+  request.set(http::field::host, "localhost");
+  request.set(http::field::upgrade, "websocket");
+  request.set(http::field::connection, "Upgrade");
+  request.set(http::field::sec_websocket_key, "dGhlIHNhbXBsZSBub25jZQ==");
+  request.set(http::field::sec_websocket_version, "13");
+  if (!subprotocols.empty()) request.set(http::field::sec_websocket_protocol, subprotocols);
+  beast::error_code failure;
+  http::write(socket, request, failure);
+  beast::flat_buffer buffer;
+  http::response<http::string_body> response;
+  http::read(socket, buffer, response, failure);
+  return static_cast<int>(response.result_int());
 }
 
 std::string Client::subprotocol() const {

@@ -38,6 +38,9 @@ class Client {
 
  private:
   struct State;
+  [[nodiscard]] int refused_with(const std::string& subprotocols);
+
+  std::uint16_t port_;
   std::unique_ptr<State> state_;
 };
 

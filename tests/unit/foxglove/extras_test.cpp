@@ -62,8 +62,9 @@ TEST_CASE("extras: the path goes on by half metres, is sent once a second, and h
   CHECK(path(0.5, 1.0).empty());
   CHECK(poses_in(path(1.0, 1.2)) == 2);
   CHECK(poses_in(path(2.0, 1.6)) == 3);
-  // Whole messages: each pose has a time, a frame of 4 characters and seven numbers.
-  CHECK(path(3.0, 3.0).size() == 4 + 20 + 4 * (16 + 56));
+  // Whole messages: each pose has a time, a frame of 4 characters and seven numbers, which begin at
+  // multiples of 8.
+  CHECK(path(3.0, 3.0).size() == 4 + 20 + 4 + 4 * (16 + 56));
   // A clock that is set back stops nothing.
   CHECK(poses_in(path(1.5, 4.0)) == 5);
   for (int i = 0; i < 2000; ++i) (void)path(10.0 + 0.01 * i, 10.0 + i);
