@@ -243,7 +243,9 @@ TEST_CASE("server: who shows it something does not wait for a client that does n
     ++got;
   }
   CHECK(got < kMessages);
-  CHECK(told == 1);
+  // Once, and again if it had caught up for a moment in between (hub_test.cpp tests the rule).
+  CHECK(told >= 1);
+  CHECK(told < kMessages - got);
 }
 
 TEST_CASE("server: at its end, clients are told that it goes away") {
