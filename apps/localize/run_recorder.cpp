@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "foxglove/layout.hpp"
-#include "localize/diagnostics.hpp"
+#include "live/diagnostics.hpp"
 #include "localize/run_topics.hpp"
 #include "terminal/counts.hpp"
 #include "vantage/evaluation/metrics.hpp"

@@ -74,10 +74,9 @@ class Robot {
                 io::ros::write_point_cloud2(header(scan.stamp, kSensorFrame), scan.points, more));
   }
   Result<void> send(const ImuSample& sample) {
-    const double unit = params_.imu_unit == live::ForceUnit::g ? 9.80665 : 1.0;
     return send(Input::imu, sample.stamp,
                 io::ros::write_imu(header(sample.stamp, "imu"), sample.angular_velocity,
-                                   sample.specific_force / unit));
+                                   sample.specific_force / params_.force_unit()));
   }
   Result<void> send(const io::StampedPose& T_odom_sensor) {
     return send(Input::odometry, T_odom_sensor.stamp,
@@ -87,11 +86,10 @@ class Robot {
   }
 
  private:
-  Robot(live::LiveParams params, bool now) : params_(std::move(params)), now_(now) {
-    if (const auto& x = params_.frames.T_base_sensor) {
-      T_base_sensor_ = pose_from_xyz_rpy({(*x)[0], (*x)[1], (*x)[2]}, {(*x)[3], (*x)[4], (*x)[5]});
-    }
-  }
+  Robot(live::LiveParams params, bool now)
+      : params_(std::move(params)),
+        now_(now),
+        T_base_sensor_(params_.frames.mount().value_or(Pose{})) {}
 
   [[nodiscard]] std::chrono::system_clock::time_point when(double stamp) const {
     const std::chrono::duration<double> after((stamp - first_) / speed_);

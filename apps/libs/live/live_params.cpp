@@ -6,6 +6,12 @@
 
 namespace vantage::live {
 
+std::optional<Pose> FrameParams::mount() const {
+  if (!T_base_sensor) return std::nullopt;
+  const std::vector<double>& x = *T_base_sensor;
+  return pose_from_xyz_rpy({x[0], x[1], x[2]}, {x[3], x[4], x[5]});
+}
+
 Result<void> FrameParams::validate() const {
   if (T_base_sensor && T_base_sensor->size() != 6) {
     return fail_at({"T_base_sensor"}, "'T_base_sensor' has " +

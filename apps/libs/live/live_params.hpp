@@ -120,6 +120,8 @@ struct FrameParams {
                  "/tf_static says it"),
     };
   }
+  /// T_base_sensor, if it is given.
+  [[nodiscard]] std::optional<Pose> mount() const;
   /// T_base_sensor has six numbers.
   [[nodiscard]] Result<void> validate() const;
 };
@@ -205,6 +207,10 @@ struct LiveParams {
   /// The frames differ; there are points; map_to_odom has odometry.
   [[nodiscard]] Result<void> validate() const;
 
+  /// What the IMU's unit of acceleration is [m/s^2].
+  [[nodiscard]] double force_unit() const noexcept {
+    return imu_unit == ForceUnit::g ? 9.80665 : 1.0;
+  }
   /// What /tf gets, decided.
   [[nodiscard]] Transform transform_in_use() const {
     if (transform != Transform::automatic) return transform;

@@ -6,21 +6,13 @@
 #include <utility>
 
 #include "io/ros/message_writers.hpp"
+#include "live/diagnostics.hpp"
 
 namespace vantage::live {
 namespace {
 
 using io::ros::Diagnostic;
 using io::ros::Header;
-
-Diagnostic::Level level_of(const ScanReport& report) {
-  switch (report.tracking) {
-    case Tracking::tracked: return Diagnostic::Level::ok;
-    case Tracking::uncertain: return Diagnostic::Level::warn;
-    case Tracking::lost: break;
-  }
-  return Diagnostic::Level::error;
-}
 
 /// From the sensor to the robot: a rotation about the sensor moves what is away from it.
 template <class Covariance>
@@ -128,7 +120,7 @@ Result<std::vector<Publication>> Publisher::messages(
   const std::string state = to_string(report.tracking);
   Diagnostic status{.level = level_of(report),
                     .name = params_.node + ": localization",
-                    .message = report.reason.empty() ? state : state + ": " + report.reason,
+                    .message = message_of(report),
                     .values = {{"tracking", state},
                                {"risk", fmt::format("{:.3g}", report.risk)},
                                {"region", region},

@@ -46,10 +46,6 @@ double sigma(double variance, double least) {
   return variance > 0.0 ? std::max(std::sqrt(variance), least) : kInfinity;
 }
 
-Pose pose_from(const std::vector<double>& x) {
-  return pose_from_xyz_rpy({x[0], x[1], x[2]}, {x[3], x[4], x[5]});
-}
-
 template <class Sample>
 void forget_old(std::deque<Sample>& samples) {
   while (!samples.empty() && samples.front().stamp < samples.back().stamp - kKept) {
@@ -161,7 +157,7 @@ Result<void> Session::read_imu(const std::string& message) {
     notices_.tell("imu_unusable", "the IMU says that it does not measure rates or accelerations");
     return {};
   }
-  const double unit = params_.imu_unit == ForceUnit::g ? 9.80665 : 1.0;
+  const double unit = params_.force_unit();
   const ImuSample sample{.stamp = imu.header.stamp,
                          .angular_velocity = imu.angular_velocity,
                          .specific_force = unit * imu.linear_acceleration};
@@ -261,7 +257,7 @@ bool Session::is_ready(std::int64_t now) const {
 
 /// T_base_sensor of a frame.
 std::optional<Pose> Session::mount(const std::string& frame) {
-  if (params_.frames.T_base_sensor) return pose_from(*params_.frames.T_base_sensor);
+  if (const auto given = params_.frames.mount()) return given;
   auto found = frames_.pose(params_.frames.base, frame);
   if (found && *found) return **found;
   notices_.tell(
@@ -300,7 +296,7 @@ void Session::feed_motion(const std::string& sensor) {
     const Odometry& one = odometry_[fed_odometry_];
     Pose T_child_sensor;
     if (params_.frames.T_base_sensor && (one.child.empty() || one.child == params_.frames.base)) {
-      T_child_sensor = pose_from(*params_.frames.T_base_sensor);
+      T_child_sensor = *params_.frames.mount();
     } else {
       auto found = frames_.pose(one.child.empty() ? params_.frames.base : one.child, sensor);
       if (!found || !*found) {

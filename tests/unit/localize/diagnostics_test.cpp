@@ -1,4 +1,4 @@
-#include "localize/diagnostics.hpp"
+#include "live/diagnostics.hpp"
 
 #include <doctest/doctest.h>
 
