@@ -10,6 +10,7 @@ Config content_config(const Config& config) {
   }
   content.store.reset();
   content.localizer.reset();
+  content.live.reset();
   content.atlas.reset();
   content.relocalizer = config.relocalizer_in_use();
   content.viewpoints = config.viewpoints.value_or(ViewpointParams{});
