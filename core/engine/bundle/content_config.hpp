@@ -5,7 +5,8 @@
 namespace vantage {
 
 /// The part of a configuration that decides what a bundle holds; a bundle keeps it. The place of
-/// the bundle, the localizer, the atlas, and all that the build does not use are left out.
+/// the bundle, the localizer, what it is connected to, the atlas, and all that the build does not
+/// use are left out.
 [[nodiscard]] Config content_config(const Config& config);
 
 }  // namespace vantage
