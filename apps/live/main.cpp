@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <functional>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -16,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "connection.hpp"
 #include "dds/participant.hpp"
 #include "foxglove/viewer.hpp"
 #include "live/inbox.hpp"
@@ -25,6 +27,7 @@
 #include "live/recorder.hpp"
 #include "live/session.hpp"
 #include "live/worker.hpp"
+#include "serve_maps.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
 #include "vantage/engine/bundle.hpp"
@@ -44,15 +47,6 @@ struct Options {
 
 volatile std::sig_atomic_t g_signal = 0;  // the one way that a signal reaches a program
 extern "C" void on_signal(int number) { g_signal = number; }
-
-std::int64_t now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
-/// A line on standard error, from any thread.
-void say(const std::string& text) { std::cerr << fmt::format("vantage live: {}\n", text); }
 
 /// How long answers took, in steps of 0.1 ms.
 class Delays {
@@ -82,8 +76,10 @@ class Delays {
 /// What a session is connected to, and what it says.
 class Node {
  public:
-  Node(const live::LiveParams& params, Bundle bundle, std::unique_ptr<live::Recorder> recorder)
+  Node(const live::LiveParams& params, Bundle bundle, live::Notices& notices,
+       std::unique_ptr<live::Recorder> recorder)
       : params_(params),
+        notices_(notices),
         bundle_(std::move(bundle)),
         recorder_(std::move(recorder)),
         publisher_(params) {
@@ -99,13 +95,7 @@ class Node {
       VANTAGE_TRY(viewer_, foxglove::Viewer::open(params_, put, say));
       observers_.push_back(viewer_.get());
     }
-    const dds::ParticipantOptions options{.domain = params_.domain,
-                                          .node = params_.node,
-                                          .release = params_.release,
-                                          .receive_buffer = static_cast<std::uint32_t>(std::min(
-                                              params_.receive_buffer * 1024.0 * 1024.0, 2e9))};
-    if (const auto note = dds::Participant::note_on_buffers(options)) say("note: " + *note);
-    VANTAGE_TRY(participant_, dds::Participant::open(options));
+    VANTAGE_TRY(participant_, open_participant(params_));
     for (const live::OutputTopic& output : live::output_topics(params_)) {
       if (output.output == Output::map && !bundle_.has_points()) {
         say("note: the bundle holds prepared maps only, no points: no map is published");
@@ -114,18 +104,17 @@ class Node {
       VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
       outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
     }
-    for (const live::InputTopic& input : live::input_topics(params_.topics)) {
-      topics_.emplace(input.input, input.topic);
-      VANTAGE_CHECK(
-          participant_->subscribe(input.topic, [this, kind = input.input](std::string&& message) {
-            inbox_.put({.input = kind, .arrival = now(), .message = std::move(message)});
-          }));
-    }
+    VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
     return participant_->announce();
   }
 
   [[nodiscard]] std::deque<live::Received> take(std::chrono::nanoseconds longest) {
-    return inbox_.take(longest);
+    auto messages = inbox_.take(longest);
+    const auto dropped = inbox_.take_dropped();
+    notices_.tell_dropped_scans(dropped.scans);
+    notices_.tell("samples_dropped",
+                  "samples come faster than they are read: the oldest is dropped", dropped.others);
+    return messages;
   }
 
   /// Shows observers a message that the session gets.
@@ -136,14 +125,11 @@ class Node {
   }
 
   /// Publishes what was found, and tells of changes.
-  void answer(const live::Localized& scan, const live::Notices& notices) {
+  void answer(const live::Localized& scan) {
     const auto& report = scan.report;
     std::string label;
     if (const auto entry = bundle_.directory()->entry(report.region)) label = entry->region.label;
-    auto counts = notices.counts();
-    const auto dropped = inbox_.dropped();
-    if (dropped.scans > 0) counts["scans_dropped"] += dropped.scans;
-    if (dropped.others > 0) counts["samples_dropped"] += dropped.others;
+    auto counts = notices_.counts();
     if (recorder_ && recorder_->left_out() > 0) counts["not_recorded"] = recorder_->left_out();
     const auto messages = publisher_.messages(scan, label, counts);
     if (!messages) return say(messages.error().message);
@@ -177,21 +163,19 @@ class Node {
   /// Ends in order. Errors: those of the recording.
   [[nodiscard]] Result<void> finish(bool json) {
     participant_.reset();
+    const std::uint64_t dropped = notices_.count_of("scans_dropped");
     if (kept_) save(*kept_);
     if (json) {
       std::cout
           << fmt::format(
                  R"({{"scans": {}, "tracked": {}, "dropped": {}, "delay_ms": {{"median": {:.1f}, "p99": {:.1f}}}}})",
-                 scans_, tracked_, inbox_.dropped().scans, delays_.quantile(0.5),
-                 delays_.quantile(0.99))
+                 scans_, tracked_, dropped, delays_.quantile(0.5), delays_.quantile(0.99))
           << '\n';
       return recorder_ ? recorder_->commit() : Result<void>();
     }
     std::cout << fmt::format("{}: {} tracked", cli::counted(scans_, "scan"),
                              cli::grouped(tracked_));
-    if (const auto dropped = inbox_.dropped(); dropped.scans > 0) {
-      std::cout << fmt::format(", {} dropped before", cli::grouped(dropped.scans));
-    }
+    if (dropped > 0) std::cout << fmt::format(", {} dropped before", cli::grouped(dropped));
     if (scans_ > 0) {
       std::cout << fmt::format(
           "; from a scan's arrival to its pose {:.1f} ms at the median, {:.1f} "
@@ -257,6 +241,7 @@ class Node {
   }
 
   const live::LiveParams& params_;
+  live::Notices& notices_;
   Bundle bundle_;
   std::unique_ptr<live::Recorder> recorder_;
   std::vector<live::Observer*> observers_;
@@ -291,12 +276,10 @@ Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveP
   return kept->T_map_sensor;
 }
 
-void localize_until_told(live::Session& session, Node& node, const live::Notices& notices,
-                         const live::LiveParams& params, const std::optional<double>& seconds) {
+void localize_until_told(live::Session& session, Node& node, const live::LiveParams& params,
+                         const std::function<bool()>& is_over) {
   using std::chrono::milliseconds;
   constexpr auto kLongestWait = milliseconds(50), kWhileScanWaits = milliseconds(2);
-  const std::int64_t end = seconds ? now() + static_cast<std::int64_t>(*seconds * 1e9)
-                                   : std::numeric_limits<std::int64_t>::max();
   const bool moves = !params.topics.filtered_odometry.empty();
   const auto move = [&] {
     if (!moves) return;
@@ -307,10 +290,10 @@ void localize_until_told(live::Session& session, Node& node, const live::Notices
     if (!done) return say(done.error().message);
     if (!*done) return;
     node.show((*done)->received);
-    node.answer(**done, notices);
+    node.answer(**done);
     move();
   };
-  while (g_signal == 0 && now() < end) {
+  while (!is_over()) {
     for (live::Received& received :
          node.take(session.has_scan() ? kWhileScanWaits : kLongestWait)) {
       if (received.input != Input::points) node.show(received);
@@ -328,6 +311,22 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const live::LiveParams params,
               parse<live::LiveParams>(config.live.value_or(Table{})));
   const PluginLoader plugins = options.common.loader();
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  const std::int64_t end = options.seconds
+                               ? now() + static_cast<std::int64_t>(*options.seconds * 1e9)
+                               : std::numeric_limits<std::int64_t>::max();
+  const auto is_over = [&] { return g_signal != 0 || now() >= end; };
+  live::Notices notices([](const std::string& text) { say(text); });
+  if (!params.topics.followed_pose.empty()) {
+    VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "serving maps"));
+    return serve_maps(params, bundle, config.localizer.value_or(LocalizerParams{}).switch_margin,
+                      notices, is_over);
+  }
+  std::optional<io::MapProjection> projection;
+  if (params.map_projector) {
+    VANTAGE_TRY(projection, io::MapProjection::read(*params.map_projector));
+  }
   VANTAGE_TRY(const auto kept, first_pose(options, params));
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
@@ -335,14 +334,11 @@ Result<void> run(const Options& options) {
   if (options.record) {
     VANTAGE_TRY(recorder, live::Recorder::create(*options.record));
   }
-  live::Notices notices([](const std::string& text) { say(text); });
-  live::Session session(std::move(localizer), params, kept, notices);
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  Node node(params, bundle, std::move(recorder));
+  live::Session session(std::move(localizer), params, kept, notices, std::move(projection));
+  Node node(params, bundle, notices, std::move(recorder));
   VANTAGE_CHECK(node.connect());
   say(fmt::format("ready in domain {}: scans of {}", params.domain, params.topics.points));
-  localize_until_told(session, node, notices, params, options.seconds);
+  localize_until_told(session, node, params, is_over);
   return node.finish(options.common.json);
 }
 

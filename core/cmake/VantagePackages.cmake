@@ -98,8 +98,8 @@ function(vantage_debian_packages)
  DDS, and needs no part of ROS.
  .
  This package has what a robot needs: the programs vantage, vantage-live,
- vantage-localize, vantage-play and vantage-info, with the plugins that they
- load, and a unit of systemd. The package vantage builds the maps.")
+ vantage-localize and vantage-info, with the plugins that they load, and a
+ unit of systemd. The package vantage builds the maps.")
   set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA
     "${vantage_package_files}/postinst;${vantage_package_files}/prerm;${vantage_package_files}/postrm")
   set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_STRICT_PERMISSION ON)

@@ -5,6 +5,7 @@
 //   P: uint32 points, uint8 whether they have times, for each x, y, z and perhaps seconds (float32)
 //   I: angular velocity, specific force (6 float64)
 //   O: T_odom_base (7 float64: x, y, z, qx, qy, qz, qw)
+//   T: T_map_sensor, the truth (7 float64, the same)
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstring>
@@ -33,7 +34,7 @@ void append(std::string& bytes, T value) {
 }
 
 struct Options {
-  std::filesystem::path scans, imu, odometry, out;
+  std::filesystem::path scans, imu, odometry, truth, out;
 };
 
 Result<void> run(const Options& options) {
@@ -60,15 +61,19 @@ Result<void> run(const Options& options) {
       records.push_back(std::move(record));
     }
   }
-  if (!options.odometry.empty()) {
-    VANTAGE_TRY(const auto odometry, io::read_trajectory(options.odometry));
-    for (const io::StampedPose& one : odometry) {
-      Record record{'O', one.stamp, {}};
+  const auto add_poses = [&](char kind, const std::filesystem::path& file) -> Result<void> {
+    if (file.empty()) return {};
+    VANTAGE_TRY(const auto poses, io::read_trajectory(file));
+    for (const io::StampedPose& one : poses) {
+      Record record{kind, one.stamp, {}};
       for (const double x : one.pose.translation) append(record.bytes, x);
       for (const double x : one.pose.rotation.coeffs()) append(record.bytes, x);
       records.push_back(std::move(record));
     }
-  }
+    return {};
+  };
+  VANTAGE_CHECK(add_poses('O', options.odometry));
+  VANTAGE_CHECK(add_poses('T', options.truth));
   std::stable_sort(records.begin(), records.end(),
                    [](const Record& a, const Record& b) { return a.stamp < b.stamp; });
   std::ofstream out(options.out, std::ios::binary);
@@ -90,5 +95,6 @@ int main(int argc, char** argv) {
   app.add_option("OUT", options.out)->required();
   app.add_option("--imu", options.imu);
   app.add_option("--odometry", options.odometry);
+  app.add_option("--truth", options.truth);
   return vantage::cli::run_program(app, argc, argv, [&] { return run(options); });
 }

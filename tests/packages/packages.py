@@ -10,6 +10,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from running import output_of  # noqa: E402
+
 # Where the files of a package may lie.
 FOLDERS = {
     "vantage-robot": ["usr/bin/", "usr/lib/TRIPLET/lib", "usr/lib/TRIPLET/vantage/", "usr/share/man/man1/",
@@ -20,16 +23,9 @@ FOLDERS = {
                        "usr/lib/TRIPLET/cmake/vantage/", "usr/share/man/man1/", "usr/share/doc/libvantage-dev/",
                        "usr/share/doc/vantage/", "usr/share/vantage/examples/"],
 }
-ROBOT_PROGRAMS = {"vantage", "vantage-info", "vantage-live", "vantage-localize", "vantage-play"}
+ROBOT_PROGRAMS = {"vantage", "vantage-info", "vantage-live", "vantage-localize"}
 ROBOT_KINDS = {"store", "matcher", "relocalizer"}
 ROBOT_MEGABYTES = 12.0  # on a robot's disk, with the libraries of Vantage
-
-
-def output_of(*command, **options):
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
-    if done.returncode != 0:
-        sys.exit(f"FAILED: {' '.join(command)} ended with {done.returncode}:\n{done.stdout}")
-    return done.stdout
 
 
 def make(build):

@@ -15,6 +15,7 @@ import tempfile
 import urllib.request
 
 import packages
+from running import output_of  # packages.py knows where it is
 
 MIRROR = "http://deb.debian.org/debian"
 # Mounts end with the command. Downloaded packages are kept for the next run.
@@ -42,7 +43,7 @@ def suite_of_this_system():
 def small_bundle(build, folder):
     """A campus, its bundle in FOLDER/bundle, and 3 scans in FOLDER/scans with the pose of the first. Returns it."""
     source = os.path.abspath(os.path.join(os.path.dirname(__file__), "../.."))
-    run = packages.output_of
+    run = output_of
     run(f"{build}/bin/vantage", "simulate", f"{source}/configs/simulate/demo.toml", "--out", f"{folder}/campus",
         "--quiet")
     run(f"{build}/bin/vantage", "build", f"{source}/configs/demo/L20.toml", "--quiet",
@@ -72,13 +73,13 @@ def main(build):
     bare, cache = f"{build}/packages/{suite}", f"{build}/packages/archives"
     if not os.path.exists(f"{bare}.ready"):
         shutil.rmtree(bare, ignore_errors=True)
-        packages.output_of("debootstrap", "--variant=minbase", suite, bare, MIRROR)
+        output_of("debootstrap", "--variant=minbase", suite, bare, MIRROR)
         open(f"{bare}.ready", "w").close()
     os.makedirs(f"{cache}/partial", exist_ok=True)
 
     with tempfile.TemporaryDirectory() as scratch:
         root = f"{scratch}/root"
-        packages.output_of("cp", "-a", "--reflink=auto", bare, root)
+        output_of("cp", "-a", "--reflink=auto", bare, root)
         shutil.copy("/etc/resolv.conf", f"{root}/etc/resolv.conf")
         for deb in debs.values():
             shutil.copy(deb, f"{root}/tmp")
@@ -91,7 +92,7 @@ def main(build):
             return ["unshare", "--mount", "--propagation", "private", "bash", "-euc", IN_CHROOT, root, cache, *command]
 
         def run(*command):
-            return packages.output_of(*there(*command))
+            return output_of(*there(*command))
 
         def install(name):
             run("apt-get", "install", "-q", "-y", "--no-install-recommends", "/tmp/" + os.path.basename(debs[name]))

@@ -48,9 +48,10 @@ class Inbox {
   struct Dropped {
     std::uint64_t scans = 0, others = 0;
   };
-  [[nodiscard]] Dropped dropped() const {
+  /// Since the last call.
+  [[nodiscard]] Dropped take_dropped() {
     const std::scoped_lock lock(mutex_);
-    return dropped_;
+    return std::exchange(dropped_, {});
   }
 
  private:

@@ -40,6 +40,14 @@ Result<void> LiveParams::validate() const {
   if (topics.points.empty()) {
     return fail_at({"topics.points"}, "'points' is empty: a localizer needs scans");
   }
+  if (!topics.fix.empty() && !map_projector) {
+    return fail_at({"topics.fix", "map_projector"},
+                   "'fix' has latitudes and longitudes: 'map_projector' must say where the map is");
+  }
+  if (!topics.followed_pose.empty() && topics.map.empty()) {
+    return fail_at({"topics.followed_pose", "topics.map"},
+                   "'followed_pose' needs the topic 'map': nothing else is published");
+  }
   if (transform == Transform::map_to_odom && topics.odometry.empty()) {
     return fail_at({"transform"}, "'map_to_odom' needs the topic 'odometry' in [live.topics]");
   }

@@ -68,7 +68,8 @@ constexpr auto enum_names(Transform) {
 
 /// [live.topics]: an empty name means that there is no such topic.
 struct TopicParams {
-  std::string points = "/points", imu, odometry, initial_pose = "/initialpose", prior;
+  std::string points = "/points", imu, odometry, initial_pose = "/initialpose", prior, fix;
+  std::string followed_pose;
   bool reliable_points = false;
   std::string pose = "/amcl_pose", pose_stamped, filtered_odometry, map = "/map",
               diagnostics = "/diagnostics";
@@ -87,6 +88,12 @@ struct TopicParams {
         optional("prior", &TopicParams::prior, "",
                  "geometry_msgs/PoseWithCovarianceStamped: where the robot is about, again and "
                  "again"),
+        optional("fix", &TopicParams::fix, "",
+                 "sensor_msgs/NavSatFix: where the antenna is about, again and again; needs "
+                 "map_projector"),
+        optional("followed_pose", &TopicParams::followed_pose, "",
+                 "geometry_msgs/PoseWithCovarianceStamped of another localizer: no scan is "
+                 "localized, the map of the region that it is in is published"),
         optional("pose", &TopicParams::pose, "",
                  "what is published: geometry_msgs/PoseWithCovarianceStamped of the robot"),
         optional("pose_stamped", &TopicParams::pose_stamped, "",
@@ -162,7 +169,7 @@ struct LiveParams {
   dds::Release release = dds::Release::iron_or_later;
   double receive_buffer = 8.0;
   Start start = Start::anywhere;
-  std::optional<std::filesystem::path> state_file;
+  std::optional<std::filesystem::path> state_file, map_projector;
   Publish publish = Publish::tracked;
   Transform transform = Transform::automatic;
   double transform_tolerance = 0.1;
@@ -185,6 +192,8 @@ struct LiveParams {
                  "the topic initial_pose"),
         optional("state_file", &LiveParams::state_file, "",
                  "keeps the last tracked pose; a restart begins there"),
+        optional("map_projector", &LiveParams::map_projector, "",
+                 "map_projector_info.yaml of Autoware: where the map is on the earth"),
         optional("publish", &LiveParams::publish, "",
                  "tracked: only poses whose risk is at most [localizer] max_risk; uncertain: also "
                  "those of uncertain scans"),
@@ -204,7 +213,7 @@ struct LiveParams {
         optional("foxglove", &LiveParams::foxglove, "", "a server for Foxglove and Lichtblick"),
     };
   }
-  /// The frames differ; there are points; map_to_odom has odometry.
+  /// The frames differ; there are points; what needs another key has it.
   [[nodiscard]] Result<void> validate() const;
 
   /// What the IMU's unit of acceleration is [m/s^2].

@@ -14,14 +14,27 @@ class Notices {
   using Sink = std::function<void(const std::string&)>;
   explicit Notices(Sink sink) : sink_(std::move(sink)) {}
 
-  /// @param kind  its name in diagnostics: "scans_out_of_order"
-  void tell(std::string_view kind, const std::string& text) {
-    if (++counts_[std::string(kind)] == 1) sink_(text);
+  /// @param kind   its name in diagnostics: "scans_out_of_order"
+  /// @param times  how often it happened since the last call
+  void tell(std::string_view kind, const std::string& text, std::uint64_t times = 1) {
+    if (times == 0) return;
+    std::uint64_t& count = counts_[std::string(kind)];
+    if (count == 0) sink_(text);
+    count += times;
+  }
+  /// Scans came faster than they are localized.
+  void tell_dropped_scans(std::uint64_t times = 1) {
+    tell("scans_dropped",
+         "scans come faster than they are localized: the oldest that waits is dropped", times);
   }
   /// Counts without a text.
   void count(std::string_view kind) { ++counts_[std::string(kind)]; }
   /// Says something that happens rarely.
   void say(const std::string& text) const { sink_(text); }
+  [[nodiscard]] std::uint64_t count_of(std::string_view kind) const {
+    const auto found = counts_.find(std::string(kind));
+    return found == counts_.end() ? 0 : found->second;
+  }
   /// By kind.
   [[nodiscard]] const std::map<std::string, std::uint64_t>& counts() const noexcept {
     return counts_;

@@ -33,6 +33,10 @@ std::vector<OutputTopic> output_topics(const LiveParams& params) {
     if (!name.empty()) outputs.push_back({output, {.name = name, .type = type, .qos = qos}});
   };
   const dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
+  if (!params.topics.followed_pose.empty()) {
+    add(Output::map, params.topics.map, "sensor_msgs/PointCloud2", latched);
+    return outputs;
+  }
   add(Output::pose, params.topics.pose, "geometry_msgs/PoseWithCovarianceStamped", latched);
   add(Output::pose_stamped, params.topics.pose_stamped, "geometry_msgs/PoseStamped",
       {.reliable = true, .depth = 10});

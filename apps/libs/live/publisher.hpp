@@ -24,7 +24,8 @@ struct OutputTopic {
   dds::Topic topic;
 };
 
-/// What a configuration publishes, /tf included unless it is not wanted.
+/// What a configuration publishes, /tf included unless it is not wanted; with a `followed_pose`,
+/// the map alone.
 [[nodiscard]] std::vector<OutputTopic> output_topics(const LiveParams& params);
 
 /// A message for a topic: CDR with its header.

@@ -13,7 +13,16 @@
 namespace vantage::live {
 
 /// What a session listens to.
-enum class Input : std::uint8_t { points, imu, odometry, initial_pose, prior, static_transforms };
+enum class Input : std::uint8_t {
+  points,
+  imu,
+  odometry,
+  initial_pose,
+  prior,
+  fix,
+  followed_pose,
+  static_transforms
+};
 
 /// A message as it came.
 struct Received {
@@ -22,13 +31,16 @@ struct Received {
   std::string message;       ///< CDR with its header
 };
 
+/// Its key in [live.topics]: "initial_pose".
+[[nodiscard]] std::string_view name_of(Input input);
+
 /// The topic of an input.
 struct InputTopic {
   Input input;
   dds::Topic topic;
 };
 
-/// What a configuration listens to, /tf_static included.
+/// What a configuration listens to, /tf_static included; with a `followed_pose`, poses alone.
 [[nodiscard]] std::vector<InputTopic> input_topics(const TopicParams& topics);
 
 }  // namespace vantage::live

@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "io/made_scan.hpp"
+#include "live/map_poses.hpp"
+#include "vantage/io/pose_priors.hpp"
 
 namespace vantage::live {
 namespace {
@@ -30,20 +32,17 @@ constexpr double kAhead = 60.0;
 constexpr double kPriorAge = 0.15;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-std::string_view name_of(Input input) {
-  switch (input) {
-    case Input::points: return "points";
-    case Input::imu: return "imu";
-    case Input::odometry: return "odometry";
-    case Input::initial_pose: return "initial_pose";
-    case Input::prior: return "prior";
-    case Input::static_transforms: return "static_transforms";
-  }
-  return "unknown";
-}
-
 double sigma(double variance, double least) {
   return variance > 0.0 ? std::max(std::sqrt(variance), least) : kInfinity;
+}
+
+/// Moves a place by an offset whose direction in the plane is not known.
+void turn_anywhere(Point& place, std::array<double, 3>& variances, const Eigen::Vector3d& offset) {
+  place.z() += offset.z();
+  const double plane = offset.head<2>().squaredNorm();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (variances[axis] > 0.0) variances[axis] += plane;
+  }
 }
 
 template <class Sample>
@@ -56,8 +55,12 @@ void forget_old(std::deque<Sample>& samples) {
 }  // namespace
 
 Session::Session(Localizer localizer, LiveParams params, const std::optional<Pose>& kept,
-                 Notices& notices)
-    : localizer_(std::move(localizer)), params_(std::move(params)), notices_(notices), last_(kept) {
+                 Notices& notices, std::optional<io::MapProjection> projection)
+    : localizer_(std::move(localizer)),
+      params_(std::move(params)),
+      notices_(notices),
+      projection_(std::move(projection)),
+      last_(kept) {
   begin_anew("");
 }
 
@@ -101,6 +104,8 @@ Result<void> Session::read(Received& received) {
     case Input::odometry: return read_odometry(received.message);
     case Input::initial_pose:
     case Input::prior: return read_pose(received.input, received.message);
+    case Input::fix: return read_fix(received.message);
+    case Input::followed_pose: return {};  // of a MapServer
     case Input::static_transforms: {
       VANTAGE_TRY(const auto transforms,
                   io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
@@ -126,10 +131,7 @@ Result<void> Session::read_points(Received& received) {
     return {};
   }
   VANTAGE_TRY(auto scan, io::made_scan(std::move(cloud.cloud), stamp, {}, params_.topics.points));
-  if (waiting_) {
-    notices_.tell("scans_dropped",
-                  "scans come faster than they are localized: the oldest that waits is dropped");
-  }
+  if (waiting_) notices_.tell_dropped_scans();
   const double sweep =
       scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
   last_stamp_ = stamp;
@@ -208,24 +210,13 @@ Result<void> Session::read_odometry(const std::string& message) {
 }
 
 Result<void> Session::read_pose(Input input, const std::string& message) {
-  VANTAGE_TRY(
-      const auto poses,
-      io::ros::parse_poses(message, "geometry_msgs/PoseWithCovarianceStamped", Encoding::cdr, {}));
+  VANTAGE_TRY(const auto poses, poses_in_map(input, message, params_.frames.map, notices_));
   for (const auto& one : poses) {
-    const std::string frame(frame_name(one.header.frame));
-    if (frame != params_.frames.map) {
-      notices_.tell(fmt::format("{}_in_other_frame", name_of(input)),
-                    fmt::format("a pose is given in the frame '{}', expected '{}'", frame,
-                                params_.frames.map));
-      continue;
-    }
-    if (!is_on_earth(one.pose)) {
-      return fail(ErrorCode::corrupt_data, "a pose is farther away than 1e8 m");
-    }
     const Prior prior{.stamp = one.header.stamp,
                       .T_map_base = one.pose,
                       .variances = one.variances.value_or(io::ros::PoseVariances{})};
     if (input == Input::prior) {
+      if (is_ahead(prior.stamp, input)) continue;
       priors_.push_back(prior);
       forget_old(priors_);
       continue;
@@ -237,6 +228,46 @@ Result<void> Session::read_pose(Input input, const std::string& message) {
     localizer_.start_anywhere();
     is_started_ = true;
   }
+  return {};
+}
+
+/// A position of an antenna. It has no heading.
+Result<void> Session::read_fix(const std::string& message) {
+  VANTAGE_TRY(const auto fix, io::ros::parse_nav_sat_fix(message, Encoding::cdr, {}));
+  if (!projection_ || is_ahead(fix.header.stamp, Input::fix)) return {};
+  const std::string frame(frame_name(fix.header.frame));
+  if (!fix.has_fix) {
+    notices_.tell("fix_missing", "the receiver of " + params_.topics.fix + " has no fix");
+    return {};
+  }
+  const auto point = projection_->project(fix.position);
+  if (!point) {
+    notices_.tell("fix_off_map", fmt::format("a fix is left out: {}", point.error().message));
+    return {};
+  }
+  constexpr io::PriorSigmas kUsual;
+  const auto variance = [&](std::size_t axis, double usual) {
+    const double stated = fix.variances ? (*fix.variances)[axis] : 0.0;
+    return stated > 0.0 ? stated : usual * usual;
+  };
+  Prior prior{
+      .stamp = fix.header.stamp,
+      .T_map_base = {.translation = *point},
+      .variances = {.translation = {variance(0, kUsual.horizontal), variance(1, kUsual.horizontal),
+                                    variance(2, kUsual.vertical)},
+                    .heading = 0.0}};
+  if (!projection_->unknown_heights().empty()) prior.variances.translation[2] = 0.0;
+  if (const auto mounted = frames_.pose(frame, params_.frames.base); mounted && *mounted) {
+    turn_anywhere(prior.T_map_base.translation, prior.variances.translation,
+                  (*mounted)->translation);
+  } else if (!frame.empty() && frame != params_.frames.base) {
+    notices_.tell("fix_without_mount",
+                  fmt::format("no transform leads from '{}', the antenna's frame, to '{}': the "
+                              "antenna is taken to be there",
+                              frame, params_.frames.base));
+  }
+  priors_.push_back(prior);
+  forget_old(priors_);
   return {};
 }
 
@@ -318,8 +349,13 @@ void Session::feed_motion(const std::string& sensor) {
 
 std::optional<PosePrior> Session::prior_at(double stamp, const Pose& T_base_sensor) {
   const auto known = [&](const Prior& prior, double least_metres, double least_radians) {
-    const auto& [xyz, heading] = prior.variances;
-    return PosePrior{.T_map_sensor = prior.T_map_base * T_base_sensor,
+    auto [xyz, heading] = prior.variances;
+    Pose T_map_sensor = prior.T_map_base * T_base_sensor;
+    if (!(heading > 0.0)) {
+      T_map_sensor = prior.T_map_base;
+      turn_anywhere(T_map_sensor.translation, xyz, T_base_sensor.translation);
+    }
+    return PosePrior{.T_map_sensor = T_map_sensor,
                      .sigma_translation = {sigma(xyz[0], least_metres), sigma(xyz[1], least_metres),
                                            sigma(xyz[2], least_metres)},
                      .sigma_heading = sigma(heading, least_radians)};
@@ -381,11 +417,12 @@ Result<std::optional<Localized>> Session::localize() {
     notices_.tell("scans_empty", "a scan has no point that was measured");
   }
   feed_motion(sensor);
+  const auto prior = prior_at(now.scan.stamp, *T_base_sensor);
   const auto begin = std::chrono::steady_clock::now();
   auto report = localizer_.localize({.stamp = now.scan.stamp,
                                      .points = now.scan.points,
                                      .seconds = now.scan.seconds,
-                                     .prior = prior_at(now.scan.stamp, *T_base_sensor)});
+                                     .prior = prior});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   if (!report) return fail(std::move(report).error());
   Localized done{.report = *std::move(report),
@@ -394,6 +431,7 @@ Result<std::optional<Localized>> Session::localize() {
                  .received = std::move(now.received),
                  .T_base_sensor = *T_base_sensor,
                  .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),
+                 .prior = prior,
                  .seconds = took.count()};
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
   T_base_sensor_ = T_base_sensor;

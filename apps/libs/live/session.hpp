@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "io/map_projection.hpp"
 #include "io/ros/messages.hpp"
 #include "live/live_params.hpp"
 #include "live/notices.hpp"
@@ -26,6 +27,7 @@ struct Localized {
   Received received;                     ///< what the scan was read from
   Pose T_base_sensor;                    ///< of the LiDAR
   std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp
+  std::optional<PosePrior> prior = {};   ///< that it was localized with
   double seconds = 0.0;                  ///< from the points to the report
 };
 
@@ -42,9 +44,10 @@ struct Moved {
 /// A message that cannot be used is told once (see Notices) and left out; nothing ends a session.
 class Session {
  public:
-  /// @param kept  where the sensor was when a session before ended
-  Session(Localizer localizer, LiveParams params, const std::optional<Pose>& kept,
-          Notices& notices);
+  /// @param kept        where the sensor was when a session before ended
+  /// @param projection  where the map is on the earth, for fixes
+  Session(Localizer localizer, LiveParams params, const std::optional<Pose>& kept, Notices& notices,
+          std::optional<io::MapProjection> projection = {});
 
   /// Takes a message in. A scan waits until `localize`; one that waits already is dropped for it.
   void take(Received&& received);
@@ -86,6 +89,7 @@ class Session {
   [[nodiscard]] Result<void> read_imu(const std::string& message);
   [[nodiscard]] Result<void> read_odometry(const std::string& message);
   [[nodiscard]] Result<void> read_pose(Input input, const std::string& message);
+  [[nodiscard]] Result<void> read_fix(const std::string& message);
   [[nodiscard]] bool is_ahead(double stamp, Input input);
   void begin_anew(const std::string& why);
   [[nodiscard]] bool has_motion(const Waiting& scan) const;
@@ -98,6 +102,7 @@ class Session {
   Localizer localizer_;
   LiveParams params_;
   Notices& notices_;
+  std::optional<io::MapProjection> projection_;
   StaticFrames frames_;
   std::optional<Waiting> waiting_;
   std::optional<double> first_stamp_;  // of a scan [s]

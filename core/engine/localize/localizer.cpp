@@ -11,7 +11,6 @@
 
 #include "bundle/built_as_asked.hpp"
 #include "localize/hypothesis.hpp"
-#include "localize/regions_ahead.hpp"
 #include "localize/search_area.hpp"
 #include "localize/search_job.hpp"
 #include "localize/searcher.hpp"
@@ -20,6 +19,7 @@
 #include "localize/weighing.hpp"
 #include "stopwatch.hpp"
 #include "vantage/engine/region_maps.hpp"
+#include "vantage/engine/regions_ahead.hpp"
 
 namespace vantage {
 
@@ -132,24 +132,8 @@ struct Localizer::State {
   bool surprised = false;        // by a scan, since a search began last
   SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
 
-  struct Choice {
-    RegionId region;
-    bool outside;
-  };
-  /// Eq. 11 with hysteresis.
-  [[nodiscard]] Result<Choice> choose_region(const Point& position) const {
-    const Eigen::Vector2d xy = position.head<2>();
-    VANTAGE_TRY(const auto located, ahead.owner_of(position));
-    if (!located) {
-      if (map) return Choice{region, true};
-      VANTAGE_TRY(const RegionId nearest, ahead.nearest(xy));
-      return Choice{nearest, true};
-    }
-    if (map && *located != region && params.switch_margin > 0.0) {
-      VANTAGE_TRY(const double away, ahead.distance_to(region, xy));
-      if (away <= params.switch_margin) return Choice{region, false};
-    }
-    return Choice{*located, false};
+  [[nodiscard]] Result<RegionsAhead::Choice> choose_region(const Point& position) const {
+    return ahead.choose(map ? std::optional(region) : std::nullopt, position, params.switch_margin);
   }
 
   /// The motion until the middle of a sweep, of a sensor that may be anywhere. Nothing is known of
@@ -234,7 +218,7 @@ struct Localizer::State {
     for (std::size_t h = 0; h < followed; ++h) {
       Hypothesis& one = hypotheses[h];
       // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
-      VANTAGE_TRY(const Choice choice, choose_region(one.last.translation));
+      VANTAGE_TRY(const auto choice, choose_region(one.last.translation));
       std::shared_ptr<const ReadyRegion> ready;
       if (h == 0) {
         report.outside = choice.outside;

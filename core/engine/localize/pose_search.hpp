@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "localize/evidence.hpp"
-#include "localize/regions_ahead.hpp"
+#include "vantage/engine/regions_ahead.hpp"
 #include "vantage/engine/region_maps.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/relocalizer.hpp"

@@ -1,4 +1,4 @@
-#include "localize/regions_ahead.hpp"
+#include "vantage/engine/regions_ahead.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -96,6 +96,22 @@ Result<std::optional<RegionId>> RegionsAhead::owner_of(const Point& place) const
   const auto owner = here->regions.locate(place);  // Eq. 11 is Eq. 2
   if (!owner || !here->places[owner->value].has_map) return std::nullopt;
   return here->places[owner->value].region;
+}
+
+Result<RegionsAhead::Choice> RegionsAhead::choose(const std::optional<RegionId>& in_use,
+                                                  const Point& place, double margin) const {
+  const Eigen::Vector2d xy = place.head<2>();
+  VANTAGE_TRY(const auto owner, owner_of(place));
+  if (!owner) {
+    if (in_use) return Choice{*in_use, true};
+    VANTAGE_TRY(const RegionId closest, nearest(xy));
+    return Choice{closest, true};
+  }
+  if (in_use && *owner != *in_use && margin > 0.0) {
+    VANTAGE_TRY(const double away, distance_to(*in_use, xy));
+    if (away <= margin) return Choice{*in_use, false};
+  }
+  return Choice{*owner, false};
 }
 
 Result<RegionId> RegionsAhead::at(const Point& place) const {

@@ -6,7 +6,7 @@
 #include "localize/evidence.hpp"
 #include "localize/place_index.hpp"
 #include "localize/pose_search.hpp"
-#include "localize/regions_ahead.hpp"
+#include "vantage/engine/regions_ahead.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/prepared_scan.hpp"

@@ -1,4 +1,4 @@
-#include "localize/regions_ahead.hpp"
+#include "vantage/engine/regions_ahead.hpp"
 
 #include <doctest/doctest.h>
 

@@ -14,7 +14,8 @@ namespace {
 using io::ros::Encoding;
 
 Localized tracked(double stamp, const Pose& T_map_sensor, const Pose& T_base_sensor) {
-  Localized scan{.report = {}, .scan = {}, .stamp = stamp, .received = {}, .T_base_sensor = T_base_sensor};
+  Localized scan{
+      .report = {}, .scan = {}, .stamp = stamp, .received = {}, .T_base_sensor = T_base_sensor};
   scan.report.stamp = stamp;
   scan.report.tracking = Tracking::tracked;
   scan.report.T_map_scan = T_map_sensor;

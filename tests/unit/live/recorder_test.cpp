@@ -62,11 +62,11 @@ TEST_CASE("of scans that wait, the last one is kept; samples all") {
   REQUIRE(taken.size() == 6);
   CHECK(taken.back().input == Input::points);
   CHECK(taken.back().arrival == 4);
-  CHECK(inbox.dropped().scans == 4);
-  CHECK(inbox.dropped().others == 0);
+  CHECK(inbox.take_dropped().scans == 4);
+  CHECK(inbox.take_dropped().others == 0);
   CHECK(inbox.take(std::chrono::seconds(0)).empty());
   for (int i = 0; i < 20'010; ++i) inbox.put({.input = Input::imu, .arrival = i, .message = {}});
-  CHECK(inbox.dropped().others == 10);
+  CHECK(inbox.take_dropped().others == 10);
   CHECK(inbox.take(std::chrono::seconds(0)).front().arrival == 10);
 }
 

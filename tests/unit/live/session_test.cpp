@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <random>
 
 #include "io/ros/message_writers.hpp"
 #include "post_world.hpp"
+#include "support/bags/nav_sat_fix.hpp"
+#include "vantage/io/pose_priors.hpp"
 
 namespace vantage::live {
 namespace {
@@ -27,8 +30,9 @@ struct Robot {
   Notices notices{[this](const std::string& text) { told.push_back(text); }};
   Session session;
 
-  explicit Robot(const LiveParams& params = {}, const std::optional<Pose>& kept = test::at_x(5.0))
-      : session(world.localizer(), params, kept, notices) {}
+  explicit Robot(const LiveParams& params = {}, const std::optional<Pose>& kept = test::at_x(5.0),
+                 std::optional<io::MapProjection> projection = {})
+      : session(world.localizer(), params, kept, notices, std::move(projection)) {}
 
   static LiveParams with_mount() {
     LiveParams params;
@@ -261,6 +265,77 @@ TEST_CASE("a session that waits for a pose begins with it, at any height") {
   CHECK(found->report.T_map_scan.translation.z() == doctest::Approx(0.0).epsilon(1e-2));
 }
 
+/// East, north and up at 48 N, 11 E.
+io::MapProjection on_earth() {
+  auto projection = io::MapProjection::parse(
+      "projector_type: LocalCartesian\nvertical_datum: WGS84\n"
+      "map_origin: {latitude: 48.0, longitude: 11.0, altitude: 0.0}\n",
+      "map_projector_info.yaml");
+  REQUIRE_MESSAGE(projection, to_string(projection.error()));
+  return *std::move(projection);
+}
+
+TEST_CASE("a fix is a place of the antenna, without a heading") {
+  Robot robot(Robot::with_mount(), test::at_x(5.0), on_earth());
+  const io::ros::PoseMessage antenna{.header = {.stamp = 0.0, .frame = "base_link"},
+                                     .child = "gnss",
+                                     .pose = pose_from_xyz_rpy({0.3, 0.4, 1.5}, {0, 0, 0})};
+  robot.give(Input::static_transforms, kStart, io::ros::write_transforms(std::array{antenna}));
+  // Of the scan half a second later, and of a clock that is a year ahead.
+  test::TestFix fix{.seconds = static_cast<std::uint32_t>(kStart),
+                    .latitude = 48.0001,
+                    .longitude = 11.0,
+                    .altitude = 2.5};
+  const auto give = [&](const test::TestFix& one) {
+    robot.give(Input::fix, kStart, test::nav_sat_fix(one, test::MessageWriter::Layout::cdr_little));
+  };
+  robot.scan(kStart);
+  REQUIRE(robot.localize());
+  give(fix);
+  robot.scan(kStart + 0.5);
+  auto found = robot.localize();
+  REQUIRE(found);
+  REQUIRE(found->prior);
+  const PosePrior& prior = *found->prior;
+  CHECK(prior.T_map_sensor.translation.x() == doctest::Approx(0.0));
+  CHECK(prior.T_map_sensor.translation.y() == doctest::Approx(11.12).epsilon(1e-3));
+  // The antenna is 1.5 m above the base, the LiDAR 1 m; half a metre beside it in a direction that
+  // nobody knows.
+  CHECK(prior.T_map_sensor.translation.z() == doctest::Approx(2.5 - 1.5 + 1.0).epsilon(1e-3));
+  CHECK(prior.sigma_translation.x() == doctest::Approx(std::sqrt(4.0 + 0.25)));
+  CHECK(prior.sigma_translation.y() == doctest::Approx(std::sqrt(9.0 + 0.25)));
+  CHECK(prior.sigma_translation.z() == doctest::Approx(4.0));
+  CHECK(std::isinf(prior.sigma_heading));
+
+  SUBCASE("none is used twice") {
+    robot.scan(kStart + 1.0);
+    CHECK_FALSE(robot.localize()->prior);
+  }
+  SUBCASE("what cannot be used is told once") {
+    fix.status = -1;
+    for (int i = 0; i < 3; ++i) give(fix);
+    CHECK(robot.was_told("has no fix"));
+    fix.status = 0;
+    fix.latitude = std::nan("");
+    give(fix);
+    CHECK(robot.was_told("a fix is left out"));
+    fix.latitude = 48.0;
+    fix.seconds += 365 * 86400;
+    give(fix);
+    CHECK(robot.was_told("later than the last scan"));
+    fix.seconds -= 365 * 86400 - 1;
+    fix.frame = "mast";
+    fix.covariance_type = 0;
+    give(fix);
+    CHECK(robot.was_told("'mast', the antenna's frame"));
+    CHECK(robot.told.size() == 4);
+    robot.scan(kStart + 1.5);
+    found = robot.localize();
+    REQUIRE(found->prior);
+    CHECK(found->prior->sigma_translation.x() == doctest::Approx(io::PriorSigmas{}.horizontal));
+  }
+}
+
 TEST_CASE("one sample with a stamp of the future does not hide those that follow") {
   LiveParams params = Robot::with_mount();
   params.topics.imu = "/imu";
@@ -303,7 +378,7 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
   params.topics.imu = "/imu";
   params.topics.odometry = "/odom";
   params.topics.prior = "/gnss";
-  Robot robot(params);
+  Robot robot(params, test::at_x(5.0), on_earth());
   robot.world.stand_at(test::at_x(5.0));
   io::ros::PoseCovariance covariance = io::ros::PoseCovariance::Identity();
   const io::ros::PoseMessage mount{
@@ -320,6 +395,11 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
       case Input::initial_pose:
       case Input::prior:
         return io::ros::write_pose_with_covariance(header, test::at_x(5.0), covariance).value();
+      case Input::fix:
+        return test::nav_sat_fix(
+            {.seconds = static_cast<std::uint32_t>(stamp), .latitude = 48.0, .longitude = 11.00007},
+            test::MessageWriter::Layout::cdr_little);
+      case Input::followed_pose:
       case Input::static_transforms: break;
     }
     return io::ros::write_transforms(std::array{mount}).value();
@@ -329,7 +409,10 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
   double stamp = kStart;
   for (std::uint64_t i = 0; i < count; ++i) {
     // Poses by hand and scans search: fewer of them.
-    const auto input = static_cast<Input>(random() % 6);
+    constexpr std::array kInputs{Input::points,           Input::imu,   Input::odometry,
+                                 Input::initial_pose,     Input::prior, Input::fix,
+                                 Input::static_transforms};
+    const Input input = kInputs[random() % kInputs.size()];
     const bool is_costly = input == Input::points || input == Input::initial_pose;
     if (is_costly && random() % 20 != 0) continue;
     stamp += 0.001;

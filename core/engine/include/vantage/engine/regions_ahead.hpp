@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "vantage/api.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/region_directory.hpp"
 
@@ -17,7 +18,7 @@ namespace vantage {
 /// Finds the regions that a sensor is in or about to enter. It holds the regions around the place
 /// that it was last asked about, and no others.
 /// Thread safety: const methods may run on one object from many threads at once.
-class RegionsAhead {
+class VANTAGE_API RegionsAhead {
  public:
   explicit RegionsAhead(std::shared_ptr<const RegionDirectory> directory);
 
@@ -35,6 +36,17 @@ class RegionsAhead {
 
   /// The region that owns a place if it has a map, otherwise the nearest with one.
   [[nodiscard]] Result<RegionId> at(const Point& place) const;
+
+  struct Choice {
+    RegionId region;
+    bool outside;  ///< no region with a map owns the place
+  };
+  /// The region to localize in (Eq. 11), with hysteresis: the one in use stays in use within
+  /// `margin` of its footprint, and outside of all regions. Without one, the nearest is taken
+  /// there.
+  /// @param margin  [m]
+  [[nodiscard]] Result<Choice> choose(const std::optional<RegionId>& in_use, const Point& place,
+                                      double margin) const;
 
   /// The regions with a map that are within `margin` of the way ahead, in the order in which the
   /// sensor reaches them. The way is a straight line, with an allowance for turns.

@@ -1,0 +1,44 @@
+#include "connection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <utility>
+
+namespace vantage {
+
+std::int64_t now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+void say(const std::string& text) { std::cerr << fmt::format("vantage live: {}\n", text); }
+
+Result<dds::Participant> open_participant(const live::LiveParams& params) {
+  const double bytes = std::min(params.receive_buffer * 1024.0 * 1024.0, 2e9);
+  const dds::ParticipantOptions options{.domain = params.domain,
+                                        .node = params.node,
+                                        .release = params.release,
+                                        .receive_buffer = static_cast<std::uint32_t>(bytes)};
+  if (const auto note = dds::Participant::note_on_buffers(options)) say("note: " + *note);
+  return dds::Participant::open(options);
+}
+
+Result<std::map<live::Input, dds::Topic>> subscribe(dds::Participant& participant,
+                                                    const live::LiveParams& params,
+                                                    live::Inbox& inbox) {
+  std::map<live::Input, dds::Topic> topics;
+  for (const live::InputTopic& input : live::input_topics(params.topics)) {
+    topics.emplace(input.input, input.topic);
+    VANTAGE_CHECK(
+        participant.subscribe(input.topic, [&inbox, kind = input.input](std::string&& message) {
+          inbox.put({.input = kind, .arrival = now(), .message = std::move(message)});
+        }));
+  }
+  return topics;
+}
+
+}  // namespace vantage

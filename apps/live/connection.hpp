@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "dds/participant.hpp"
+#include "live/inbox.hpp"
+#include "live/live_params.hpp"
+#include "live/received.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// [ns since the epoch]
+[[nodiscard]] std::int64_t now();
+
+/// A line on standard error, from any thread.
+void say(const std::string& text);
+
+/// The participant that [live] describes. Tells how the kernel's limit of buffers is raised.
+/// Errors: those of Participant.
+[[nodiscard]] Result<dds::Participant> open_participant(const live::LiveParams& params);
+
+/// Puts the messages of all inputs of [live.topics] into an inbox, which must outlive the
+/// participant. Returns the topics. Errors: those of Participant.
+[[nodiscard]] Result<std::map<live::Input, dds::Topic>> subscribe(dds::Participant& participant,
+                                                                  const live::LiveParams& params,
+                                                                  live::Inbox& inbox);
+
+}  // namespace vantage

@@ -1,0 +1,38 @@
+#include "serve_maps.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "connection.hpp"
+#include "live/map_server.hpp"
+#include "live/publisher.hpp"
+
+namespace vantage {
+
+Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, double switch_margin,
+                        live::Notices& notices, const std::function<bool()>& is_over) {
+  VANTAGE_CHECK(bundle.need_points("publish"));
+  live::MapServer server(bundle, params, switch_margin, notices);
+  live::Inbox inbox;
+  VANTAGE_TRY(auto participant, open_participant(params));
+  VANTAGE_TRY(auto maps, participant.advertise(live::output_topics(params).front().topic));
+  VANTAGE_CHECK(subscribe(participant, params, inbox));
+  VANTAGE_CHECK(participant.announce());
+  say(fmt::format("ready in domain {}: maps for the poses of {}", params.domain,
+                  params.topics.followed_pose));
+  while (!is_over()) {
+    for (const live::Received& received : inbox.take(std::chrono::milliseconds(50))) {
+      const auto map = server.take(received);
+      if (!map) {
+        notices.tell("maps_missing", map.error().message);
+        continue;
+      }
+      if (!*map) continue;
+      if (const auto sent = maps.write(**map); !sent) notices.say(sent.error().message);
+    }
+  }
+  return {};
+}
+
+}  // namespace vantage
