@@ -77,6 +77,7 @@ function(vantage_debian_packages)
   set(CPACK_DEB_COMPONENT_INSTALL ON)
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
   set(CPACK_PACKAGE_CONTACT "${VANTAGE_PACKAGE_MAINTAINER}")
+  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
   set(CPACK_PACKAGE_VERSION "${PROJECT_VERSION}")
   set(CPACK_PACKAGE_DIRECTORY "${PROJECT_BINARY_DIR}/packages")
   set(CPACK_STRIP_FILES ON)
@@ -93,27 +94,27 @@ function(vantage_debian_packages)
   set(CPACK_DEBIAN_ROBOT_PACKAGE_NAME vantage-robot)
   set(CPACK_DEBIAN_ROBOT_PACKAGE_SECTION science)
   set(CPACK_COMPONENT_ROBOT_DESCRIPTION "localizes a LiDAR in region maps, on a robot
- Tells a robot with a LiDAR where it is in a point cloud map of a campus or a
- city, without loading the whole map. It is a node of ROS 2 to others, over
- DDS, and needs no part of ROS.
- .
- This package has what a robot needs: the programs vantage, vantage-live,
- vantage-localize and vantage-info, with the plugins that they load, and a
- unit of systemd. The package vantage builds the maps.")
+Tells a robot with a LiDAR where it is in a point cloud map of a campus or a
+city, without loading the whole map. It is a node of ROS 2 to others, over
+DDS, and needs no part of ROS.
+
+This package has what a robot needs: the programs vantage, vantage-live,
+vantage-localize and vantage-info, with the plugins that they load, and a
+unit of systemd. The package vantage builds the maps.")
   set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA
-    "${vantage_package_files}/postinst;${vantage_package_files}/prerm;${vantage_package_files}/postrm")
+    "${vantage_package_files}/postinst;${vantage_package_files}/prerm;${vantage_package_files}/postrm;${vantage_package_files}/triggers")
   set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME vantage)
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "vantage-robot (= ${version})")
   set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "cuts point cloud maps into regions to localize a LiDAR in
- Cuts a point cloud map of a campus or a city into regions, and keeps for each
- the points that a sensor on its ground could see. A robot then localizes its
- LiDAR with the map of its region.
- .
- This package builds, assesses, evaluates, exports and shows such maps. The
- package vantage-robot, which it needs, localizes in them.")
+Cuts a point cloud map of a campus or a city into regions, and keeps for each
+the points that a sensor on its ground could see. A robot then localizes its
+LiDAR with the map of its region.
+
+This package builds, assesses, evaluates, exports and shows such maps. The
+package vantage-robot, which it needs, localizes in them.")
 
   set(CPACK_DEBIAN_DEV_PACKAGE_NAME libvantage-dev)
   set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
@@ -122,9 +123,9 @@ function(vantage_debian_packages)
     libbz2-dev libgeographiclib-dev liblz4-dev liblzf-dev libpcap-dev libsqlite3-dev libyaml-dev libzstd-dev
     zlib1g-dev)
   set(CPACK_COMPONENT_DEV_DESCRIPTION "headers and libraries of Vantage, and tests of its plugins
- What programs that localize a LiDAR by Vantage, and plugins of it, are built
- with: headers, static libraries, a package of CMake, examples, and the suites
- that test whether a plugin keeps the contract of its kind.")
+What programs that localize a LiDAR by Vantage, and plugins of it, are built
+with: headers, static libraries, a package of CMake, examples, and the suites
+that test whether a plugin keeps the contract of its kind.")
   include(CPack)
 
   find_program(VANTAGE_HELP2MAN help2man)
