@@ -1,6 +1,5 @@
 // vantage-live: localizes scans that a robot's sensors publish, as they come.
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <array>
@@ -30,6 +29,7 @@
 #include "serve_maps.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
+#include "terminal/freed_memory.hpp"
 #include "vantage/engine/bundle.hpp"
 
 namespace vantage {
@@ -360,7 +360,6 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", options.seconds, "end after this time; without it, when told to")
       ->check(CLI::PositiveNumber);
   options.common.add_to(app);
-  // Maps come and go: what is freed goes back to the system at once. glibc alone would keep it.
-  mallopt(M_MMAP_THRESHOLD, 64 * 1024);
+  vantage::cli::keep_only_scan_buffers();
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

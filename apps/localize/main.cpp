@@ -1,6 +1,5 @@
 // vantage-localize: makes a trajectory from a bundle and recorded scans.
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <cmath>
 #include <iostream>
@@ -13,6 +12,7 @@
 #include "localize/run_page.hpp"
 #include "localize/run_recorder.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/freed_memory.hpp"
 #include "terminal/input_options.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
@@ -331,7 +331,6 @@ int main(int argc, char** argv) {
                  "write a page about the run: verdict, drive, risk, fit, times, memory")
       ->type_name("FILE");
   options.common.add_to(app);
-  // Maps come and go: what is freed goes back to the system at once. glibc alone would keep it.
-  mallopt(M_MMAP_THRESHOLD, 64 * 1024);
+  vantage::cli::keep_only_scan_buffers();
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

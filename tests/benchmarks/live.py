@@ -119,7 +119,7 @@ def street(folder, programs, source):
 
 def campus(folder, programs, source):
     output_of(f"{programs}/vantage-simulate", f"{source}/configs/simulate/motion.toml", "--out", f"{folder}/world",
-              "-q", "--set", 'lidar.model="hdl64"')
+              "-q", "--overwrite", "--set", 'lidar.model="hdl64"')
     config = f"{folder}/campus.toml"
     text = open(f"{source}/configs/demo/L20.toml", encoding="ascii").read()
     text = re.sub(r"files = .*", f'files = ["{folder}/world/map.pcd"]', text)
