@@ -22,7 +22,7 @@ import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
-from running import output_of  # noqa: E402
+from running import config_for, output_of  # noqa: E402
 
 DOMAIN = "87"
 
@@ -107,10 +107,9 @@ def street(folder, programs, source):
         print(f"street: SKIPPED, there is no {data}")
         return None
     config = f"{folder}/street.toml"
-    text = open(f"{source}/configs/kitti_street/L20.toml", encoding="ascii").read()
-    text = re.sub(r"files = .*", f'files = ["{data}/map.pcd"]', text)
-    text = re.sub(r"root = .*? }", f'root = "{folder}/street" }}', text)
-    open(config, "w", encoding="ascii").write(text + f"\n[live]\ndomain = {DOMAIN}\n")
+    text = config_for(f"{source}/configs/kitti_street/L20.toml", f"{data}/map.pcd", f"{folder}/street",
+                      f"\n[live]\ndomain = {DOMAIN}\n")
+    open(config, "w", encoding="utf-8").write(text)
     output_of(f"{programs}/vantage-build", config, "-q")
     output_of(f"{programs}/../tests/live_flatten", f"{data}/scans", f"{folder}/street.flat", "--truth",
               f"{data}/ref_poses_tum.txt")
@@ -121,11 +120,9 @@ def campus(folder, programs, source):
     output_of(f"{programs}/vantage-simulate", f"{source}/configs/simulate/motion.toml", "--out", f"{folder}/world",
               "-q", "--overwrite", "--set", 'lidar.model="hdl64"')
     config = f"{folder}/campus.toml"
-    text = open(f"{source}/configs/demo/L20.toml", encoding="ascii").read()
-    text = re.sub(r"files = .*", f'files = ["{folder}/world/map.pcd"]', text)
-    text = re.sub(r"root = .*? }", f'root = "{folder}/campus" }}', text)
-    text += f"\n[live]\ndomain = {DOMAIN}\n" + 'topics = { imu = "/imu", odometry = "/odom" }\n'
-    open(config, "w", encoding="ascii").write(text)
+    text = config_for(f"{source}/configs/demo/L20.toml", f"{folder}/world/map.pcd", f"{folder}/campus",
+                      f"\n[live]\ndomain = {DOMAIN}\ntopics = {{ imu = \"/imu\", odometry = \"/odom\" }}\n")
+    open(config, "w", encoding="utf-8").write(text)
     output_of(f"{programs}/vantage-build", config, "-q", "--set",
               "localizer.T_sensor_imu=[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]")
     output_of(f"{programs}/../tests/live_flatten", f"{folder}/world/scans", f"{folder}/campus.flat", "--imu",

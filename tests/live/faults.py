@@ -19,41 +19,20 @@ import tempfile
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
-from running import output_of  # noqa: E402
+from running import config_for, output_of  # noqa: E402
 
 RIGHT = 0.3  # m
 ALERT_LIMIT = 0.5  # m, the default
 GROWTH = 16.0  # MiB
 SKIPPED = 4  # exit code
 
-CONFIG = """
-schema = 1
-[map]
-files = ["world/map.pcd"]
-[partitioner]
-plugin = "uniform_grid"
-params = { cell_width = 20.0 }
-[ground]
-plugin = "pmf"
-[viewpoints]
-voxel_size = 5.0
-[visibility]
-plugin = "keep_all"
-[store]
-plugin = "pcd_tiles"
-params = { root = "bundle" }
-[matcher]
-plugin = "ndt"
-[localizer]
-scan_min_range = 1.0
-T_sensor_imu = [0.0, 0.0, -0.05, 0.0, 0.0, 0.0]
+MORE = """
 [live]
 domain = 7
 state_file = "state.json"
-[live.topics]
-imu = "/imu"
-odometry = "/odom"
+topics = { imu = "/imu", odometry = "/odom" }
 """
+IMU = "localizer.T_sensor_imu=[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]"
 
 
 class Network:
@@ -95,7 +74,8 @@ class Live:
 
     def __init__(self, network, build, folder, *more):
         self.said = open(f"{folder}/live.txt", "ab+")
-        self.process = subprocess.Popen(network.inside("localizer", f"{build}/bin/vantage-live", "world.toml", *more),
+        self.process = subprocess.Popen(network.inside("localizer", f"{build}/bin/vantage-live", "world.toml", "--set", IMU,
+                                                        *more),
                                         cwd=folder, stderr=self.said, stdout=subprocess.PIPE)
         self.at = self.said.seek(0, os.SEEK_END)
         self.wait_for("ready in domain")
@@ -145,7 +125,8 @@ def make_world(build, source, folder):
     bin_of = lambda name: f"{build}/bin/vantage-{name}"
     output_of(bin_of("simulate"), f"{source}/configs/simulate/motion.toml", "--out", f"{folder}/world", "-q",
               "--set", "map.point_spacing=0.25", "--set", "campus.size_x=60", "--set", "campus.size_y=60")
-    open(f"{folder}/world.toml", "w", encoding="ascii").write(CONFIG)
+    text = config_for(f"{source}/configs/demo/L20.toml", "world/map.pcd", "bundle", MORE)
+    open(f"{folder}/world.toml", "w", encoding="utf-8").write(text)
     output_of(bin_of("build"), "world.toml", "-q", cwd=folder)
     flatten = [f"{build}/tests/live_flatten", "world/scans"]
     truth = ["--truth", "world/reference.tum"]
@@ -206,6 +187,7 @@ def main(build, source):
             expect(found["received"] >= 0.3 * found["sent"], f"the cable: {found}")
 
             drive("the clock an hour ahead", 8, "--shift", "3600")
+            live.wait_for("stamps of scans jumped ahead")
             drive("the clock an hour back", 8)
             live.wait_for("stamps of scans went back")
 

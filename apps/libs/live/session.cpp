@@ -26,7 +26,7 @@ constexpr double kClockJump = 1.0;
 constexpr double kSilent = 1.0, kFirstWord = 5.0;
 // Samples are kept for this long [s].
 constexpr double kKept = 10.0;
-// Samples that are stamped later than this after the last scan are not of its clock [s].
+// What is stamped later than this after the last scan is not of its clock, or of another drive [s].
 constexpr double kAhead = 60.0;
 // A prior belongs to a scan that is this near to it in time [s].
 constexpr double kPriorAge = 0.15;
@@ -123,6 +123,11 @@ Result<void> Session::read_points(Received& received) {
     waiting_.reset();
     begin_anew(fmt::format("the stamps of scans went back by {:.3f} s: begins anew{}",
                            *last_stamp_ - stamp, last_ ? " from the last pose" : ""));
+  } else if (last_stamp_ && stamp > *last_stamp_ + kAhead) {
+    // Its samples of motion were left out, and what was known of the motion before says nothing.
+    waiting_.reset();
+    begin_anew(fmt::format("the stamps of scans jumped ahead by {:.3f} s: begins anew{}",
+                           stamp - *last_stamp_, last_ ? " from the last pose" : ""));
   }
   if (last_stamp_ && stamp <= *last_stamp_) {
     notices_.tell(

@@ -185,6 +185,18 @@ TEST_CASE("stamps that go back: a little is left out, more is another clock") {
   CHECK(robot.was_told("went back by"));
 }
 
+TEST_CASE("stamps that jump ahead are another clock, too") {
+  Robot robot(Robot::with_mount());
+  robot.scan(kStart);
+  REQUIRE(robot.localize());
+  robot.scan(kStart + 59.0);
+  REQUIRE(robot.localize());
+  CHECK(robot.told.empty());
+  robot.scan(kStart + 3659.0);
+  CHECK(robot.was_told("jumped ahead by 3600.000 s: begins anew"));
+  REQUIRE(robot.localize());
+}
+
 TEST_CASE("samples count after the clock went back") {
   LiveParams params = Robot::with_mount();
   params.topics.imu = "/imu";
