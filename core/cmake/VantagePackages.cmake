@@ -48,7 +48,7 @@ function(vantage_package_texts component release)
     "${folder}/changelog.Debian.gz" "${folder}/copyright")
 endfunction()
 
-# Last of all rules: CPack reads them.
+# After all rules of programs, plugins and libraries.
 function(vantage_debian_packages)
   if(NOT CMAKE_INSTALL_LIBDIR STREQUAL "lib/${CMAKE_LIBRARY_ARCHITECTURE}")
     message(STATUS "No Debian packages: libraries are installed into ${CMAKE_INSTALL_LIBDIR}, not into "
