@@ -1,7 +1,6 @@
 #include "view/thinning.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "vantage/kit/hash.hpp"
@@ -35,37 +34,23 @@ bool PointTable::kept(std::uint64_t key) const noexcept {
   return share_ >= 1.0 || std::ldexp(static_cast<double>(scatter(key)), -64) < share_;
 }
 
-std::size_t PointTable::slot_of(std::uint64_t key) const noexcept {
-  const std::size_t mask = slots_.size() - 1;
-  // The low bits: the high ones say what is kept, and are small in a table that is thinned.
-  std::size_t slot = scatter(key) & mask;
-  while (slots_[slot] != 0 && keys_[slots_[slot] - 1] != key) slot = (slot + 1) & mask;
-  return slot;
-}
-
-void PointTable::rebuild_slots() {
-  slots_.assign(std::bit_ceil(std::max<std::size_t>(4 * keys_.size(), 1024)), 0);
-  for (std::uint32_t i = 0; i < keys_.size(); ++i) slots_[slot_of(keys_[i])] = i + 1;
-}
-
 void PointTable::add(PointsView map, std::span<const std::uint32_t> views) {
   ++map_;
+  const auto hash_of = [&](std::uint32_t at) { return scatter(keys_[at]); };
   for (std::size_t i = 0; i < map.size(); ++i) {
     const Point& p = map[i];
     const std::uint32_t seen = views.empty() ? 1 : views[i];
     const std::uint64_t key = key_of(p);
     if (!kept(key)) continue;
-    if (2 * keys_.size() >= slots_.size()) rebuild_slots();
-    std::uint32_t& slot = slots_[slot_of(key)];
-    if (slot == 0) {
+    const std::uint32_t at = numbers_.insert(
+        scatter(key), [&](std::uint32_t n) { return keys_[n] == key; }, hash_of);
+    if (at == keys_.size()) {
       points_.push_back(p);
       keys_.push_back(key);
       views_.push_back(seen);
       last_map_.push_back(map_);
       views_of_last_.push_back(seen);
-      slot = static_cast<std::uint32_t>(keys_.size());
     } else {
-      const std::size_t at = slot - 1;
       if (last_map_[at] != map_) views_of_last_[at] = 0;
       last_map_[at] = map_;
       if (seen > views_of_last_[at]) {
@@ -96,13 +81,15 @@ void PointTable::thin_out() {
     last_map_.resize(to);
     views_of_last_.resize(to);
   }
-  rebuild_slots();
+  numbers_.renumber(static_cast<std::uint32_t>(keys_.size()),
+                    [&](std::uint32_t at) { return scatter(keys_[at]); });
 }
 
 std::uint32_t PointTable::views_at(const Point& p) const noexcept {
-  if (slots_.empty()) return 0;
-  const std::uint32_t slot = slots_[slot_of(key_of(p))];
-  return slot == 0 ? 0 : views_[slot - 1];
+  const std::uint64_t key = key_of(p);
+  const std::uint32_t at =
+      numbers_.find(scatter(key), [&](std::uint32_t n) { return keys_[n] == key; });
+  return at == NumberTable::kNone ? 0 : views_[at];
 }
 
 }  // namespace vantage::view

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "vantage/kit/number_table.hpp"
 #include "vantage/point_cloud.hpp"
 
 namespace vantage::view {
@@ -41,17 +42,12 @@ class PointTable {
   [[nodiscard]] std::uint64_t key_of(const Point& p) const noexcept;
   [[nodiscard]] bool kept(std::uint64_t key) const noexcept;
   void thin_out();
-  /// The slot of a cell: the slot that contains it, or the empty slot where it belongs.
-  [[nodiscard]] std::size_t slot_of(std::uint64_t key) const noexcept;
-  /// Makes slots for at least twice as many points as there are.
-  void rebuild_slots();
 
   Point origin_;
   double cell_;
   std::size_t max_points_;
   double share_ = 1.0;
-  // Open addressing, at most half full: 0, or the number of a cell's point counted from 1.
-  std::vector<std::uint32_t> slots_;
+  NumberTable numbers_;              // of the cells: those of their points
   std::vector<std::uint64_t> keys_;  // of the points
   PointCloud points_;
   std::vector<std::uint32_t> views_, last_map_, views_of_last_;

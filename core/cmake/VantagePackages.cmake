@@ -31,7 +31,7 @@ function(vantage_manuals component)
     list(APPEND manuals "${manual}.gz")
   endforeach()
   vantage_install_into_packages(${component} "${CMAKE_INSTALL_MANDIR}/man1" ${manuals})
-  set_property(GLOBAL APPEND PROPERTY vantage_manuals ${manuals})
+  set_property(GLOBAL APPEND PROPERTY vantage_made_for_packages ${manuals})
 endfunction()
 
 # The changelog of the package and its copyright.
@@ -43,7 +43,7 @@ function(vantage_package_texts component release)
   configure_file("${vantage_package_files}/copyright" "${folder}/copyright" COPYONLY)
   add_custom_command(OUTPUT "${folder}/changelog.Debian.gz"
     COMMAND gzip -9nkf changelog.Debian DEPENDS "${folder}/changelog.Debian" WORKING_DIRECTORY "${folder}" VERBATIM)
-  set_property(GLOBAL APPEND PROPERTY vantage_manuals "${folder}/changelog.Debian.gz")
+  set_property(GLOBAL APPEND PROPERTY vantage_made_for_packages "${folder}/changelog.Debian.gz")
   vantage_install_into_packages(${component} "${CMAKE_INSTALL_DATADIR}/doc/${package}"
     "${folder}/changelog.Debian.gz" "${folder}/copyright")
 endfunction()
@@ -101,8 +101,8 @@ DDS, and needs no part of ROS.
 This package has what a robot needs: the programs vantage, vantage-live,
 vantage-localize and vantage-info, with the plugins that they load, and a
 unit of systemd. The package vantage builds the maps.")
-  set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA
-    "${vantage_package_files}/postinst;${vantage_package_files}/prerm;${vantage_package_files}/postrm;${vantage_package_files}/triggers")
+  set(control postinst prerm postrm triggers)
+  list(TRANSFORM control PREPEND "${vantage_package_files}/" OUTPUT_VARIABLE CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA)
   set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME vantage)
@@ -134,12 +134,11 @@ that test whether a plugin keeps the contract of its kind.")
     message(STATUS "No Debian packages: help2man or dpkg-dev is not installed")
     return()
   endif()
-  get_property(programs GLOBAL PROPERTY vantage_programs_of_programs)
-  get_property(manuals GLOBAL PROPERTY vantage_manuals)
+  get_property(made GLOBAL PROPERTY vantage_made_for_packages)
   get_property(plugins GLOBAL PROPERTY vantage_shipped_plugins)
   add_custom_target(packages
     COMMAND "${CMAKE_COMMAND}" -E env "SOURCE_DATE_EPOCH=${packages_epoch}" "${CMAKE_CPACK_COMMAND}"
       --config "${PROJECT_BINARY_DIR}/CPackConfig.cmake"
-    DEPENDS ${manuals} ${plugins} vantage_conformance vantage_evaluation vantage_io vantage_kit vantage_track
+    DEPENDS ${made} ${plugins} vantage_conformance vantage_evaluation vantage_io vantage_kit vantage_track
     COMMENT "Debian packages" VERBATIM)
 endfunction()

@@ -5,7 +5,7 @@ A robot by Cyclone DDS drives to and fro; `vantage live` records it. `vantage lo
 same poses. Then `vantage play` is the robot, by Fast DDS, with the same recording.
 
 street: the recorded street, 10 scans of 40,000 points a second (twice its speed). campus: a simulated HDL-64E, 10
-scans of 120,000 points a second, with an IMU (200 Hz) and odometry (20 Hz).
+scans of 128,000 points a second, with an IMU (200 Hz) and odometry (20 Hz).
 
 usage: live.py BUILD_DIR SOURCE_DIR [--seconds N] [--only street|campus] [--keep FOLDER]
 """
@@ -13,7 +13,6 @@ usage: live.py BUILD_DIR SOURCE_DIR [--seconds N] [--only street|campus] [--keep
 import argparse
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -22,7 +21,7 @@ import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
-from running import config_for, output_of  # noqa: E402
+from running import IMU_OF_MOTION, config_for, output_of, resident  # noqa: E402
 
 DOMAIN = "87"
 
@@ -42,9 +41,8 @@ class Live:
             sys.exit("error: " + "".join(self.said))
         self.begin = time.monotonic()
         self.resident = []  # s, MiB
-        self.threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._watch)]
-        for thread in self.threads:
-            thread.start()
+        for work in (self._listen, self._watch):
+            threading.Thread(target=work, daemon=True).start()
 
     def _listen(self):
         for line in self.process.stderr:
@@ -52,13 +50,9 @@ class Live:
 
     def _watch(self):
         while self.process.poll() is None:
-            try:
-                status = open(f"/proc/{self.process.pid}/status", encoding="ascii").read()
-            except OSError:
-                return
-            size = re.search(r"VmRSS:\s+(\d+)", status)
-            if size:
-                self.resident.append((time.monotonic() - self.begin, int(size[1]) / 1024.0))
+            size = resident(self.process.pid)
+            if size is not None:
+                self.resident.append((time.monotonic() - self.begin, size))
             time.sleep(1.0)
 
     def end(self):
@@ -123,12 +117,11 @@ def campus(folder, programs, source):
     text = config_for(f"{source}/configs/demo/L20.toml", f"{folder}/world/map.pcd", f"{folder}/campus",
                       f"\n[live]\ndomain = {DOMAIN}\ntopics = {{ imu = \"/imu\", odometry = \"/odom\" }}\n")
     open(config, "w", encoding="utf-8").write(text)
-    output_of(f"{programs}/vantage-build", config, "-q", "--set",
-              "localizer.T_sensor_imu=[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]")
+    output_of(f"{programs}/vantage-build", config, "-q")
     output_of(f"{programs}/../tests/live_flatten", f"{folder}/world/scans", f"{folder}/campus.flat", "--imu",
               f"{folder}/world/imu.csv", "--odometry", f"{folder}/world/odometry.tum", "--truth",
               f"{folder}/world/reference.tum")
-    return config, f"{folder}/campus.flat", [], ["--set", "localizer.T_sensor_imu=[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]"]
+    return config, f"{folder}/campus.flat", [], ["--set", IMU_OF_MOTION]
 
 
 HEADER = ("| world | sender | sent | received | tracked | scan to pose, ms: median / p99 / most | error, cm: median / "
@@ -136,26 +129,28 @@ HEADER = ("| world | sender | sent | received | tracked | scan to pose, ms: medi
 
 
 def row(world, sender, sent, summary, delays, errors, memory):
-    print(f"| {world} | {sender} | {sent} | {summary['scans']} | {summary['tracked']} | {delays} | {errors} | {memory} |",
-          flush=True)
+    cells = [world, sender, sent, summary["scans"], summary["tracked"], delays, errors, memory]
+    print("| " + " | ".join(str(cell) for cell in cells) + " |", flush=True)
 
 
 def run(world, made, folder, programs, seconds):
     config, flat, speed, more = made
     recording, poses = f"{folder}/run.mcap", f"{folder}/poses.txt"
     live = Live(programs, config, "--record", recording, *more)
-    robot = output_of(f"{programs}/../tests/live_robot", flat, poses, "--domain", DOMAIN, "--seconds", str(seconds), *speed)
+    robot = output_of(f"{programs}/../tests/live_robot", flat, poses, "--domain", DOMAIN, "--seconds", str(seconds),
+                      *speed)
     summary = live.end()
     found = json.loads(robot.splitlines()[-1])
     delay, error = found["delay_ms"], found["error_m"]
-    row(world, "Cyclone DDS", found["sent"], summary, f"{delay['median']:.1f} / {delay['p99']:.1f} / {delay['max']:.1f}",
+    row(world, "Cyclone DDS", found["sent"], summary,
+        f"{delay['median']:.1f} / {delay['p99']:.1f} / {delay['max']:.1f}",
         f"{100 * error['median']:.1f} / {100 * error['p99']:.1f} / {100 * error['max']:.1f}", live.memory())
     said = live.said
 
     motion = ["--imu", "/imu", "--odometry", recording, "--odometry-topic", "/odom"] if more else []
     inputs = ["--scans", recording, "--topic", "/points", *motion]
-    output_of(f"{programs}/vantage-localize", config, *inputs, "--initial-pose", "auto", "--out", f"{folder}/again", "-q",
-              *more)
+    output_of(f"{programs}/vantage-localize", config, *inputs, "--initial-pose", "auto", "--out", f"{folder}/again",
+              "-q", *more)
     largest, alone = largest_difference(poses_of(poses), poses_of(f"{folder}/again/trajectory.tum"))
 
     live = Live(programs, config, *more)
@@ -165,8 +160,8 @@ def run(world, made, folder, programs, seconds):
     delay = summary["delay_ms"]
     row(world, "Fast DDS (vantage play)", played["scans"], summary,
         f"{delay['median']:.1f} / {delay['p99']:.1f} / - (from its arrival)", "-", live.memory())
-    print(f"\n{world}: the poses of `vantage localize` on the recording differ by {largest:.2g} at most; {alone} of them "
-          f"are missing. The recording has {os.path.getsize(recording) / 2**20:,.0f} MiB and was played in "
+    print(f"\n{world}: the poses of `vantage localize` on the recording differ by {largest:.2g} at most; {alone} of "
+          f"them are missing. The recording has {os.path.getsize(recording) / 2**20:,.0f} MiB and was played in "
           f"{time.monotonic() - begin:.0f} s. What `vantage live` said:")
     print("".join(said + ["-- played:\n"] + live.said), flush=True)
     os.remove(recording)

@@ -164,18 +164,18 @@ static void send_odometry(dds_entity_t writer, const struct record* r, int64_t s
 }
 
 /* The truth, by the recording's time. */
-static const struct record** truth;
+static struct record* truth;
 static size_t truths = 0;
 
 /* Distance of `p` from where the robot was at `time` of the recording [m]; -1 if that is not known.
  */
 static double distance(const geometry_msgs_msg_dds__Point_* p, double time) {
   size_t next = 0;
-  while (next < truths && truth[next]->stamp < time - 1e-6) ++next;
+  while (next < truths && truth[next].stamp < time - 1e-6) ++next;
   if (next == truths) return -1.0;
-  const double *b = truth[next]->numbers, *a = next > 0 ? truth[next - 1]->numbers : b;
-  const double before = next > 0 ? truth[next - 1]->stamp : truth[next]->stamp - 1.0;
-  const double t = fmin(fmax((time - before) / (truth[next]->stamp - before), 0.0), 1.0);
+  const double *b = truth[next].numbers, *a = next > 0 ? truth[next - 1].numbers : b;
+  const double before = next > 0 ? truth[next - 1].stamp : truth[next].stamp - 1.0;
+  const double t = fmin(fmax((time - before) / (truth[next].stamp - before), 0.0), 1.0);
   if (next == 0 && t < 1.0 - 1e-6) return -1.0;
   const double at[3] = {p->x, p->y, p->z};
   double sum = 0.0;
@@ -294,14 +294,11 @@ int main(int argc, char** argv) {
   struct record* all;
   size_t count = read_records(argv[1], &all);
   truth = malloc((count ? count : 1) * sizeof *truth);
-  struct record* truth_records = malloc((count ? count : 1) * sizeof *truth_records);
   size_t messages = 0;
   const double first = count ? all[0].stamp + from : 0.0;
   for (size_t i = 0; i < count; ++i) {
     if (all[i].kind == 'T') {
-      truth_records[truths] = all[i];
-      truth[truths] = &truth_records[truths];
-      ++truths;
+      truth[truths++] = all[i];
     } else if (all[i].stamp >= first) {
       all[messages++] = all[i];
     }

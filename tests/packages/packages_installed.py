@@ -43,12 +43,11 @@ def suite_of_this_system():
 def small_bundle(build, folder):
     """A campus, its bundle in FOLDER/bundle, and 3 scans in FOLDER/scans with the pose of the first. Returns it."""
     source = os.path.abspath(os.path.join(os.path.dirname(__file__), "../.."))
-    run = output_of
-    run(f"{build}/bin/vantage", "simulate", f"{source}/configs/simulate/demo.toml", "--out", f"{folder}/campus",
-        "--quiet")
-    run(f"{build}/bin/vantage", "build", f"{source}/configs/demo/L20.toml", "--quiet",
-        "--set", "visibility.plugin=keep_all", "--set", "visibility.params={}",
-        "--set", f'map.files=["{folder}/campus/map.pcd"]', "--set", f"store.params.root={folder}/bundle")
+    output_of(f"{build}/bin/vantage", "simulate", f"{source}/configs/simulate/demo.toml", "--out", f"{folder}/campus",
+              "--quiet")
+    output_of(f"{build}/bin/vantage", "build", f"{source}/configs/demo/L20.toml", "--quiet",
+              "--set", "visibility.plugin=keep_all", "--set", "visibility.params={}",
+              "--set", f'map.files=["{folder}/campus/map.pcd"]', "--set", f"store.params.root={folder}/bundle")
     os.mkdir(f"{folder}/scans")
     times = open(f"{folder}/campus/scans/times.txt").read().splitlines()
     for scan in sorted(file for file in os.listdir(f"{folder}/campus/scans") if file.endswith(".pcd"))[:3]:

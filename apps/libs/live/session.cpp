@@ -119,15 +119,12 @@ Result<void> Session::read(Received& received) {
 Result<void> Session::read_points(Received& received) {
   VANTAGE_TRY(auto cloud, io::ros::parse_point_cloud2(received.message, Encoding::cdr, {}));
   const double stamp = cloud.header.stamp;
-  if (last_stamp_ && stamp < *last_stamp_ - kClockJump) {
+  const double step = last_stamp_ ? stamp - *last_stamp_ : 0.0;
+  if (step < -kClockJump || step > kAhead) {  // what was known of the motion says nothing
     waiting_.reset();
-    begin_anew(fmt::format("the stamps of scans went back by {:.3f} s: begins anew{}",
-                           *last_stamp_ - stamp, last_ ? " from the last pose" : ""));
-  } else if (last_stamp_ && stamp > *last_stamp_ + kAhead) {
-    // Its samples of motion were left out, and what was known of the motion before says nothing.
-    waiting_.reset();
-    begin_anew(fmt::format("the stamps of scans jumped ahead by {:.3f} s: begins anew{}",
-                           stamp - *last_stamp_, last_ ? " from the last pose" : ""));
+    begin_anew(fmt::format("the stamps of scans {} by {:.3f} s: begins anew{}",
+                           step < 0.0 ? "went back" : "jumped ahead", std::abs(step),
+                           last_ ? " from the last pose" : ""));
   }
   if (last_stamp_ && stamp <= *last_stamp_) {
     notices_.tell(

@@ -11,6 +11,7 @@
 
 #include "build/viewpoint_origin.hpp"
 #include "vantage/kit/hash.hpp"
+#include "vantage/kit/number_table.hpp"
 #include "vantage/overloaded.hpp"
 
 namespace vantage {
@@ -21,40 +22,16 @@ struct VoxelKey {
   friend auto operator<=>(const VoxelKey&, const VoxelKey&) = default;
 };
 
-/// Numbers voxels in the order in which they come: a table of numbers by open addressing, which
-/// takes a scan's points several times as fast as a map of nodes.
-class VoxelNumbers {
- public:
-  /// @param key_of  the key of a number that was given out before
-  template <class KeyOf>
-  std::uint32_t operator()(const VoxelKey& key, const KeyOf& key_of) {
-    if (2 * count_ >= slots_.size()) grow(key_of);
-    std::uint32_t& slot = slots_[find(key, key_of)];
-    if (slot == kFree) slot = count_++;
-    return slot;
-  }
+std::uint64_t hash_of(const VoxelKey& key) { return CellHash{}(std::array{key.z, key.y, key.x}); }
 
- private:
-  static constexpr std::uint32_t kFree = 0xffffffffU;
-
-  template <class KeyOf>
-  [[nodiscard]] std::size_t find(const VoxelKey& key, const KeyOf& key_of) const {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t at = CellHash{}(std::array{key.z, key.y, key.x}) & mask;
-    while (slots_[at] != kFree && key_of(slots_[at]) != key) at = (at + 1) & mask;
-    return at;
-  }
-  template <class KeyOf>
-  void grow(const KeyOf& key_of) {
-    slots_.assign(std::max<std::size_t>(2 * slots_.size(), 1024), kFree);
-    for (std::uint32_t number = 0; number < count_; ++number) {
-      slots_[find(key_of(number), key_of)] = number;
-    }
-  }
-
-  std::vector<std::uint32_t> slots_;
-  std::uint32_t count_ = 0;
-};
+/// The number of the key of one of `voxels`; their size for a new one.
+template <class Keyed>
+std::uint32_t number_of_voxel(NumberTable& numbers, const VoxelKey& key,
+                              const std::vector<Keyed>& voxels) {
+  return numbers.insert(
+      hash_of(key), [&](std::uint32_t number) { return voxels[number].key == key; },
+      [&](std::uint32_t number) { return hash_of(voxels[number].key); });
+}
 
 /// The points of one voxel. Offsets count from its first point, so that no digits are lost far from
 /// the origin.
@@ -72,7 +49,7 @@ struct Voxel {
 };
 
 /// The key of a point's voxel; nothing for a point without one.
-inline std::optional<VoxelKey> key_at(const Point& point, double voxel_size) {
+std::optional<VoxelKey> key_at(const Point& point, double voxel_size) {
   constexpr double kLimit = 0x1p50;
   const Point place = point / voxel_size;
   if (!(place.cwiseAbs().maxCoeff() < kLimit)) return std::nullopt;
@@ -105,13 +82,12 @@ Result<std::vector<Voxel>> voxels_of(PointsView points, std::size_t count,
                                      std::span<const double> times = {}) {
   VANTAGE_CHECK(check_voxel_size(voxel_size));
   std::vector<Voxel> voxels;
-  VoxelNumbers numbers;
-  const auto key_of = [&](std::uint32_t number) -> const VoxelKey& { return voxels[number].key; };
+  NumberTable numbers;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = number_of(i);
     const auto key = key_at(points[k], voxel_size);
     if (!key) return no_voxel(k, voxel_size);
-    const std::uint32_t number = numbers(*key, key_of);
+    const std::uint32_t number = number_of_voxel(numbers, *key, voxels);
     if (number == voxels.size()) voxels.push_back({.key = *key, .first = points[k]});
     Voxel& one = voxels[number];
     one.sum_of_offsets += points[k] - one.first;
@@ -149,8 +125,7 @@ Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
     std::size_t number;
   };
   std::vector<Nearest> nearest;
-  VoxelNumbers voxel_numbers;
-  const auto key_of = [&](std::uint32_t voxel) -> const VoxelKey& { return nearest[voxel].key; };
+  NumberTable voxel_numbers;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = number_of(i);
     const auto key = key_at(points[k], voxel_size);
@@ -159,7 +134,7 @@ Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
         voxel_size * Point(static_cast<double>(key->x), static_cast<double>(key->y),
                            static_cast<double>(key->z));
     const double distance = (points[k] - corner - Point::Constant(voxel_size / 2)).squaredNorm();
-    const std::uint32_t voxel = voxel_numbers(*key, key_of);
+    const std::uint32_t voxel = number_of_voxel(voxel_numbers, *key, nearest);
     if (voxel == nearest.size()) nearest.push_back({*key, distance, k});
     if (distance < nearest[voxel].distance) nearest[voxel] = {*key, distance, k};
   }

@@ -8,7 +8,7 @@
 namespace vantage {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kEndless = std::numeric_limits<double>::infinity();  // a distance
 
 void refused(const Result<void>& result, const std::string& because) {
   REQUIRE_FALSE(result);
@@ -19,7 +19,7 @@ void refused(const Result<void>& result, const std::string& because) {
 TEST_CASE("viewpoints are finite; none is fine") {
   CHECK(check_viewpoints({}));
   CHECK(check_viewpoints(PointCloud{{1.0, 2.0, 3.0}}));
-  for (const double bad : {kInfinity, -kInfinity, std::nan("")}) {
+  for (const double bad : {kEndless, -kEndless, std::nan("")}) {
     refused(check_viewpoints(PointCloud{{1.0, 2.0, 3.0}, {0.0, 0.0, bad}}), "viewpoint");
   }
 }
@@ -28,7 +28,7 @@ TEST_CASE("a map has points, and the sensor a reach") {
   const PointCloud map{{0.0, 0.0, 0.0}, {3.0, 4.0, 0.0}};
   const VisibilityLimits limits{.map_bounds = bounds_of(map), .max_range = 5.0};
   CHECK(check_map(map, limits));
-  CHECK(check_map(map, {.map_bounds = {}, .max_range = kInfinity}));
+  CHECK(check_map(map, {.map_bounds = {}, .max_range = kEndless}));
   refused(check_map({}, limits), "no points");
   for (const double bad : {0.0, -1.0, std::nan("")}) {
     refused(check_map(map, {.map_bounds = limits.map_bounds, .max_range = bad}), "max_range");

@@ -311,8 +311,8 @@ TEST_CASE("a fix is a place of the antenna, without a heading") {
   const PosePrior& prior = *found->prior;
   CHECK(prior.T_map_sensor.translation.x() == doctest::Approx(0.0));
   CHECK(prior.T_map_sensor.translation.y() == doctest::Approx(11.12).epsilon(1e-3));
-  // The antenna is 1.5 m above the base, the LiDAR 1 m; half a metre beside it in a direction that
-  // nobody knows.
+  // The antenna is 1.5 m above the base and half a metre beside it, and the LiDAR is 1 m above it.
+  // The robot's heading is unknown, so the half metre adds to the deviations.
   CHECK(prior.T_map_sensor.translation.z() == doctest::Approx(2.5 - 1.5 + 1.0).epsilon(1e-3));
   CHECK(prior.sigma_translation.x() == doctest::Approx(std::sqrt(4.0 + 0.25)));
   CHECK(prior.sigma_translation.y() == doctest::Approx(std::sqrt(9.0 + 0.25)));
@@ -323,7 +323,7 @@ TEST_CASE("a fix is a place of the antenna, without a heading") {
     robot.scan(kStart + 1.0);
     CHECK_FALSE(robot.localize()->prior);
   }
-  SUBCASE("what cannot be used is told once") {
+  SUBCASE("a fix that cannot be used is told once") {
     fix.status = -1;
     for (int i = 0; i < 3; ++i) give(fix);
     CHECK(robot.was_told("has no fix"));
