@@ -7,6 +7,7 @@
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
@@ -21,9 +22,11 @@
 
 #if __has_include(<fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>)
 #define VANTAGE_FAST_DDS_3
+#include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
 #else
+#include <fastdds/rtps/common/WriteParams.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #endif
@@ -113,13 +116,18 @@ class RawType final : public fast::TopicDataType {
   }
 };
 
+inline bool is_ok(bool taken) { return taken; }
+
 /// Writes a message. @return whether it was taken
 inline bool write(fast::DataWriter& writer, std::string_view message) {
-#ifdef VANTAGE_FAST_DDS_3
   return is_ok(writer.write(&message));
-#else
-  return writer.write(&message);
-#endif
+}
+/// As the answer to a request, or with what names a client. @return whether it was taken
+inline bool write(fast::DataWriter& writer, std::string_view message,
+                  const rtps::SampleIdentity& related) {
+  rtps::WriteParams parameters;
+  parameters.related_sample_identity(related);
+  return is_ok(writer.write(&message, parameters));
 }
 
 }  // namespace vantage::dds

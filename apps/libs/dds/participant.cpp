@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <fstream>
-#include <map>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -21,9 +24,11 @@ constexpr std::string_view kDiscoveryTopic = "ros_discovery_info";
 constexpr std::string_view kDiscoveryType = "rmw_dds_common/ParticipantEntitiesInfo";
 
 /// "sensor_msgs::msg::dds_::PointCloud2_" for "sensor_msgs/PointCloud2".
-std::string name_of_type(std::string_view type) {
-  const std::size_t slash = type.find('/');
-  return fmt::format("{}::msg::dds_::{}_", type.substr(0, slash), type.substr(slash + 1));
+std::string name_of_type(std::string_view type, std::string_view kind = "msg",
+                         std::string_view part = "") {
+  const std::size_t slash = std::min(type.find('/'), type.size());
+  return fmt::format("{}::{}::dds_::{}{}_", type.substr(0, slash), kind,
+                     type.substr(std::min(slash + 1, type.size())), part);
 }
 
 /// "rt/points" for "/points".
@@ -55,6 +60,45 @@ class Listener final : public fast::DataReaderListener {
 
  private:
   MessageSink sink_;
+};
+
+/// The client is named by what is related to a request, or by the writer of it.
+RequestId request_id(const fast::SampleInfo& info) {
+  const rtps::GUID_t& related = info.related_sample_identity.writer_guid();
+  const rtps::GUID_t& client =
+      related == rtps::GUID_t::unknown() ? info.sample_identity.writer_guid() : related;
+  RequestId id;
+  std::ranges::copy(bytes_of(client, id.client.size()), id.client.begin());
+  const rtps::SequenceNumber_t& number = info.sample_identity.sequence_number();
+  id.number = (static_cast<std::int64_t>(number.high) << 32U) | number.low;
+  return id;
+}
+
+rtps::SampleIdentity identity_of(const RequestId& id) {
+  rtps::GUID_t client;
+  std::copy_n(id.client.begin(), 12, client.guidPrefix.value);
+  std::copy_n(id.client.begin() + 12, 4, client.entityId.value);
+  rtps::SampleIdentity identity;
+  identity.writer_guid(client);
+  identity.sequence_number(
+      {static_cast<std::int32_t>(id.number >> 32), static_cast<std::uint32_t>(id.number)});
+  return identity;
+}
+
+class RequestListener final : public fast::DataReaderListener {
+ public:
+  explicit RequestListener(RequestSink sink) : sink_(std::move(sink)) {}
+
+  void on_data_available(fast::DataReader* reader) override {
+    std::string message;
+    fast::SampleInfo info;
+    while (is_ok(reader->take_next_sample(&message, &info))) {
+      if (info.valid_data) sink_(request_id(info), std::exchange(message, {}));
+    }
+  }
+
+ private:
+  RequestSink sink_;
 };
 
 template <class DdsQos>
@@ -89,6 +133,46 @@ std::size_t Participant::Writer::readers() const {
   return static_cast<std::size_t>(std::max(status.current_count, 0));
 }
 
+/// Knows the clients that were found.
+struct Participant::Replier::State final : fast::DataWriterListener {
+  using Guid = decltype(RequestId::client);
+
+  void on_publication_matched(fast::DataWriter*,
+                              const fast::PublicationMatchedStatus& status) override {
+    const std::scoped_lock lock(mutex);
+    Guid client{};
+    for (std::size_t i = 0; i < client.size(); ++i) {
+      client[i] = status.last_subscription_handle.value[i];
+    }
+    if (status.current_count_change > 0) {
+      clients.insert(client);
+    } else {
+      clients.erase(client);
+    }
+    changed.notify_all();
+  }
+
+  fast::DataWriter* writer = nullptr;  // DDS owns it
+  std::string service;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::set<Guid> clients;
+};
+
+Result<void> Participant::Replier::reply(const RequestId& id, std::string_view answer) {
+  constexpr std::chrono::milliseconds kLongestWait(1000);
+  {
+    std::unique_lock lock(state_->mutex);
+    const auto is_there = [&] { return state_->clients.contains(id.client); };
+    if (!state_->changed.wait_for(lock, kLongestWait, is_there)) {
+      return fail(ErrorCode::io_failure,
+                  fmt::format("the client of {} went away before its answer", state_->service));
+    }
+  }
+  if (dds::write(*state_->writer, answer, identity_of(id))) return {};
+  return failed(fmt::format("an answer of {} could not be sent", state_->service));
+}
+
 struct Participant::State {
   explicit State(const ParticipantOptions& the_options) : options(the_options) {}
   State(const State&) = delete;
@@ -96,6 +180,7 @@ struct Participant::State {
   ~State() {
     if (participant == nullptr) return;
     for (const Reader& one : readers) one.reader->set_listener(nullptr);
+    for (const auto& one : repliers) one->writer->set_listener(nullptr);
     participant->delete_contained_entities();
     fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
   }
@@ -106,8 +191,9 @@ struct Participant::State {
     std::unique_ptr<fast::DataReaderListener> listener;
   };
 
-  [[nodiscard]] Result<fast::Topic*> topic_of(const std::string& name, const std::string& type) {
-    const std::string dds_type = name_of_type(type);
+  /// @param dds_type  see name_of_type
+  [[nodiscard]] Result<fast::Topic*> topic_of(const std::string& name,
+                                              const std::string& dds_type) {
     if (participant->find_type(dds_type).empty()) {
       const fast::TypeSupport support(new RawType(dds_type));
       if (!is_ok(support.register_type(participant))) {
@@ -124,25 +210,49 @@ struct Participant::State {
   }
 
   /// What an endpoint tells others of its type.
-  [[nodiscard]] Result<std::vector<std::uint8_t>> user_data(const std::string& type) const {
+  [[nodiscard]] Result<std::vector<std::uint8_t>> user_data(
+      const io::ros::MessageSchema& schema) const {
     if (options.release == Release::humble) return std::vector<std::uint8_t>();
-    VANTAGE_TRY(const auto schema, io::ros::schema_of(type));
     VANTAGE_TRY(const std::string hash, type_hash(schema));
     const std::string text = "typehash=" + hash + ";";
     return std::vector<std::uint8_t>(text.begin(), text.end());
   }
 
-  [[nodiscard]] Result<fast::DataWriter*> make_writer(const std::string& name, const Topic& topic) {
-    VANTAGE_TRY(fast::Topic* const dds_topic, topic_of(name, topic.type));
+  /// @param name  on the wire
+  [[nodiscard]] Result<fast::DataWriter*> make_writer(const std::string& name,
+                                                      const std::string& dds_type, const Qos& how,
+                                                      const io::ros::MessageSchema& schema,
+                                                      fast::DataWriterListener* listener) {
+    VANTAGE_TRY(fast::Topic* const topic, topic_of(name, dds_type));
     fast::DataWriterQos qos = fast::DATAWRITER_QOS_DEFAULT;
-    apply(topic.qos, qos);
-    VANTAGE_TRY(const auto data, user_data(topic.type));
+    apply(how, qos);
+    VANTAGE_TRY(const auto data, user_data(schema));
     qos.user_data().data_vec(data);
     qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;  // large messages go in pieces
     qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-    auto* const writer = publisher->create_datawriter(dds_topic, qos);
+    auto* const writer = publisher->create_datawriter(topic, qos, listener);
     if (writer == nullptr) return failed("a writer of " + name + " could not be made");
     return writer;
+  }
+  [[nodiscard]] Result<fast::DataWriter*> make_writer(const std::string& name, const Topic& topic) {
+    VANTAGE_TRY(const auto schema, io::ros::schema_of(topic.type));
+    return make_writer(name, name_of_type(topic.type), topic.qos, schema, nullptr);
+  }
+
+  [[nodiscard]] Result<void> make_reader(const std::string& name, const std::string& dds_type,
+                                         const Qos& how, const io::ros::MessageSchema& schema,
+                                         const std::string& shown_name,
+                                         std::unique_ptr<fast::DataReaderListener> listener) {
+    VANTAGE_TRY(fast::Topic* const topic, topic_of(name, dds_type));
+    fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
+    apply(how, qos);
+    VANTAGE_TRY(const auto data, user_data(schema));
+    qos.user_data().data_vec(data);
+    qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    auto* const reader = subscriber->create_datareader(topic, qos, listener.get());
+    if (reader == nullptr) return failed("a reader of " + name + " could not be made");
+    readers.push_back({shown_name, reader, std::move(listener)});
+    return {};
   }
 
   ParticipantOptions options;
@@ -151,6 +261,7 @@ struct Participant::State {
   fast::Subscriber* subscriber = nullptr;
   std::vector<Reader> readers;
   std::vector<fast::DataWriter*> writers;
+  std::vector<std::shared_ptr<Replier::State>> repliers;
   std::optional<Writer> discovery;
 };
 
@@ -165,10 +276,11 @@ Result<void> check_name(std::string_view name) {
       name.find("//") == std::string_view::npos && std::ranges::all_of(name, allowed)) {
     return {};
   }
-  return fail(ErrorCode::invalid_input,
-              fmt::format("'{}' is not the name of a topic: expected one like /points, of letters, "
-                          "digits, '_' and '/'",
-                          name));
+  return fail(
+      ErrorCode::invalid_input,
+      fmt::format("'{}' is not the name of a topic or service: expected one like /points, of "
+                  "letters, digits, '_' and '/'",
+                  name));
 }
 
 }  // namespace
@@ -206,18 +318,9 @@ Result<Participant> Participant::open(const ParticipantOptions& options) {
 
 Result<void> Participant::subscribe(const Topic& topic, MessageSink sink) {
   VANTAGE_CHECK(check_name(topic.name));
-  VANTAGE_TRY(fast::Topic* const dds_topic,
-              state_->topic_of(name_of_topic(topic.name), topic.type));
-  fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
-  apply(topic.qos, qos);
-  VANTAGE_TRY(const auto data, state_->user_data(topic.type));
-  qos.user_data().data_vec(data);
-  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-  auto listener = std::make_unique<Listener>(std::move(sink));
-  auto* const reader = state_->subscriber->create_datareader(dds_topic, qos, listener.get());
-  if (reader == nullptr) return failed("a reader of " + topic.name + " could not be made");
-  state_->readers.push_back({topic.name, reader, std::move(listener)});
-  return {};
+  VANTAGE_TRY(const auto schema, io::ros::schema_of(topic.type));
+  return state_->make_reader(name_of_topic(topic.name), name_of_type(topic.type), topic.qos, schema,
+                             topic.name, std::make_unique<Listener>(std::move(sink)));
 }
 
 Result<Participant::Writer> Participant::advertise(const Topic& topic) {
@@ -226,6 +329,23 @@ Result<Participant::Writer> Participant::advertise(const Topic& topic) {
               state_->make_writer(name_of_topic(topic.name), topic));
   state_->writers.push_back(writer);
   return Writer(std::make_shared<Writer::State>(Writer::State{writer, topic.name}));
+}
+
+Result<Participant::Replier> Participant::serve(const Service& service, RequestSink sink) {
+  VANTAGE_CHECK(check_name(service.name));
+  VANTAGE_TRY(const auto schema, io::ros::service_schema_of(service.type));
+  constexpr Qos kQos{.reliable = true, .transient_local = false, .depth = 10};
+  const auto replier = std::make_shared<Replier::State>();
+  replier->service = service.name;
+  VANTAGE_TRY(replier->writer, state_->make_writer(fmt::format("rr{}Reply", service.name),
+                                                   name_of_type(service.type, "srv", "_Response"),
+                                                   kQos, schema, replier.get()));
+  state_->writers.push_back(replier->writer);
+  state_->repliers.push_back(replier);
+  VANTAGE_CHECK(state_->make_reader(
+      fmt::format("rq{}Request", service.name), name_of_type(service.type, "srv", "_Request"), kQos,
+      schema, service.name, std::make_unique<RequestListener>(std::move(sink))));
+  return Replier(replier);
 }
 
 Result<void> Participant::announce() {

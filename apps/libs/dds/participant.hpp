@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -44,6 +45,22 @@ struct ParticipantOptions {
 /// a topic at a time.
 using MessageSink = std::function<void(std::string&& message)>;
 
+/// A service of ROS 2.
+struct Service {
+  std::string name;  ///< "/localization/trigger"
+  std::string type;  ///< "std_srvs/SetBool"
+};
+
+/// Which request of which client. To be given back with the answer.
+struct RequestId {
+  std::array<std::uint8_t, 16> client{};  ///< Guid of the client's reader of answers
+  std::int64_t number = 0;
+};
+
+/// Takes a request to a service: CDR with its header. Called from threads of DDS, for one request
+/// of a service at a time.
+using RequestSink = std::function<void(const RequestId& id, std::string&& request)>;
+
 /// One node of ROS 2 as others see it: its topics, and that it exists. It speaks DDS through Fast
 /// DDS; no ROS is needed. Messages pass as they are encoded (see io/ros/message_writers.hpp).
 class Participant {
@@ -63,6 +80,21 @@ class Participant {
     std::shared_ptr<State> state_;
   };
 
+  /// Answers the requests to a service. Ends with its participant.
+  class Replier {
+   public:
+    /// @param answer  CDR with its header
+    /// Waits until the client is there to hear it, a second at most.
+    /// Errors: `io_failure` if it is not there by then, or as for a Writer.
+    [[nodiscard]] Result<void> reply(const RequestId& id, std::string_view answer);
+
+   private:
+    friend class Participant;
+    struct State;
+    explicit Replier(std::shared_ptr<State> state) : state_(std::move(state)) {}
+    std::shared_ptr<State> state_;
+  };
+
   /// Errors: `io_failure` if DDS cannot be started in this domain, for example without a network.
   [[nodiscard]] static Result<Participant> open(const ParticipantOptions& options);
   Participant(Participant&&) noexcept;
@@ -74,6 +106,10 @@ class Participant {
   /// is no topic; `io_failure` of DDS.
   [[nodiscard]] Result<void> subscribe(const Topic& topic, MessageSink sink);
   [[nodiscard]] Result<Writer> advertise(const Topic& topic);
+  /// Serves clients of rmw_fastrtps, whose requests carry the client's Guid beside the message.
+  /// Those of other vendors put it into the message, and are not understood.
+  /// Errors: as for topics, with io::ros::service_schema_of.
+  [[nodiscard]] Result<Replier> serve(const Service& service, RequestSink sink);
   /// Tells others what this node reads and writes (ros_discovery_info). Call after the topics are
   /// there. Errors: `io_failure`.
   [[nodiscard]] Result<void> announce();

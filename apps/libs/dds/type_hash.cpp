@@ -29,14 +29,16 @@ constexpr auto kTypeIds = std::to_array<std::pair<std::string_view, unsigned>>({
     {"float64", 11},
     {"bool", 15},
     {"byte", 16},
+    {"char", 3},  // as uint8
     {"string", 17},
 });
-constexpr unsigned kNested = 1, kBoundedString = 21, kArray = 48, kUnboundedSequence = 144;
+constexpr unsigned kNested = 1, kBoundedString = 21, kArray = 48, kBoundedSequence = 96,
+                   kUnboundedSequence = 144;
 
 /// "geometry_msgs/msg/Point" for "geometry_msgs/Point".
 std::string full_name(std::string_view type) {
   const std::size_t slash = type.find('/');
-  if (slash == std::string_view::npos || type.find("/msg/") != std::string_view::npos) {
+  if (slash == std::string_view::npos || type.find('/', slash + 1) != std::string_view::npos) {
     return std::string(type);
   }
   return fmt::format("{}/msg/{}", type.substr(0, slash), type.substr(slash + 1));
@@ -69,8 +71,13 @@ Result<std::string> field(std::string_view line) {
   if (type.ends_with(']')) {
     const std::size_t bracket = type.find('[');
     if (bracket == std::string_view::npos) return refuse();
-    const std::string_view size = type.substr(bracket + 1, type.size() - bracket - 2);
+    std::string_view size = type.substr(bracket + 1, type.size() - bracket - 2);
     container = size.empty() ? kUnboundedSequence : kArray;
+    if (size.starts_with("<=")) {
+      container = kBoundedSequence;
+      size.remove_prefix(2);
+      if (size.empty()) return refuse();
+    }
     if (!size.empty() && !number(size, capacity)) return refuse();
     type = type.substr(0, bracket);
   }

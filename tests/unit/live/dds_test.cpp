@@ -5,10 +5,13 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <utility>
+#include <vector>
 
 #include "dds/type_hash.hpp"
 #include "io/ros/message_writers.hpp"
 #include "io/ros/schemas.hpp"
+#include "support/ros_client.hpp"
 
 namespace vantage::dds {
 namespace {
@@ -27,12 +30,18 @@ TEST_CASE("type hashes are those of ROS 2 (REP-2011)") {
   CHECK(hash_of("sensor_msgs/Imu").starts_with("RIHS01_7d9a00ff"));
   CHECK(hash_of("sensor_msgs/NavSatFix").starts_with("RIHS01_62223ab3"));
   CHECK(hash_of("rosgraph_msgs/Clock").starts_with("RIHS01_692f7a66"));
+  // A service's hash is that of its request, response and event together.
+  CHECK(type_hash(io::ros::service_schema_of("std_srvs/SetBool").value()) ==
+        "RIHS01_abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a");
 }
 
 TEST_CASE("a definition that is none has no hash") {
   CHECK_FALSE(type_hash({.name = "a/msg/B", .text = "float64\n"}));
   CHECK_FALSE(type_hash({.name = "a/msg/B", .text = "float64[ x\n"}));
   CHECK_FALSE(type_hash({.name = "a/msg/B", .text = "float64[x] y\n"}));
+  CHECK_FALSE(type_hash({.name = "a/msg/B", .text = "float64[<=] y\n"}));
+  CHECK_FALSE(io::ros::service_schema_of("std_srvs/Trigger"));
+  CHECK_FALSE(io::ros::service_schema_of(""));
 }
 
 ParticipantOptions options_of_test() {
@@ -66,6 +75,51 @@ TEST_CASE("messages pass between participants as they are") {
   CHECK(to->writers_of("/other") == 0);
 }
 
+TEST_CASE("clients of ROS 2 get the answers to their own requests") {
+  const ParticipantOptions options = options_of_test();
+  auto server = Participant::open(options);
+  REQUIRE(server);
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::pair<RequestId, std::string>> requests;
+  auto replier = server->serve({.name = "/a/trigger", .type = "std_srvs/SetBool"},
+                               [&](const RequestId& id, std::string&& request) {
+                                 const std::scoped_lock lock(mutex);
+                                 requests.emplace_back(id, std::move(request));
+                                 changed.notify_one();
+                               });
+  REQUIRE(replier);
+  CHECK(server->announce());
+  test::RosClient one(options.domain, "/a/trigger", "std_srvs::srv::dds_::SetBool_");
+  test::RosClient two(options.domain, "/a/trigger", "std_srvs::srv::dds_::SetBool_");
+  one.wait_for_server();
+  two.wait_for_server();
+  const std::string yes{0, 1, 0, 0, 1}, no{0, 1, 0, 0, 0};
+  const auto first = one.send(yes), second = one.send(no), third = two.send(no);
+  {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return requests.size() == 3; });
+  }
+  // In the opposite order, each with a text of its own.
+  for (std::size_t i = requests.size(); i-- > 0;) {
+    const auto& [id, request] = requests[i];
+    CHECK(replier->reply(
+        id, io::ros::write_string(std::string(request) + std::to_string(id.number)).value()));
+  }
+  const auto answer = [](const std::string& request, std::int64_t number) {
+    return io::ros::write_string(request + std::to_string(number)).value();
+  };
+  CHECK(one.answer_to(first) == answer(yes, first));
+  CHECK(one.answer_to(second) == answer(no, second));
+  CHECK(two.answer_to(third) == answer(no, third));
+
+  RequestId gone = requests.front().first;
+  gone.client[0] ^= 1U;
+  const auto lost = replier->reply(gone, yes);
+  REQUIRE_FALSE(lost);
+  CHECK(lost.error().message == "the client of /a/trigger went away before its answer");
+}
+
 TEST_CASE("names that are no topics and types that are not known are refused") {
   auto participant = Participant::open(options_of_test());
   REQUIRE(participant);
@@ -73,8 +127,10 @@ TEST_CASE("names that are no topics and types that are not known are refused") {
     CAPTURE(name);
     const auto made = participant->advertise({.name = name, .type = "std_msgs/String"});
     REQUIRE_FALSE(made);
-    CHECK(made.error().message.find("is not the name of a topic") != std::string::npos);
+    CHECK(made.error().message.find("is not the name of a topic or service") != std::string::npos);
   }
+  CHECK_FALSE(participant->serve({.name = "a", .type = "std_srvs/SetBool"}, {}));
+  CHECK_FALSE(participant->serve({.name = "/a", .type = "std_srvs/Own"}, {}));
   const auto made = participant->advertise({.name = "/a", .type = "my_msgs/Own"});
   REQUIRE_FALSE(made);
   CHECK(made.error().message == "no definition of 'my_msgs/Own' is known");

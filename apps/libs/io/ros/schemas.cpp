@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace vantage::io::ros {
@@ -12,6 +14,11 @@ namespace {
 struct Definition {
   std::string_view type, text;
 };
+
+constexpr std::string_view kAlignRequest =
+    "geometry_msgs/PoseWithCovarianceStamped pose_with_covariance\n";
+constexpr std::string_view kAlignResponse =
+    "bool success\nbool reliable\ngeometry_msgs/PoseWithCovarianceStamped pose_with_covariance\n";
 
 constexpr auto kDefinitions = std::to_array<Definition>({
     {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
@@ -72,7 +79,23 @@ constexpr auto kDefinitions = std::to_array<Definition>({
      "string message\nstring hardware_id\ndiagnostic_msgs/KeyValue[] values\n"},
     {"diagnostic_msgs/DiagnosticArray",
      "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n"},
+    {"service_msgs/ServiceEventInfo",
+     "uint8 REQUEST_SENT=0\nuint8 REQUEST_RECEIVED=1\nuint8 RESPONSE_SENT=2\n"
+     "uint8 RESPONSE_RECEIVED=3\nuint8 event_type\nbuiltin_interfaces/Time stamp\n"
+     "char[16] client_gid\nint64 sequence_number\n"},
+    {"std_srvs/srv/SetBool_Request", "bool data\n"},
+    {"std_srvs/srv/SetBool_Response", "bool success\nstring message\n"},
+    // Autoware's; before version 0.45 in another package.
+    {"autoware_internal_localization_msgs/srv/PoseWithCovarianceStamped_Request", kAlignRequest},
+    {"autoware_internal_localization_msgs/srv/PoseWithCovarianceStamped_Response", kAlignResponse},
+    {"tier4_localization_msgs/srv/PoseWithCovarianceStamped_Request", kAlignRequest},
+    {"tier4_localization_msgs/srv/PoseWithCovarianceStamped_Response", kAlignResponse},
 });
+
+const Definition* find_definition(std::string_view type) {
+  const auto* const found = std::ranges::find(kDefinitions, type, &Definition::type);
+  return found == kDefinitions.end() ? nullptr : found;
+}
 
 /// The types that a definition's lines begin with, as far as they are messages.
 std::vector<const Definition*> members_of(const Definition& definition) {
@@ -80,37 +103,56 @@ std::vector<const Definition*> members_of(const Definition& definition) {
   std::string_view rest = definition.text;
   while (!rest.empty()) {
     const std::string_view type = rest.substr(0, rest.find_first_of(" ["));
-    const auto* const found = std::find_if(kDefinitions.begin(), kDefinitions.end(),
-                                           [&](const Definition& d) { return d.type == type; });
-    if (found != kDefinitions.end()) members.push_back(found);
+    if (const Definition* const found = find_definition(type)) members.push_back(found);
     rest.remove_prefix(rest.find('\n') + 1);
   }
   return members;
 }
 
-}  // namespace
-
-Result<MessageSchema> schema_of(std::string_view type) {
-  const auto* const first =
-      std::find_if(kDefinitions.begin(), kDefinitions.end(),
-                   [&](const Definition& definition) { return definition.type == type; });
-  if (first == kDefinitions.end()) {
-    return fail(ErrorCode::invalid_input, fmt::format("no definition of '{}' is known", type));
-  }
-  std::vector<const Definition*> all{first};
+/// The first definition, then the others and those of all types in them.
+MessageSchema schema_with_members(std::string name, std::vector<const Definition*> all) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (const Definition* member : members_of(*all[i])) {
-      if (std::find(all.begin(), all.end(), member) == all.end()) all.push_back(member);
+      if (std::ranges::find(all, member) == all.end()) all.push_back(member);
     }
   }
-  const std::size_t slash = type.find('/');
-  MessageSchema schema{
-      .name = fmt::format("{}/msg/{}", type.substr(0, slash), type.substr(slash + 1)),
-      .text = std::string(all.front()->text)};
+  MessageSchema schema{.name = std::move(name), .text = std::string(all.front()->text)};
   for (std::size_t i = 1; i < all.size(); ++i) {
     schema.text += fmt::format("{:=<80}\nMSG: {}\n{}", "", all[i]->type, all[i]->text);
   }
   return schema;
+}
+
+tl::unexpected<Error> unknown(std::string_view type) {
+  return fail(ErrorCode::invalid_input, fmt::format("no definition of '{}' is known", type));
+}
+
+/// "std_srvs/srv/SetBool" of "std_srvs/SetBool".
+std::string full_name(std::string_view type, std::string_view kind) {
+  const std::size_t slash = std::min(type.find('/'), type.size());
+  return fmt::format("{}/{}{}", type.substr(0, slash), kind, type.substr(slash));
+}
+
+}  // namespace
+
+Result<MessageSchema> schema_of(std::string_view type) {
+  const Definition* const found = find_definition(type);
+  if (found == nullptr) return unknown(type);
+  return schema_with_members(full_name(type, "msg"), {found});
+}
+
+Result<MessageSchema> service_schema_of(std::string_view type) {
+  std::string name = full_name(type, "srv");
+  const std::string request = name + "_Request", response = name + "_Response";
+  if (find_definition(request) == nullptr) return unknown(type);
+  const std::string event = name + "_Event";
+  const std::string members = fmt::format(
+      "{} request_message\n{} response_message\n{} event_message\n", request, response, event);
+  const std::string event_members = fmt::format(
+      "service_msgs/ServiceEventInfo info\n{}[<=1] request\n{}[<=1] response\n", request, response);
+  const Definition whole{.type = name, .text = members};
+  const Definition of_event{.type = event, .text = event_members};
+  return schema_with_members(name, {&whole, &of_event});
 }
 
 }  // namespace vantage::io::ros

@@ -20,4 +20,10 @@ struct MessageSchema {
 /// Errors: `invalid_input` for any other type.
 [[nodiscard]] Result<MessageSchema> schema_of(std::string_view type);
 
+/// For the services that Vantage answers: a type whose members are the request, the response and
+/// the event, as REP-2011 describes a service.
+/// @param type  "std_srvs/SetBool"; the schema's name is "std_srvs/srv/SetBool"
+/// Errors: `invalid_input` for any other type.
+[[nodiscard]] Result<MessageSchema> service_schema_of(std::string_view type);
+
 }  // namespace vantage::io::ros
