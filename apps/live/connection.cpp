@@ -41,4 +41,19 @@ Result<std::map<live::Input, dds::Topic>> subscribe(dds::Participant& participan
   return topics;
 }
 
+Result<std::map<live::Input, dds::Participant::Replier>> serve(dds::Participant& participant,
+                                                               const live::ServiceParams& services,
+                                                               live::Inbox& inbox) {
+  std::map<live::Input, dds::Participant::Replier> repliers;
+  for (const live::InputService& one : live::input_services(services)) {
+    VANTAGE_TRY(auto replier, participant.serve(one.service, [&inbox, kind = one.input](
+                                                                 const dds::RequestId& id,
+                                                                 std::string&& request) {
+      inbox.put({.input = kind, .arrival = now(), .message = std::move(request), .request = id});
+    }));
+    repliers.emplace(one.input, std::move(replier));
+  }
+  return repliers;
+}
+
 }  // namespace vantage

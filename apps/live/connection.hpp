@@ -28,4 +28,9 @@ void say(const std::string& text);
                                                                   const live::LiveParams& params,
                                                                   live::Inbox& inbox);
 
+/// Puts requests to all services of [live.services] into an inbox, as `subscribe` does. Returns
+/// what answers them. Errors: those of Participant.
+[[nodiscard]] Result<std::map<live::Input, dds::Participant::Replier>> serve(
+    dds::Participant& participant, const live::ServiceParams& services, live::Inbox& inbox);
+
 }  // namespace vantage

@@ -105,6 +105,7 @@ class Node {
       outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
     }
     VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
+    VANTAGE_TRY(repliers_, serve(*participant_, params_.services, inbox_));
     return participant_->announce();
   }
 
@@ -119,9 +120,19 @@ class Node {
 
   /// Shows observers a message that the session gets.
   void show(const live::Received& received) {
+    const auto topic = topics_.find(received.input);
+    if (topic == topics_.end()) return;  // a request
     for (live::Observer* const one : observers_) {
-      one->see(topics_.at(received.input), received.arrival, received.message);
+      one->see(topic->second, received.arrival, received.message);
     }
+  }
+
+  /// Answers a request, once its client is there to hear it.
+  void reply(live::Answer&& answer) {
+    worker_.run([this, answer = std::move(answer)] {
+      const auto sent = repliers_.at(answer.input).reply(answer.id, answer.message);
+      if (!sent) say(sent.error().message);
+    });
   }
 
   /// Publishes what was found, and tells of changes.
@@ -162,6 +173,7 @@ class Node {
 
   /// Ends in order. Errors: those of the recording.
   [[nodiscard]] Result<void> finish(bool json) {
+    worker_.stop();  // before what its jobs write to
     participant_.reset();
     const std::uint64_t dropped = notices_.count_of("scans_dropped");
     if (kept_) save(*kept_);
@@ -249,6 +261,7 @@ class Node {
   live::Inbox inbox_;
   std::map<Output, Outgoing> outputs_;
   std::map<Input, dds::Topic> topics_;
+  std::map<Input, dds::Participant::Replier> repliers_;
   std::atomic<std::uint64_t> unsent_ = 0;
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
@@ -302,6 +315,7 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
       move();
     }
     if (session.is_ready(now())) answer();
+    for (live::Answer& one : session.take_answers(now())) node.reply(std::move(one));
   }
 }
 

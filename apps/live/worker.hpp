@@ -13,8 +13,10 @@ namespace vantage::live {
 class Worker {
  public:
   Worker() : thread_([this] { work(); }) {}
-  /// Runs what waits, and ends.
-  ~Worker() {
+  ~Worker() { stop(); }
+  /// Runs what waits, and ends: what comes later is not run.
+  void stop() {
+    if (!thread_.joinable()) return;
     {
       const std::scoped_lock lock(mutex_);
       ends_ = true;

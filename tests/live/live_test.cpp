@@ -3,14 +3,19 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "io/ros/message_writers.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "support/ros_client.hpp"
 #include "support/small_config.hpp"
 
 namespace vantage {
@@ -144,6 +149,55 @@ TEST_CASE("`vantage play` is a robot, too") {
   CAPTURE(ended.err);
   REQUIRE(ended.exit_code == 0);
   CHECK(ended.err.find(": tracked at") != std::string::npos);
+}
+
+TEST_CASE("Autoware's pose initializer has the vehicle found, and switches the localizer on") {
+  World world;
+  world.write_config("services = { align = \"/ndt_align_srv\", trigger = \"/trigger_node\" }\n");
+  test::Running live("vantage-live", {world.config()});
+  REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
+  const auto domain = static_cast<std::uint32_t>(std::stoul(world.domain()));
+  test::RosClient trigger(domain, "/trigger_node", "std_srvs::srv::dds_::SetBool_");
+  test::RosClient align(
+      domain, "/ndt_align_srv",
+      "autoware_internal_localization_msgs::srv::dds_::PoseWithCovarianceStamped_");
+  trigger.wait_for_server();
+  align.wait_for_server();
+  const std::string on{0, 1, 0, 0, 1}, off{0, 1, 0, 0, 0};
+  // On the wire, a message may be longer: RTPS rounds up to 4 bytes.
+  const auto answered = [&](const std::string& request, const char* text) {
+    const std::string answer = trigger.answer_to(trigger.send(request));
+    return answer.starts_with(io::ros::write_set_bool_answer(true, text).value());
+  };
+  CHECK(answered(off, "scans are left out"));
+
+  test::Running robot("vantage-play", {world.config(), "--scans", world.path("world/scans"),
+                                       "--imu", world.path("world/imu.csv"), "--odometry",
+                                       world.path("world/odometry.tum")});
+  const auto truth = rows_of(world.path("world/reference.tum"));
+  REQUIRE(truth.size() > 1);
+  Pose guess{.translation = {truth[0][1] + 1.0, truth[0][2] - 1.0, truth[0][3]}};
+  const io::ros::PoseCovariance covariance = 9.0 * io::ros::PoseCovariance::Identity();
+  const std::string found = align.answer_to(align.send(
+      io::ros::write_pose_with_covariance({.stamp = 1.0, .frame = "map"}, guess, covariance)
+          .value()));
+  CHECK(int{found.at(4)} == 1);  // success
+  CHECK(int{found.at(5)} == 1);  // reliable
+  // Two truths, a header with "map" and its padding are before the position.
+  std::array<double, 3> at{};
+  REQUIRE(found.size() > 4 + 24 + sizeof at);
+  std::memcpy(at.data(), found.data() + 4 + 24, sizeof at);
+  double nearest = 1e9;
+  for (const Row& row : truth) {
+    nearest = std::min(nearest, std::hypot(row[1] - at[0], row[2] - at[1], row[3] - at[2]));
+  }
+  CHECK(nearest < 0.3);
+  CHECK(live.err().find("tracked at") == std::string::npos);  // it is still switched off
+  CHECK(answered(on, "scans are localized"));
+  CHECK(live.says("tracked at"));
+  robot.signal(SIGTERM);
+  live.signal(SIGTERM);
+  CHECK(live.wait().exit_code == 0);
 }
 
 TEST_CASE("what cannot be connected is refused, with its place") {

@@ -109,6 +109,25 @@ struct TopicParams {
   }
 };
 
+/// [live.services]: what clients of ROS 2 may ask for; an empty name means that there is no such
+/// service.
+struct ServiceParams {
+  std::string align, trigger;
+  std::string align_type = "autoware_internal_localization_msgs/PoseWithCovarianceStamped";
+
+  static constexpr auto schema() {
+    return std::tuple{
+        optional("align", &ServiceParams::align, "",
+                 "Autoware's ndt_align_srv: the vehicle is looked for around a pose"),
+        optional("trigger", &ServiceParams::trigger, "",
+                 "Autoware's trigger_node_srv, std_srvs/SetBool: scans are localized, or left out"),
+        optional("align_type", &ServiceParams::align_type, "",
+                 "of the service `align`; Autoware before 0.45 has tier4_localization_msgs/"
+                 "PoseWithCovarianceStamped"),
+    };
+  }
+};
+
 /// [live.frames].
 struct FrameParams {
   std::string map = "map", odom = "odom", base = "base_link";
@@ -176,6 +195,7 @@ struct LiveParams {
   double motion_wait = 0.1;
   ForceUnit imu_unit = ForceUnit::metres_per_second_squared;
   TopicParams topics;
+  ServiceParams services;
   FrameParams frames;
   FoxgloveParams foxglove;
 
@@ -209,6 +229,7 @@ struct LiveParams {
                  non_negative),
         optional("imu_unit", &LiveParams::imu_unit, "", "of the accelerations of the IMU"),
         optional("topics", &LiveParams::topics, "", "names of topics; \"\" for none"),
+        optional("services", &LiveParams::services, "", "names of services; \"\" for none"),
         optional("frames", &LiveParams::frames, "", "names of frames"),
         optional("foxglove", &LiveParams::foxglove, "", "a server for Foxglove and Lichtblick"),
     };

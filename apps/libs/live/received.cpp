@@ -14,6 +14,8 @@ std::string_view name_of(Input input) {
     case Input::fix: return "fix";
     case Input::followed_pose: return "followed_pose";
     case Input::static_transforms: return "static_transforms";
+    case Input::align: return "align";
+    case Input::trigger: return "trigger";
   }
   return "unknown";
 }
@@ -43,6 +45,17 @@ std::vector<InputTopic> input_topics(const TopicParams& topics) {
   add(Input::prior, topics.prior, kPose, samples);
   add(Input::fix, topics.fix, "sensor_msgs/NavSatFix", samples);
   add(Input::points, topics.points, "sensor_msgs/PointCloud2", points);
+  return inputs;
+}
+
+std::vector<InputService> input_services(const ServiceParams& services) {
+  std::vector<InputService> inputs;
+  if (!services.align.empty()) {
+    inputs.push_back({Input::align, {.name = services.align, .type = services.align_type}});
+  }
+  if (!services.trigger.empty()) {
+    inputs.push_back({Input::trigger, {.name = services.trigger, .type = "std_srvs/SetBool"}});
+  }
   return inputs;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,17 +22,20 @@ enum class Input : std::uint8_t {
   prior,
   fix,
   followed_pose,
-  static_transforms
+  static_transforms,
+  align,   ///< a request: look for the vehicle around a pose
+  trigger  ///< a request: localize, or leave scans out
 };
 
 /// A message as it came.
 struct Received {
   Input input = Input::points;
-  std::int64_t arrival = 0;  ///< [ns since the epoch]
-  std::string message;       ///< CDR with its header
+  std::int64_t arrival = 0;                    ///< [ns since the epoch]
+  std::string message;                         ///< CDR with its header
+  std::optional<dds::RequestId> request = {};  ///< of `align` and `trigger`
 };
 
-/// Its key in [live.topics]: "initial_pose".
+/// Its key in [live.topics] or [live.services]: "initial_pose".
 [[nodiscard]] std::string_view name_of(Input input);
 
 /// The topic of an input.
@@ -42,5 +46,14 @@ struct InputTopic {
 
 /// What a configuration listens to, /tf_static included; with a `followed_pose`, poses alone.
 [[nodiscard]] std::vector<InputTopic> input_topics(const TopicParams& topics);
+
+/// The service of an input.
+struct InputService {
+  Input input;
+  dds::Service service;
+};
+
+/// What a configuration answers.
+[[nodiscard]] std::vector<InputService> input_services(const ServiceParams& services);
 
 }  // namespace vantage::live

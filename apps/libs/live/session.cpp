@@ -5,13 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <utility>
 
 #include "io/made_scan.hpp"
 #include "live/map_poses.hpp"
-#include "vantage/io/pose_priors.hpp"
 
 namespace vantage::live {
 namespace {
@@ -28,23 +25,6 @@ constexpr double kSilent = 1.0, kFirstWord = 5.0;
 constexpr double kKept = 10.0;
 // What is stamped later than this after the last scan is not of its clock, or of another drive [s].
 constexpr double kAhead = 60.0;
-// A prior belongs to a scan that is this near to it in time [s].
-constexpr double kPriorAge = 0.15;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double sigma(double variance, double least) {
-  return variance > 0.0 ? std::max(std::sqrt(variance), least) : kInfinity;
-}
-
-/// Moves a place by an offset whose direction in the plane is not known.
-void turn_anywhere(Point& place, std::array<double, 3>& variances, const Eigen::Vector3d& offset) {
-  place.z() += offset.z();
-  const double plane = offset.head<2>().squaredNorm();
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    if (variances[axis] > 0.0) variances[axis] += plane;
-  }
-}
-
 template <class Sample>
 void forget_old(std::deque<Sample>& samples) {
   while (!samples.empty() && samples.front().stamp < samples.back().stamp - kKept) {
@@ -59,7 +39,8 @@ Session::Session(Localizer localizer, LiveParams params, const std::optional<Pos
     : localizer_(std::move(localizer)),
       params_(std::move(params)),
       notices_(notices),
-      projection_(std::move(projection)),
+      priors_(params_, std::move(projection), notices),
+      requests_(params_.frames.map, notices),
       last_(kept) {
   begin_anew("");
 }
@@ -74,7 +55,7 @@ void Session::begin_anew(const std::string& why) {
   last_odometry_.reset();
   imu_.clear();
   odometry_.clear();
-  priors_.clear();
+  priors_.forget();
   fed_odometry_ = 0;
   if (last_) {
     if (const auto started = localizer_.start(*last_)) {
@@ -91,7 +72,10 @@ void Session::begin_anew(const std::string& why) {
 void Session::take(Received&& received) {
   const auto done = read(received);
   if (done) return;
-  Error error = done.error();
+  const Error& error = done.error();
+  if (received.request) {
+    return requests_.refuse(received.input, *received.request, error.message);
+  }
   notices_.tell(fmt::format("{}_unusable", name_of(received.input)),
                 fmt::format("a message of the topic '{}' cannot be used: {}",
                             name_of(received.input), error.message));
@@ -103,7 +87,9 @@ Result<void> Session::read(Received& received) {
     case Input::imu: return read_imu(received.message);
     case Input::odometry: return read_odometry(received.message);
     case Input::initial_pose:
-    case Input::prior: return read_pose(received.input, received.message);
+    case Input::prior:
+    case Input::align: return read_pose(received);
+    case Input::trigger: return read_trigger(received);
     case Input::fix: return read_fix(received.message);
     case Input::followed_pose: return {};  // of a MapServer
     case Input::static_transforms: {
@@ -211,65 +197,41 @@ Result<void> Session::read_odometry(const std::string& message) {
   return {};
 }
 
-Result<void> Session::read_pose(Input input, const std::string& message) {
-  VANTAGE_TRY(const auto poses, poses_in_map(input, message, params_.frames.map, notices_));
+Result<void> Session::read_pose(const Received& received) {
+  const Input input = received.input;
+  VANTAGE_TRY(const auto poses,
+              poses_in_map(input, received.message, params_.frames.map, notices_));
+  if (poses.empty() && input == Input::align) {
+    return fail(ErrorCode::invalid_input, "its pose is not in the map's frame");
+  }
   for (const auto& one : poses) {
-    const Prior prior{.stamp = one.header.stamp,
-                      .T_map_base = one.pose,
-                      .variances = one.variances.value_or(io::ros::PoseVariances{})};
     if (input == Input::prior) {
-      if (is_ahead(prior.stamp, input)) continue;
-      priors_.push_back(prior);
-      forget_old(priors_);
+      if (!is_ahead(one.header.stamp, input)) priors_.add(one);
       continue;
     }
     notices_.say(fmt::format("a pose is given: looks for the sensor at x {:.1f}, y {:.1f}",
                              one.pose.translation.x(), one.pose.translation.y()));
-    initial_ = prior;
+    priors_.hint(one);
     last_.reset();
+    localizer_.start_anywhere();
+    is_started_ = true;
+    if (input == Input::align) requests_.align(received);
+  }
+  return {};
+}
+
+Result<void> Session::read_trigger(const Received& received) {
+  VANTAGE_CHECK(requests_.trigger(received));
+  if (requests_.is_on() && !is_started_) {
     localizer_.start_anywhere();
     is_started_ = true;
   }
   return {};
 }
 
-/// A position of an antenna. It has no heading.
 Result<void> Session::read_fix(const std::string& message) {
   VANTAGE_TRY(const auto fix, io::ros::parse_nav_sat_fix(message, Encoding::cdr, {}));
-  if (!projection_ || is_ahead(fix.header.stamp, Input::fix)) return {};
-  const std::string frame(frame_name(fix.header.frame));
-  if (!fix.has_fix) {
-    notices_.tell("fix_missing", "the receiver of " + params_.topics.fix + " has no fix");
-    return {};
-  }
-  const auto point = projection_->project(fix.position);
-  if (!point) {
-    notices_.tell("fix_off_map", fmt::format("a fix is left out: {}", point.error().message));
-    return {};
-  }
-  constexpr io::PriorSigmas kUsual;
-  const auto variance = [&](std::size_t axis, double usual) {
-    const double stated = fix.variances ? (*fix.variances)[axis] : 0.0;
-    return stated > 0.0 ? stated : usual * usual;
-  };
-  Prior prior{
-      .stamp = fix.header.stamp,
-      .T_map_base = {.translation = *point},
-      .variances = {.translation = {variance(0, kUsual.horizontal), variance(1, kUsual.horizontal),
-                                    variance(2, kUsual.vertical)},
-                    .heading = 0.0}};
-  if (!projection_->unknown_heights().empty()) prior.variances.translation[2] = 0.0;
-  if (const auto mounted = frames_.pose(frame, params_.frames.base); mounted && *mounted) {
-    turn_anywhere(prior.T_map_base.translation, prior.variances.translation,
-                  (*mounted)->translation);
-  } else if (!frame.empty() && frame != params_.frames.base) {
-    notices_.tell("fix_without_mount",
-                  fmt::format("no transform leads from '{}', the antenna's frame, to '{}': the "
-                              "antenna is taken to be there",
-                              frame, params_.frames.base));
-  }
-  priors_.push_back(prior);
-  forget_old(priors_);
+  if (!is_ahead(fix.header.stamp, Input::fix)) priors_.add(fix, frames_);
   return {};
 }
 
@@ -313,7 +275,8 @@ void Session::feed_imu() {
 std::optional<Moved> Session::moved() {
   constexpr double kAfterScan = 1.0;  // [s]
   const auto stamp = std::exchange(moved_, std::nullopt);
-  if (!stamp || !T_base_sensor_ || !last_stamp_ || *stamp > *last_stamp_ + kAfterScan) {
+  if (!requests_.is_on() || !stamp || !T_base_sensor_ || !last_stamp_ ||
+      *stamp > *last_stamp_ + kAfterScan) {
     return std::nullopt;
   }
   feed_imu();
@@ -349,31 +312,6 @@ void Session::feed_motion(const std::string& sensor) {
   }
 }
 
-std::optional<PosePrior> Session::prior_at(double stamp, const Pose& T_base_sensor) {
-  const auto known = [&](const Prior& prior, double least_metres, double least_radians) {
-    auto [xyz, heading] = prior.variances;
-    Pose T_map_sensor = prior.T_map_base * T_base_sensor;
-    if (!(heading > 0.0)) {
-      T_map_sensor = prior.T_map_base;
-      turn_anywhere(T_map_sensor.translation, xyz, T_base_sensor.translation);
-    }
-    return PosePrior{.T_map_sensor = T_map_sensor,
-                     .sigma_translation = {sigma(xyz[0], least_metres), sigma(xyz[1], least_metres),
-                                           sigma(xyz[2], least_metres)},
-                     .sigma_heading = sigma(heading, least_radians)};
-  };
-  if (initial_) {
-    // A hand points to a place on a screen: it knows no height, and a heading about.
-    constexpr double kMetres = 1.0, kRadians = 15.0 * std::numbers::pi / 180.0;
-    return known(*std::exchange(initial_, std::nullopt), kMetres, kRadians);
-  }
-  const auto nearest = std::ranges::min_element(
-      priors_, {}, [&](const Prior& prior) { return std::abs(prior.stamp - stamp); });
-  if (nearest == priors_.end() || std::abs(nearest->stamp - stamp) > kPriorAge) return std::nullopt;
-  constexpr double kMetres = 0.05, kRadians = 0.01;
-  return known(*nearest, kMetres, kRadians);
-}
-
 /// T_odom_base.
 std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) const {
   constexpr double kLongestGap = 0.5;  // [s]
@@ -400,6 +338,10 @@ std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) 
 
 Result<std::optional<Localized>> Session::localize() {
   Waiting now = *std::exchange(waiting_, std::nullopt);
+  if (!requests_.wants_scan()) {
+    notices_.count("scans_while_off");
+    return std::nullopt;
+  }
   const std::string sensor(frame_name(now.header.frame));
   const auto T_base_sensor = mount(sensor);
   if (!T_base_sensor) return std::nullopt;
@@ -419,7 +361,7 @@ Result<std::optional<Localized>> Session::localize() {
     notices_.tell("scans_empty", "a scan has no point that was measured");
   }
   feed_motion(sensor);
-  const auto prior = prior_at(now.scan.stamp, *T_base_sensor);
+  const auto prior = priors_.at(now.scan.stamp, *T_base_sensor);
   const auto begin = std::chrono::steady_clock::now();
   auto report = localizer_.localize({.stamp = now.scan.stamp,
                                      .points = now.scan.points,
@@ -438,6 +380,8 @@ Result<std::optional<Localized>> Session::localize() {
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
   T_base_sensor_ = T_base_sensor;
   if (params_.topics.imu.empty()) moved_ = done.stamp;
+  requests_.see(done);
+  if (!requests_.is_on()) return std::nullopt;
   return done;
 }
 

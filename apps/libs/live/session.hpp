@@ -4,12 +4,15 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/map_projection.hpp"
 #include "io/ros/messages.hpp"
 #include "live/live_params.hpp"
 #include "live/notices.hpp"
+#include "live/priors.hpp"
 #include "live/received.hpp"
+#include "live/requests.hpp"
 #include "live/static_frames.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/io/scan_source.hpp"
@@ -56,13 +59,20 @@ class Session {
   /// them long enough.
   /// @param now  [ns since the epoch]
   [[nodiscard]] bool is_ready(std::int64_t now) const;
-  /// Localizes the scan that waits. Nothing if it cannot be used.
+  /// Localizes the scan that waits. Nothing if it cannot be used, or if a service switched the
+  /// localizer off.
   /// Errors: a region map that cannot be loaded or prepared; the session goes on.
   [[nodiscard]] Result<std::optional<Localized>> localize();
 
   /// The motion at the last sample of the IMU, or at the last scan without an IMU. Nothing if that
   /// was told already, or if the last scan was not tracked.
   [[nodiscard]] std::optional<Moved> moved();
+
+  /// Answers to requests, since the last call.
+  /// @param now  [ns since the epoch]
+  [[nodiscard]] std::vector<Answer> take_answers(std::int64_t now) {
+    return requests_.take_answers(now);
+  }
 
   [[nodiscard]] const Localizer& localizer() const noexcept { return localizer_; }
 
@@ -78,17 +88,13 @@ class Session {
     Pose T_odom_child;
     std::string child;
   };
-  struct Prior {
-    double stamp;
-    Pose T_map_base;
-    io::ros::PoseVariances variances;
-  };
 
   [[nodiscard]] Result<void> read(Received& received);
   [[nodiscard]] Result<void> read_points(Received& received);
   [[nodiscard]] Result<void> read_imu(const std::string& message);
   [[nodiscard]] Result<void> read_odometry(const std::string& message);
-  [[nodiscard]] Result<void> read_pose(Input input, const std::string& message);
+  [[nodiscard]] Result<void> read_pose(const Received& received);
+  [[nodiscard]] Result<void> read_trigger(const Received& received);
   [[nodiscard]] Result<void> read_fix(const std::string& message);
   [[nodiscard]] bool is_ahead(double stamp, Input input);
   void begin_anew(const std::string& why);
@@ -96,13 +102,13 @@ class Session {
   [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
   void feed_imu();
   void feed_motion(const std::string& sensor);
-  [[nodiscard]] std::optional<PosePrior> prior_at(double stamp, const Pose& T_base_sensor);
   [[nodiscard]] std::optional<Pose> odometry_at(double stamp, const std::string& base) const;
 
   Localizer localizer_;
   LiveParams params_;
   Notices& notices_;
-  std::optional<io::MapProjection> projection_;
+  Priors priors_;
+  Requests requests_;
   StaticFrames frames_;
   std::optional<Waiting> waiting_;
   std::optional<double> first_stamp_;  // of a scan [s]
@@ -115,8 +121,6 @@ class Session {
   std::size_t fed_odometry_ = 0;                    // of odometry_
   std::deque<Odometry> odometry_;                   // of the last seconds
   std::optional<double> last_imu_, last_odometry_;  // [s]
-  std::optional<Prior> initial_;                    // not used yet
-  std::deque<Prior> priors_;
 };
 
 }  // namespace vantage::live

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "io/ros/message_writers.hpp"
+#include "io/ros/wire_reader.hpp"
 #include "post_world.hpp"
 #include "support/bags/nav_sat_fix.hpp"
 #include "vantage/io/pose_priors.hpp"
@@ -277,6 +278,142 @@ TEST_CASE("a session that waits for a pose begins with it, at any height") {
   CHECK(found->report.T_map_scan.translation.z() == doctest::Approx(0.0).epsilon(1e-2));
 }
 
+/// The request of std_srvs/SetBool.
+std::string set_bool(bool data) { return {0, 1, 0, 0, data ? '\1' : '\0'}; }
+
+/// The answer of Autoware's service, read.
+struct AlignAnswer {
+  bool success, reliable;
+  io::ros::Header header;
+  Pose pose;
+};
+AlignAnswer read_align(const std::string& message) {
+  const SourceLocation where;
+  auto reader = io::ros::WireReader::open(message, io::ros::Encoding::cdr, where).value();
+  AlignAnswer answer{};
+  answer.success = reader.number<std::uint8_t>("success").value() != 0;
+  answer.reliable = reader.number<std::uint8_t>("reliable").value() != 0;
+  answer.header = reader.header().value();
+  for (double& x : answer.pose.translation) x = reader.number<double>("position").value();
+  for (double& x : answer.pose.rotation.coeffs()) x = reader.number<double>("quaternion").value();
+  for (int i = 0; i < 36; ++i) REQUIRE(reader.number<double>("covariance"));
+  CHECK(reader.offset() == message.size());
+  return answer;
+}
+
+struct Autoware {
+  Robot robot{Robot::with_mount(), std::nullopt};
+  double stamp = kStart;
+
+  void ask(Input input, const std::string& message, std::int64_t number) {
+    robot.session.take({.input = input,
+                        .arrival = ns(stamp),
+                        .message = message,
+                        .request = dds::RequestId{.client = {}, .number = number}});
+  }
+  void align(double x, std::int64_t number, const char* frame = "map") {
+    io::ros::PoseCovariance covariance = io::ros::PoseCovariance::Identity();
+    ask(Input::align,
+        io::ros::write_pose_with_covariance({.stamp = stamp, .frame = frame}, test::at_x(x),
+                                            covariance)
+            .value(),
+        number);
+  }
+  std::optional<Localized> scan() {
+    stamp += 0.1;
+    robot.scan(stamp);
+    return robot.localize();
+  }
+  std::vector<Answer> answers() { return robot.session.take_answers(ns(stamp)); }
+};
+
+TEST_CASE("Autoware switches the localizer off, has the vehicle looked for, and switches it on") {
+  Autoware autoware;
+  CHECK(autoware.scan());
+  CHECK(autoware.answers().empty());
+  autoware.ask(Input::trigger, set_bool(false), 7);
+  auto answers = autoware.answers();
+  REQUIRE(answers.size() == 1);
+  CHECK(answers[0].input == Input::trigger);
+  CHECK(answers[0].id.number == 7);
+  CHECK(answers[0].message[4] == 1);
+  CHECK_FALSE(autoware.scan());
+  CHECK(autoware.robot.notices.count_of("scans_while_off") == 1);
+
+  autoware.align(5.6, 8);
+  while (answers = autoware.answers(), answers.empty()) {
+    CHECK_FALSE(autoware.scan());  // what is found is not published
+    REQUIRE(autoware.stamp < kStart + 3.0);
+  }
+  REQUIRE(answers.size() == 1);
+  CHECK(answers[0].id.number == 8);
+  const AlignAnswer found = read_align(answers[0].message);
+  CHECK(found.success);
+  CHECK(found.reliable);
+  CHECK(found.header.frame == "map");
+  CHECK(double(found.header.stamp) == doctest::Approx(autoware.stamp).epsilon(1e-15));
+  CHECK(found.pose.translation.x() == doctest::Approx(5.0 + autoware.stamp - kStart).epsilon(1e-2));
+  CHECK(found.pose.translation.z() == doctest::Approx(-1.0).epsilon(1e-2));  // of the base
+  CHECK_FALSE(autoware.scan());
+
+  autoware.ask(Input::trigger, set_bool(true), 9);
+  CHECK(autoware.answers().size() == 1);
+  for (int i = 0; i < 5; ++i) {
+    const auto scan = autoware.scan();
+    REQUIRE(scan);
+    CHECK(scan->report.T_map_scan.translation.x() ==
+          doctest::Approx(5.0 + autoware.stamp - kStart).epsilon(1e-2));
+    CHECK(scan->report.risk < 0.02);
+  }
+}
+
+TEST_CASE("a request that cannot be met is answered all the same") {
+  Autoware autoware;
+  const auto refused = [&](std::int64_t number, const std::string& why) {
+    const auto answers = autoware.answers();
+    REQUIRE(answers.size() == 1);
+    CHECK(answers[0].id.number == number);
+    CHECK(answers[0].message[4] == 0);
+    CHECK_MESSAGE(autoware.robot.was_told(why), why);
+  };
+  autoware.align(5.0, 1, "odom");
+  refused(1, "its pose is not in the map's frame");
+  autoware.ask(Input::align, "xx", 2);
+  refused(2, "'align' is refused");
+  autoware.ask(Input::trigger, "", 3);
+  refused(3, "'trigger' is refused");
+  autoware.align(5.0, 4);
+  autoware.align(5.0, 5);
+  refused(4, "another request came");
+  autoware.stamp += 5.1;  // without a scan
+  refused(5, "no pose in 5 s");
+  CHECK(autoware.scan());
+}
+
+TEST_CASE("a prior is the pose between two of its source") {
+  LiveParams params = Robot::with_mount();
+  params.topics.prior = "/ekf";
+  Robot robot(params);
+  const io::ros::PoseCovariance covariance = io::ros::PoseCovariance::Identity();
+  const auto give = [&](double stamp, double x) {
+    robot.give(Input::prior, stamp,
+               io::ros::write_pose_with_covariance({.stamp = stamp, .frame = "map"}, test::at_x(x),
+                                                   covariance));
+  };
+  const auto prior_x = [&](double stamp) {
+    robot.scan(stamp);
+    const auto found = robot.localize();
+    REQUIRE(found);
+    REQUIRE(found->prior);
+    return found->prior->T_map_sensor.translation.x();
+  };
+  give(kStart - 0.02, 4.0);
+  give(kStart + 0.03, 6.0);
+  give(kStart + 0.04, 9.0);
+  CHECK(prior_x(kStart) == doctest::Approx(4.8));
+  CHECK(prior_x(kStart + 0.1) == doctest::Approx(9.0));  // none is behind it
+}
+
 /// East, north and up at 48 N, 11 E.
 io::MapProjection on_earth() {
   auto projection = io::MapProjection::parse(
@@ -383,7 +520,7 @@ std::string damaged(std::string message, std::mt19937& random) {
 }
 
 TEST_CASE("a session survives damaged messages, and localizes afterwards") {
-  // VANTAGE_MESSAGES=10000000 runs for an hour.
+  // VANTAGE_MESSAGES=10000000 runs for a minute or two.
   const char* const wanted = std::getenv("VANTAGE_MESSAGES");
   const std::uint64_t count = wanted == nullptr ? 20'000 : std::stoull(wanted);
   LiveParams params = Robot::with_mount();
@@ -395,6 +532,7 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
   io::ros::PoseCovariance covariance = io::ros::PoseCovariance::Identity();
   const io::ros::PoseMessage mount{
       .header = {.stamp = 0.0, .frame = "base_link"}, .child = "lidar", .pose = test::at_x(0.5)};
+  std::mt19937 random(1);
   const auto message_at = [&](Input input, double stamp) -> std::string {
     const Header header{.stamp = stamp, .frame = "map"};
     switch (input) {
@@ -411,31 +549,46 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
         return test::nav_sat_fix(
             {.seconds = static_cast<std::uint32_t>(stamp), .latitude = 48.0, .longitude = 11.00007},
             test::MessageWriter::Layout::cdr_little);
+      case Input::align:
+        return io::ros::write_pose_with_covariance(header, test::at_x(5.0), covariance).value();
+      case Input::trigger: return set_bool(random() % 4 != 0);
       case Input::followed_pose:
       case Input::static_transforms: break;
     }
     return io::ros::write_transforms(std::array{mount}).value();
   };
-  std::mt19937 random(1);
-  std::uint64_t localized = 0;
+  std::uint64_t localized = 0, requests = 0, answers = 0;
   double stamp = kStart;
   for (std::uint64_t i = 0; i < count; ++i) {
     // Poses by hand and scans search: fewer of them.
-    constexpr std::array kInputs{Input::points,           Input::imu,   Input::odometry,
-                                 Input::initial_pose,     Input::prior, Input::fix,
-                                 Input::static_transforms};
+    constexpr std::array kInputs{
+        Input::points, Input::imu,   Input::odometry,          Input::initial_pose, Input::prior,
+        Input::fix,    Input::align, Input::static_transforms, Input::trigger};
     const Input input = kInputs[random() % kInputs.size()];
-    const bool is_costly = input == Input::points || input == Input::initial_pose;
+    const bool is_costly =
+        input == Input::points || input == Input::initial_pose || input == Input::align;
     if (is_costly && random() % 20 != 0) continue;
     stamp += 0.001;
+    const bool is_request = input == Input::align || input == Input::trigger;
     robot.session.take({.input = input,
                         .arrival = ns(stamp),
-                        .message = damaged(message_at(input, stamp), random)});
+                        .message = damaged(message_at(input, stamp), random),
+                        .request = is_request ? std::optional(dds::RequestId{}) : std::nullopt});
+    requests += is_request ? 1 : 0;
+    answers += robot.session.take_answers(ns(stamp)).size();
     if (robot.session.is_ready(ns(stamp + 10.0)) && robot.session.localize()) ++localized;
   }
   MESSAGE(count << " messages, " << localized << " scans of them localized");
   CHECK(localized > count / 1000);
-  CHECK(robot.told.size() < 100 + 2 * localized);  // each kind once; poses and clocks each time
+  answers += robot.session.take_answers(ns(stamp + 10.0)).size();
+  CHECK(requests > count / 10);
+  CHECK(answers == requests);
+  // Each kind once; poses, clocks and requests each time.
+  CHECK(robot.told.size() < 100 + 2 * (localized + requests));
+  robot.session.take({.input = Input::trigger,
+                      .arrival = ns(stamp),
+                      .message = set_bool(true),
+                      .request = dds::RequestId{}});
   // A clock of its own, and a pose by hand.
   for (int i = 0; i < 30; ++i) {
     const double then = kStart - 1e6 + 0.1 * i;

@@ -39,7 +39,8 @@ Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::si
           reader, *message);
     }
     const GeoPosition& at = fix->position;
-    const double stamp = has_log_times ? seconds_from(message->log_time) : fix->header.stamp.seconds();
+    const double stamp =
+        has_log_times ? seconds_from(message->log_time) : fix->header.stamp.seconds();
     if (!fix->has_fix) {
       ++found.without_fix;
     } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude) ||

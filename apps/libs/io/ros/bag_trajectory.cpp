@@ -97,7 +97,8 @@ Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
                               quoted(std::string_view(found.frame))),
                   SourceLocation{reader.file(), 0, 0});
     }
-    const double stamp = has_log_times ? seconds_from(message.log_time) : pose.header.stamp.seconds();
+    const double stamp =
+        has_log_times ? seconds_from(message.log_time) : pose.header.stamp.seconds();
     if (append(found.poses, stamp, pose.pose)) {
       found.variances.push_back(pose.variances);
     } else {

@@ -33,6 +33,14 @@ void write(CdrWriter& out, const PoseCovariance& covariance) {
   }
 }
 
+Result<void> write_pose_with_covariance(CdrWriter& out, const Header& header, const Pose& pose,
+                                        const PoseCovariance& covariance) {
+  VANTAGE_CHECK(write(out, header));
+  write(out, pose);
+  write(out, covariance);
+  return {};
+}
+
 void write_field(CdrWriter& out, std::string_view name, std::uint32_t offset) {
   out.text(name);
   out.number(offset);
@@ -112,9 +120,7 @@ Result<std::string> write_pose_stamped(const Header& header, const Pose& pose) {
 Result<std::string> write_pose_with_covariance(const Header& header, const Pose& pose,
                                                const PoseCovariance& covariance) {
   CdrWriter out;
-  VANTAGE_CHECK(write(out, header));
-  write(out, pose);
-  write(out, covariance);
+  VANTAGE_CHECK(write_pose_with_covariance(out, header, pose, covariance));
   return std::move(out).finish();
 }
 
@@ -146,6 +152,22 @@ Result<std::string> write_imu(const Header& header, const Eigen::Vector3d& angul
   covariance(out, 0.0);
   for (const double x : linear_acceleration) out.number(x);
   covariance(out, 0.0);
+  return std::move(out).finish();
+}
+
+Result<std::string> write_set_bool_answer(bool success, std::string_view message) {
+  CdrWriter out;
+  out.number(static_cast<std::uint8_t>(success));
+  out.text(message);
+  return std::move(out).finish();
+}
+
+Result<std::string> write_align_answer(bool success, bool reliable, const Header& header,
+                                       const Pose& pose, const PoseCovariance& covariance) {
+  CdrWriter out;
+  out.number(static_cast<std::uint8_t>(success));
+  out.number(static_cast<std::uint8_t>(reliable));
+  VANTAGE_CHECK(write_pose_with_covariance(out, header, pose, covariance));
   return std::move(out).finish();
 }
 

@@ -55,6 +55,13 @@ using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 [[nodiscard]] Result<std::string> write_imu(const Header& header,
                                             const Eigen::Vector3d& angular_velocity,
                                             const Eigen::Vector3d& linear_acceleration);
+/// The answer of std_srvs/SetBool.
+[[nodiscard]] Result<std::string> write_set_bool_answer(bool success, std::string_view message);
+/// The answer of Autoware's service PoseWithCovarianceStamped.
+/// @param reliable  whether the pose is good enough to drive from
+[[nodiscard]] Result<std::string> write_align_answer(bool success, bool reliable,
+                                                     const Header& header, const Pose& pose,
+                                                     const PoseCovariance& covariance);
 /// std_msgs/String.
 [[nodiscard]] Result<std::string> write_string(std::string_view text);
 /// tf2_msgs/TFMessage.

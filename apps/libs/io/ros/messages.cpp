@@ -16,6 +16,13 @@ Result<Header> parse_header(std::string_view bytes, Encoding encoding,
   return reader.header();
 }
 
+Result<bool> parse_set_bool(std::string_view bytes, Encoding encoding,
+                            const SourceLocation& where) {
+  VANTAGE_TRY(auto reader, WireReader::open(bytes, encoding, where));
+  VANTAGE_TRY(const auto data, reader.number<std::uint8_t>("data"));
+  return data != 0;
+}
+
 // velodyne_msgs/VelodyneScan: Header header, VelodynePacket[] packets; a packet: time stamp,
 // uint8[1206] data.
 Result<VelodyneScanMessage> parse_velodyne_scan(std::string_view bytes, Encoding encoding,

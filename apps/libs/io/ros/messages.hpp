@@ -118,6 +118,9 @@ struct ImuMessage {
                                                    const SourceLocation& where);
 [[nodiscard]] Result<ImuMessage> parse_imu(std::string_view bytes, Encoding encoding,
                                            const SourceLocation& where);
+/// The request of std_srvs/SetBool.
+[[nodiscard]] Result<bool> parse_set_bool(std::string_view bytes, Encoding encoding,
+                                          const SourceLocation& where);
 /// Whether parse_poses knows the type.
 [[nodiscard]] bool has_poses(std::string_view type) noexcept;
 

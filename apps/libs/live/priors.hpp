@@ -1,0 +1,60 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "io/map_projection.hpp"
+#include "io/ros/messages.hpp"
+#include "live/live_params.hpp"
+#include "live/notices.hpp"
+#include "live/received.hpp"
+#include "live/static_frames.hpp"
+#include "vantage/pose.hpp"
+#include "vantage/pose_prior.hpp"
+
+namespace vantage::live {
+
+/// What others say about where the robot is.
+class Priors {
+ public:
+  /// @param projection  where the map is on the earth; without it, fixes are left out
+  Priors(const LiveParams& params, std::optional<io::MapProjection> projection, Notices& notices)
+      : base_(params.frames.base),
+        fix_topic_(params.topics.fix),
+        projection_(std::move(projection)),
+        notices_(notices) {}
+
+  /// Of the robot, in the map.
+  void add(const io::ros::PoseMessage& pose);
+  /// Of an antenna; it has no heading. One that cannot be used is told and left out.
+  void add(const io::ros::FixMessage& fix, const StaticFrames& frames);
+  /// A pose by hand: the next scan gets it, and no other prior.
+  void hint(const io::ros::PoseMessage& pose);
+  /// What was added, without the hint.
+  void forget() { priors_.clear(); }
+
+  /// The prior for a scan: the hint, else the one that is nearest in time, within 0.15 s. Its pose
+  /// is that between two, if another of its source is on the other side of the stamp.
+  /// @param stamp  [s]
+  [[nodiscard]] std::optional<PosePrior> at(double stamp, const Pose& T_base_sensor);
+
+ private:
+  struct Prior {
+    Input input;
+    double stamp;
+    Pose T_map_base;
+    io::ros::PoseVariances variances;
+  };
+  [[nodiscard]] static Prior of(Input input, const io::ros::PoseMessage& pose);
+  void keep(const Prior& prior);
+  [[nodiscard]] std::optional<Prior> nearest(double stamp) const;
+
+  std::string base_, fix_topic_;
+  std::optional<io::MapProjection> projection_;
+  Notices& notices_;
+  std::optional<Prior> hint_;
+  std::deque<Prior> priors_;
+};
+
+}  // namespace vantage::live
