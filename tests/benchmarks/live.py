@@ -5,7 +5,8 @@ A robot by Cyclone DDS drives to and fro; `vantage live` records it. `vantage lo
 same poses. Then `vantage play` is the robot, by Fast DDS, with the same recording.
 
 street: the recorded street, 10 scans of 40,000 points a second (twice its speed). campus: a simulated HDL-64E, 10
-scans of 128,000 points a second, with an IMU (200 Hz) and odometry (20 Hz).
+scans of 128,000 points a second, with an IMU (200 Hz) and odometry (20 Hz). At last, the localizer is killed and started
+again while the robot drives: how long until it has a pose, beginning from the one that was kept.
 
 usage: live.py BUILD_DIR SOURCE_DIR [--seconds N] [--only street|campus] [--keep FOLDER]
 """
@@ -124,6 +125,42 @@ def campus(folder, programs, source):
     return config, f"{folder}/campus.flat", [], ["--set", IMU_OF_MOTION]
 
 
+def restarts(folder, programs, made):
+    """From the start of the program to its first tracked pose [s], five times; then without a cache of files."""
+    config, flat, speed, more = made
+    more = more + ["--set", f"live.state_file={folder}/state.json"]
+    live = Live(programs, config, *more)
+    robot = subprocess.Popen([f"{programs}/../tests/live_robot", flat, f"{folder}/poses.txt", "--domain", DOMAIN,
+                              "--seconds", "120", *speed], stdout=subprocess.DEVNULL)
+
+    def wait_until_tracked():
+        while not any(": tracked at" in line for line in live.said):
+            if live.process.poll() is not None:
+                sys.exit("error: " + "".join(live.said))
+            time.sleep(0.001)
+
+    wait_until_tracked()
+    times = {}
+    for drops_cache in [False, True] if os.geteuid() == 0 else [False]:
+        times[drops_cache] = []
+        for _ in range(5):
+            time.sleep(2.0)  # a pose is kept once a second
+            live.process.kill()
+            live.process.wait()
+            if drops_cache:
+                os.sync()
+                open("/proc/sys/vm/drop_caches", "w", encoding="ascii").write("3")
+            begin = time.monotonic()
+            live = Live(programs, config, *more)
+            wait_until_tracked()
+            times[drops_cache].append(time.monotonic() - begin)
+    robot.kill()
+    robot.wait()
+    live.process.kill()
+    live.process.wait()
+    return times
+
+
 HEADER = ("| world | sender | sent | received | tracked | scan to pose, ms: median / p99 / most | error, cm: median / "
           "p99 / most | resident, MiB: early / end / most |\n|---|---|---|---|---|---|---|---|")
 
@@ -165,6 +202,10 @@ def run(world, made, folder, programs, seconds):
           f"{time.monotonic() - begin:.0f} s. What `vantage live` said:")
     print("".join(said + ["-- played:\n"] + live.said), flush=True)
     os.remove(recording)
+    for dropped, times in restarts(folder, programs, made).items():
+        times.sort()
+        print(f"{world}: first pose {times[len(times) // 2]:.2f} s after the program's start at the median, "
+              f"{times[-1]:.2f} s at most{', files read from the disk' if dropped else ''}", flush=True)
 
 
 def main():

@@ -5,10 +5,10 @@
    [--reliable]
 
    At the end of the recording it drives back, and so on, until it has sent --scans scans or
-   --seconds have passed; without both, it ends with the recording. --from begins that many seconds
-   after the recording's beginning, --speed sends it that many times as fast (what an IMU
-   measured is sent as it is), --shift moves all
-   stamps.
+   --seconds have passed; without both, it ends with the recording. Without an IMU and odometry it
+   stands for a second before it turns back: no car goes from 50 km/h to -50 km/h in 0.1 s. --from
+   begins that many seconds after the recording's beginning, --speed sends it that many times as
+   fast (what an IMU measured is sent as it is), --shift moves all stamps.
 
    A line of POSES: stamp [s], x, y, z [m], qx, qy, qz, qw, delay from sending the scan [ms], and,
    if FLAT has the truth, the distance from it [m]; -1 where it is not known. The last line on
@@ -362,12 +362,15 @@ int main(int argc, char** argv) {
   const int64_t end_at = seconds > 0.0 ? begin + (int64_t)(seconds * 1e9) : INT64_MAX;
   const bool again = scans > 0 || seconds > 0.0;
   double passed = 0.0; /* time of the passes before [s] */
-  bool done = false;
+  bool done = false, moves_only = true;
+  for (size_t i = 0; i < count; ++i) moves_only = moves_only && all[i].kind == 'P';
   for (pass_back = false; !done; pass_back = !pass_back) {
     qsort(all, count, sizeof *all, by_due);
-    for (size_t k = 0; k < count && !done; ++k) {
-      const struct record* r = &all[k];
-      const double end = passed + due(r);
+    const size_t stands = moves_only && again ? 10 : 0; /* scans */
+    for (size_t k = 0; k < count + stands && !done; ++k) {
+      const struct record* r = &all[k < count ? k : count - 1];
+      const double end =
+          passed + due(r) + (k < count ? 0.0 : 0.1 * speed * (double)(k - count + 1));
       const int64_t stamp = begin + (int64_t)(((end - r->sweep) / speed + shift) * 1e9);
       take_until(begin + (int64_t)(end / speed * 1e9), waitset, poses, out);
       if (r->kind == 'P') {
@@ -385,7 +388,7 @@ int main(int argc, char** argv) {
       done = (scans > 0 && sent == scans) || now() >= end_at;
     }
     if (!again) break;
-    passed += pass_last - pass_first + 0.2;
+    passed += pass_last - pass_first + 0.2 + 0.1 * speed * (double)stands;
   }
   take_until(now() + 1000000000, waitset, poses, out);
   printf("%u scans sent, %u poses received\n", sent, received);
