@@ -125,6 +125,8 @@ const takeDiagnostics = (cdr, time) => {
   while (answers[0].at < now - kStrip) answers.shift();
   const why = one.message.startsWith(state + ': ') ? one.message.slice(state.length + 2) : '';
   showState(state, [why, value('outside') === 'yes' ? 'outside of all regions' : ''].filter(Boolean).join(', '));
+  const age = robot ? stamp - robot.stamp : 0;
+  say('known', age > 0.5 ? age.toFixed(0) + ' s old' : robot && !robot.covariance && state !== 'tracked' ? 'by odometry' : '');
   say('risk', value('risk'));
   say('region', value('region') || '–');
   if (delay !== null) say('delay', delay.toFixed(1) + ' ms');
