@@ -125,6 +125,7 @@ def main(build, source, pictures=None):
                 for kind in ("script", "connect"):
                     forbidden = f"Content Security Policy directive.*{kind}-src"
                     expect(any(re.search(forbidden, one) for one in page.said), f"a foreign {kind} is not forbidden")
+            without_webgl(folder, expect, port)
         finally:
             for process in filter(None, (live.process, robot)):
                 process.kill()
@@ -138,12 +139,28 @@ def look(page, pictures, expect, live, port):
     """Opens the page before there is a robot."""
     page.show(1280, 800)
     for _ in range(3):  # a busy machine may give a page no WebGL because its renderer did not start in time
-        page.open(f"http://127.0.0.1:{port}/")
+        expect(page.open(f"http://127.0.0.1:{port}/"), "there is no page")
         live.wait_for("client is there")
-        if page.wait_for("document.getElementById('reason').textContent === 'no scan was localized yet'", 20.0):
-            if page.value("Boolean(view.gl)"):
-                return
-    expect(False, f"no page, or one without WebGL: {page.text('notices')}")
+        if page.value("Boolean(view.gl)"):
+            expect(page.wait_for("byId('reason').textContent === 'no scan was localized yet'"), page.text("reason"))
+            return
+    expect(False, f"no WebGL: {page.text('notices')}")
+
+
+def without_webgl(folder, expect, port):
+    """A page that comes after the last scan, to a browser that cannot draw points."""
+    other = f"{folder}/other"
+    os.mkdir(other)
+    with Browser(other, "--disable-3d-apis") as page:
+        expect(page.open(f"http://127.0.0.1:{port}/"), "there is no second page")
+        expect(page.wait_for("robot !== null && view.clouds.has('map')"), "the last pose and map do not come")
+        expect("shows no WebGL" in page.text("notices"), f"notices: {page.text('notices')}")
+        expect(page.text("position") != "–", "it has a pose and shows none")
+        expect(page.text("state") == "waits", f"state: {page.text('state')}")
+        expect(page.wait_for("path.length > 1"), "the path does not come")
+        expect(page.wait_for(f"{pixels_of('--c0', LINES)} > 20", 20.0), "the path is not drawn")
+        said = [one for one in page.said if "WebGL" not in one and "webgl" not in one]
+        expect(not said, f"the page said {said}")
 
 
 def tracked(page, expect, truth):
@@ -152,11 +169,9 @@ def tracked(page, expect, truth):
     drawn = "document.getElementById('drawn').dataset"
     expect(page.wait_for(f"{drawn}.map > 0 && {drawn}.scan > 0 && path.length > 1"), "no map, scan or path is drawn")
     # WebGL is in software here, so that 80,000 points of a map are drawn at most.
-    told = re.fullmatch(r"map (?:80,000 of )?([\d,]+) points, scan [\d,]+ points", page.text("drawn"))
-    expect(told, f"drawn: {page.text('drawn')}")
-    points = page.value("view.clouds.get('map').total")
-    expect(points > 80000 and told and told[1] == f"{points:,}" and page.value(f"{drawn}.map") == "80000",
-           f"drawn of {points} points: {page.text('drawn')}")
+    points, count, words = page.value(f"[view.clouds.get('map').total, {drawn}.map, byId('drawn').textContent]")
+    expect(points > 80000 and count == "80000", f"{count} of {points} points are drawn")
+    expect(re.fullmatch(rf"map 80,000 of {points:,} points, scan [\d,]+ points", words), f"drawn: {words}")
     stamp, x, y, z = page.value("[robot.stamp, ...robot.pose.t]")
     nearest = min(truth, key=lambda row: abs(row[0] - stamp))
     expect(abs(nearest[0] - stamp) < 0.06 and math.dist(nearest[1:], (x, y, z)) < RIGHT,
@@ -171,8 +186,7 @@ def tracked(page, expect, truth):
     # The scan lies in the map: most points of it have one of the map, which is thinned, near them.
     fit = page.value(FIT)
     expect(fit > 0.9, f"{fit} of the scan is in the map")
-    # Pixels of the colours of the scan and of nothing else.
-    pixels = page.value(ORANGE)
+    pixels = page.value(pixels_of("--c1", POINTS))
     expect(pixels > 500, f"{pixels} pixels have the scan's colour")
 
 
@@ -182,7 +196,7 @@ FIT = """(() => {
   const at = (cloud, i) => [0, 1, 2].map(c => cloud.xyz[i + c] + cloud.origin[c]);
   for (let i = 0; i < map.xyz.length; i += 3) {
     const p = at(map, i);
-    for (const x of [-0.5, 0.5]) for (const y of [-0.5, 0.5]) for (const z of [-0.5, 0.5]) cells.add(key([p[0] + x, p[1] + y, p[2] + z]));
+    for (let corner = 0; corner < 8; ++corner) cells.add(key(p.map((x, c) => x + (corner >> c & 1) - 0.5)));
   }
   let found = 0, all = 0;
   for (let i = 0; i < scan.xyz.length; i += 3, ++all) {
@@ -192,15 +206,26 @@ FIT = """(() => {
   return found / all;
 })()"""
 
-ORANGE = """(() => {
-  view.draw();
-  const gl = view.gl, [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], pixels = new Uint8Array(4 * w * h);
+# What is drawn, as bytes of red, green, blue and opacity.
+LINES = "view.pen.getImageData(0, 0, view.lines.width, view.lines.height).data"
+POINTS = """(gl => {
+  const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], pixels = new Uint8Array(4 * w * h);
   gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-  const colour = css('--c1').match(/\\w\\w/g).map(two => parseInt(two, 16));
+  return pixels;
+})(view.gl)"""
+
+
+def pixels_of(colour, drawn):
+    """An expression: how many pixels have a colour of the page."""
+    return f"""(() => {{
+  view.draw();
+  const pixels = {drawn}, colour = css('{colour}').match(/\\w\\w/g).map(two => parseInt(two, 16));
   let count = 0;
-  for (let i = 0; i < pixels.length; i += 4) count += colour.every((c, k) => Math.abs(c - pixels[i + k]) < 3);
+  for (let i = 0; i < pixels.length; i += 4) {{
+    count += pixels[i + 3] > 0 && colour.every((c, k) => Math.abs(c - pixels[i + k]) < 3);
+  }}
   return count;
-})()"""
+}})()"""
 
 
 def set_pose(page, pictures, expect, live):

@@ -19,9 +19,9 @@ def chromium():
 
 
 class Browser:
-    """One page. It ends with the `with` block; `folder` gets its profile."""
+    """One page. It ends with the `with` block; `folder` gets its profile, Chromium `more` options."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, *more):
         from_us, self._to = os.pipe()
         self._from, to_us = os.pipe()
         high = [fcntl.fcntl(fd, fcntl.F_DUPFD, 20) for fd in (from_us, to_us)]
@@ -37,7 +37,7 @@ class Browser:
             [chromium(), "--headless", "--no-sandbox", "--disable-gpu-sandbox", "--use-gl=angle",
              "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking",
              "--disable-component-update", "--disable-sync", "--no-first-run", "--remote-debugging-pipe",
-             f"--user-data-dir={folder}/profile", "about:blank"],
+             f"--user-data-dir={folder}/profile", *more, "about:blank"],
             preexec_fn=as_chromium_wants, pass_fds=(3, 4), stdout=self._log, stderr=self._log)
         for fd in high:
             os.close(fd)
@@ -95,7 +95,9 @@ class Browser:
         self._call("Emulation.setEmulatedMedia", features=[scheme])
 
     def open(self, url):
+        """Whether a page is there. It is none if nobody answers."""
         self._call("Page.navigate", url=url)
+        return self.wait_for(f"location.href === '{url}' && document.readyState === 'complete'", 60.0)
 
     def value(self, script):
         """What an expression is in the page."""

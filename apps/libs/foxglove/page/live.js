@@ -115,14 +115,25 @@ const ellipseOf = C => {
 
 // What was found for a scan.
 const kTold = ['tracking', 'risk', 'region', 'outside', 'align_s', 'verdict_s', 'search_s', 'stall_s', 'scan_s', 'map_bytes', 'scan_points', 'scans_dropped'];
+const takeRisk = cdr => {
+  if (names.diagnostics !== '') return;  // which tell it, too
+  const risk = cdr.f64();
+  answer({risk, delay: null, state: 'unknown'});
+  say('risk', risk.toPrecision(3));
+  showState('unknown', 'this configuration publishes no diagnostics');
+};
+const answer = one => {
+  answers.push({at: seconds(), ...one});
+  while (answers[0].at < seconds() - kStrip) answers.shift();
+  drawStrips();
+  view.changed();
+};
 const takeDiagnostics = (cdr, time) => {
   const {stamp, status: [one]} = readDiagnostics(cdr);
   if (!one || !one.values.has('tracking')) return;
   const value = key => one.values.get(key), ms = key => (1000 * Number(value(key))).toFixed(1);
   const state = value('tracking'), delay = arrivals.has(stamp) ? time - arrivals.get(stamp) : null;
-  const now = seconds();
-  answers.push({at: now, risk: Number(value('risk')), delay, state});
-  while (answers[0].at < now - kStrip) answers.shift();
+  answer({risk: Number(value('risk')), delay, state});
   const why = one.message.startsWith(state + ': ') ? one.message.slice(state.length + 2) : '';
   showState(state, [why, value('outside') === 'yes' ? 'outside of all regions' : ''].filter(Boolean).join(', '));
   const age = robot ? stamp - robot.stamp : 0;
@@ -132,13 +143,11 @@ const takeDiagnostics = (cdr, time) => {
   if (delay !== null) say('delay', delay.toFixed(1) + ' ms');
   say('computing', ms('scan_s') + ' ms');
   say('steps', ['align', 'verdict', 'search', 'stall'].filter((key, i) => i < 2 || Number(value(key + '_s')) > 0).map(key => key + ' ' + ms(key + '_s')).join(', '));
-  const latest = answers.filter(answer => answer.at > now - 5), span = now - latest[0].at;
+  const now = seconds(), latest = answers.filter(({at}) => at > now - 5), span = now - latest[0].at;
   if (span > 0.5) say('rate', ((latest.length - 1) / span).toFixed(1) + ' a second');
   say('used', count(Number(value('scan_points'))) + ' points matched');
   say('dropped', value('scans_dropped') || '0');
   say('left_out', [...one.values].filter(([key, n]) => !kTold.includes(key) && n !== '0').map(([key, n]) => key.replaceAll('_', ' ') + ': ' + n).join('; '));
-  drawStrips();
-  view.changed();
 };
 const showState = (state, why) => {
   document.body.dataset.state = state;
@@ -215,7 +224,7 @@ const drawEllipse = ({pose, covariance}) => {
 
 // The server.
 const roles = () => new Map([[names.map, takeMap], [names.points, takeScan], [names.pose, takePose], [names.diagnostics, takeDiagnostics],
-  [names.path, cdr => { path = readPath(cdr).poses; view.changed(); }], ['/tf', cdr => takeTransforms(cdr, false)],
+  [names.risk, takeRisk], [names.path, cdr => { path = readPath(cdr).poses; view.changed(); }], ['/tf', cdr => takeTransforms(cdr, false)],
   ['/tf_static', cdr => takeTransforms(cdr, true)]]);
 const connection = new Connection(new URL('.', location).href.replace(/^http/, 'ws'), {
   info: text => {
