@@ -169,9 +169,9 @@ View3d view_3d(const Evaluation& e) {
       "<script type=\"application/json\" id=\"view3d-data\">{}</script>\n"
       "<script>/* three.js r111 and its OrbitControls, MIT licence\n"
       "Copyright 2010-2019 three.js authors\n{}*/\n{}</script>\n<script>{}</script>\n"
-      "<script>{}</script>\n",
+      "<script>{}{}</script>\n",
       in_script(json), report::kMitLicence, report::asset("three.min.js"),
-      report::asset("OrbitControls.js"), report::asset("view3d.js"));
+      report::asset("OrbitControls.js"), report::asset("heights.js"), report::asset("view3d.js"));
   return view;
 }
 

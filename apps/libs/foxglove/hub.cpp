@@ -194,8 +194,9 @@ Hub::ClientId Hub::join(std::function<void()> wake) {
   Json info{{"op", "serverInfo"},
             {"name", options_.name},
             {"capabilities", Json::array()},
-            {"metadata", {{"ROS_DISTRO", options_.distribution}}},
+            {"metadata", options_.metadata},
             {"sessionId", options_.session}};
+  info["metadata"]["ROS_DISTRO"] = options_.distribution;
   if (!options_.initial_pose.empty()) {
     info["capabilities"].push_back("clientPublish");
     info["supportedEncodings"] = {kCdr, kJson};

@@ -19,6 +19,8 @@
 #include <thread>
 #include <utility>
 
+#include "foxglove/page.hpp"
+
 namespace vantage::foxglove {
 namespace {
 
@@ -33,16 +35,21 @@ using Request = http::request<http::empty_body>;
 constexpr auto kLongestHandshake = std::chrono::seconds(10);
 constexpr auto kLongestFarewell = std::chrono::seconds(1);
 constexpr auto kRestOfAcceptor = std::chrono::milliseconds(100);
+constexpr std::uint32_t kLargestHeader = 8192;    // of a request [bytes]
 constexpr std::size_t kLargestFrame = 1U << 20U;  // of a client [bytes]
-// Connections beyond those of clients, that are told why they are refused.
-constexpr std::size_t kMostRefused = 16;
+constexpr std::size_t kLargestRest = 1U << 20U;   // of a request that was answered [bytes]
+constexpr std::size_t kPiece = 4096;              // that is read at once of it [bytes]
+// Connections beyond those of clients: that want the page, or are told why they are refused.
+constexpr std::size_t kMostOthers = 16;
+
+std::string_view text_of(beast::string_view text) { return {text.data(), text.size()}; }
 
 /// The first subprotocol that a client offers and this server knows.
 std::optional<std::string> chosen_subprotocol(const Request& request) {
   for (auto [field, end] = request.equal_range(http::field::sec_websocket_protocol); field != end;
        ++field) {
     for (const auto offered : http::token_list{field->value()}) {
-      const std::string_view name(offered.data(), offered.size());
+      const std::string_view name = text_of(offered);
       if (std::ranges::find(kSubprotocols, name) != std::end(kSubprotocols)) {
         return std::string(name);
       }
@@ -65,12 +72,14 @@ struct Server::State {
   void work();
 
   const ServerOptions options;
+  const Page page = make_page();
   Hub hub;
   const Sink say;
   asio::io_context io{1};  // before what uses it
   tcp::acceptor acceptor{io};
   asio::steady_timer timer{io};
   std::set<std::shared_ptr<Connection>> connections;
+  std::size_t clients = 0;  // of the connections, those with WebSocket
   bool told_refused = false, stops = false;
   std::thread thread;  // only it uses what is above, but for the hub
 };
@@ -78,8 +87,7 @@ struct Server::State {
 /// One connection, from its request to its end.
 class Server::State::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, State& server, bool is_too_many)
-      : stream_(std::move(socket)), server_(server), is_too_many_(is_too_many) {
+  Connection(tcp::socket socket, State& server) : stream_(std::move(socket)), server_(server) {
     Failure failure;
     const auto peer = beast::get_lowest_layer(stream_).socket().remote_endpoint(failure);
     if (!failure) peer_ = fmt::format("{} port {}", peer.address().to_string(), peer.port());
@@ -88,11 +96,12 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
   void start() {
     auto& link = beast::get_lowest_layer(stream_);
     link.socket().set_option(tcp::no_delay(true), ignored_);
-    link.expires_after(kLongestHandshake);
-    http::async_read(link, input_, request_,
-                     [self = shared_from_this()](Failure failure, std::size_t) {
-                       failure ? self->end() : self->answer();
-                     });
+    link.expires_after(kLongestHandshake);  // until the answer is sent
+    parser_.header_limit(kLargestHeader);
+    http::async_read_header(link, input_, parser_,
+                            [self = shared_from_this()](Failure failure, std::size_t) {
+                              failure ? self->end() : self->answer();
+                            });
   }
 
   void close(websocket::close_code code) {
@@ -107,18 +116,19 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
   void answer() {
     if (phase_ != Phase::request) return;
     input_.consume(input_.size());
-    if (!websocket::is_upgrade(request_)) {
-      return refuse(http::status::upgrade_required,
-                    "this is a server of WebSocket for Foxglove and Lichtblick: open a connection "
-                    "to ws:// with this address there");
+    const Request& request = parser_.get();
+    if (!websocket::is_upgrade(request)) {
+      return send(
+          answer_of(server_.page, text_of(request.method_string()), text_of(request.target())),
+          request.method() == http::verb::head);
     }
-    const auto subprotocol = chosen_subprotocol(request_);
+    const auto subprotocol = chosen_subprotocol(request);
     if (!subprotocol) {
       return refuse(http::status::bad_request,
                     fmt::format("the client offers no subprotocol that this server knows: {}",
                                 fmt::join(kSubprotocols, ", ")));
     }
-    if (is_too_many_) {
+    if (server_.clients >= server_.options.most_clients) {
       if (!std::exchange(server_.told_refused, true)) {
         server_.say(
             fmt::format("a Foxglove client from {} is refused: there are {} already, see "
@@ -127,6 +137,8 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
       }
       return refuse(http::status::service_unavailable, "there are too many clients");
     }
+    ++server_.clients;
+    is_client_ = true;
     beast::get_lowest_layer(stream_).expires_never();  // the stream has its own limits
     stream_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     stream_.set_option(websocket::stream_base::decorator(
@@ -135,26 +147,45 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
         }));
     stream_.read_message_max(kLargestFrame);
     stream_.auto_fragment(false);
-    stream_.async_accept(request_,
+    stream_.async_accept(request,
                          [self = shared_from_this(), name = *subprotocol](Failure failure) {
                            failure ? self->end() : self->open(name);
                          });
   }
 
-  void refuse(http::status why, std::string text) {
-    refusal_ = http::response<http::string_body>(why, 11);
-    refusal_.set(http::field::content_type, "text/plain; charset=utf-8");
-    if (why == http::status::upgrade_required) refusal_.set(http::field::upgrade, "websocket");
-    refusal_.keep_alive(false);
-    refusal_.body() = std::move(text) + "\n";
-    refusal_.prepare_payload();
+  void refuse(http::status why, std::string_view text) {
+    send({static_cast<unsigned>(why), {{"Content-Type", "text/plain; charset=utf-8"}}, text},
+         false);
+  }
+
+  void send(const Answer& answer, bool is_head) {
+    response_ = http::response<http::string_body>(http::int_to_status(answer.status), 11);
+    for (const auto& [name, value] : answer.fields) {
+      response_.insert(beast::string_view(name.data(), name.size()),
+                       beast::string_view(value.data(), value.size()));
+    }
+    response_.keep_alive(false);
+    response_.content_length(answer.body.size());
+    if (!is_head) response_.body() = answer.body;
     auto& link = beast::get_lowest_layer(stream_);
-    http::async_write(link, refusal_, [self = shared_from_this()](Failure, std::size_t) {
+    http::async_write(link, response_, [self = shared_from_this()](Failure failure, std::size_t) {
       beast::get_lowest_layer(self->stream_)
           .socket()
           .shutdown(tcp::socket::shutdown_send, self->ignored_);
-      self->end();
+      failure ? self->end() : self->drain();
     });
+  }
+
+  /// Reads what the peer still sends, such as the body of a POST, until it closes: a connection
+  /// that is closed before is reset, and the peer may lose the answer.
+  void drain() {
+    if (phase_ != Phase::request) return;
+    input_.consume(input_.size());
+    beast::get_lowest_layer(stream_).async_read_some(
+        input_.prepare(kPiece), [self = shared_from_this()](Failure failure, std::size_t bytes) {
+          self->rest_ += bytes;
+          failure || self->rest_ > kLargestRest ? self->end() : self->drain();
+        });
   }
 
   void open(const std::string& subprotocol) {
@@ -208,17 +239,19 @@ class Server::State::Connection : public std::enable_shared_from_this<Connection
       server_.hub.leave(client_);
       server_.say(fmt::format("the Foxglove client from {} is gone", peer_));
     }
+    if (is_client_) --server_.clients;
     server_.connections.erase(shared_from_this());
     if (server_.stops && server_.connections.empty()) server_.timer.cancel();
   }
 
   websocket::stream<beast::tcp_stream> stream_;
   State& server_;
-  const bool is_too_many_;
   std::string peer_;
   beast::flat_buffer input_{kLargestFrame + 65'536};
-  Request request_;
-  http::response<http::string_body> refusal_;
+  http::request_parser<http::empty_body> parser_;
+  http::response<http::string_body> response_;
+  std::size_t rest_ = 0;  // that came after the request [bytes]
+  bool is_client_ = false;
   Phase phase_ = Phase::request;
   Hub::ClientId client_ = 0;
   std::optional<Frame> frame_;  // that is being written
@@ -260,9 +293,8 @@ void Server::State::accept() {
       });
       return;
     }
-    if (connections.size() < options.most_clients + kMostRefused) {
-      const auto connection = std::make_shared<Connection>(
-          std::move(socket), *this, connections.size() >= options.most_clients);
+    if (connections.size() < options.most_clients + kMostOthers) {
+      const auto connection = std::make_shared<Connection>(std::move(socket), *this);
       connections.insert(connection);
       connection->start();
     }

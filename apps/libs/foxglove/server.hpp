@@ -20,9 +20,10 @@ struct ServerOptions {
   HubOptions hub = {};
 };
 
-/// Serves a hub over WebSocket, in a thread of its own. Nobody who shows it something waits for a
-/// client. A client that breaks the rules of WebSocket, sends a frame of more than 1 MiB or does
-/// not finish its handshake within 10 s is closed; others do not notice.
+/// Serves a hub over WebSocket, in a thread of its own, and the page that shows it (page.hpp) over
+/// HTTP. Nobody who shows it something waits for a client. A client that breaks the rules of
+/// WebSocket or sends a frame of more than 1 MiB is closed, and so is a request that is not
+/// answered within 10 s, or whose header has more than 8 KiB; others do not notice.
 class Server final : public live::Observer {
  public:
   /// Says that clients came and went, from the server's thread.

@@ -28,6 +28,20 @@ LayoutNames names_of(const live::LiveParams& params) {
                      {"Times [s]", {"scan_s", "align_s", "verdict_s", "stall_s", "search_s"}}}}};
 }
 
+/// What the page shows as what: its messages say no more than their types.
+std::map<std::string, std::string> metadata_of(const live::LiveParams& params) {
+  return {{"vantage.map", params.topics.map},
+          {"vantage.points", params.topics.points},
+          {"vantage.pose", params.topics.pose},
+          {"vantage.diagnostics", params.topics.diagnostics},
+          {"vantage.initial_pose", params.topics.initial_pose},
+          {"vantage.risk", kRiskTopic},
+          {"vantage.path", kPathTopic},
+          {"vantage.map_frame", params.frames.map},
+          {"vantage.odom_frame", params.frames.odom},
+          {"vantage.base_frame", params.frames.base}};
+}
+
 Result<void> write_layout(const live::LiveParams& params) {
   VANTAGE_TRY(auto file, io::OutputFile::create(*params.foxglove.layout));
   VANTAGE_CHECK(file.write(layout(names_of(params))));
@@ -49,12 +63,14 @@ Result<std::unique_ptr<Viewer>> Viewer::open(const live::LiveParams& params, Pos
               .distribution = is_humble ? "humble" : "jazzy",
               .session = std::to_string(started),
               .initial_pose = params.topics.initial_pose,
+              .metadata = metadata_of(params),
               .most_waiting = static_cast<std::size_t>(own.buffer * 1024.0 * 1024.0)}};
   VANTAGE_TRY(auto server, Server::open(std::move(options), std::move(poses), say));
   if (own.layout) VANTAGE_CHECK(write_layout(params));
   const bool is_v6 = own.address.find(':') != std::string::npos;
-  say(fmt::format("Foxglove and Lichtblick find it at ws://{}{}{}:{}", is_v6 ? "[" : "",
-                  own.address, is_v6 ? "]" : "", server->port()));
+  const std::string place =
+      fmt::format("{}{}{}:{}", is_v6 ? "[" : "", own.address, is_v6 ? "]" : "", server->port());
+  say(fmt::format("a browser shows it at http://{0}/, Foxglove and Lichtblick at ws://{0}", place));
   return std::unique_ptr<Viewer>(new Viewer(std::move(server), Extras(params)));
 }
 

@@ -152,7 +152,7 @@ struct FrameParams {
   [[nodiscard]] Result<void> validate() const;
 };
 
-/// [live.foxglove]: what Foxglove and Lichtblick are shown.
+/// [live.foxglove]: what browsers, Foxglove and Lichtblick are shown.
 struct FoxgloveParams {
   std::optional<std::uint32_t> port;
   std::string address = "127.0.0.1";
@@ -163,7 +163,8 @@ struct FoxgloveParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("port", &FoxgloveParams::port, "",
-                 "a server listens on it; if left out, there is none. Foxglove looks for 8765",
+                 "a server listens on it; if left out, there is none. With 8765, a browser shows "
+                 "it at http://localhost:8765/, and Foxglove finds it",
                  between(1, 65535)),
         optional("address", &FoxgloveParams::address, "",
                  "that is listened on. Whoever reaches it can see the scans and move the "
@@ -231,7 +232,8 @@ struct LiveParams {
         optional("topics", &LiveParams::topics, "", "names of topics; \"\" for none"),
         optional("services", &LiveParams::services, "", "names of services; \"\" for none"),
         optional("frames", &LiveParams::frames, "", "names of frames"),
-        optional("foxglove", &LiveParams::foxglove, "", "a server for Foxglove and Lichtblick"),
+        optional("foxglove", &LiveParams::foxglove, "",
+                 "a server for browsers, Foxglove and Lichtblick"),
     };
   }
   /// The frames differ; there are points; what needs another key has it.

@@ -4,8 +4,9 @@
 
 namespace vantage::report {
 
-/// The content of a file that was compiled in: "style.css", "page.js", "view3d.js", "three.min.js",
-/// "OrbitControls.js". Precondition: the name is one of these.
+/// The content of a file that was compiled in: "base.css", "style.css", "theme.js", "heights.js",
+/// "page.js", "view3d.js", "three.min.js", "OrbitControls.js". Precondition: the name is one of
+/// these.
 [[nodiscard]] std::string_view asset(std::string_view name) noexcept;
 
 /// The licence under which three.js is passed on, without its copyright line.

@@ -114,10 +114,10 @@ std::string to_html(const Page& page) {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
       "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>{0}</title>\n<style>\n{1}</style>\n</head>\n"
+      "<link rel=\"icon\" href=\"data:,\">\n<title>{0}</title>\n<style>\n{1}{3}</style>\n</head>\n"
       "<body>\n<header><div><h1>{0}</h1><p>{2}</p></div>"
       "<button type=\"button\" id=\"theme\">Dark</button></header>\n<nav><ul>\n",
-      escaped(page.title), asset("style.css"), escaped(page.subtitle));
+      escaped(page.title), asset("base.css"), escaped(page.subtitle), asset("style.css"));
   for (const Section& section : page.sections) {
     html += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", section.id, escaped(section.title));
   }
@@ -127,8 +127,8 @@ std::string to_html(const Page& page) {
                         escaped(section.title), section.body);
   }
   html += fmt::format(
-      "</main>\n<div id=\"tip\" role=\"tooltip\" hidden></div>\n<script>\n{}</script>\n",
-      asset("page.js"));
+      "</main>\n<div id=\"tip\" role=\"tooltip\" hidden></div>\n<script>\n{}{}</script>\n",
+      asset("theme.js"), asset("page.js"));
   return html + page.scripts + "</body>\n</html>\n";
 }
 

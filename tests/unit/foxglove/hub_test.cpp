@@ -23,7 +23,11 @@ using test::kStatic;
 /// A hub, its clients' wakes and the poses that it got.
 struct Bench {
   explicit Bench(std::size_t most = 1U << 20U)
-      : hub({.name = "robot", .session = "s", .initial_pose = "/initialpose", .most_waiting = most},
+      : hub({.name = "robot",
+             .session = "s",
+             .initial_pose = "/initialpose",
+             .metadata = {{"vantage.map", "/map"}},
+             .most_waiting = most},
             [this](std::string&& pose) { poses.push_back(std::move(pose)); }) {}
 
   Hub::ClientId join() {
@@ -61,7 +65,7 @@ TEST_CASE("a client is told who the server is, then its channels") {
   CHECK(info["name"] == "robot");
   CHECK(info["capabilities"] == Json{"clientPublish"});
   CHECK(info["supportedEncodings"] == Json{"cdr", "json"});
-  CHECK(info["metadata"]["ROS_DISTRO"] == "jazzy");
+  CHECK(info["metadata"] == Json{{"ROS_DISTRO", "jazzy"}, {"vantage.map", "/map"}});
   CHECK(info["sessionId"] == "s");
   CHECK(channels["op"] == "advertise");
   REQUIRE(channels["channels"].size() == 1);

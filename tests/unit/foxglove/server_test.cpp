@@ -86,18 +86,83 @@ TEST_CASE("server: of the subprotocols that a client offers, the first that is k
   }
 }
 
-TEST_CASE("server: other subprotocols, and what is no WebSocket, are refused with a reason") {
+/// The answer to a request over HTTP.
+std::string answer_to(const Served& served, const std::string& request) {
+  Client client(served.server->port());
+  CHECK(client.raw(request));
+  return client.read_raw();
+}
+
+/// The length that the header tells, and that of what follows it.
+std::pair<std::size_t, std::size_t> lengths_of(const std::string& answer) {
+  const std::string name = "Content-Length: ", end = "\r\n\r\n";
+  REQUIRE(answer.find(name) < answer.find(end));
+  return {std::stoul(answer.substr(answer.find(name) + name.size())),
+          answer.size() - answer.find(end) - end.size()};
+}
+
+TEST_CASE("server: other subprotocols are refused with a reason") {
   Served served;
   for (const char* const offer : {"", "mqtt", "foxglove.websocket.v2", "Foxglove.sdk.v1"}) {
     CAPTURE(offer);
     Client client(served.server->port());
     CHECK(client.shake_hands(offer) == 400);
   }
-  Client browser(served.server->port());
-  CHECK(browser.raw("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"));
-  const std::string answer = browser.read_raw();
-  CHECK(answer.starts_with("HTTP/1.1 426"));
-  CHECK(answer.find("Foxglove") != std::string::npos);
+}
+
+TEST_CASE("server: a browser gets the page, and its connection ends") {
+  Served served;
+  const std::string page =
+      answer_to(served, "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: keep-alive\r\n\r\n");
+  CHECK(page.starts_with("HTTP/1.1 200 OK\r\n"));
+  CHECK(page.find("\r\nContent-Security-Policy: default-src 'none'; ") != std::string::npos);
+  CHECK(page.find("\r\nConnection: close\r\n") != std::string::npos);
+  CHECK(page.ends_with("</html>\n"));
+  const auto [told, sent] = lengths_of(page);
+  CHECK(told == sent);
+  const std::string head = answer_to(served, "HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  CHECK(head.starts_with("HTTP/1.1 200 OK\r\n"));
+  CHECK(lengths_of(head) == std::pair(told, std::size_t{0}));
+}
+
+TEST_CASE("server: other targets and methods get an answer, and no page") {
+  Served served;
+  CHECK(answer_to(served, "GET /no HTTP/1.1\r\nHost: a\r\n\r\n").starts_with("HTTP/1.1 404 "));
+  CHECK(answer_to(served, "HEAD /no HTTP/1.1\r\nHost: a\r\n\r\n").ends_with("\r\n\r\n"));
+  const std::string post = "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: ";
+  for (const std::size_t size : {0U, 5U, 300'000U}) {  // the last is more than sockets hold
+    CAPTURE(size);
+    const std::string answer =
+        answer_to(served, post + std::to_string(size) + "\r\n\r\n" + std::string(size, 'x'));
+    CHECK(answer.starts_with("HTTP/1.1 405 "));
+    CHECK(answer.find("\r\nAllow: GET, HEAD\r\n") != std::string::npos);
+  }
+  CHECK(answer_to(served, "BREW / HTTP/1.1\r\nHost: a\r\n\r\n").starts_with("HTTP/1.1 405 "));
+  CHECK(answer_to(served, "no request\r\n\r\n").empty());
+}
+
+TEST_CASE("server: a header that is too long gets no answer") {
+  Served served;
+  const std::string begin = "GET / HTTP/1.1\r\nHost: a\r\nX: ", end = "\r\n\r\n";
+  CHECK(answer_to(served, begin + std::string(7000, 'x') + end).starts_with("HTTP/1.1 200 "));
+  Client client(served.server->port());
+  (void)client.raw(begin + std::string(9000, 'x') + end);
+  CHECK(client.read_raw().empty());
+}
+
+TEST_CASE("server: requests of others do not take the place of clients") {
+  Served served(1);
+  Client silent(served.server->port()), slow(served.server->port());
+  CHECK(slow.raw("GET / HT"));
+  Client client = served.client();
+  // Nor does a client take that of the page.
+  CHECK(answer_to(served, "GET / HTTP/1.1\r\nHost: a\r\n\r\n").starts_with("HTTP/1.1 200 "));
+  Client second(served.server->port());
+  CHECK(second.shake_hands("foxglove.sdk.v1") == 503);
+  CHECK(slow.raw("TP/1.1\r\nHost: a\r\n\r\n"));
+  CHECK(slow.read_raw().starts_with("HTTP/1.1 200 "));
+  client.text("{}");
+  CHECK(next_text(client, "status")["level"] == 2);
 }
 
 TEST_CASE("server: a client gets what it subscribes to, and the map that was there before") {

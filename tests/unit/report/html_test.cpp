@@ -26,7 +26,7 @@ TEST_CASE("a cell carries its data; the best is marked; a heading spans the tabl
 
 TEST_CASE("every file that pages need is compiled in, and none ends a script before its end") {
   for (const char* name :
-       {"style.css", "page.js", "view3d.js", "three.min.js", "OrbitControls.js"}) {
+       {"base.css", "style.css", "page.js", "view3d.js", "three.min.js", "OrbitControls.js"}) {
     CAPTURE(name);
     const std::string_view text = asset(name);
     CHECK(text.size() > 1000);
@@ -39,7 +39,8 @@ TEST_CASE("every file that pages need is compiled in, and none ends a script bef
 }
 
 TEST_CASE("our own scripts and styles ask for nothing") {
-  for (const char* name : {"style.css", "page.js", "view3d.js"}) {
+  for (const char* name :
+       {"base.css", "style.css", "theme.js", "heights.js", "page.js", "view3d.js"}) {
     const std::string_view text = asset(name);
     CAPTURE(name);
     for (const char* word :

@@ -1,20 +1,5 @@
 'use strict';
 (() => {
-  const root = document.documentElement;
-  const prefersDark = matchMedia('(prefers-color-scheme: dark)');
-  const isDark = () => (root.dataset.theme || (prefersDark.matches ? 'dark' : 'light')) === 'dark';
-
-  const button = document.getElementById('theme');
-  const nameButton = () => { button.textContent = isDark() ? 'Light' : 'Dark'; };
-  const themeChanged = () => { nameButton(); document.dispatchEvent(new Event('themechange')); };
-  button.addEventListener('click', () => {
-    root.dataset.theme = isDark() ? 'light' : 'dark';
-    themeChanged();
-  });
-  prefersDark.addEventListener('change', themeChanged);
-  if (location.hash === '#dark' || location.hash === '#light') root.dataset.theme = location.hash.slice(1);
-  nameButton();
-
   // Where the reader is.
   const links = new Map([...document.querySelectorAll('nav a')].map(a => [a.hash.slice(1), a]));
   const seen = new IntersectionObserver(entries => {

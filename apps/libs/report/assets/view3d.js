@@ -13,17 +13,11 @@
     }
     return out;
   };
-  const heightStops = [[72, 35, 116], [63, 74, 138], [47, 108, 142], [33, 144, 141], [53, 183, 121], [134, 206, 76], [225, 205, 40]];
   const heightColours = xyz => {
     const [low, high] = data.heights, colours = new Float32Array(xyz.length);
-    for (let i = 0; i < xyz.length; i += 3) {
-      const at = Math.min(1, Math.max(0, (xyz[i + 2] - low) / (high - low))) * (heightStops.length - 1);
-      const k = Math.min(heightStops.length - 2, Math.floor(at));
-      for (let c = 0; c < 3; ++c) colours[i + c] = (heightStops[k][c] + (heightStops[k + 1][c] - heightStops[k][c]) * (at - k)) / 255;
-    }
+    for (let i = 0; i < xyz.length; i += 3) colours.set(heightColour((xyz[i + 2] - low) / (high - low)), i);
     return colours;
   };
-  const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   const start = () => {
     let renderer;

@@ -1,5 +1,6 @@
-# cmake -DOUT=<file> "-DFILES=<file>|<file>..." -P embed.cmake: files as C++ source, byte by byte. String literals are
-# limited in length, and assembler directives hide what a file depends on.
+# cmake -DOUT=<file> -DNAME=<name> "-DFILES=<file>|<file>..." -P embed_files.cmake: files as C++ source, byte by byte, for
+# `vantage::<name>::asset` of <name>/assets.hpp. String literals are limited in length, and assembler directives hide
+# what a file depends on.
 string(REPLACE "|" ";" files "${FILES}")
 set(arrays "")
 set(cases "")
@@ -13,5 +14,5 @@ foreach(file IN LISTS files)
   string(APPEND cases "  if (name == \"${name}\") return {kFile${number}, sizeof kFile${number}};\n")
   math(EXPR number "${number} + 1")
 endforeach()
-file(WRITE "${OUT}" "#include \"report/assets.hpp\"\n\nnamespace vantage::report {\nnamespace {\n\n${arrays}\n}  // namespace\n
-std::string_view asset(std::string_view name) noexcept {\n${cases}  return {};\n}\n\n}  // namespace vantage::report\n")
+file(WRITE "${OUT}" "#include \"${NAME}/assets.hpp\"\n\nnamespace vantage::${NAME} {\nnamespace {\n\n${arrays}\n}  // namespace\n
+std::string_view asset(std::string_view name) noexcept {\n${cases}  return {};\n}\n\n}  // namespace vantage::${NAME}\n")
