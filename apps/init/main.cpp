@@ -219,9 +219,11 @@ nlohmann::ordered_json to_json(const std::vector<init::Decision>& decisions,
 Result<void> judge(const Options& options, const building::Findings& findings) {
   checks::print(std::cerr, findings.notes);
   if (findings.notes.empty() || options.anyway) return {};
-  return fail(ErrorCode::invalid_input,
-              "no configuration was written, because of what the notes say; --anyway writes one",
-              SourceLocation{options.map, 0, 0});
+  return fail(
+      ErrorCode::invalid_input,
+      "no configuration was written: the notes above say what is wrong; --anyway writes one "
+      "all the same",
+      SourceLocation{options.map, 0, 0});
 }
 
 Result<void> run(const Options& options) {

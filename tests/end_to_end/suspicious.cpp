@@ -165,8 +165,8 @@ TEST_CASE("init: inputs that check names are refused, and written about if they 
     CHECK_MESSAGE(run.err.starts_with("note: "), run.err);
     CHECK_MESSAGE(holds(run.err, part), run.err);
     CHECK_MESSAGE(holds(run.err,
-                        ": error: no configuration was written, because of what the notes say; "
-                        "--anyway writes one\n"),
+                        ": error: no configuration was written: the notes above say what is wrong; "
+                        "--anyway writes one all the same\n"),
                   run.err);
     CHECK_FALSE(std::filesystem::exists(site.path("made.toml")));
   };

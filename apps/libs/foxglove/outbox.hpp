@@ -16,9 +16,9 @@ struct Frame {
   std::shared_ptr<const std::string> body = nullptr;  ///< clients share it
 };
 
-/// What waits for one client. It holds a bounded number of bytes: of a client that reads slower
-/// than messages come, the oldest messages are left out, and the client is told so, once until it
-/// has caught up.
+/// What waits for one client, within a limit of bytes. If a client reads more slowly than messages
+/// come, the oldest messages are dropped. The client is told so once, and again only after it has
+/// caught up.
 class Outbox {
  public:
   /// @param most  bytes of messages that may wait; one message alone may be larger
