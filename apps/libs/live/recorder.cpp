@@ -14,7 +14,7 @@ constexpr std::size_t kMostWaiting = 256U << 20U;
 }  // namespace
 
 Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& path) {
-  VANTAGE_TRY(auto writer, io::ros::McapWriter::create(path, io::ros::McapCompression::lz4));
+  VANTAGE_TRY(auto writer, io::ros::McapWriter::create(path));
   return std::unique_ptr<Recorder>(new Recorder(std::move(writer)));
 }
 
