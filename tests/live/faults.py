@@ -18,7 +18,7 @@ import tempfile
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
-from running import IMU_OF_MOTION, config_for, output_of, resident  # noqa: E402
+from running import Live, make_small_campus, output_of, resident  # noqa: E402
 
 RIGHT = 0.3  # m
 ALERT_LIMIT, MAX_RISK = 0.5, 0.01  # m; the defaults of [localizer]
@@ -67,35 +67,6 @@ class Network:
         output_of("ip", "-n", self.names["switch"], "link", "set", "robot", state)
 
 
-class Live:
-    """The localizer."""
-
-    def __init__(self, network, build, folder, *more):
-        self.said = open(f"{folder}/live.txt", "ab+")
-        command = network.inside("localizer", f"{build}/bin/vantage-live", "world.toml", "--set", IMU_OF_MOTION, *more)
-        self.process = subprocess.Popen(command, cwd=folder, stderr=self.said, stdout=subprocess.PIPE)
-        self.at = self.said.seek(0, os.SEEK_END)
-        self.wait_for("ready in domain")
-
-    def text(self):
-        self.said.seek(self.at)
-        return self.said.read().decode()
-
-    def wait_for(self, words):
-        end = time.monotonic() + 120.0
-        while words not in self.text():
-            if time.monotonic() > end:
-                sys.exit(f"FAILED: the localizer does not say '{words}':\n{self.text()}")
-            if self.process.poll() is not None:
-                sys.exit(f"FAILED: the localizer ended with {self.process.returncode}:\n{self.text()}")
-            time.sleep(0.05)
-
-    def end(self, number):
-        self.process.send_signal(number)
-        out, _ = self.process.communicate()
-        return self.process.returncode, out.decode()
-
-
 class Robot:
     def __init__(self, network, build, folder, *more, flat="world.flat"):
         self.process = subprocess.Popen(
@@ -114,12 +85,7 @@ class Robot:
 
 
 def make_world(build, source, folder):
-    bin_of = lambda name: f"{build}/bin/vantage-{name}"
-    output_of(bin_of("simulate"), f"{source}/configs/simulate/motion.toml", "--out", f"{folder}/world", "-q",
-              "--set", "map.point_spacing=0.25", "--set", "campus.size_x=60", "--set", "campus.size_y=60")
-    text = config_for(f"{source}/configs/demo/L20.toml", "world/map.pcd", "bundle", MORE)
-    open(f"{folder}/world.toml", "w", encoding="utf-8").write(text)
-    output_of(bin_of("build"), "world.toml", "-q", cwd=folder)
+    make_small_campus(build, source, folder, 0.25, MORE)
     flatten = [f"{build}/tests/live_flatten", "world/scans"]
     truth = ["--truth", "world/reference.tum"]
     output_of(*flatten, "world.flat", "--imu", "world/imu.csv", "--odometry", "world/odometry.tum", *truth, cwd=folder)
@@ -146,7 +112,7 @@ def main(build, source):
         os.mkdir(f"{folder}/disk")
         output_of("mount", "-t", "tmpfs", "-o", "size=8m", "tmpfs", f"{folder}/disk")
         try:
-            live = Live(network, build, folder, "--record", "disk/run.mcap")
+            live = Live(build, folder, "--record", "disk/run.mcap", inside=network.inside("localizer"))
 
             def drive(what, seconds, *more, **options):
                 return judge(what, Robot(network, build, folder, "--seconds", str(seconds), *more, **options).end())
@@ -195,7 +161,7 @@ def main(build, source):
             live.end(signal.SIGKILL)
 
             begin = time.monotonic()
-            live = Live(network, build, folder)
+            live = Live(build, folder, inside=network.inside("localizer"))
             print(f"started again in {time.monotonic() - begin:.2f} s")
             expect("begins where the last session ended" in live.text(), "the state is lost")
             drive("the localizer killed and started again", 8)

@@ -20,7 +20,7 @@ import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
 from browser import Browser, chromium  # noqa: E402
-from running import IMU_OF_MOTION, config_for, output_of  # noqa: E402
+from running import Live, make_small_campus  # noqa: E402
 
 RIGHT = 0.3  # m
 SKIPPED = 4  # exit code
@@ -37,30 +37,6 @@ port = {port}
 """
 
 
-class Live:
-    """The localizer."""
-
-    def __init__(self, build, folder):
-        self.path = f"{folder}/live.txt"
-        self.process = subprocess.Popen([f"{build}/bin/vantage-live", "world.toml", "--set", IMU_OF_MOTION], cwd=folder,
-                                        stderr=open(self.path, "wb"), stdout=subprocess.DEVNULL)
-        self.wait_for("ready in domain")
-
-    def text(self):
-        return open(self.path, encoding="utf-8").read()
-
-    def wait_for(self, words):
-        end = time.monotonic() + 120.0
-        while words not in self.text():
-            if self.process.poll() is not None or time.monotonic() > end:
-                sys.exit(f"FAILED: the localizer does not say '{words}':\n{self.text()}")
-            time.sleep(0.05)
-
-    def end(self):
-        self.process.send_signal(signal.SIGTERM)
-        return self.process.wait()
-
-
 def free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
@@ -69,12 +45,7 @@ def free_port():
 
 def make_world(build, source, folder, port):
     """The truth: rows of stamp, x, y, z."""
-    output_of(f"{build}/bin/vantage-simulate", f"{source}/configs/simulate/motion.toml", "--out", f"{folder}/world",
-              "-q", "--set", "map.point_spacing=0.1", "--set", "campus.size_x=60", "--set", "campus.size_y=60")
-    more = MORE.format(domain=100 + os.getpid() % 100, port=port)
-    with open(f"{folder}/world.toml", "w", encoding="utf-8") as file:
-        file.write(config_for(f"{source}/configs/demo/L20.toml", "world/map.pcd", "bundle", more))
-    output_of(f"{build}/bin/vantage-build", "world.toml", "-q", cwd=folder)
+    make_small_campus(build, source, folder, 0.1, MORE.format(domain=100 + os.getpid() % 100, port=port))
     rows = [line.split() for line in open(f"{folder}/world/reference.tum", encoding="ascii") if line[0] != "#"]
     return [[float(word) for word in row[:4]] for row in rows]
 
@@ -109,7 +80,7 @@ def main(build, source, pictures=None):
                 robot.wait()
                 expect(page.wait_for("document.body.dataset.state === 'waits'"), "it does not tell that no scan comes")
                 expect("no scan was localized for" in page.text("reason"), f"reason: {page.text('reason')}")
-                expect(live.end() == 0, "the localizer ended badly")
+                expect(live.end(signal.SIGTERM)[0] == 0, "the localizer ended badly")
                 expect(page.wait_for("document.body.dataset.state === 'offline'"), "it does not tell that all is gone")
                 live = Live(build, folder)
                 live.wait_for("client is there")

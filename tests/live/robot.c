@@ -362,11 +362,11 @@ int main(int argc, char** argv) {
   const int64_t end_at = seconds > 0.0 ? begin + (int64_t)(seconds * 1e9) : INT64_MAX;
   const bool again = scans > 0 || seconds > 0.0;
   double passed = 0.0; /* time of the passes before [s] */
-  bool done = false, moves_only = true;
-  for (size_t i = 0; i < count; ++i) moves_only = moves_only && all[i].kind == 'P';
+  bool done = false, points_only = true;
+  for (size_t i = 0; i < count; ++i) points_only = points_only && all[i].kind == 'P';
   for (pass_back = false; !done; pass_back = !pass_back) {
     qsort(all, count, sizeof *all, by_due);
-    const size_t stands = moves_only && again ? 10 : 0; /* scans */
+    const size_t stands = points_only && again ? 10 : 0; /* scans */
     for (size_t k = 0; k < count + stands && !done; ++k) {
       const struct record* r = &all[k < count ? k : count - 1];
       const double end =

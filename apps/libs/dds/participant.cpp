@@ -48,18 +48,19 @@ tl::unexpected<Error> failed(std::string what) {
 
 class Listener final : public fast::DataReaderListener {
  public:
-  explicit Listener(MessageSink sink) : sink_(std::move(sink)) {}
+  using Sink = std::function<void(const fast::SampleInfo& info, std::string&& message)>;
+  explicit Listener(Sink sink) : sink_(std::move(sink)) {}
 
   void on_data_available(fast::DataReader* reader) override {
     std::string message;
     fast::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
-      if (info.valid_data) sink_(std::exchange(message, {}));
+      if (info.valid_data) sink_(info, std::exchange(message, {}));
     }
   }
 
  private:
-  MessageSink sink_;
+  Sink sink_;
 };
 
 /// The client is named by what is related to a request, or by the writer of it.
@@ -84,22 +85,6 @@ rtps::SampleIdentity identity_of(const RequestId& id) {
       {static_cast<std::int32_t>(id.number >> 32), static_cast<std::uint32_t>(id.number)});
   return identity;
 }
-
-class RequestListener final : public fast::DataReaderListener {
- public:
-  explicit RequestListener(RequestSink sink) : sink_(std::move(sink)) {}
-
-  void on_data_available(fast::DataReader* reader) override {
-    std::string message;
-    fast::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&message, &info))) {
-      if (info.valid_data) sink_(request_id(info), std::exchange(message, {}));
-    }
-  }
-
- private:
-  RequestSink sink_;
-};
 
 template <class DdsQos>
 void apply(const Qos& qos, DdsQos& to) {
@@ -319,8 +304,12 @@ Result<Participant> Participant::open(const ParticipantOptions& options) {
 Result<void> Participant::subscribe(const Topic& topic, MessageSink sink) {
   VANTAGE_CHECK(check_name(topic.name));
   VANTAGE_TRY(const auto schema, io::ros::schema_of(topic.type));
-  return state_->make_reader(name_of_topic(topic.name), name_of_type(topic.type), topic.qos, schema,
-                             topic.name, std::make_unique<Listener>(std::move(sink)));
+  return state_->make_reader(
+      name_of_topic(topic.name), name_of_type(topic.type), topic.qos, schema, topic.name,
+      std::make_unique<Listener>(
+          [sink = std::move(sink)](const fast::SampleInfo&, std::string&& message) {
+            sink(std::move(message));
+          }));
 }
 
 Result<Participant::Writer> Participant::advertise(const Topic& topic) {
@@ -344,7 +333,11 @@ Result<Participant::Replier> Participant::serve(const Service& service, RequestS
   state_->repliers.push_back(replier);
   VANTAGE_CHECK(state_->make_reader(
       fmt::format("rq{}Request", service.name), name_of_type(service.type, "srv", "_Request"), kQos,
-      schema, service.name, std::make_unique<RequestListener>(std::move(sink))));
+      schema, service.name,
+      std::make_unique<Listener>(
+          [sink = std::move(sink)](const fast::SampleInfo& info, std::string&& request) {
+            sink(request_id(info), std::move(request));
+          })));
   return Replier(replier);
 }
 

@@ -28,7 +28,7 @@ struct HubOptions {
   std::string distribution = "jazzy";  ///< clients encode for this release of ROS 2
   std::string session = {};            ///< differs after a restart, so that clients begin anew
   std::string initial_pose = {};       ///< topic on which clients may publish a pose; "" for none
-  std::map<std::string, std::string> metadata = {};  ///< more that clients are told of the server
+  std::map<std::string, std::string> metadata = {};  ///< what else the server tells of itself
   std::size_t most_waiting = 64U << 20U;             ///< for each client [bytes]
 };
 

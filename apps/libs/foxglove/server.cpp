@@ -39,7 +39,7 @@ constexpr std::uint32_t kLargestHeader = 8192;    // of a request [bytes]
 constexpr std::size_t kLargestFrame = 1U << 20U;  // of a client [bytes]
 constexpr std::size_t kLargestRest = 1U << 20U;   // of a request that was answered [bytes]
 constexpr std::size_t kPiece = 4096;              // that is read at once of it [bytes]
-// Connections beyond those of clients: that want the page, or are told why they are refused.
+// Connections besides those of clients: browsers load the page by them, and clients are refused.
 constexpr std::size_t kMostOthers = 16;
 
 std::string_view text_of(beast::string_view text) { return {text.data(), text.size()}; }

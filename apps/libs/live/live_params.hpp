@@ -163,8 +163,8 @@ struct FoxgloveParams {
   static constexpr auto schema() {
     return std::tuple{
         optional("port", &FoxgloveParams::port, "",
-                 "a server listens on it; if left out, there is none. With 8765, a browser shows "
-                 "it at http://localhost:8765/, and Foxglove finds it",
+                 "the server listens on this port; without a port there is no server. With 8765, a "
+                 "browser shows it at http://localhost:8765/, and Foxglove finds it",
                  between(1, 65535)),
         optional("address", &FoxgloveParams::address, "",
                  "that is listened on. Whoever reaches it can see the scans and move the "

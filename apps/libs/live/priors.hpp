@@ -27,7 +27,8 @@ class Priors {
 
   /// Of the robot, in the map.
   void add(const io::ros::PoseMessage& pose);
-  /// Of an antenna; it has no heading. One that cannot be used is told and left out.
+  /// Adds a place of the antenna, without a heading. Tells of a fix that cannot be used, once for
+  /// each reason, and leaves it out.
   void add(const io::ros::FixMessage& fix, const StaticFrames& frames);
   /// A pose by hand: the next scan gets it, and no other prior.
   void hint(const io::ros::PoseMessage& pose);

@@ -65,6 +65,10 @@ void Session::begin_anew(const std::string& why) {
     last_.reset();
   }
   if (params_.start == Start::wait) return;
+  begin_anywhere();
+}
+
+void Session::begin_anywhere() {
   localizer_.start_anywhere();
   is_started_ = true;
 }
@@ -213,8 +217,7 @@ Result<void> Session::read_pose(const Received& received) {
                              one.pose.translation.x(), one.pose.translation.y()));
     priors_.hint(one);
     last_.reset();
-    localizer_.start_anywhere();
-    is_started_ = true;
+    begin_anywhere();
     if (input == Input::align) requests_.align(received);
   }
   return {};
@@ -222,10 +225,7 @@ Result<void> Session::read_pose(const Received& received) {
 
 Result<void> Session::read_trigger(const Received& received) {
   VANTAGE_CHECK(requests_.trigger(received));
-  if (requests_.is_on() && !is_started_) {
-    localizer_.start_anywhere();
-    is_started_ = true;
-  }
+  if (requests_.is_on() && !is_started_) begin_anywhere();
   return {};
 }
 

@@ -98,6 +98,7 @@ class Session {
   [[nodiscard]] Result<void> read_fix(const std::string& message);
   [[nodiscard]] bool is_ahead(double stamp, Input input);
   void begin_anew(const std::string& why);
+  void begin_anywhere();
   [[nodiscard]] bool has_motion(const Waiting& scan) const;
   [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
   void feed_imu();

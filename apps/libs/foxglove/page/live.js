@@ -7,7 +7,7 @@ const seconds = () => performance.now() / 1000;
 const view = new View(byId('view'));
 const mostOfMap = view.isSlow ? 80000 : 400000, mostOfScan = view.isSlow ? 30000 : 150000;  // points that are drawn
 if (!view.gl) notice('webgl', 'This browser shows no WebGL, which points are drawn with. All else is shown.');
-let session = null, names = {}, ground = null, frames, robot, path, waiting, answers, arrivals, given, follows = true;
+let session = null, names = {}, roles = new Map(), ground = null, frames, robot, path, waiting, answers, arrivals, given, follows = true;
 
 const begin = () => {
   frames = new Frames();
@@ -179,12 +179,13 @@ const strip = (id, share, marks) => {
     pen.fillStyle = css('--grid');
     pen.fillRect(left, y(s), w - left, 1);
   }
+  const colourOf = Object.fromEntries(Object.entries(stateColours).map(([state, name]) => [state, css(name)])), soft = css('--soft');
   let last = null;
   for (const answer of answers) {
     const s = share(answer);
     const to = s === null ? null : [left + (w - left - 2) * (1 - (now - answer.at) / kStrip), y(s), answer.at];
     if (to && last && to[0] > left && to[2] - last[2] < kStale) {
-      pen.strokeStyle = css(stateColours[answer.state] || '--soft');
+      pen.strokeStyle = colourOf[answer.state] || soft;
       pen.beginPath();
       pen.moveTo(Math.max(left, last[0]), last[1]);
       pen.lineTo(to[0], to[1]);
@@ -223,7 +224,7 @@ const drawEllipse = ({pose, covariance}) => {
 };
 
 // The server.
-const roles = () => new Map([[names.map, takeMap], [names.points, takeScan], [names.pose, takePose], [names.diagnostics, takeDiagnostics],
+const rolesOf = names => new Map([[names.map, takeMap], [names.points, takeScan], [names.pose, takePose], [names.diagnostics, takeDiagnostics],
   [names.risk, takeRisk], [names.path, cdr => { path = readPath(cdr).poses; view.changed(); }], ['/tf', cdr => takeTransforms(cdr, false)],
   ['/tf_static', cdr => takeTransforms(cdr, true)]]);
 const connection = new Connection(new URL('.', location).href.replace(/^http/, 'ws'), {
@@ -232,6 +233,7 @@ const connection = new Connection(new URL('.', location).href.replace(/^http/, '
     if (session !== text.sessionId) begin();
     session = text.sessionId;
     names = Object.fromEntries(Object.entries(text.metadata || {}).map(([key, name]) => [key.replace('vantage.', ''), name]));
+    roles = rolesOf(names);
     say('node', text.name);
     byId('set').hidden = !(text.capabilities || []).includes('clientPublish');
     showState('waits', 'no scan was localized yet');
@@ -244,12 +246,12 @@ const connection = new Connection(new URL('.', location).href.replace(/^http/, '
   },
   message: (topic, cdr, time) => {
     try {
-      roles().get(topic)(cdr, time);
+      roles.get(topic)(cdr, time);
     } catch (error) {
       notice(topic, 'a message of ' + topic + ' cannot be shown: ' + error.message);
     }
   },
-}, topic => topic !== '' && roles().has(topic) && !(topic === names.points && (document.hidden || !byId('show_scan').checked)));
+}, topic => topic !== '' && roles.has(topic) && !(topic === names.points && (document.hidden || !byId('show_scan').checked)));
 
 // Controls.
 view.moved = () => follow(false);
