@@ -11,6 +11,7 @@
 #include "support/plugins.hpp"
 #include "vantage/conformance/range_survey.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 
 namespace vantage::test {
 
@@ -30,7 +31,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 [[nodiscard]] inline Result<Partition> cut(const PluginPtr<Partitioner>& partitioner,
                                            PointsView map, PointsView trajectory = {},
                                            double range = 15.0) {
-  return partitioner->partition(map, trajectory, conformance::RangeSurvey(map, range));
+  return partitioner->partition(MapInMemory(map), trajectory, conformance::RangeSurvey(map, range));
 }
 
 /// What the partitioner of this name and these parameters makes of it; an error ends the test.

@@ -58,10 +58,10 @@ Result<Partition> partition_of(const MapParts& map, PointsView trajectory,
                                const BuildPlugins& plugins, const BuildParams& params,
                                const Sight* whole, const std::optional<Places>& places) {
   if (whole != nullptr) {
-    return plugins.partitioner->partition(whole->map(), trajectory,
+    return plugins.partitioner->partition(map, trajectory,
                                           BuildSurvey(whole->map(), *places, *whole, params));
   }
-  auto partition = plugins.partitioner->partition_in_passes(map, trajectory);
+  auto partition = plugins.partitioner->partition(map, trajectory, NoSurvey());
   if (partition || partition.error().code != ErrorCode::unsupported) return partition;
   return needs_whole_map("the plugin of [partitioner]",
                          "choose another one (" + partition.error().message + ")");

@@ -1,5 +1,7 @@
 #include "build/survey.hpp"
 
+#include <string>
+
 #include "vantage/plugin.hpp"
 
 namespace vantage {
@@ -14,6 +16,10 @@ IndexList owned(const Region& region, PointsView points, const PlanIndex& index)
     return !region.height.contains(p.z()) || !contains(region.footprint, p.head<2>());
   });
   return inside;
+}
+
+tl::unexpected<Error> not_surveyed(const std::string& what) {
+  return fail(ErrorCode::unsupported, what + " is known only once the whole map is in memory");
 }
 
 }  // namespace
@@ -65,6 +71,16 @@ const PlanIndex& BuildSurvey::index_of_map() const {
                        [](std::size_t k) { return static_cast<std::uint32_t>(k); });
   });
   return *map_index_;
+}
+
+Result<PointCloud> NoSurvey::viewpoints() const noexcept { return not_surveyed("viewpoints"); }
+Result<Bounds3> NoSurvey::ground_bounds() const noexcept { return not_surveyed("the ground"); }
+Result<IndexList> NoSurvey::visible(const Point& /*viewpoint*/) const noexcept {
+  return not_surveyed("what a viewpoint sees");
+}
+Result<std::uint64_t> NoSurvey::observable_points(const Region& /*region*/,
+                                                  std::uint64_t /*enough*/) const noexcept {
+  return not_surveyed("what a region shows");
 }
 
 }  // namespace vantage

@@ -37,4 +37,14 @@ class BuildSurvey final : public MapSurvey {
   mutable std::optional<PlanIndex> place_index_, map_index_;
 };
 
+/// That of a map of which only a part is in memory at a time: every answer is `unsupported`.
+class NoSurvey final : public MapSurvey {
+ public:
+  [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
+  [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
+  [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
+  [[nodiscard]] Result<std::uint64_t> observable_points(
+      const Region& region, std::uint64_t enough) const noexcept override;
+};
+
 }  // namespace vantage

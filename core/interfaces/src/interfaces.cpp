@@ -55,9 +55,8 @@ const char* to_string(Termination termination) noexcept {
   return "unknown";
 }
 
-Result<Partition> Partitioner::partition_in_passes(const MapPasses& /*map*/,
-                                                   PointsView /*trajectory*/) const noexcept {
-  return fail(ErrorCode::unsupported, "the partitioner needs the whole map in memory");
+Result<PointsView> MapPasses::in_memory() const noexcept {
+  return fail(ErrorCode::unsupported, "only a part of the map is in memory at a time");
 }
 
 double GroundFilter::reach() const noexcept { return std::numeric_limits<double>::infinity(); }

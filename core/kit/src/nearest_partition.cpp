@@ -220,12 +220,16 @@ tl::unexpected<Error> too_many_cells(const NearestParams& params) {
                                             " cells");
 }
 
-/// partition_by_nearest, from the cells that hold a point.
-Result<Partition> partition_of_occupied(const std::vector<PlanCell>& occupied,
-                                        const Bounds3& bounds, const PlanRaster& raster,
-                                        std::span<const Seed> seeds,
-                                        std::span<const std::string> labels,
-                                        const NearestParams& params) {
+}  // namespace
+
+Result<Partition> partition_by_nearest(const MapPasses& map, std::span<const Seed> seeds,
+                                       std::span<const std::string> labels,
+                                       const NearestParams& params) {
+  if (map.points() == 0) return fail(ErrorCode::invalid_input, "the map has no points");
+  VANTAGE_CHECK(check_seeds(seeds, labels.size()));
+  const Bounds3 bounds = map.bounds();
+  VANTAGE_TRY(const PlanRaster raster, PlanRaster::over(bounds, params.cell_size));
+  VANTAGE_TRY(const std::vector<PlanCell> occupied, occupied_cells(map, raster));
   const NearestSeed all({seeds.begin(), seeds.end()});
   const std::vector<std::uint32_t> owners = nearest_regions(occupied, raster, all);
 
@@ -257,27 +261,6 @@ Result<Partition> partition_of_occupied(const std::vector<PlanCell>& occupied,
       nearest_regions(empty, raster, NearestSeed(std::move(staying)));
   for (std::size_t k = 0; k < empty.size(); ++k) cells.push_back({empty[k], fill[k]});
   return partition_of_cells(raster, std::move(cells), names);
-}
-
-}  // namespace
-
-Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> seeds,
-                                       std::span<const std::string> labels,
-                                       const NearestParams& params) {
-  VANTAGE_CHECK(check_points(map, "the map"));
-  VANTAGE_CHECK(check_seeds(seeds, labels.size()));
-  const Bounds3 bounds = bounds_of(map);
-  VANTAGE_TRY(const PlanRaster raster, PlanRaster::over(bounds, params.cell_size));
-  return partition_of_occupied(occupied_cells(map, raster), bounds, raster, seeds, labels, params);
-}
-
-Result<Partition> partition_by_nearest(const MapPasses& map, std::span<const Seed> seeds,
-                                       std::span<const std::string> labels,
-                                       const NearestParams& params) {
-  VANTAGE_CHECK(check_seeds(seeds, labels.size()));
-  VANTAGE_TRY(const PlanRaster raster, PlanRaster::over(map.bounds(), params.cell_size));
-  VANTAGE_TRY(const std::vector<PlanCell> occupied, occupied_cells(map, raster));
-  return partition_of_occupied(occupied, map.bounds(), raster, seeds, labels, params);
 }
 
 }  // namespace vantage

@@ -82,21 +82,15 @@ std::string too_small(const CellWidth& width, const Bounds3& bounds) {
 }
 
 /// Collects the cells that hold a point.
-class OccupiedCells {
+class OccupiedCells final : public MapVisitor {
  public:
   explicit OccupiedCells(const PlanRaster& raster) : raster_(raster) {}
 
-  void add(PointsView points) {
-    for (const Point& p : points) {
-      const PlanCell cell = raster_.cell_of(p.head<2>());
-      // Neighbours in the file are mostly neighbours in the map.
-      if (!cells_.empty() && cells_.back() == cell) continue;
-      cells_.push_back(cell);
-      if (cells_.size() > limit_) {
-        tidy();
-        limit_ = std::max(limit_, 2 * cells_.size());
-      }
-    }
+  [[nodiscard]] Result<void> see(PointsView points) noexcept override {
+    return guarded([&]() -> Result<void> {
+      for (const Point& p : points) add(raster_.cell_of(p.head<2>()));
+      return {};
+    });
   }
   [[nodiscard]] std::vector<PlanCell> sorted() && {
     tidy();
@@ -104,6 +98,15 @@ class OccupiedCells {
   }
 
  private:
+  void add(const PlanCell& cell) {
+    // Neighbours in the file are mostly neighbours in the map.
+    if (!cells_.empty() && cells_.back() == cell) return;
+    cells_.push_back(cell);
+    if (cells_.size() > limit_) {
+      tidy();
+      limit_ = std::max(limit_, 2 * cells_.size());
+    }
+  }
   void tidy() {
     std::sort(cells_.begin(), cells_.end());
     cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
@@ -155,27 +158,10 @@ Vector2d PlanRaster::centre(const PlanCell& cell) const noexcept {
   return origin_ + cell_size_ * Vector2d(cell.i + 0.5, cell.j + 0.5);
 }
 
-std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster) {
-  OccupiedCells occupied(raster);
-  occupied.add(points);
-  return std::move(occupied).sorted();
-}
-
 Result<std::vector<PlanCell>> occupied_cells(const MapPasses& map, const PlanRaster& raster) {
-  class Visitor final : public MapVisitor {
-   public:
-    explicit Visitor(const PlanRaster& cells) : occupied(cells) {}
-    [[nodiscard]] Result<void> see(PointsView points) noexcept override {
-      return guarded([&]() -> Result<void> {
-        occupied.add(points);
-        return {};
-      });
-    }
-    OccupiedCells occupied;
-  };
-  Visitor visitor(raster);
-  VANTAGE_CHECK(map.pass(visitor));
-  return std::move(visitor.occupied).sorted();
+  OccupiedCells occupied(raster);
+  VANTAGE_CHECK(map.pass(occupied));
+  return std::move(occupied).sorted();
 }
 
 Result<Partition> partition_of_cells(const PlanRaster& raster, std::vector<OwnedCell> cells,

@@ -206,21 +206,9 @@ struct Trajectory {
     };
   }
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView trajectory,
+  [[nodiscard]] Result<vantage::Partition> partition(const vantage::MapPasses& map,
+                                                     PointsView trajectory,
                                                      const vantage::MapSurvey&) const {
-    return partition_of(map, trajectory);
-  }
-
-  [[nodiscard]] Result<vantage::Partition> partition_in_passes(const vantage::MapPasses& map,
-                                                               PointsView trajectory) const {
-    return partition_of(map, trajectory);
-  }
-
- private:
-  /// @param map  points or passes
-  template <class Map>
-  [[nodiscard]] Result<vantage::Partition> partition_of(const Map& map,
-                                                        PointsView trajectory) const {
     if (trajectory.empty()) {
       return fail(ErrorCode::invalid_input,
                   "partitioner 'trajectory' cuts along the driven path, but there is none: name "

@@ -64,43 +64,12 @@ struct Keys {
 struct UniformGrid : Keys {
   bool from_ground = false;  // the origin is the minimum of the ground
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
+  [[nodiscard]] Result<vantage::Partition> partition(const vantage::MapPasses& map, PointsView,
                                                      const vantage::MapSurvey& survey) const {
-    const vantage::Bounds3 bounds = vantage::bounds_of(map);
-    Eigen::Vector2d corner = given_origin(bounds);
-    if (from_ground) {
-      VANTAGE_TRY(const vantage::Bounds3 ground, survey.ground_bounds());
-      corner = ground.min.head<2>();
-    }
-    VANTAGE_TRY(const auto raster, raster_over(bounds, corner));
-    return partition_of(vantage::occupied_cells(map, raster), raster);
-  }
-
-  [[nodiscard]] Result<vantage::Partition> partition_in_passes(const vantage::MapPasses& map,
-                                                               PointsView) const {
-    if (from_ground) {
-      return vantage::fail(vantage::ErrorCode::unsupported,
-                           "origin = \"ground\" needs the ground of the whole map: give the "
-                           "origin as [x, y]");
-    }
-    VANTAGE_TRY(const auto raster, raster_over(map.bounds(), given_origin(map.bounds())));
+    VANTAGE_TRY(const Eigen::Vector2d corner, corner_for(map, survey));
+    VANTAGE_TRY(const auto raster,
+                vantage::PlanRaster::over(map.bounds(), {cell_width, "cell_width"}, corner));
     VANTAGE_TRY(const auto cells, vantage::occupied_cells(map, raster));
-    return partition_of(cells, raster);
-  }
-
- private:
-  /// The origin, if it does not depend on the ground.
-  [[nodiscard]] Eigen::Vector2d given_origin(const vantage::Bounds3& bounds) const {
-    return origin.value_or(bounds.min.head<2>());
-  }
-
-  [[nodiscard]] Result<vantage::PlanRaster> raster_over(const vantage::Bounds3& bounds,
-                                                        const Eigen::Vector2d& corner) const {
-    return vantage::PlanRaster::over(bounds, {cell_width, "cell_width"}, corner);
-  }
-
-  [[nodiscard]] Result<vantage::Partition> partition_of(const std::vector<vantage::PlanCell>& cells,
-                                                        const vantage::PlanRaster& raster) const {
     if (cells.size() > vantage::kMaxRegions) {
       return vantage::too_many_regions("cell_width = " + vantage::shortest(cell_width) + " m");
     }
@@ -110,6 +79,18 @@ struct UniformGrid : Keys {
       owned.push_back({cell, static_cast<std::uint32_t>(owned.size())});
     }
     return vantage::partition_of_cells(raster, std::move(owned), labels_of(cells));
+  }
+
+ private:
+  /// The lower left corner of cell (0, 0).
+  [[nodiscard]] Result<Eigen::Vector2d> corner_for(const vantage::MapPasses& map,
+                                                   const vantage::MapSurvey& survey) const {
+    if (!from_ground) return origin.value_or(map.bounds().min.head<2>());
+    auto ground = survey.ground_bounds();
+    if (ground) return ground->min.head<2>();
+    return vantage::fail(
+        ground.error().code,
+        ground.error().message + ": give the origin as [x, y] instead of \"ground\"");
   }
 };
 

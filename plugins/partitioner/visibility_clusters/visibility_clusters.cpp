@@ -124,12 +124,13 @@ struct VisibilityClusters {
     };
   }
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
+  [[nodiscard]] Result<vantage::Partition> partition(const vantage::MapPasses& map, PointsView,
                                                      const vantage::MapSurvey& survey) const {
+    VANTAGE_TRY(const PointsView points, map.in_memory());
     // What the last step will refuse is refused before anything is computed.
-    VANTAGE_CHECK(vantage::PlanRaster::over(vantage::bounds_of(map), cell_size));
+    VANTAGE_CHECK(vantage::PlanRaster::over(map.bounds(), cell_size));
     VANTAGE_TRY(const vantage::PointCloud viewpoints, sorted_viewpoints(survey));
-    VANTAGE_TRY(const auto voxels, voxels_of(map, voxel_size));
+    VANTAGE_TRY(const auto voxels, voxels_of(points, voxel_size));
     VANTAGE_TRY(const auto seen, seen_from(viewpoints, voxels, survey));
 
     std::vector<Vector2d> places;

@@ -16,18 +16,9 @@ struct WholeMap {
                                         vantage::non_negative)};
   }
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
+  [[nodiscard]] Result<vantage::Partition> partition(const vantage::MapPasses& map, PointsView,
                                                      const vantage::MapSurvey&) const {
-    return partition_of(vantage::bounds_of(map));
-  }
-
-  [[nodiscard]] Result<vantage::Partition> partition_in_passes(const vantage::MapPasses& map,
-                                                               PointsView) const {
-    return partition_of(map.bounds());
-  }
-
- private:
-  [[nodiscard]] Result<vantage::Partition> partition_of(const vantage::Bounds3& bounds) const {
+    const vantage::Bounds3 bounds = map.bounds();
     const Eigen::Vector2d around = Eigen::Vector2d::Constant(margin);
     return vantage::Partition::from(
         {{.label = "map",

@@ -21,15 +21,10 @@ class Broken final : public Partitioner {
     return std::make_unique<Broken>();
   }
 
-  [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
+  [[nodiscard]] Result<Partition> partition(const MapPasses& map, PointsView trajectory,
                                             const MapSurvey&) const noexcept override {
-    return guarded([&] { return cut(map, trajectory); });
-  }
-  [[nodiscard]] Result<Partition> partition_in_passes(
-      const MapPasses& map, PointsView trajectory) const noexcept override {
     if (breaks("exits")) std::_Exit(0);
     while (breaks("hangs")) std::this_thread::sleep_for(std::chrono::seconds(1));
-    if (!breaks("P11")) return Partitioner::partition_in_passes(map, trajectory);
     // Looks at the last piece only.
     class Last final : public MapVisitor {
      public:
@@ -40,6 +35,11 @@ class Broken final : public Partitioner {
       PointCloud seen;
     };
     return guarded([&]() -> Result<Partition> {
+      const auto all = map.in_memory();
+      if (all || !breaks("P11")) {
+        VANTAGE_TRY(const PointsView points, all);
+        return cut(points, trajectory);
+      }
       Last last;
       VANTAGE_CHECK(map.pass(last));
       return cut(last.seen, trajectory);
@@ -48,8 +48,6 @@ class Broken final : public Partitioner {
 
  private:
   [[nodiscard]] Result<Partition> cut(PointsView map, PointsView trajectory) const {
-    if (breaks("exits")) std::_Exit(0);
-    while (breaks("hangs")) std::this_thread::sleep_for(std::chrono::seconds(1));
     if (breaks("P1") && map.empty()) return fail(ErrorCode::internal, "nothing to do");
     if (breaks("P7") && !map.empty() && !all_finite(map))
       return Partition::from({{"map", HalfOpenBox{{0, 0}, {200, 200}}, {}}});

@@ -7,6 +7,7 @@
 #include "clauses.hpp"
 #include "scenes.hpp"
 #include "vantage/conformance/range_survey.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 #include "vantage/partitioner.hpp"
 
 namespace vantage::conformance {
@@ -28,7 +29,7 @@ PointCloud drive_through(PointsView map) {
 }
 
 Result<Partition> try_cut(const Partitioner& partitioner, PointsView map) {
-  return partitioner.partition(map, drive_through(map), RangeSurvey(map, kRange));
+  return partitioner.partition(MapInMemory(map), drive_through(map), RangeSurvey(map, kRange));
 }
 
 Partition cut(const Partitioner& partitioner, PointsView map) {
@@ -54,7 +55,8 @@ void check_same(const Partition& a, const Partition& b) {
 }
 
 void empty_map(const Subject& subject) {
-  const auto partition = subject.make<Partitioner>()->partition({}, {}, RangeSurvey({}, kRange));
+  const auto partition =
+      subject.make<Partitioner>()->partition(MapInMemory({}), {}, RangeSurvey({}, kRange));
   check_fails(partition, ErrorCode::invalid_input);
 }
 
@@ -129,7 +131,7 @@ void not_finite(const Subject& subject) {
       const PointCloud trajectory = drive_through(map);
       const RangeSurvey survey(map, kRange);
       map[map.size() / 2][axis] = bad;
-      const auto partition = partitioner->partition(map, trajectory, survey);
+      const auto partition = partitioner->partition(MapInMemory(map), trajectory, survey);
       check_fails(partition, ErrorCode::invalid_input);
     }
   }
@@ -137,7 +139,8 @@ void not_finite(const Subject& subject) {
 
 void without_trajectory(const Subject& subject) {
   const PointCloud map = some_map(subject);
-  const auto partition = subject.make<Partitioner>()->partition(map, {}, RangeSurvey(map, kRange));
+  const auto partition =
+      subject.make<Partitioner>()->partition(MapInMemory(map), {}, RangeSurvey(map, kRange));
   if (subject.claims<PartitionerClaims>().needs_trajectory) {
     check_fails(partition, ErrorCode::invalid_input);
     CHECK_MESSAGE(partition.error().message.find("trajectory") != std::string::npos,
@@ -187,7 +190,8 @@ void cuts_in_passes(const Subject& subject) {
        {std::pair{some_map(subject), std::size_t{700}},
         std::pair{some_map(subject, 1), std::size_t{1}},
         std::pair{moved(some_map(subject, 2), {1e6, 5e6, 100}), std::size_t{100000}}}) {
-    const auto in_passes = partitioner->partition_in_passes(Pieces(map, size), drive_through(map));
+    const auto in_passes =
+        partitioner->partition(Pieces(map, size), drive_through(map), RangeSurvey(map, kRange));
     if (!in_passes && in_passes.error().code == ErrorCode::unsupported) continue;
     REQUIRE_MESSAGE(in_passes, to_string(in_passes.error()));
     check_same(cut(*partitioner, map), *in_passes);

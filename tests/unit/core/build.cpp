@@ -306,7 +306,7 @@ class AsksFirst final : public Partitioner {
     Result<Bounds3> ground;
   };
   explicit AsksFirst(std::shared_ptr<Answers> answers) : answers_(std::move(answers)) {}
-  [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
+  [[nodiscard]] Result<Partition> partition(const MapPasses& map, PointsView trajectory,
                                             const MapSurvey& survey) const noexcept override {
     VANTAGE_TRY(auto strips, test::Strips(3).partition(map, trajectory, survey));
     for (const Region& region : strips.regions()) {

@@ -28,7 +28,7 @@ PluginPtr<Interface> in_process(Args&&... args) {
 class Strips final : public Partitioner {
  public:
   explicit Strips(int count) : count_(count) {}
-  [[nodiscard]] Result<Partition> partition(PointsView, PointsView,
+  [[nodiscard]] Result<Partition> partition(const MapPasses&, PointsView,
                                             const MapSurvey&) const noexcept override {
     std::vector<Region> regions;
     for (int i = 0; i < count_; ++i) {

@@ -9,6 +9,7 @@
 #include "fakes.hpp"
 #include "post_world.hpp"
 #include "vantage/conformance/range_survey.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 
 using namespace vantage;
 
@@ -419,7 +420,7 @@ TEST_CASE("misuse is an error: no start, stamps that do not increase, an invalid
 TEST_CASE("a bundle whose regions are all empty is refused") {
   const auto memory = std::make_shared<test::Memory>();
   memory->index.partition =
-      test::Strips(2).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
+      test::Strips(2).partition(MapInMemory({}), {}, conformance::RangeSurvey({}, 1.0)).value();
   memory->index.regions.resize(2);
   const auto opened = Localizer::open(
       Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),

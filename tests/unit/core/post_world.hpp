@@ -9,6 +9,7 @@
 #include "support/plugins.hpp"
 #include "vantage/conformance/range_survey.hpp"
 #include "vantage/engine/localizer.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 
 namespace vantage::test {
 
@@ -33,7 +34,7 @@ struct PostWorld {
     truth->scan = scan;
     MemoryStore store(memory);
     const Partition partition =
-        Strips(3).partition({}, {}, conformance::RangeSurvey({}, 1.0)).value();
+        Strips(3).partition(MapInMemory({}), {}, conformance::RangeSurvey({}, 1.0)).value();
     REQUIRE(store.begin(MapIndex{partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}));
     for (std::uint32_t r = 0; r < 3; ++r) {
       RegionMap map;

@@ -38,21 +38,12 @@ class PartsInMemory final : public MapParts {
   PointCloud points_;
 };
 
-class StripsInPasses final : public Partitioner {
+class TwentyStrips final : public Partitioner {
  public:
   static constexpr int kStrips = 20;
 
-  [[nodiscard]] Result<Partition> partition(PointsView, PointsView,
+  [[nodiscard]] Result<Partition> partition(const MapPasses&, PointsView,
                                             const MapSurvey&) const noexcept override {
-    return strips();
-  }
-  [[nodiscard]] Result<Partition> partition_in_passes(const MapPasses&,
-                                                      PointsView) const noexcept override {
-    return strips();
-  }
-
- private:
-  [[nodiscard]] static Result<Partition> strips() {
     std::vector<Region> regions;
     for (int i = 0; i < kStrips; ++i) {
       regions.push_back({"strip" + std::to_string(i),
@@ -91,7 +82,7 @@ class SeesWithin final : public VisibilityOperator {
 /// 20 strips of level ground, one of them with a crowd above it.
 PointCloud crowded_strips(int crowded) {
   PointCloud map;
-  for (int x = 0; x < 10 * StripsInPasses::kStrips; ++x) {
+  for (int x = 0; x < 10 * TwentyStrips::kStrips; ++x) {
     for (int y = 0; y < 20; ++y) {
       map.emplace_back(x + 0.5, y + 0.5, 0.0);
       for (int z = 1; z <= 6 && x / 10 == crowded; ++z) map.emplace_back(x + 0.5, y + 0.5, z);
@@ -106,7 +97,7 @@ TEST_CASE("sharded build: too little memory is told after the first block, of th
     const PartsInMemory map(crowded_strips(crowded));
     int calls = 0;
     BuildPlugins plugins;
-    plugins.partitioner = test::in_process<StripsInPasses, Partitioner>();
+    plugins.partitioner = test::in_process<TwentyStrips, Partitioner>();
     plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
     plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
     plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
@@ -149,7 +140,7 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
     int calls = 0;
     const auto plugins_for = [&](const std::shared_ptr<test::Memory>& memory) {
       BuildPlugins plugins;
-      plugins.partitioner = test::in_process<StripsInPasses, Partitioner>();
+      plugins.partitioner = test::in_process<TwentyStrips, Partitioner>();
       plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
       plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
       plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);

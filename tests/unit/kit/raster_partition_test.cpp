@@ -1,4 +1,5 @@
 #include "vantage/kit/raster_partition.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 
 #include <doctest/doctest.h>
 
@@ -86,7 +87,8 @@ TEST_CASE("cells that are too small for the map are refused") {
 TEST_CASE("occupied cells are listed once, by rows") {
   const PointCloud points{
       {2.5, 0.5, 0}, {0.5, 0.5, 7}, {-0.5, 1.5, 0}, {2.9, 0.1, 0}, {2.5, 0.5, 0}};
-  CHECK(occupied_cells(points, raster(1.0)) == std::vector<PlanCell>{{0, 0}, {0, 2}, {1, -1}});
+  CHECK(value(occupied_cells(MapInMemory(points), raster(1.0))) ==
+        std::vector<PlanCell>{{0, 0}, {0, 2}, {1, -1}});
 }
 
 TEST_CASE("cells are joined into rectangles") {
@@ -151,12 +153,13 @@ TEST_CASE("every place belongs to the nearest seed: compared with trying all") {
     const PointCloud map = random_map(3000, 40.0, offset, 7);
     const std::vector<Seed> seeds = random_seeds(60, 40.0, offset, 8);
     const NearestParams params{.cell_size = 1.0, .fill_radius = 3.0};
-    const Partition partition = value(partition_by_nearest(map, seeds, names(60), params));
+    const Partition partition =
+        value(partition_by_nearest(MapInMemory(map), seeds, names(60), params));
     const PlanRaster cells = value(PlanRaster::over(bounds_of(map), 1.0));
     const Bounds3 bounds = bounds_of(map);
     const PlanCell low = cells.cell_of(bounds.min.head<2>());
     const PlanCell high = cells.cell_of(bounds.max.head<2>());
-    const std::vector<PlanCell> occupied = occupied_cells(map, cells);
+    const std::vector<PlanCell> occupied = value(occupied_cells(MapInMemory(map), cells));
     int owned = 0, empty = 0;
     for (std::int32_t j = low.j; j <= high.j; ++j) {
       for (std::int32_t i = low.i; i <= high.i; ++i) {
@@ -188,7 +191,7 @@ TEST_CASE("every place belongs to the nearest seed: compared with trying all") {
 TEST_CASE("of two seeds as near, the region with the lower number owns the place") {
   const PointCloud map{{0.5, 0.5, 0}, {9.5, 0.5, 0}, {4.5, 0.5, 0}};
   const std::vector<Seed> seeds{{{8.5, 0.5}, {8.5, 0.5}, 1}, {{0.5, 0.5}, {0.5, 0.5}, 0}};
-  const Partition partition = value(partition_by_nearest(map, seeds, names(2), {}));
+  const Partition partition = value(partition_by_nearest(MapInMemory(map), seeds, names(2), {}));
   CHECK(partition.locate(Vector2d(4.5, 0.5)) == RegionId{0});
   CHECK(partition.locate(Vector2d(5.5, 0.5)) == std::nullopt);
 }
@@ -197,8 +200,8 @@ TEST_CASE("a region without a point is left out and its places go to the next ne
   const PointCloud map{{0.5, 0.5, 0}, {20.5, 0.5, 0}};
   const std::vector<Seed> seeds{
       {{0.5, 0.5}, {0.5, 0.5}, 0}, {{9.5, 0.5}, {9.5, 0.5}, 1}, {{20.5, 0.5}, {20.5, 0.5}, 2}};
-  const Partition partition =
-      value(partition_by_nearest(map, seeds, names(3), {.cell_size = 1.0, .fill_radius = 2.0}));
+  const Partition partition = value(partition_by_nearest(MapInMemory(map), seeds, names(3),
+                                                         {.cell_size = 1.0, .fill_radius = 2.0}));
   REQUIRE(partition.size() == 2);
   CHECK(partition.regions()[1].label == "r2");
   CHECK(partition.locate(Vector2d(9.5, 0.5)) == RegionId{0});
@@ -210,28 +213,33 @@ TEST_CASE("the order of the points does not matter") {
   PointCloud map = random_map(2000, 30.0, 0.0, 9);
   const std::vector<Seed> seeds = random_seeds(20, 30.0, 0.0, 10);
   const NearestParams params{.cell_size = 0.7, .fill_radius = 2.0};
-  const auto before = value(partition_by_nearest(map, seeds, names(20), params)).regions();
+  const auto before =
+      value(partition_by_nearest(MapInMemory(map), seeds, names(20), params)).regions();
   std::shuffle(map.begin(), map.end(), std::mt19937(1));
-  CHECK(value(partition_by_nearest(map, seeds, names(20), params)).regions() == before);
+  CHECK(value(partition_by_nearest(MapInMemory(map), seeds, names(20), params)).regions() ==
+        before);
 }
 
 TEST_CASE("a seed whose distance is beyond all numbers still owns the map") {
   const std::vector<Seed> seeds{{{1e300, 0}, {1e300, 0}, 0}};
   const PointCloud map{{1, 2, 3}};
-  CHECK(value(partition_by_nearest(map, seeds, names(1), {})).locate(map[0]) == RegionId{0});
+  CHECK(value(partition_by_nearest(MapInMemory(map), seeds, names(1), {})).locate(map[0]) ==
+        RegionId{0});
 }
 
 TEST_CASE("what makes no regions is refused") {
   const PointCloud map{{0, 0, 0}, {100, 100, 0}};
   const std::vector<Seed> seed{{{0, 0}, {0, 0}, 0}};
-  refuses(partition_by_nearest(PointCloud{}, seed, names(1), {}), "no points");
-  refuses(partition_by_nearest(map, {}, names(1), {}), "no seed");
-  refuses(partition_by_nearest(map, seed, {}, {}), "names region 0");
+  refuses(partition_by_nearest(MapInMemory({}), seed, names(1), {}), "no points");
+  refuses(partition_by_nearest(MapInMemory(map), {}, names(1), {}), "no seed");
+  refuses(partition_by_nearest(MapInMemory(map), seed, {}, {}), "names region 0");
   const std::vector<Seed> bad{{{0, std::nan("")}, {0, 0}, 0}};
-  refuses(partition_by_nearest(map, bad, names(1), {}), "not finite");
-  refuses(partition_by_nearest(map, seed, names(1), {.cell_size = 1e-4, .fill_radius = 50.0}),
+  refuses(partition_by_nearest(MapInMemory(map), bad, names(1), {}), "not finite");
+  refuses(partition_by_nearest(MapInMemory(map), seed, names(1),
+                               {.cell_size = 1e-4, .fill_radius = 50.0}),
           "fill_radius = 50 m make more than 100000000 cells");
-  refuses(partition_by_nearest(map, seed, names(1), {.cell_size = 1e-6, .fill_radius = 1e300}),
+  refuses(partition_by_nearest(MapInMemory(map), seed, names(1),
+                               {.cell_size = 1e-6, .fill_radius = 1e300}),
           "more than 100000000 cells");
 }
 

@@ -147,7 +147,7 @@ TEST_CASE("the error's number is exact, although counting may stop early") {
   const ScriptedSurvey survey([](const Region&, std::uint64_t enough) {
     return Result<std::uint64_t>(std::min<std::uint64_t>(enough + (enough < 1000 ? 1 : 0), 1000));
   });
-  const auto partition = budget("max_points = 10")->partition(map, {}, survey);
+  const auto partition = budget("max_points = 10")->partition(MapInMemory(map), {}, survey);
   REQUIRE(!partition);
   CHECK(has(partition.error().message, "shows 1000 points"));
 }
@@ -169,7 +169,8 @@ TEST_CASE("no piece is narrower than min_width") {
     return Result<std::uint64_t>(
         contains(region.footprint, {0, 0}) && contains(region.footprint, {3, 0}) ? 2U : 1U);
   });
-  const auto corner = budget("max_points = 1\nmin_width = 1.0")->partition(heap, {}, survey);
+  const auto corner =
+      budget("max_points = 1\nmin_width = 1.0")->partition(MapInMemory(heap), {}, survey);
   REQUIRE(corner);
   CHECK(box_of(*corner, 0).max.x() == 1.5);
 }
@@ -181,7 +182,7 @@ TEST_CASE("the survey is asked once a region and once a cut") {
     const auto& box = std::get<HalfOpenBox>(region.footprint);
     return Result<std::uint64_t>(box.max.x() - box.min.x() > 10.0 ? 6U : 5U);
   });
-  const auto partition = budget("max_points = 5")->partition(map, {}, survey);
+  const auto partition = budget("max_points = 5")->partition(MapInMemory(map), {}, survey);
   REQUIRE(partition);
   CHECK(partition->size() == 8);
   CHECK(survey.calls == 2 * partition->size() - 1);
@@ -191,7 +192,8 @@ TEST_CASE("what the survey reports is passed on") {
   const ScriptedSurvey survey([](const Region&, std::uint64_t) -> Result<std::uint64_t> {
     return fail(ErrorCode::internal, "no eyes");
   });
-  const auto partition = budget("max_points = 5")->partition(lattice(3, 3, 1.0), {}, survey);
+  const auto partition =
+      budget("max_points = 5")->partition(MapInMemory(lattice(3, 3, 1.0)), {}, survey);
   REQUIRE(!partition);
   CHECK(partition.error().code == ErrorCode::internal);
   CHECK(partition.error().message == "no eyes");
@@ -208,7 +210,9 @@ TEST_CASE("one point, one place, a line and places a step apart have regions") {
     return Result<std::uint64_t>(
         contains(region.footprint, {1e6, 0}) && contains(region.footprint, {step, 0}) ? 2U : 1U);
   });
-  CHECK(budget("max_points = 1\nmin_width = 0.0")->partition(close, {}, survey)->size() == 2);
+  CHECK(budget("max_points = 1\nmin_width = 0.0")
+            ->partition(MapInMemory(close), {}, survey)
+            ->size() == 2);
 }
 
 TEST_CASE("the order of the points does not matter, nor the sign of zero") {
@@ -243,7 +247,8 @@ TEST_CASE("more regions than anybody wants are an error that names the parameter
     const double points = std::ceil(box.max.x()) - std::ceil(box.min.x());
     return Result<std::uint64_t>(static_cast<std::uint64_t>(points));
   });
-  const auto partition = budget("max_points = 1\nmin_width = 0.0")->partition(map, {}, survey);
+  const auto partition =
+      budget("max_points = 1\nmin_width = 0.0")->partition(MapInMemory(map), {}, survey);
   REQUIRE(!partition);
   CHECK(partition.error().message == "max_points = 1 cuts the map into more than 1000000 regions");
 }

@@ -70,7 +70,7 @@ Told two_rooms(const PointCloud& map) {
 }
 
 Partition made(const std::string& params, const PointCloud& map, const MapSurvey& survey) {
-  auto partition = by_sight(params)->partition(map, {}, survey);
+  auto partition = by_sight(params)->partition(MapInMemory(map), {}, survey);
   REQUIRE_MESSAGE(partition, to_string(partition.error()));
   return *std::move(partition);
 }
@@ -289,7 +289,7 @@ TEST_CASE("bad input is refused") {
   const PointCloud map = floor(0, 10, 0, 10);
   const auto refused = [](const std::string& params, const PointCloud& points,
                           const MapSurvey& survey, ErrorCode code, const std::string& because) {
-    const auto partition = by_sight(params)->partition(points, {}, survey);
+    const auto partition = by_sight(params)->partition(MapInMemory(points), {}, survey);
     REQUIRE(!partition);
     CHECK(partition.error().code == code);
     CHECK_MESSAGE(partition.error().message.find(because) != std::string::npos,

@@ -18,8 +18,8 @@ class VANTAGE_API MapVisitor {
   [[nodiscard]] virtual Result<void> see(PointsView points) noexcept = 0;
 };
 
-/// A map of which only a part is in memory at a time. It can be passed over more than once; each
-/// pass reads the whole map.
+/// A map, of which only a part may be in memory at a time. It can be passed over more than once;
+/// each pass reads the whole map.
 /// Thread safety: a pass runs in one thread; several passes must not run at once.
 class VANTAGE_API MapPasses {
  public:
@@ -32,6 +32,10 @@ class VANTAGE_API MapPasses {
   /// into parts must not matter to the visitor.
   /// Errors: those of the visitor; `io_failure` and `corrupt_data` of the map.
   [[nodiscard]] virtual Result<void> pass(MapVisitor& visitor) const noexcept = 0;
+
+  /// All points at once [m], which live as long as the map does.
+  /// Errors: `unsupported` (the default) from a map of which only a part is in memory at a time.
+  [[nodiscard]] virtual Result<PointsView> in_memory() const noexcept;
 };
 
 }  // namespace vantage

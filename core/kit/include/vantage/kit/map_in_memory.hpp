@@ -19,6 +19,7 @@ class MapInMemory final : public MapParts {
   [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
     return visitor.see(points_);
   }
+  [[nodiscard]] Result<PointsView> in_memory() const noexcept override { return points_; }
   [[nodiscard]] std::uint64_t points_in(const Bounds2&) const override { return points_.size(); }
   [[nodiscard]] Result<MapPart> read(const Bounds2&) const override { return MapPart(points_); }
 

@@ -28,31 +28,29 @@ class MadeOf : public Interface {
 };
 
 /// @tparam P  parameters with
+///     Result<Partition> partition(const MapPasses& map, PointsView trajectory,
+///                                 const MapSurvey& survey) const;
+/// or, if it needs the whole map at once,
 ///     Result<Partition> partition(PointsView map, PointsView trajectory,
 ///                                 const MapSurvey& survey) const;
-/// The function gets only maps that check_points accepts. If the partitioner can cut a map that
-/// does not fit into memory, also
-///     Result<Partition> partition_in_passes(const MapPasses& map, PointsView trajectory) const;
+/// The function gets only maps with points, which check_points accepts.
 template <class P>
 class PartitionerOf final : public MadeOf<PartitionerOf<P>, Partitioner, P> {
  public:
   using MadeOf<PartitionerOf<P>, Partitioner, P>::MadeOf;
-  [[nodiscard]] Result<Partition> partition(PointsView map, PointsView trajectory,
+  [[nodiscard]] Result<Partition> partition(const MapPasses& map, PointsView trajectory,
                                             const MapSurvey& survey) const noexcept override {
     return guarded([&]() -> Result<Partition> {
-      VANTAGE_CHECK(check_points(map, "the map"));
-      return this->params_.partition(map, trajectory, survey);
+      const Result<PointsView> points = map.in_memory();
+      if (points) VANTAGE_CHECK(check_points(*points, "the map"));
+      if (map.points() == 0) return fail(ErrorCode::invalid_input, "the map has no points");
+      if constexpr (requires(const P& params) { params.partition(map, trajectory, survey); }) {
+        return this->params_.partition(map, trajectory, survey);
+      } else {
+        if (!points) return fail(points.error());
+        return this->params_.partition(*points, trajectory, survey);
+      }
     });
-  }
-  [[nodiscard]] Result<Partition> partition_in_passes(
-      const MapPasses& map, PointsView trajectory) const noexcept override {
-    if constexpr (requires(const P& params) { params.partition_in_passes(map, trajectory); }) {
-      return guarded([&]() -> Result<Partition> {
-        return this->params_.partition_in_passes(map, trajectory);
-      });
-    } else {
-      return Partitioner::partition_in_passes(map, trajectory);
-    }
   }
 };
 
@@ -164,6 +162,8 @@ class RelocalizerOf final : public MadeOf<RelocalizerOf<P>, Relocalizer, P> {
       if (map.points() == 0) return fail(ErrorCode::invalid_input, "the map has no points");
       if constexpr (requires(const P& params) { params.index(map); }) {
         return this->params_.index(map);
+      } else if (const Result<PointsView> all = map.in_memory()) {
+        return this->params_.index(*all);
       } else {
         VANTAGE_TRY(const PointCloud points, points_of(map));
         return this->params_.index(points);

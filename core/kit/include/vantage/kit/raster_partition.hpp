@@ -63,9 +63,7 @@ class PlanRaster {
 };
 
 /// The cells that hold at least one point, sorted by rows. Precondition: all points lie within the
-/// raster's bounds.
-[[nodiscard]] std::vector<PlanCell> occupied_cells(PointsView points, const PlanRaster& raster);
-/// The same for a map that does not fit into memory. Errors: those of the pass.
+/// raster's bounds. Errors: those of the pass.
 [[nodiscard]] Result<std::vector<PlanCell>> occupied_cells(const MapPasses& map,
                                                            const PlanRaster& raster);
 
@@ -104,16 +102,11 @@ struct NearestParams {
 /// Takes about n log n in the number of seeds, points and cells if the seeds have similar lengths;
 /// a long seed among many short ones costs more time. The result is the same for any number of
 /// threads and any order of the points.
-/// @param map     N points [m]; borrowed
 /// @param seeds   at least one; finite
 /// @param labels  of the regions that the seeds name
-/// Errors: `invalid_input` for what check_points and PlanRaster::over refuse, for no seed, for a
-/// seed that is not finite or names no label, for more than 100 million cells, and for labels that
-/// are not file-safe or not unique.
-[[nodiscard]] Result<Partition> partition_by_nearest(PointsView map, std::span<const Seed> seeds,
-                                                     std::span<const std::string> labels,
-                                                     const NearestParams& params);
-/// The same for a map that does not fit into memory. Errors: also those of the pass.
+/// Errors: those of the pass; `invalid_input` for a map without points, for what PlanRaster::over
+/// refuses, for no seed, for a seed that is not finite or names no label, for more than 100 million
+/// cells, and for labels that are not file-safe or not unique.
 [[nodiscard]] Result<Partition> partition_by_nearest(const MapPasses& map,
                                                      std::span<const Seed> seeds,
                                                      std::span<const std::string> labels,
