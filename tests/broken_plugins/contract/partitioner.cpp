@@ -35,9 +35,8 @@ class Broken final : public Partitioner {
       PointCloud seen;
     };
     return guarded([&]() -> Result<Partition> {
-      const auto all = map.in_memory();
-      if (all || !breaks("P11")) {
-        VANTAGE_TRY(const PointsView points, all);
+      if (!breaks("P11")) {
+        VANTAGE_TRY(const PointsView points, map.in_memory());
         return cut(points, trajectory);
       }
       Last last;

@@ -38,21 +38,7 @@ class PartsInMemory final : public MapParts {
   PointCloud points_;
 };
 
-class TwentyStrips final : public Partitioner {
- public:
-  static constexpr int kStrips = 20;
-
-  [[nodiscard]] Result<Partition> partition(const MapPasses&, PointsView,
-                                            const MapSurvey&) const noexcept override {
-    std::vector<Region> regions;
-    for (int i = 0; i < kStrips; ++i) {
-      regions.push_back({"strip" + std::to_string(i),
-                         HalfOpenBox{{10.0 * i, -100.0}, {10.0 * (i + 1), 100.0}},
-                         {}});
-    }
-    return Partition::from(std::move(regions));
-  }
-};
+constexpr int kStrips = 20;
 
 /// Counts how often it is asked.
 class CountedGround final : public GroundFilter {
@@ -82,7 +68,7 @@ class SeesWithin final : public VisibilityOperator {
 /// 20 strips of level ground, one of them with a crowd above it.
 PointCloud crowded_strips(int crowded) {
   PointCloud map;
-  for (int x = 0; x < 10 * TwentyStrips::kStrips; ++x) {
+  for (int x = 0; x < 10 * kStrips; ++x) {
     for (int y = 0; y < 20; ++y) {
       map.emplace_back(x + 0.5, y + 0.5, 0.0);
       for (int z = 1; z <= 6 && x / 10 == crowded; ++z) map.emplace_back(x + 0.5, y + 0.5, z);
@@ -97,7 +83,7 @@ TEST_CASE("sharded build: too little memory is told after the first block, of th
     const PartsInMemory map(crowded_strips(crowded));
     int calls = 0;
     BuildPlugins plugins;
-    plugins.partitioner = test::in_process<TwentyStrips, Partitioner>();
+    plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
     plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
     plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
     plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
@@ -140,7 +126,7 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
     int calls = 0;
     const auto plugins_for = [&](const std::shared_ptr<test::Memory>& memory) {
       BuildPlugins plugins;
-      plugins.partitioner = test::in_process<TwentyStrips, Partitioner>();
+      plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
       plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
       plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
       plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);

@@ -1,11 +1,12 @@
 #include "vantage/kit/raster_partition.hpp"
-#include "vantage/kit/map_in_memory.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "vantage/kit/map_in_memory.hpp"
 
 namespace vantage {
 namespace {

@@ -89,7 +89,8 @@ TEST_CASE("origin = \"ground\": the grid begins where the ground begins") {
       MapInMemory(map), {}, GroundSurvey(fail(ErrorCode::unsupported, "there is no ground")));
   REQUIRE(!none);
   CHECK(none.error().code == ErrorCode::unsupported);
-  CHECK(none.error().message.find("there is no ground") != std::string::npos);
+  CHECK(none.error().message ==
+        "there is no ground: give the origin as [x, y] instead of \"ground\"");
 }
 
 TEST_CASE("every map point is located, also the ones on cell edges and the greatest") {
