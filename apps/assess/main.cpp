@@ -16,7 +16,7 @@
 #include "terminal/counts.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/size.hpp"
-#include "vantage/engine/assessment.hpp"
+#include "vantage/build/assessment.hpp"
 #include "vantage/engine/localizer_params.hpp"
 
 namespace vantage {

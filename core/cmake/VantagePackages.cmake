@@ -108,6 +108,8 @@ unit of systemd. The package vantage builds the maps.")
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME vantage)
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "vantage-robot (= ${version})")
+  set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA "${vantage_package_files}/triggers")
+  set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
   set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "cuts point cloud maps into regions to localize a LiDAR in
 Cuts a point cloud map of a campus or a city into regions, and keeps for each
 the points that a sensor on its ground could see. A robot then localizes its

@@ -23,8 +23,8 @@
 #include "simulate/world.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
-#include "vantage/engine/assessment.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/assessment.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/kit/hash.hpp"
 

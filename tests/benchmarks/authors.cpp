@@ -20,7 +20,7 @@
 #include "drive.hpp"
 #include "support/plugins.hpp"
 #include "terminal/command_line.hpp"
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 #include "vantage/ground_filter.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/map_store.hpp"

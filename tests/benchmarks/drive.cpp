@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "io/scan_sequence.hpp"
-#include "vantage/engine/viewpoints.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
+#include "vantage/kit/voxel_points.hpp"
 
 namespace vantage::benchmarks {
 

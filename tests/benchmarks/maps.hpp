@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "vantage/engine/viewpoints.hpp"
+#include "vantage/build/viewpoints.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 

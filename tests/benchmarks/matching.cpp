@@ -8,9 +8,9 @@
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "support/required.hpp"
-#include "vantage/engine/viewpoints.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
+#include "vantage/kit/voxel_points.hpp"
 #include "vantage/scan_matcher.hpp"
 
 // Times each matcher on kitti_street: the whole map, frame 37 thinned to 0.5 m voxel centroids, a

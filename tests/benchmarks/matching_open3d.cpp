@@ -4,7 +4,7 @@
 #include <open3d/pipelines/registration/TransformationEstimation.h>
 
 #include "matching_peers.hpp"
-#include "vantage/engine/viewpoints.hpp"
+#include "vantage/kit/voxel_points.hpp"
 
 namespace vantage::benchmarks {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "support/plugins.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/kit/regions.hpp"
 
 namespace vantage::benchmarks {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/engine/region_maps.hpp"

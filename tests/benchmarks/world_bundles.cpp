@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "support/plugins.hpp"
-#include "vantage/engine/assessment.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/assessment.hpp"
+#include "vantage/build/bundle_build.hpp"
 
 namespace vantage::benchmarks {
 

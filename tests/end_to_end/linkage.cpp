@@ -80,6 +80,16 @@ TEST_CASE("nothing that localize loads links Open3D or PCL") {
   }
 }
 
+TEST_CASE("what a robot installs links no build") {
+  // The programs of the package vantage-robot.
+  for (const char* program : {"vantage", "vantage-localize", "vantage-live", "vantage-info"}) {
+    const fs::path file = fs::path(VANTAGE_PROGRAM_DIR) / program;
+    const std::string libraries = output_of("ldd '" + file.string() + "'");
+    REQUIRE(libraries.find("libc.so") != std::string::npos);
+    CHECK_MESSAGE(libraries.find("libvantage_build") == std::string::npos, libraries);
+  }
+}
+
 TEST_CASE("a plugin has nothing of the engine, of toml++ or of Boost, linked or compiled in") {
   const std::set<std::string> of_core =
       symbols_of("-D --defined-only", library("libvantage_core.so"));
@@ -95,7 +105,8 @@ TEST_CASE("a plugin has nothing of the engine, of toml++ or of Boost, linked or 
     CAPTURE(file.string());
     const std::string libraries = output_of("ldd '" + file.string() + "'");
     REQUIRE(libraries.find("libvantage_core") != std::string::npos);
-    for (const char* other : {"libvantage_engine", "libboost", "libtoml", "tomlplusplus"}) {
+    for (const char* other :
+         {"libvantage_engine", "libvantage_build", "libboost", "libtoml", "tomlplusplus"}) {
       CHECK_MESSAGE(libraries.find(other) == std::string::npos, libraries);
     }
     const std::set<std::string> symbols = symbols_of("", file);

@@ -14,7 +14,7 @@
 #include "integrity_worlds.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "world_bundles.hpp"
 

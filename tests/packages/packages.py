@@ -18,12 +18,14 @@ FOLDERS = {
     "vantage-robot": ["usr/bin/", "usr/lib/TRIPLET/lib", "usr/lib/TRIPLET/vantage/", "usr/share/man/man1/",
                       "usr/share/doc/vantage-robot/", "usr/share/bash-completion/completions/",
                       "usr/share/zsh/site-functions/", "lib/systemd/system/", "usr/lib/systemd/system/"],
-    "vantage": ["usr/bin/", "usr/lib/TRIPLET/vantage/", "usr/share/man/man1/", "usr/share/doc/vantage/"],
+    "vantage": ["usr/bin/", "usr/lib/TRIPLET/libvantage_build.so.", "usr/lib/TRIPLET/vantage/", "usr/share/man/man1/",
+                "usr/share/doc/vantage/"],
     "libvantage-dev": ["usr/bin/vantage-conformance", "usr/include/vantage/", "usr/lib/TRIPLET/lib",
                        "usr/lib/TRIPLET/cmake/vantage/", "usr/share/man/man1/", "usr/share/doc/libvantage-dev/",
                        "usr/share/doc/vantage/", "usr/share/vantage/examples/"],
 }
 ROBOT_PROGRAMS = {"vantage", "vantage-info", "vantage-live", "vantage-localize"}
+ROBOT_LIBRARIES = {"libvantage_core", "libvantage_engine"}
 ROBOT_KINDS = {"store", "matcher", "relocalizer"}
 ROBOT_MEGABYTES = 12.0  # on a robot's disk, with the libraries of Vantage
 
@@ -83,6 +85,8 @@ def main(build):
         expect("libfastrtps" in robot["Depends"] or "libfastdds" in robot["Depends"], "vantage-robot needs no DDS")
         robot_root = os.path.join(scratch, "vantage-robot")
         expect(set(os.listdir(f"{robot_root}/usr/bin")) == ROBOT_PROGRAMS, "the programs of vantage-robot are others")
+        libraries = {file.split(".")[0] for file in os.listdir(f"{robot_root}/usr/lib/{triplet}") if ".so" in file}
+        expect(libraries == ROBOT_LIBRARIES, f"vantage-robot has the libraries {libraries}")
         kinds = {file.split("_")[1] for file in os.listdir(f"{robot_root}/usr/lib/{triplet}/vantage")}
         expect(kinds == ROBOT_KINDS, f"vantage-robot has plugins of the kinds {kinds}")
         size = sum(os.lstat(os.path.join(at, file)).st_size for at, _, found in os.walk(robot_root) for file in found)

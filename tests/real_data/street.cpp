@@ -7,7 +7,7 @@
 
 #include "support/plugins.hpp"
 #include "terminal/input_options.hpp"
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 

@@ -145,14 +145,15 @@ TEST_CASE("shards: another version of a plugin or of the program does not contin
       has(by_plugin.err, "another build, with another version of the plugin of [visibility]:"),
       by_plugin.err);
 
-  const fs::path libraries = town.path("lib");
-  fs::create_directory(libraries);
-  const std::string engine = "libvantage_engine.so.0.1";
-  copy_as_another(plugins.parent_path() / engine, libraries / engine);
-  const auto by_program = shard("2/3", {"LD_LIBRARY_PATH=" + libraries.string()}, plugins);
-  CHECK(by_program.exit_code == 1);
-  CHECK_MESSAGE(has(by_program.err, "another build, with another version of Vantage:"),
-                by_program.err);
+  for (const std::string library : {"libvantage_build.so.0.1", "libvantage_engine.so.0.1"}) {
+    const fs::path libraries = town.path("with_" + library);
+    fs::create_directory(libraries);
+    copy_as_another(plugins.parent_path() / library, libraries / library);
+    const auto by_program = shard("2/3", {"LD_LIBRARY_PATH=" + libraries.string()}, plugins);
+    CHECK(by_program.exit_code == 1);
+    CHECK_MESSAGE(has(by_program.err, "another build, with another version of Vantage:"),
+                  by_program.err);
+  }
 
   // The same files elsewhere are the same build, and the merge may use another store.
   const fs::path copies = town.path("copies");

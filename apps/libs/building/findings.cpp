@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "checks/notes.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/kit/atomic_folder.hpp"
 
 namespace vantage::building {

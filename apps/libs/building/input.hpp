@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "terminal/command_line.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/io/tiled_map.hpp"
 #include "vantage/point_cloud.hpp"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/result.hpp"
 

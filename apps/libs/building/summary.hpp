@@ -2,7 +2,7 @@
 
 #include "building/input.hpp"
 #include "terminal/command_line.hpp"
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::building {

@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "vantage/engine/atlas.hpp"
-#include "vantage/engine/thinning.hpp"
 #include "vantage/kit/hash.hpp"
 #include "vantage/kit/kd_tree_points.hpp"
+#include "vantage/kit/voxel_sizes.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage {

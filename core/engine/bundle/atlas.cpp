@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "byte_io.hpp"
+#include "vantage/kit/byte_io.hpp"
 
 namespace vantage {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "vantage/api.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
@@ -19,6 +20,7 @@ namespace vantage {
 /// Whether a matcher can use the prepared maps of a bundle: it restores the first of them. A bundle
 /// of points is for every matcher, and a damaged map is told where it is needed.
 /// Error: `invalid_config` that names the matcher that the bundle was built with.
-[[nodiscard]] Result<void> check_prepared_for(const Bundle& bundle, const ScanMatcher& matcher);
+[[nodiscard]] VANTAGE_API Result<void> check_prepared_for(const Bundle& bundle,
+                                                          const ScanMatcher& matcher);
 
 }  // namespace vantage

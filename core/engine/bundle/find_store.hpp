@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "vantage/api.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/region_directory.hpp"
@@ -29,7 +30,7 @@ struct FoundStore {
 
 /// Where a store keeps its bundle: the value of its only required parameter, if that is a path,
 /// without a slash at its end. None for a store that needs more than a path.
-[[nodiscard]] std::optional<std::filesystem::path> place_in(const Table& params,
-                                                            const std::vector<ParameterDoc>& docs);
+[[nodiscard]] VANTAGE_API std::optional<std::filesystem::path> place_in(
+    const Table& params, const std::vector<ParameterDoc>& docs);
 
 }  // namespace vantage

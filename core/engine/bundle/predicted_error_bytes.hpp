@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "byte_io.hpp"
 #include "vantage/engine/predicted_errors.hpp"
+#include "vantage/kit/byte_io.hpp"
 
 namespace vantage {
 

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "vantage/api.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
@@ -41,16 +42,17 @@ struct AlertLimit {
 
 /// @param limit  for the margin
 /// Errors: those of MatchTarget::score.
-[[nodiscard]] Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
-                                 const std::optional<AlertLimit>& limit = {});
+[[nodiscard]] VANTAGE_API Result<Fit> fit_at(const MatchTarget& target, PointsView scan,
+                                             const Pose& T_map_scan,
+                                             const std::optional<AlertLimit>& limit = {});
 
 /// The fit of a scan to itself. A perfect map would give the same fit.
 /// @param all   the points of the scan, sensor frame [m]
 /// @param some  those that are scored
 /// @return      nothing if the scan is too sparse to match anything against
 /// Errors: those of the matcher.
-[[nodiscard]] Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView all,
-                                                       PointsView some);
+[[nodiscard]] VANTAGE_API Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher,
+                                                                   PointsView all, PointsView some);
 
 /// What a fit says about its pose.
 struct Evidence {
@@ -61,7 +63,7 @@ struct Evidence {
   double margin = 0.0, margin_noise = 0.0;  ///< of the fit
   double sharpness = 0.0;                   ///< Fit::sharpness
 };
-[[nodiscard]] Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
+[[nodiscard]] VANTAGE_API Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
 /// How shares are distributed at right and at wrong poses. The defaults come from alignments of
 /// three matchers on the recorded street and the demo's campus, right (0.55-1.1) and wrong (99 %

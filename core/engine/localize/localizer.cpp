@@ -17,9 +17,9 @@
 #include "localize/sweep_matching.hpp"
 #include "localize/verdict.hpp"
 #include "localize/weighing.hpp"
-#include "stopwatch.hpp"
 #include "vantage/engine/region_maps.hpp"
 #include "vantage/engine/regions_ahead.hpp"
+#include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
 

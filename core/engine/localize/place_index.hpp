@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <span>
 
+#include "vantage/api.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
@@ -21,8 +22,9 @@ struct BundleRelocalizer {
 /// configuration names none, and finds out whether it can read the index.
 /// Errors: those of PluginLoader::load and of the store; `invalid_config` for a relocalizer that
 /// cannot, if the bundle holds no points to make another index from.
-[[nodiscard]] Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& config,
-                                                        const PluginLoader& plugins);
+[[nodiscard]] VANTAGE_API Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle,
+                                                                    const Config& config,
+                                                                    const PluginLoader& plugins);
 
 /// Errors: those of Relocalizer::open; `internal` for a relocalizer that breaks its contract.
 [[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(
@@ -32,7 +34,7 @@ struct BundleRelocalizer {
 /// the bundle's points.
 /// Errors: `unsupported` for a bundle with neither, or without a relocalizer; those of the store
 /// and of the relocalizer.
-[[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
-                                                             const BundleRelocalizer& relocalizer);
+[[nodiscard]] VANTAGE_API Result<PluginPtr<RelocalizerIndex>> open_index(
+    const Bundle& bundle, const BundleRelocalizer& relocalizer);
 
 }  // namespace vantage

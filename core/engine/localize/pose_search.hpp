@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "localize/evidence.hpp"
-#include "vantage/engine/regions_ahead.hpp"
 #include "vantage/engine/region_maps.hpp"
+#include "vantage/engine/regions_ahead.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/relocalizer.hpp"
 #include "vantage/scan_matcher.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "vantage/engine/viewpoints.hpp"
+#include "vantage/kit/voxel_points.hpp"
 
 namespace vantage {
 

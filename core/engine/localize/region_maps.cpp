@@ -10,7 +10,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "stopwatch.hpp"
+#include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
 namespace {

@@ -10,8 +10,8 @@
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
-#include "vantage/engine/assessment.hpp"
-#include "vantage/engine/bundle_build.hpp"
+#include "vantage/build/assessment.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/engine/localizer.hpp"
 
 using namespace vantage;

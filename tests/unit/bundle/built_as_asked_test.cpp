@@ -7,8 +7,8 @@
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/engine/bundle.hpp"
-#include "vantage/engine/bundle_build.hpp"
 #include "vantage/engine/localizer.hpp"
 
 using namespace vantage;

@@ -10,8 +10,8 @@
 #include "support/process.hpp"
 #include "support/real_data.hpp"
 #include "support/small_config.hpp"
+#include "vantage/build/bundle_build.hpp"
 #include "vantage/engine/bundle.hpp"
-#include "vantage/engine/bundle_build.hpp"
 
 using namespace vantage;
 namespace fs = std::filesystem;

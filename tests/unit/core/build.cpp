@@ -1,4 +1,4 @@
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>

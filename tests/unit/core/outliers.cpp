@@ -1,4 +1,4 @@
-#include "vantage/engine/outliers.hpp"
+#include "vantage/build/outliers.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "vantage/engine/build.hpp"
+#include "vantage/build/build.hpp"
 #include "vantage/engine/config.hpp"
 
 using namespace vantage;

@@ -1,5 +1,5 @@
 // A build in parts with plugins that a test can follow: when it is refused, and what it asks for.
-#include "vantage/engine/sharded_build.hpp"
+#include "vantage/build/sharded_build.hpp"
 #include "vantage/kit/map_parts.hpp"
 
 #include <doctest/doctest.h>

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "atlas/sites.hpp"
+#include "build/atlas/sites.hpp"
 
 using namespace vantage;
 

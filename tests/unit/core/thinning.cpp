@@ -1,4 +1,5 @@
-#include "vantage/engine/thinning.hpp"
+#include "vantage/build/thinning.hpp"
+#include "vantage/kit/voxel_sizes.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>

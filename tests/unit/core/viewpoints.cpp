@@ -8,7 +8,8 @@
 #include <tuple>
 #include <utility>
 
-#include "vantage/engine/viewpoints.hpp"
+#include "vantage/build/viewpoints.hpp"
+#include "vantage/kit/voxel_points.hpp"
 
 using namespace vantage;
 

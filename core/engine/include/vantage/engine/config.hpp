@@ -11,12 +11,9 @@
 #include <vector>
 
 #include "vantage/api.hpp"
-#include "vantage/engine/atlas_params.hpp"
+#include "vantage/engine/build_params.hpp"
 #include "vantage/engine/localizer_params.hpp"
-#include "vantage/engine/outliers.hpp"
 #include "vantage/engine/plugin_loader.hpp"
-#include "vantage/engine/thinning.hpp"
-#include "vantage/engine/viewpoints.hpp"
 #include "vantage/params.hpp"
 #include "vantage/result.hpp"
 
@@ -217,8 +214,8 @@ struct Config {
   std::optional<LocalizerParams> localizer;
   std::optional<AtlasParams> atlas;
   std::optional<Table> live;  ///< what a live localizer is connected to; core does not read it
-  std::string file;  ///< path from which it was read
-  Table written;     ///< the text, including `--set`; empty if a program made the configuration
+  std::string file;           ///< path from which it was read
+  Table written;  ///< the text, including `--set`; empty if a program made the configuration
 
   static constexpr auto schema() {
     return std::tuple{

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "build/condense.hpp"
+#include "build/plan.hpp"
+#include "vantage/build/build.hpp"
+#include "vantage/kit/stopwatch.hpp"
+#include "vantage/result.hpp"
+
+namespace vantage {
+
+/// Writes the bundle of a plan: regions and the index of places.
+class BundleWriter {
+ public:
+  /// Begins the bundle, and keeps the index of places. All arguments are borrowed.
+  /// Errors: those of the store.
+  [[nodiscard]] static Result<BundleWriter> begin(const BuildPlan& plan, BuildPlugins& plugins,
+                                                  const BuildParams& params);
+
+  /// Stores a region, and counts what it cost.
+  /// @param map  of the region's indices
+  /// Errors: those of the store.
+  [[nodiscard]] Result<void> take(std::uint32_t region, PointsView map, BuiltRegion built);
+  /// Keeps the attachments of the parameters, and makes the bundle visible.
+  [[nodiscard]] Result<BuildReport> commit() &&;
+
+ private:
+  BundleWriter(const BuildPlan& plan, BuildPlugins& plugins, const BuildParams& params)
+      : plan_(&plan), plugins_(&plugins), params_(&params) {}
+
+  const BuildPlan* plan_;
+  BuildPlugins* plugins_;
+  const BuildParams* params_;
+  BuildReport report_;
+  std::optional<PredictedErrors> predicted_;  // none: no selector chooses elements
+  Stopwatch stopwatch_;
+  CpuStopwatch cpu_;
+};
+
+}  // namespace vantage
