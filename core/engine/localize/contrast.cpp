@@ -15,14 +15,11 @@ namespace vantage {
 namespace {
 
 // A lattice around the pose is scored with so many points, and its summits with more of them.
-constexpr int kNodes = 5;      // to each side
-constexpr double kStep = 0.4;  // [m]; a matcher's basin is wider
+constexpr int kNodes = 5;                                                   // to each side
+constexpr double kStep = kBasin / kNodes;                                   // [m]
 constexpr double kFarthest = (kNodes + 1) * kStep, kFinest = 0.25 * kStep;  // [m], of climbs
 constexpr std::size_t kPlaces = 8 * (kNodes + 1) + 1;  // to both sides, kFinest apart
 constexpr std::size_t kAtNodes = 128, kAtSummits = 256, kMostSummits = 4;
-// What has changed since the map was made fits anywhere: for each part of the sharpness that is
-// missing, so much of the perfect sharpness.
-constexpr double kChanged = 0.15;
 
 double normal_density(double x, double mean, double sigma) {
   const double z = (x - mean) / sigma;
@@ -156,7 +153,7 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
   Surroundings around(target, scan, T_map_scan, limit);
   VANTAGE_TRY(const auto levels, around.levels());
   const double noise = noise_of_level(levels.compared) * levels.here / sharpness;
-  const double changed = kChanged * std::max(0.0, 1.0 - share) / share;
+  const double changed = kMissing * std::max(0.0, 1.0 - share) / share;
   const auto less = [&](double level) {
     return std::clamp((levels.here - level) / sharpness, -1.0, 1.0);
   };

@@ -11,14 +11,11 @@
 namespace vantage {
 namespace {
 
-constexpr double kBeside = 2.0;  // [m]; farther than a matcher's basin of one voxel
 constexpr int kAxes = 4;
 
 constexpr double kScoreNoise = 0.012;  // of the level, with 512 points
-constexpr double kBias = 0.15;         // of the share, if hardly a point was compared
 constexpr double kAnything = 0.2;      // share of right poses about which nothing is assumed
 constexpr double kSpread = 0.35;       // of the logarithm of the share, from scan to scan
-constexpr double kLeastRatio = -6.0;   // logarithm; of a share of 0
 
 // The margin is measured with so many points. Its deviation is that of a mean over those of them
 // that match.
@@ -104,7 +101,7 @@ Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map
   double beside = -std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < kAxes; ++axis) {
     const double angle = std::numbers::pi * axis / kAxes;
-    const Point offset = kBeside * Point(std::cos(angle), std::sin(angle), 0.0);
+    const Point offset = kBasin * Point(std::cos(angle), std::sin(angle), 0.0);
     VANTAGE_TRY(const double ahead, level_at(offset));
     VANTAGE_TRY(const double behind, level_at(-offset));
     beside = std::max(beside, 0.5 * (ahead + behind));
@@ -137,7 +134,7 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   evidence.sharpness = fit.sharpness;
   evidence.share = fit.sharpness / perfect;
   evidence.noise = kScoreNoise * to_itself.level / perfect;
-  evidence.bias = kBias * (1.0 - fit.compared);
+  evidence.bias = kMissing * (1.0 - fit.compared);
   return evidence;
 }
 
@@ -147,7 +144,7 @@ double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
   const double far = std::exp(-bounded_share(evidence, model) / scale) / scale;
   const double ratio = std::log(density_right(evidence, usual, model) / far);
   return log_likelihood_ratio_of_margin(evidence) +
-         (ratio < 0.0 ? std::max(kLeastRatio, ratio) * weight_of_share(evidence, model) : ratio);
+         (ratio < 0.0 ? ratio * weight_of_share(evidence, model) : ratio);
 }
 
 LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,

@@ -54,6 +54,17 @@ struct AlertLimit {
 [[nodiscard]] VANTAGE_API Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher,
                                                                    PointsView all, PointsView some);
 
+/// A matcher does not come back from farther off than this, and scans that are taken nearer to each
+/// other share their errors [m].
+inline constexpr double kBasin = 2.0;
+
+/// What the map lacks, or what has changed in the world, may fit anywhere: an error of so much of
+/// the perfect sharpness, if all of it is missing.
+inline constexpr double kMissing = 0.15;
+
+/// Evidence with a log_likelihood_ratio below this speaks against a pose.
+inline constexpr double kAgainst = -1.0;
+
 /// What a fit says about its pose.
 struct Evidence {
   double share = 0.0;  ///< of the sharpness that a perfect map would give
@@ -118,7 +129,7 @@ struct LookalikeOdds {
 
 /// Whether the evidence supports the pose, or at least does not speak against it.
 [[nodiscard]] inline bool fits(const Evidence& evidence) {
-  return log_likelihood_ratio(evidence, {}) >= -1.0;
+  return log_likelihood_ratio(evidence, {}) >= kAgainst;
 }
 
 }  // namespace vantage

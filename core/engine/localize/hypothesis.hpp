@@ -71,9 +71,6 @@ struct Hypothesis {
   return level_of(alignment.score);
 }
 
-/// Scans that are taken nearer to each other than this share their errors [m].
-inline constexpr double kIndependent = 2.0;
-
 /// An alignment is a rival of a better one if its level is at least this part of the better one's.
 inline constexpr double kRivalsLevel = 0.85;
 

@@ -127,7 +127,7 @@ struct Localizer::State {
 
   Searcher searcher{bundle, relocalizer, matcher, ahead, maps, params};
   double failed_searches = 0.0;  // of all places, until a scan was tracked; by their news
-  double way = kIndependent;     // since the last one [m]
+  double way = kBasin;           // since the last one [m]
   bool startled = false;         // the sensor was carried away, maybe, since the search began
   bool surprised = false;        // by a scan, since a search began last
   SearchJob job{std::ref(searcher), {params.live, params.search_budget}};  // last: may be running
@@ -290,9 +290,8 @@ struct Localizer::State {
   /// Whether to look where a prior says that the sensor is, although there is no other doubt: less
   /// and less often while priors contradict the scans.
   [[nodiscard]] bool is_contradicted(const std::optional<PosePrior>& prior) {
-    constexpr double kDisagreement = -1.0;
     if (!prior || hypotheses.empty()) return false;
-    const bool agrees = agreement(hypotheses.front().pose(), *prior, false) > kDisagreement;
+    const bool agrees = agreement(hypotheses.front().pose(), *prior, false) > kAgainst;
     contradicted_scans = agrees ? 0 : contradicted_scans + 1;
     prior_searched = prior_searched && !agrees;
     return std::has_single_bit(contradicted_scans);
@@ -357,7 +356,7 @@ struct Localizer::State {
       hypotheses.push_back(*std::move(found));
     }
     if (answer.compared && !scan.prior) {
-      failed_searches += std::min(1.0, way / kIndependent);
+      failed_searches += std::min(1.0, way / kBasin);
       way = 0.0;
     }
     return {};
@@ -427,7 +426,7 @@ struct Localizer::State {
     startled = surprised = false;
     doubtful_scans = contradicted_scans = 0;
     failed_searches = 0.0;
-    way = kIndependent;
+    way = kBasin;
     prior_searched = false;
     weighing.forget();
     verdict.forget(lost);

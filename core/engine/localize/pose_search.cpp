@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "localize/hypothesis.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {

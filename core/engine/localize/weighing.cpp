@@ -54,7 +54,6 @@ double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
 double doubt_of_prediction(const Hypothesis& best) {
   constexpr double kUnnoticed = 3e-5;  // carried away, for each metre
   constexpr double kLeastWay = 0.3;    // [m]
-  constexpr double kBasin = 2.0;       // [m]; matching corrects less than this
   constexpr double kMost = 0.9;
   const double way = (best.predicted().translation - best.last.translation).norm();
   const double carried = kUnnoticed * std::max(kLeastWay, way);
@@ -149,7 +148,7 @@ Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const 
   if (!one.evidence) return {};
   const Pose& T_map_scan = one.alignment->T_map_scan;
   const bool is_due = one.is_new || !one.contrast_at || one.support.shows_twin() ||
-                      (T_map_scan.translation - *one.contrast_at).norm() >= kIndependent;
+                      (T_map_scan.translation - *one.contrast_at).norm() >= kBasin;
   if (!is_due) return {};
   VANTAGE_TRY(one.contrast,
               contrast_at(*one.map->target, some, T_map_scan, limit_.metres, *one.evidence));
@@ -160,8 +159,7 @@ Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const 
 void Weighing::take(std::vector<Hypothesis>& hypotheses) {
   const Hypothesis& first = hypotheses.front();
   const Point at = first.pose().translation;
-  news_ =
-      weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kIndependent, kLeastNews, 1.0) : 1.0;
+  news_ = weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kBasin, kLeastNews, 1.0) : 1.0;
   const double told = std::min(kBeyondDoubt, first.told);
   if (std::abs(told - told_) > kChange) news_ = 1.0;
   told_ = told;
