@@ -26,16 +26,12 @@ double normal_density(double x, double mean, double sigma) {
   return std::exp(-0.5 * z * z) / (sigma * std::sqrt(2.0 * std::numbers::pi));
 }
 
-// Contrasts are normal, but for a few. Those of twins have a mean of 0. Chosen with the seeds 302
-// and 303 of the integrity bench.
-constexpr double kUsualSummit = 0.55, kUsualSlope = 0.45;
-constexpr double kRightSpread = 0.1, kTwinSpread = 0.12, kNeither = 1e-3;
-
-/// The same for a summit or a slope. @param usual  the mean at right poses
+/// The same for a summit or a slope. Contrasts are normal, but for a few. @param usual  the mean at
+/// right poses
 double ratio_of(double contrast, double usual, double noise) {
   const double x = std::clamp(contrast, 0.0, usual);
   return normal_density(x, 0.0, std::hypot(kTwinSpread, noise)) /
-         std::lerp(normal_density(x, usual, std::hypot(kRightSpread, noise)), 1.0, kNeither);
+         std::lerp(normal_density(x, usual, std::hypot(kRightSpread, noise)), 1.0, kOutlier);
 }
 
 struct Node {
@@ -153,7 +149,7 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
   Surroundings around(target, scan, T_map_scan, limit);
   VANTAGE_TRY(const auto levels, around.levels());
   const double noise = noise_of_level(levels.compared) * levels.here / sharpness;
-  const double changed = kMissing * std::max(0.0, 1.0 - share) / share;
+  const double changed = kChange * std::max(0.0, 1.0 - share) / share;
   const auto less = [&](double level) {
     return std::clamp((levels.here - level) / sharpness, -1.0, 1.0);
   };

@@ -13,17 +13,9 @@ namespace {
 
 constexpr int kAxes = 4;
 
-constexpr double kScoreNoise = 0.012;  // of the level, with 512 points
-constexpr double kAnything = 0.2;      // share of right poses about which nothing is assumed
-constexpr double kSpread = 0.35;       // of the logarithm of the share, from scan to scan
-
 // The margin is measured with so many points. Its deviation is that of a mean over those of them
 // that match.
 constexpr std::size_t kAtLimit = 256;
-constexpr double kPointNoise = 0.3;  // of the level
-// A right pose's margin is below 0 by noise only, but for a few poses; the highest of twelve noisy
-// levels is taken, so two and a half deviations are usual.
-constexpr double kUsualNoise = 2.5, kNotAtOptimum = 1e-4, kOfThose = 0.1;
 
 /// Fills in the margin.
 Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
@@ -52,8 +44,8 @@ Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Po
 }
 
 double normal_of_log(double x, double median) {
-  const double z = std::log(x / median) / kSpread;
-  return std::exp(-0.5 * z * z) / (x * kSpread * std::sqrt(2.0 * std::numbers::pi));
+  const double z = std::log(x / median) / kShareSpread;
+  return std::exp(-0.5 * z * z) / (x * kShareSpread * std::sqrt(2.0 * std::numbers::pi));
 }
 
 double bounded_share(const Evidence& evidence, const ShareModel& model) {
@@ -134,7 +126,7 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   evidence.sharpness = fit.sharpness;
   evidence.share = fit.sharpness / perfect;
   evidence.noise = kScoreNoise * to_itself.level / perfect;
-  evidence.bias = kMissing * (1.0 - fit.compared);
+  evidence.bias = kChange * (1.0 - fit.compared);
   return evidence;
 }
 
@@ -176,9 +168,10 @@ double weight_of_share(const Evidence& evidence, const ShareModel& model) noexce
 double log_likelihood_ratio_of_margin(const Evidence& evidence) {
   const double noise = std::hypot(evidence.margin_noise, evidence.bias);
   if (evidence.margin >= 0.0 || !(noise > 0.0)) return 0.0;
+  // The highest of twelve noisy levels is taken, so a margin is often below 0 by noise.
   const double below = -evidence.margin / noise - kUsualNoise;
   const double by_noise = 0.5 * std::erfc(below / std::numbers::sqrt2);
-  const double q = std::lerp(by_noise, std::exp(evidence.margin / kOfThose), kNotAtOptimum);
+  const double q = std::lerp(by_noise, std::exp(evidence.margin / kNegativeMargin), kAlike);
   return std::log(std::max(std::numeric_limits<double>::min(), q));
 }
 

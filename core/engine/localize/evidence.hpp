@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "localize/verdict_constants.hpp"
 #include "vantage/api.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/point_cloud.hpp"
@@ -54,17 +55,6 @@ struct AlertLimit {
 [[nodiscard]] VANTAGE_API Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher,
                                                                    PointsView all, PointsView some);
 
-/// A matcher does not come back from farther off than this, and scans that are taken nearer to each
-/// other share their errors [m].
-inline constexpr double kBasin = 2.0;
-
-/// What the map lacks, or what has changed in the world, may fit anywhere: an error of so much of
-/// the perfect sharpness, if all of it is missing.
-inline constexpr double kMissing = 0.15;
-
-/// Evidence with a log_likelihood_ratio below this speaks against a pose.
-inline constexpr double kAgainst = -1.0;
-
 /// What a fit says about its pose.
 struct Evidence {
   double share = 0.0;  ///< of the sharpness that a perfect map would give
@@ -76,17 +66,16 @@ struct Evidence {
 };
 [[nodiscard]] VANTAGE_API Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
-/// How shares are distributed at right and at wrong poses. The defaults come from alignments of
-/// three matchers on the recorded street and the demo's campus, right (0.55-1.1) and wrong (99 %
-/// below 0.045). docs/localization.md tests them on others.
+/// How shares are distributed at right and at wrong poses. A bundle's atlas may change the
+/// defaults.
 struct ShareModel {
-  double wrong_scale = 0.015;  ///< mean share at poses that are far off; exponential
+  double wrong_scale = kFarScale;  ///< mean share at poses that are far off; exponential
   /// Of wrong poses that share a street's walls or a row of trees with the right one.
-  double similar = 0.1, similar_scale = 0.06;
+  double similar = kSimilar, similar_scale = kSimilarScale;
   /// Of poses that are wrong although they fit like right ones: places that are alike.
-  double alike = 1e-4;
-  double near = 5e-4;  ///< of poses that a matcher settles in: near the right one, not at it
-  double least_right = 0.08, most_right = 1.2;
+  double alike = kAlike;
+  double near = kNear;  ///< of poses that a matcher settles in: near the right one, not at it
+  double least_right = kLeastRight, most_right = kMostRight;
 };
 
 /// Wrong poses that fit a little, because a street fits a street. The share of one stays about the

@@ -27,11 +27,10 @@ double Hypothesis::sigma() const {
 
 double Hypothesis::innovation() const {
   // Matching errs by this much more once in a while, where a map has changed.
-  constexpr double kMetres = 0.2, kRadians = 3.0 * std::numbers::pi / 180.0;
   if (!alignment || !motion) return 0.0;
   PoseMatrix S = motion->pose_covariance() + R;
-  S.diagonal().head<3>().array() += kMetres * kMetres;
-  S.diagonal().tail<3>().array() += kRadians * kRadians;
+  S.diagonal().head<3>().array() += kChangedMetres * kChangedMetres;
+  S.diagonal().tail<3>().array() += kSameRadians * kSameRadians;
   const PoseVector off = difference(alignment->T_map_scan, predicted());
   return off.dot(S.ldlt().solve(off));
 }

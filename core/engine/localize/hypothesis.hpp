@@ -72,7 +72,7 @@ struct Hypothesis {
 }
 
 /// An alignment is a rival of a better one if its level is at least this part of the better one's.
-inline constexpr double kRivalsLevel = 0.85;
+inline constexpr double kRivalsLevel = 1.0 - kChange;
 
 /// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
@@ -81,8 +81,7 @@ inline constexpr double kRivalsLevel = 0.85;
 
 /// Whether two poses count as one hypothesis.
 [[nodiscard]] inline bool is_same_pose(const Pose& a, const Pose& b) noexcept {
-  constexpr double kMetres = 0.3, kRadians = 3.0 * std::numbers::pi / 180.0;
-  return is_near(a, b, kMetres, kRadians);
+  return is_near(a, b, kSameMetres, kSameRadians);
 }
 
 /// Sets the belief in each hypothesis.

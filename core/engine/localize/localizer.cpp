@@ -34,16 +34,9 @@ const char* to_string(Tracking tracking) noexcept {
 
 namespace {
 
-// What is believed of a pose that a user gives, before any scan.
-constexpr double kTrustInStart = 0.97;
-// The probability that the sensor was carried away, after a surprise, or that scans that did not
-// fit have led astray.
-constexpr double kCarriedAway = 0.05;
-// With less belief than this in the best hypothesis, others are looked for.
-constexpr double kSure = 0.8;
 // Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
-constexpr double kFoundMetres = 0.3, kFoundRadians = 0.05;
+constexpr double kFoundRadians = 0.05;
 
 PoseMatrix uncertainty(double metres, double radians) {
   PoseVector variance;
@@ -284,7 +277,7 @@ struct Localizer::State {
   /// Whether no other poses need to be looked for.
   [[nodiscard]] bool is_sure() const {
     return !hypotheses.empty() && compared && hypotheses.front().fits() &&
-           hypotheses.front().belief >= kSure;
+           hypotheses.front().belief >= kMostlyBelieved;
   }
 
   /// Whether to look where a prior says that the sensor is, although there is no other doubt: less
@@ -385,7 +378,7 @@ struct Localizer::State {
     if (is_known(pose)) return Outcome();
     // The sensor was elsewhere all the time: its motion continues from there.
     MotionFilter motion = expected;
-    motion.place(pose, uncertainty(kFoundMetres, kFoundRadians));
+    motion.place(pose, uncertainty(kSameMetres, kFoundRadians));
     Sweep own = sweep;
     VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
     if (!match.alignment) return Outcome();
@@ -469,7 +462,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
                                                 " ready"));
   }
   s.forget_everything(false);
-  const double log_odds = std::log(kTrustInStart / (1.0 - kTrustInStart));
+  const double log_odds = std::log(kTrust / (1.0 - kTrust));
   s.hypotheses.push_back({.initial = T_map_scan,
                           .last = T_map_scan,
                           .support = Support(log_odds, Lookalikes::of(s.weighing.model()))});
@@ -537,11 +530,11 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       // A scan that does not fit speaks for itself. One that fits again, or after a surprise, may
       // be from a place alike.
       if (first.fits() && surprise) {
-        doubted = kCarriedAway;
+        doubted = kDoubt;
         for (Hypothesis& one : s.hypotheses) one.support.start_anew();
       }
       if (first.fits() && s.weighing.was_adrift()) {
-        doubted = std::max(doubted, kCarriedAway - s.elsewhere);
+        doubted = std::max(doubted, kDoubt - s.elsewhere);
       }
       doubt(s.hypotheses, doubted);
       s.weighing.take(s.hypotheses);

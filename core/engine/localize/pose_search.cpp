@@ -130,11 +130,8 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 
 Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const {
   // What the model expects of wrong poses counts like so many of them.
-  constexpr double kExpected = 4.0;
-  constexpr double kSamePlace = 5.0;  // [m]
   // In a map of one street, all places fit. Then the comparison of the poses has to tell them
   // apart.
-  constexpr double kMostScale = 0.12;
   double sum = kExpected * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
   double samples = kExpected;
   for (const Tried& one : tried) {
@@ -142,7 +139,7 @@ Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const 
     sum += std::clamp(one.share, 0.0, model.most_right);
     samples += 1.0;
   }
-  return {static_cast<double>(tried.size()), std::min(kMostScale, sum / samples)};
+  return {static_cast<double>(tried.size()), std::min<double>(kMostScale, sum / samples)};
 }
 
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,

@@ -9,23 +9,15 @@
 namespace vantage {
 namespace {
 
-// A search finds the place, if it is in the area.
-constexpr double kRecall = 0.9, kInArea = 0.5;
-// In a narrow area [m], it hardly misses it.
-constexpr double kNarrow = 50.0, kRecallNarrow = 0.97;
-// The sensor is nowhere in the map. Searches fail together where the world has changed, so only a
-// few of them count.
-constexpr double kNowhere = 0.01, kMostFailed = 3.0;
-
 double recall_in(const PlaceArea& area) {
   if (!area.complete) return kRecall * kInArea;
-  return area.radius <= kNarrow ? kRecallNarrow : kRecall;
+  return area.radius <= kNarrow ? kTrust.value : kRecall.value;
 }
 
 }  // namespace
 
 double SearchAnswer::missed(double failed) const {
-  return 1.0 - recall + kNowhere * std::pow(1.0 - recall, -std::min(kMostFailed, failed));
+  return 1.0 - recall + kNowhere * std::pow(1.0 - recall, -std::min<double>(kMostFailed, failed));
 }
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {

@@ -8,28 +8,21 @@ namespace {
 
 // However clear the evidence: odds that reached 0 could never recover.
 constexpr double kLeast = -60.0;
-// The most that scans before are worth, so that a few that do not fit are noticed.
-constexpr double kMostFar = 40.0;
-// The mean is that of about so many independent scans.
-constexpr double kMeanOf = 5.0;
 constexpr double kLeastMargin = -1.0;  // of a scan in the mean
-// The probability that another place looks like this one, before a search has compared them.
-constexpr double kAlike = 0.05;
-// The log odds of a pose that scans refuted, if it fits again: it may have been led astray.
-constexpr double kRefuted = -3.0;
 
 /// What part of a mean a new value is. @param all  the weights in the mean; takes that of the value
 double part_of_mean(double weight, double& all) {
-  all = std::min(kMeanOf, all + weight);
+  all = std::min<double>(kMeanOf, all + weight);
   return weight / all;
 }
 
 }  // namespace
 
 void Support::take(double told, double news) {
-  far_ = std::clamp(far_ + news * told, kLeast, kMostFar);
-  if (prior_ + far_ >= kRefuted) return;
-  prior_ = std::min(prior_, kRefuted);
+  far_ = std::clamp<double>(far_ + news * told, kLeast, kMostFar);
+  // Scans refuted the pose. If it fits again, it may have been led astray.
+  if (prior_ + far_ >= kNothingFits) return;
+  prior_ = std::min<double>(prior_, kNothingFits);
   searched_ = 0.0;
 }
 
@@ -76,7 +69,7 @@ void Support::doubt(double log_odds) {
 }
 
 double Support::log_odds(bool compared) const {
-  const double alike = std::max(compared ? 0.0 : kAlike, lookalike_.elsewhere);
+  const double alike = std::max(compared ? 0.0 : kDoubt.value, lookalike_.elsewhere);
   return log_prior() + std::max(kLeast, -std::log(std::exp(-far_) + alike));
 }
 

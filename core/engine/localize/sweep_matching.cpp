@@ -22,7 +22,7 @@ constexpr std::uint32_t kMostPasses = 4;
 // simulated drives of 1.5 to 15 m/s (seed 7).
 constexpr double kHalf = 4.0;
 // Another pass is worth its time if it moves a point at this range [m] by more than this [m].
-constexpr double kRange = 20.0, kPointNoise = 0.02;
+constexpr double kRange = 20.0, kRangeNoise = 0.02;
 
 /// Poses all around the prediction that the sensor may have reached.
 std::vector<Pose> reached_by(const MotionFilter& predicted) {
@@ -148,7 +148,7 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
     MotionFilter now = match.motion;
     now.update(match.alignment->T_map_scan, match.R);
     SweepMotion shown(now.state(), inputs, sweep.time, now.measured());
-    if (shown.apart(*sweep.motion, kRange) <= kPointNoise) return match;
+    if (shown.apart(*sweep.motion, kRange) <= kRangeNoise) return match;
     for (std::size_t i = 0; i < scan.points.size(); ++i) {
       scan.points[i] = sweep.motion->corrected(scan.points[i], scan.times[i], shown);
     }

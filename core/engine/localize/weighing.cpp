@@ -10,34 +10,22 @@
 namespace vantage {
 namespace {
 
-constexpr double kLeastNews = 0.1;  // of a scan at the place of the last one
-// A scan counts fully if it tells the first hypothesis something that differs this much from what
-// the scan before told. Whatever exceeds kBeyondDoubt counts as equal.
-constexpr double kChange = 3.0, kBeyondDoubt = 9.0;
 // A hypothesis beyond doubt is weighed after this way [m] or time [s].
 constexpr double kSettledWay = 1.0, kSettledTime = 1.0, kSettledRisk = 2e-4;
-constexpr double kFall = 0.2;  // of the level, where it is still as usual
 // The fit of scans to themselves changes with the surroundings [m].
 constexpr double kSurroundings = 25.0;
-// From one scan to the next, the logarithm of the level hardly changes. A fall by so many times its
-// usual change is a surprise: the sensor may have been carried away.
-constexpr double kUnusual = 6.0, kFirstChange = 0.05, kLeastChange = 0.01, kLeastLevel = 1e-6;
+constexpr double kLeastLevel = 1e-6;
 constexpr std::size_t kScored = 512;
-// A scan that matches nothing may come from a place off the map, or from a covered sensor.
-constexpr double kNothingFits = -3.0;
 constexpr double kBelieved = 0.5;
 
 /// A wrong pose does not move as the sensor does: matching pulls it about.
 double surprise(const Hypothesis& one) {
-  constexpr double kMost = 6.0, kUsual = 6.0;
-  return -std::min(kMost, 0.5 * std::max(0.0, one.innovation() - kUsual));
+  return -std::min<double>(kMostPull, 0.5 * std::max(0.0, one.innovation() - kUsualPull));
 }
 
 }  // namespace
 
 double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
-  constexpr double kElsewhere = 3.0;
-  constexpr double kWrong = 1e-3;  // of all priors
   constexpr double kMissed = 0.1;  // of all searches
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -47,21 +35,19 @@ double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
   const double turned =
       std::remainder(heading_of(pose) - heading_of(prior.T_map_sensor), 2.0 * std::numbers::pi);
   squared += turned * turned / (prior.sigma_heading * prior.sigma_heading);
-  return std::clamp(kElsewhere - 0.5 * squared, std::log(searched ? kWrong / kMissed : kWrong),
-                    0.0);
+  return std::clamp(0.5 * (kUsualPull - squared),
+                    std::log(searched ? kOutlier / kMissed : kOutlier.value), 0.0);
 }
 
 double doubt_of_prediction(const Hypothesis& best) {
-  constexpr double kUnnoticed = 3e-5;  // carried away, for each metre
-  constexpr double kLeastWay = 0.3;    // [m]
-  constexpr double kMost = 0.9;
   const double way = (best.predicted().translation - best.last.translation).norm();
-  const double carried = kUnnoticed * std::max(kLeastWay, way);
+  const double carried = kUnnoticed * std::max<double>(kSameMetres, way);
   if (best.initial) return carried;
   // All around is matched, too; a prediction vaguer than that may be anywhere.
   const double reach = reach_of(best.sigma());
   const double corrected = kBasin + (2.0 * best.sigma() <= reach + 1.0 ? reach : 0.0);
-  return std::min(kMost, carried + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
+  return std::min(kMostDoubt.value,
+                  carried + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
 }
 
 PointCloud Weighing::scored(const PreparedScan& scan) {
@@ -77,7 +63,9 @@ double Weighing::rise(const Hypothesis& one) const {
   return std::log(std::max(level_of(*one.alignment), kLeastLevel) / last_level_);
 }
 
-double Weighing::unusual_change() const { return kUnusual * std::max(usual_change_, kLeastChange); }
+double Weighing::unusual_change() const {
+  return kUnusual * std::max<double>(usual_change_, kLeastChange);
+}
 
 bool Weighing::scores_as_usual(const Hypothesis& one) const {
   if (!one.alignment) return false;
@@ -130,7 +118,7 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
   one.silent = false;
   if (some.empty()) return {};  // says nothing
   if (!one.alignment) {
-    one.told = kNothingFits;
+    one.told = kNothingFits;  // a place off the map, or a covered sensor
     return {};
   }
   if (!reference) return {};
@@ -159,9 +147,10 @@ Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const 
 void Weighing::take(std::vector<Hypothesis>& hypotheses) {
   const Hypothesis& first = hypotheses.front();
   const Point at = first.pose().translation;
-  news_ = weighed_at_ ? std::clamp((at - *weighed_at_).norm() / kBasin, kLeastNews, 1.0) : 1.0;
-  const double told = std::min(kBeyondDoubt, first.told);
-  if (std::abs(told - told_) > kChange) news_ = 1.0;
+  news_ =
+      weighed_at_ ? std::clamp<double>((at - *weighed_at_).norm() / kBasin, kLeastNews, 1.0) : 1.0;
+  const double told = std::min<double>(kBeyondDoubt, first.told);
+  if (std::abs(told - told_) > kToldChange) news_ = 1.0;
   told_ = told;
   adrift_ = first.evidence ? !first.silent && !first.fits() : told < 0.0;
   weighed_at_ = at;
@@ -184,7 +173,6 @@ void Weighing::take_first(Hypothesis& found) const {
 }
 
 void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
-  constexpr double kPreference = 15.0;
   const auto share = [](const Hypothesis& one) {
     return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
   };
@@ -212,19 +200,19 @@ Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at
 }
 
 void Weighing::learn(const Hypothesis& first, bool tracked) {
-  constexpr double kNew = 0.1;   // the usual value is that of about the last ten scans
-  constexpr double kMost = 4.0;  // one jump of the level does not make jumps usual
   const double before = last_level_;
   if (first.alignment) last_level_ = level_of(*first.alignment);
   if (!tracked) return;
   if (before > 0.0 && last_level_ > 0.0) {
     const double change = std::abs(std::log(last_level_ / before));
-    usual_change_ = std::lerp(usual_change_, std::min(change, kMost * usual_change_), kNew);
+    usual_change_ =
+        std::lerp(usual_change_, std::min(change, kMostJump * usual_change_), kLearning);
   }
-  usual_level_ = usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kNew);
+  usual_level_ =
+      usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kLearning);
   if (!first.evidence || !(first.evidence->share > 0.0)) return;
   const double share = first.evidence->share;
-  usual_share_ = usual_share_ ? std::lerp(*usual_share_, share, kNew) : share;
+  usual_share_ = usual_share_ ? std::lerp(*usual_share_, share, kLearning) : share;
 }
 
 void Weighing::forget() {
