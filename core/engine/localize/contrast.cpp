@@ -26,12 +26,12 @@ double normal_density(double x, double mean, double sigma) {
   return std::exp(-0.5 * z * z) / (sigma * std::sqrt(2.0 * std::numbers::pi));
 }
 
-/// The same for a summit or a slope. Contrasts are normal, but for a few. @param usual  the mean at
-/// right poses
-double ratio_of(double contrast, double usual, double noise) {
-  const double x = std::clamp(contrast, 0.0, usual);
-  return normal_density(x, 0.0, std::hypot(kTwinSpread, noise)) /
-         std::lerp(normal_density(x, usual, std::hypot(kRightSpread, noise)), 1.0, kOutlier);
+/// The same for a summit or a slope. Contrasts are normal, but for a few. The mean of twins is 0.
+double ratio_of(double contrast, double noise) {
+  const double x = std::clamp<double>(contrast, 0.0, kContrast);
+  const double sigma = std::hypot(kContrastSpread, noise);
+  return normal_density(x, 0.0, sigma) /
+         std::lerp(normal_density(x, kContrast, sigma), 1.0, kOutlier);
 }
 
 struct Node {
@@ -158,12 +158,12 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
 }
 
 double ratio_of_twin(const Contrast& contrast) noexcept {
-  return std::max(ratio_of(contrast.summit, kUsualSummit, contrast.noise),
-                  ratio_of(contrast.slope, kUsualSlope, contrast.noise));
+  return std::max(ratio_of(contrast.summit, contrast.noise),
+                  ratio_of(contrast.slope, contrast.noise));
 }
 
 double weight_of(const Contrast& contrast) noexcept {
-  const double z = contrast.noise / kRightSpread;
+  const double z = contrast.noise / kContrastSpread;
   return 1.0 / (1.0 + z * z);
 }
 

@@ -43,24 +43,12 @@ Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Po
   return {};
 }
 
-double normal_of_log(double x, double median) {
-  const double z = std::log(x / median) / kShareSpread;
-  return std::exp(-0.5 * z * z) / (x * kShareSpread * std::sqrt(2.0 * std::numbers::pi));
-}
-
-double bounded_share(const Evidence& evidence, const ShareModel& model) {
-  return std::clamp(evidence.share, 0.0, model.most_right);
-}
+double bounded_share(const Evidence& evidence) { return std::clamp(evidence.share, 0.0, 1.0); }
 
 /// Density of the share at right poses.
-double density_right(const Evidence& evidence, std::optional<double> usual,
-                     const ShareModel& model) {
-  const double x = bounded_share(evidence, model);
-  const double floor = 1.0 / model.most_right;
-  const double any =
-      x < model.least_right ? floor : 1.0 / (x * std::log(model.most_right / model.least_right));
-  return kAnything * floor +
-         (1.0 - kAnything) * (usual && x > 0.0 ? 0.5 * (normal_of_log(x, *usual) + any) : any);
+double density_right(const Evidence& evidence, const ShareModel& model) {
+  const double x = bounded_share(evidence);
+  return x < model.least_right ? 1.0 : -1.0 / (x * std::log(model.least_right));
 }
 
 /// Little structure makes wrong poses look as sharp as right ones. So does a share that is mostly
@@ -86,7 +74,10 @@ Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map
     Pose moved = T_map_scan;
     moved.translation += T_map_scan.rotation.toRotationMatrix() * offset;
     VANTAGE_TRY(const ScanScore score, target.score(scan, moved));
-    if (offset == Point::Zero()) fit.compared = score.compared;
+    if (offset == Point::Zero()) {
+      fit.compared = score.compared;
+      fit.noise = noise_of_level(score.coverage * static_cast<double>(scan.size()));
+    }
     return level_of(score);
   };
   VANTAGE_TRY(fit.level, level_at(Point::Zero()));
@@ -125,40 +116,34 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   }
   evidence.sharpness = fit.sharpness;
   evidence.share = fit.sharpness / perfect;
-  evidence.noise = kScoreNoise * to_itself.level / perfect;
+  evidence.noise = to_itself.noise * to_itself.level / perfect;
   evidence.bias = kChange * (1.0 - fit.compared);
   return evidence;
 }
 
-double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
-                        const ShareModel& model) {
+double log_ratio_to_far(const Evidence& evidence, const ShareModel& model) {
   const double scale = scale_of_wrong(model.wrong_scale, evidence);
-  const double far = std::exp(-bounded_share(evidence, model) / scale) / scale;
-  const double ratio = std::log(density_right(evidence, usual, model) / far);
+  const double far = std::exp(-bounded_share(evidence) / scale) / scale;
+  const double ratio = std::log(density_right(evidence, model) / far);
   return log_likelihood_ratio_of_margin(evidence) +
          (ratio < 0.0 ? ratio * weight_of_share(evidence, model) : ratio);
 }
 
-LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
-                                const Lookalikes& among, const ShareModel& model) {
-  const double x = bounded_share(evidence, model);
+LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& among,
+                                const ShareModel& model) {
+  const double x = bounded_share(evidence);
   const double scale = scale_of_wrong(among.scale, evidence);
   // The best of several has the density of their maximum. A share below its mode is no better.
   const double above = std::min(std::exp(-x / scale), 1.0 / std::max(1.0, among.count));
   const double others = among.count > 1.0 ? std::pow(1.0 - above, among.count - 1.0) : 1.0;
   const double similar = among.count * others * above / scale;
   const double q = std::exp(log_likelihood_ratio_of_margin(evidence));
-  // What is usual was learned from this very pose, maybe, so it may not speak for the pose.
-  const double right =
-      std::min(density_right(evidence, usual, model), density_right(evidence, {}, model));
-  return {(similar / right + model.alike) / q, model.near / q};
+  return {(similar / density_right(evidence, model) + model.alike) / q, kOutlier / q};
 }
 
-double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
-                            const ShareModel& model) {
-  const LookalikeOdds odds = odds_of_lookalike(evidence, usual, Lookalikes::of(model), model);
-  return -std::log(std::exp(-log_ratio_to_far(evidence, usual, model)) + odds.elsewhere +
-                   odds.near);
+double log_likelihood_ratio(const Evidence& evidence, const ShareModel& model) {
+  const LookalikeOdds odds = odds_of_lookalike(evidence, Lookalikes::of(model), model);
+  return -std::log(std::exp(-log_ratio_to_far(evidence, model)) + odds.elsewhere + odds.near);
 }
 
 double weight_of_share(const Evidence& evidence, const ShareModel& model) noexcept {
@@ -168,10 +153,12 @@ double weight_of_share(const Evidence& evidence, const ShareModel& model) noexce
 double log_likelihood_ratio_of_margin(const Evidence& evidence) {
   const double noise = std::hypot(evidence.margin_noise, evidence.bias);
   if (evidence.margin >= 0.0 || !(noise > 0.0)) return 0.0;
-  // The highest of twelve noisy levels is taken, so a margin is often below 0 by noise.
-  const double below = -evidence.margin / noise - kUsualNoise;
+  // The mean of the highest of twelve noisy differences, in deviations of a single level.
+  constexpr double kHighestOfTwelve = 1.63 * std::numbers::sqrt2;
+  const double below = -evidence.margin / noise - kHighestOfTwelve;
+  // A right pose's margin is below 0 by noise only, but for a few poses.
   const double by_noise = 0.5 * std::erfc(below / std::numbers::sqrt2);
-  const double q = std::lerp(by_noise, std::exp(evidence.margin / kNegativeMargin), kAlike);
+  const double q = std::lerp(by_noise, std::exp(evidence.margin / kChange), kAlike);
   return std::log(std::max(std::numeric_limits<double>::min(), q));
 }
 

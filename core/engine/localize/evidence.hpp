@@ -17,12 +17,13 @@ namespace vantage {
 [[nodiscard]] inline double level_of(const ScanScore& score) noexcept {
   return score.nvtl * score.coverage;
 }
-/// Standard deviation of a level, as a part of it. @param matched  the number of points that match
+/// Standard deviation of the level of so many points that match, as a part of it.
 [[nodiscard]] double noise_of_level(double matched) noexcept;
 
 /// How well a scan fits a map at a pose, over all its points.
 struct Fit {
   double level = 0.0;  ///< level_of the score at the pose
+  double noise = 0.0;  ///< standard deviation of `level`, as a part of it
   /// The level at the pose less the level 2 m beside it. The smallest of these differences counts,
   /// over several horizontal axes. It is about 0 at a wrong pose, however high the level is. It is
   /// also about 0 along a bare wall.
@@ -66,16 +67,15 @@ struct Evidence {
 };
 [[nodiscard]] VANTAGE_API Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
-/// How shares are distributed at right and at wrong poses. A bundle's atlas may change the
-/// defaults.
+/// How shares are distributed at right poses (from the least one to that of a perfect map) and at
+/// wrong ones (two exponentials). A bundle's atlas may change the defaults.
 struct ShareModel {
-  double wrong_scale = kFarScale;  ///< mean share at poses that are far off; exponential
+  double wrong_scale = kFarScale;  ///< mean share at poses that are far off
   /// Of wrong poses that share a street's walls or a row of trees with the right one.
   double similar = kSimilar, similar_scale = kSimilarScale;
   /// Of poses that are wrong although they fit like right ones: places that are alike.
   double alike = kAlike;
-  double near = kNear;  ///< of poses that a matcher settles in: near the right one, not at it
-  double least_right = kLeastRight, most_right = kMostRight;
+  double least_right = kLeastRight;
 };
 
 /// Wrong poses that fit a little, because a street fits a street. The share of one stays about the
@@ -91,9 +91,7 @@ struct Lookalikes {
 /// log(p(evidence | pose right) / p(evidence | pose far off)): log(q R), where R is the ratio of
 /// the shares' densities, and q = p(margin | right) / p(a margin of at least 0 | right). Scans at
 /// different places are independent.
-/// @param usual  the share that recent tracked scans had; none before the first
-[[nodiscard]] double log_ratio_to_far(const Evidence& evidence, std::optional<double> usual,
-                                      const ShareModel& model = {});
+[[nodiscard]] double log_ratio_to_far(const Evidence& evidence, const ShareModel& model = {});
 
 /// The odds that a pose is wrong in a way that persists, against being right.
 struct LookalikeOdds {
@@ -101,14 +99,12 @@ struct LookalikeOdds {
   double near;       ///< beside the right pose, if nothing is known of the contrast
 };
 /// @param evidence  the mean over independent scans
-[[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, std::optional<double> usual,
-                                              const Lookalikes& among,
+[[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& among,
                                               const ShareModel& model = {});
 
 /// log(p(evidence | pose right) / p(evidence | pose wrong)) of a single scan: -log(1 / (q R) + c),
 /// with c the sum of odds_of_lookalike. At most 9.2 with the default model.
-[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, std::optional<double> usual,
-                                          const ShareModel& model = {});
+[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, const ShareModel& model = {});
 
 /// How much a share says, in [0, 1]: little for a scan without structure.
 [[nodiscard]] double weight_of_share(const Evidence& evidence, const ShareModel& model) noexcept;
@@ -116,9 +112,9 @@ struct LookalikeOdds {
 /// What the margin alone says where the share says nothing: log(q), at most 0.
 [[nodiscard]] double log_likelihood_ratio_of_margin(const Evidence& evidence);
 
-/// Whether the evidence supports the pose, or at least does not speak against it.
+/// Whether the evidence does not speak against the pose.
 [[nodiscard]] inline bool fits(const Evidence& evidence) {
-  return log_likelihood_ratio(evidence, {}) >= kAgainst;
+  return log_likelihood_ratio(evidence) >= 0.0;
 }
 
 }  // namespace vantage

@@ -29,16 +29,16 @@ double Hypothesis::innovation() const {
   // Matching errs by this much more once in a while, where a map has changed.
   if (!alignment || !motion) return 0.0;
   PoseMatrix S = motion->pose_covariance() + R;
-  S.diagonal().head<3>().array() += kChangedMetres * kChangedMetres;
+  S.diagonal().head<3>().array() += kSameMetres * kSameMetres;
   S.diagonal().tail<3>().array() += kSameRadians * kSameRadians;
   const PoseVector off = difference(alignment->T_map_scan, predicted());
   return off.dot(S.ldlt().solve(off));
 }
 
-double update_beliefs(std::vector<Hypothesis>& hypotheses, bool compared) {
+double update_beliefs(std::vector<Hypothesis>& hypotheses) {
   double most = 0.0;  // the log odds of elsewhere
   for (Hypothesis& one : hypotheses) {
-    one.belief = one.support.log_odds(compared);
+    one.belief = one.support.log_odds();
     most = std::max(most, one.belief);
   }
   double elsewhere = std::exp(-most), total = elsewhere;
@@ -55,9 +55,9 @@ double update_beliefs(std::vector<Hypothesis>& hypotheses, bool compared) {
 void doubt(std::vector<Hypothesis>& hypotheses, double share) {
   if (!(share > 0.0)) return;
   double all = 0.0;  // the odds of all against elsewhere
-  for (const Hypothesis& one : hypotheses) all += std::exp(one.support.log_odds(true));
+  for (const Hypothesis& one : hypotheses) all += std::exp(one.support.log_odds());
   for (Hypothesis& one : hypotheses) {
-    one.support.doubt(one.support.log_odds(true) + std::log1p(-share) - std::log1p(share * all));
+    one.support.doubt(one.support.log_odds() + std::log1p(-share) - std::log1p(share * all));
   }
 }
 

@@ -71,9 +71,6 @@ struct Hypothesis {
   return level_of(alignment.score);
 }
 
-/// An alignment is a rival of a better one if its level is at least this part of the better one's.
-inline constexpr double kRivalsLevel = 1.0 - kChange;
-
 /// Whether two poses are nearer to each other than both limits.
 [[nodiscard]] inline bool is_near(const Pose& a, const Pose& b, double metres, double radians) {
   return (a.translation - b.translation).norm() < metres && rotation_between(a, b) < radians;
@@ -85,9 +82,8 @@ inline constexpr double kRivalsLevel = 1.0 - kChange;
 }
 
 /// Sets the belief in each hypothesis.
-/// @param compared  them, with all other places of the map
-/// @return          the belief that the sensor is elsewhere; all beliefs add up to 1
-[[nodiscard]] double update_beliefs(std::vector<Hypothesis>& hypotheses, bool compared);
+/// @return  the belief that the sensor is elsewhere; all beliefs add up to 1
+[[nodiscard]] double update_beliefs(std::vector<Hypothesis>& hypotheses);
 
 /// Moves this share of the belief in each hypothesis to elsewhere: the sensor may have been carried
 /// away. Scans that fit bring it back.

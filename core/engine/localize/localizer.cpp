@@ -34,9 +34,10 @@ const char* to_string(Tracking tracking) noexcept {
 
 namespace {
 
-// Standard deviations of a pose that a user gives, and of one that a search found [m], [rad].
+// With less belief than this in the best hypothesis, others are looked for.
+constexpr double kSure = 0.8;
+// Standard deviations of a pose that a user gives [m], [rad].
 constexpr double kStartMetres = 1.0, kStartRadians = 0.1;
-constexpr double kFoundRadians = 0.05;
 
 PoseMatrix uncertainty(double metres, double radians) {
   PoseVector variance;
@@ -277,14 +278,14 @@ struct Localizer::State {
   /// Whether no other poses need to be looked for.
   [[nodiscard]] bool is_sure() const {
     return !hypotheses.empty() && compared && hypotheses.front().fits() &&
-           hypotheses.front().belief >= kMostlyBelieved;
+           hypotheses.front().belief >= kSure;
   }
 
   /// Whether to look where a prior says that the sensor is, although there is no other doubt: less
   /// and less often while priors contradict the scans.
   [[nodiscard]] bool is_contradicted(const std::optional<PosePrior>& prior) {
     if (!prior || hypotheses.empty()) return false;
-    const bool agrees = agreement(hypotheses.front().pose(), *prior, false) > kAgainst;
+    const bool agrees = agreement(hypotheses.front().pose(), *prior, false) >= 0.0;
     contradicted_scans = agrees ? 0 : contradicted_scans + 1;
     prior_searched = prior_searched && !agrees;
     return std::has_single_bit(contradicted_scans);
@@ -333,14 +334,14 @@ struct Localizer::State {
     }
     compared = compared || !answer.searchable || (answer.compared && !startled);
     prior_searched = prior_searched || contradicted_scans > 0;
-    const double missed = answer.missed(scan.prior ? 0.0 : failed_searches);
+    const double missed = missed_by_search(scan.prior ? 0.0 : failed_searches);
     for (Hypothesis& one : hypotheses) learn(answer, missed, one);
     for (const Find& find : answer.found.finds) {
       VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
       if (!found) continue;
       found->support =
-          Support(std::log(answer.recall), answer.found.around(found->pose(), weighing.model()));
-      found->support.be_found(answer.recall, missed);
+          Support(std::log(kRecall), answer.found.around(found->pose(), weighing.model()));
+      found->support.be_found(missed);
       if (scan.prior) {
         found->support.see_prior(agreement(found->pose(), *scan.prior, prior_searched));
       }
@@ -362,7 +363,7 @@ struct Localizer::State {
     const bool is_found = std::ranges::any_of(answer.found.finds, [&](const Find& find) {
       return is_same_pose(find.alignment.T_map_scan, one.pose());
     });
-    if (is_found) one.support.be_found(answer.recall, missed);
+    if (is_found) one.support.be_found(missed);
   }
 
   /// @return nothing if nothing matches there, or if that pose is followed already
@@ -378,7 +379,7 @@ struct Localizer::State {
     if (is_known(pose)) return Outcome();
     // The sensor was elsewhere all the time: its motion continues from there.
     MotionFilter motion = expected;
-    motion.place(pose, uncertainty(kSameMetres, kFoundRadians));
+    motion.place(pose, uncertainty(kSameMetres, kSameRadians));
     Sweep own = sweep;
     VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
     if (!match.alignment) return Outcome();
@@ -462,11 +463,11 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
                                                 " ready"));
   }
   s.forget_everything(false);
-  const double log_odds = std::log(kTrust / (1.0 - kTrust));
+  const double log_odds = std::log((1.0 - kDoubt) / kDoubt);
   s.hypotheses.push_back({.initial = T_map_scan,
                           .last = T_map_scan,
                           .support = Support(log_odds, Lookalikes::of(s.weighing.model()))});
-  s.elsewhere = update_beliefs(s.hypotheses, s.compared);
+  s.elsewhere = update_beliefs(s.hypotheses);
   return {};
 }
 
@@ -530,7 +531,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       // A scan that does not fit speaks for itself. One that fits again, or after a surprise, may
       // be from a place alike.
       if (first.fits() && surprise) {
-        doubted = kDoubt;
+        doubted = kDoubt;  // the sensor was carried away, maybe
         for (Hypothesis& one : s.hypotheses) one.support.start_anew();
       }
       if (first.fits() && s.weighing.was_adrift()) {
@@ -541,7 +542,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     } else {
       doubt(s.hypotheses, doubted);
     }
-    s.elsewhere = update_beliefs(s.hypotheses, s.compared);
+    s.elsewhere = update_beliefs(s.hypotheses);
   }
   // Once the sensor is lost or was carried away, what was compared has become worthless.
   if (surprise || (!s.hypotheses.empty() && s.elsewhere > 0.5)) {
@@ -575,7 +576,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     report.has_pose = false;
     return report;
   }
-  s.elsewhere = update_beliefs(s.hypotheses, s.compared);
+  s.elsewhere = update_beliefs(s.hypotheses);
   s.elsewhere += sort_out(s.hypotheses, s.params.max_hypotheses);
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);

@@ -129,17 +129,17 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
 }  // namespace
 
 Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const {
-  // What the model expects of wrong poses counts like so many of them.
-  // In a map of one street, all places fit. Then the comparison of the poses has to tell them
-  // apart.
-  double sum = kExpected * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
-  double samples = kExpected;
+  // What the model expects of wrong poses counts like a mean of them.
+  double sum = kMeanOf * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
+  double samples = kMeanOf;
   for (const Tried& one : tried) {
-    if ((one.T_map_scan.translation - T_map_scan.translation).norm() < kSamePlace) continue;
-    sum += std::clamp(one.share, 0.0, model.most_right);
+    if ((one.T_map_scan.translation - T_map_scan.translation).norm() < 2.0 * kBasin) continue;
+    sum += std::clamp(one.share, 0.0, 1.0);
     samples += 1.0;
   }
-  return {static_cast<double>(tried.size()), std::min<double>(kMostScale, sum / samples)};
+  // In a map of one street, all places fit. Then the comparison of the poses has to tell them
+  // apart.
+  return {static_cast<double>(tried.size()), std::min(2.0 * model.similar_scale, sum / samples)};
 }
 
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
@@ -170,7 +170,7 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
       if (level_of(find.alignment) > level_of(found[0].alignment)) found[0] = find;
     }
     for (const Find& find : near) {
-      if (level_of(find.alignment) >= kRivalsLevel * level_of(found[0].alignment))
+      if (level_of(find.alignment) >= (1.0 - kChange) * level_of(found[0].alignment))
         found.push_back(find);
     }
   }

@@ -7,17 +7,9 @@
 #include "localize/weighing.hpp"
 
 namespace vantage {
-namespace {
 
-double recall_in(const PlaceArea& area) {
-  if (!area.complete) return kRecall * kInArea;
-  return area.radius <= kNarrow ? kTrust.value : kRecall.value;
-}
-
-}  // namespace
-
-double SearchAnswer::missed(double failed) const {
-  return 1.0 - recall + kNowhere * std::pow(1.0 - recall, -std::min<double>(kMostFailed, failed));
+double missed_by_search(double failed) {
+  return 1.0 - kRecall + kNowhere * std::pow(1.0 - kRecall, -failed);
 }
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
@@ -33,10 +25,8 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   if (task.up || params_.gravity == Gravity::unknown) query.up = task.up;
   VANTAGE_TRY(Finds found,
               search_pose({regions_, maps_, *places_}, task.scan.points, some, *to_itself, query));
-  return SearchAnswer{.compared = task.area.complete,
-                      .recall = recall_in(task.area),
-                      .found = std::move(found),
-                      .to_itself = *to_itself};
+  return SearchAnswer{
+      .compared = task.area.complete, .found = std::move(found), .to_itself = *to_itself};
 }
 
 Result<bool> Searcher::need_places() {

@@ -28,15 +28,14 @@ struct SearchTask {
 struct SearchAnswer {
   bool searchable = true;  ///< false: the bundle holds nothing that can be searched
   bool compared = false;   ///< whether all places where the sensor may be were looked at
-  double recall = 0.0;     ///< probability that the sensor's place is among the finds
   Finds found = {};
   Fit to_itself = {};  ///< of the scan
-
-  /// Probability that the sensor is not at a find, because the search missed its place or because
-  /// it is nowhere in the map. Searches that failed are evidence for the latter.
-  /// @param failed  so many searches at other places were not followed by a tracked scan
-  [[nodiscard]] double missed(double failed) const;
 };
+
+/// Odds that the sensor is not at a find, because the search missed its place or because it is
+/// nowhere in the map. Searches that failed are evidence for the latter.
+/// @param failed  so many searches at other places were not followed by a tracked scan
+[[nodiscard]] double missed_by_search(double failed);
 
 /// Searches a bundle. It reads only what other threads may read at the same time.
 /// Thread safety: one search at a time.

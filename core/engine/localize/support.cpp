@@ -20,27 +20,27 @@ double part_of_mean(double weight, double& all) {
 
 void Support::take(double told, double news) {
   far_ = std::clamp<double>(far_ + news * told, kLeast, kMostFar);
-  // Scans refuted the pose. If it fits again, it may have been led astray.
-  if (prior_ + far_ >= kNothingFits) return;
-  prior_ = std::min<double>(prior_, kNothingFits);
+  // A pose that scans refuted, and that fits again, may have been led astray.
+  const double refuted = std::log(kDoubt);
+  if (prior_ + far_ >= refuted) return;
+  prior_ = std::min(prior_, refuted);
   searched_ = 0.0;
 }
 
-void Support::take(const Evidence& evidence, double told, double news, std::optional<double> usual,
-                   const ShareModel& model) {
+void Support::take(const Evidence& evidence, double told, double news, const ShareModel& model) {
   take(told, news);
   const double precision = weight_of_share(evidence, model);
   const double weight = news * precision * precision;
   if (!(weight > 0.0)) return;
   Evidence bounded = evidence;  // one bad scan does not outweigh all others
-  bounded.share = std::clamp(evidence.share, 0.0, model.most_right);
+  bounded.share = std::clamp(evidence.share, 0.0, 1.0);
   bounded.margin = std::max(kLeastMargin, evidence.margin);
   const double part = part_of_mean(weight, scans_);
   for (double Evidence::*const value : {&Evidence::share, &Evidence::noise, &Evidence::bias,
                                         &Evidence::margin, &Evidence::margin_noise}) {
     mean_.*value = std::lerp(mean_.*value, bounded.*value, part);
   }
-  lookalike_ = odds_of_lookalike(mean_, usual, among_, model);
+  lookalike_ = odds_of_lookalike(mean_, among_, model);
 }
 
 void Support::take(const Contrast& contrast) {
@@ -56,8 +56,8 @@ void Support::start_anew() {
   searched_ = 0.0;
 }
 
-void Support::be_found(double recall, double missed) {
-  prior_ = std::max(prior_, std::log(recall));
+void Support::be_found(double missed) {
+  prior_ = std::max(prior_, std::log(kRecall));
   searched_ = std::max(searched_, -std::log(missed));
 }
 
@@ -68,9 +68,8 @@ void Support::doubt(double log_odds) {
   if (far > std::exp(-far_)) far_ = std::max(kLeast, -std::log(far));
 }
 
-double Support::log_odds(bool compared) const {
-  const double alike = std::max(compared ? 0.0 : kDoubt.value, lookalike_.elsewhere);
-  return log_prior() + std::max(kLeast, -std::log(std::exp(-far_) + alike));
+double Support::log_odds() const {
+  return log_prior() + std::max(kLeast, -std::log(std::exp(-far_) + lookalike_.elsewhere));
 }
 
 double Support::odds_near() const {

@@ -22,8 +22,7 @@ class Support {
   /// Takes in a scan.
   /// @param told  log(p(scan | right) / p(scan | far off))
   /// @param news  how independent the scan is of those before, in [0, 1]
-  void take(const Evidence& evidence, double told, double news, std::optional<double> usual,
-            const ShareModel& model);
+  void take(const Evidence& evidence, double told, double news, const ShareModel& model);
   /// The same for a scan whose share says nothing.
   void take(double told, double news);
   /// Takes in the contrast at another place.
@@ -34,10 +33,10 @@ class Support {
   void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
   /// What the last search says of wrong poses around here.
   void be_among(double scale) { among_.scale = scale; }
-  /// A search found the pose. Then the sensor is less probably elsewhere; that counts once, because
-  /// searches miss the same places.
-  /// @param recall, missed  probability that the sensor is at a find, and that it is not
-  void be_found(double recall, double missed);
+  /// A search found the pose. Then the sensor is less probably elsewhere, never more; that counts
+  /// once, because searches miss the same places.
+  /// @param missed  the odds that the sensor is at no find (missed_by_search)
+  void be_found(double missed);
   /// Makes the odds higher or lower, against those of other poses that are followed.
   void favour(double log_odds);
   /// Lowers the odds to these; scans may raise them again.
@@ -45,8 +44,7 @@ class Support {
   /// The scans and searches before were at another place, maybe.
   void start_anew();
 
-  /// @param compared  the pose, with all other places; otherwise one of them may be alike
-  [[nodiscard]] double log_odds(bool compared) const;
+  [[nodiscard]] double log_odds() const;
   /// The odds that the sensor is beside the pose, beyond the alert limit, against being there.
   /// They are no part of `log_odds`: no search looks there, and nothing else speaks for it.
   [[nodiscard]] double odds_near() const;

@@ -60,7 +60,7 @@ Result<Alignment> align_best(const MatchTarget& target, PointsView points,
   std::ranges::stable_sort(aligned, std::greater(),
                            [](const Alignment& one) { return level_of(one); });
   for (const Alignment& one : aligned) {
-    if (level_of(one) < kRivalsLevel * level_of(aligned.front())) break;
+    if (level_of(one) < (1.0 - kChange) * level_of(aligned.front())) break;
     const bool same = is_same_pose(one.T_map_scan, aligned.front().T_map_scan) ||
                       std::ranges::any_of(rivals, [&](const Alignment& rival) {
                         return is_same_pose(one.T_map_scan, rival.T_map_scan);

@@ -37,7 +37,7 @@ struct SweepMatch {
 
 /// Matches a sweep near a predicted motion. Where that is vague, it is matched all around the
 /// prediction, too, and the alignment that scores best is taken: a matcher stops at the next rise.
-/// Others that score nearly as high, at other poses, are its rivals (kRivalsLevel).
+/// Others that score nearly as high, at other poses, are its rivals (kChange).
 /// Where the alignment shows another motion than the sweep was undistorted by, the sweep is
 /// undistorted by that motion and matched again, until this no longer moves its points by more than
 /// they are noisy. A twist that is vague is measured by the sweep itself: both its halves are

@@ -14,19 +14,22 @@ namespace {
 constexpr double kSettledWay = 1.0, kSettledTime = 1.0, kSettledRisk = 2e-4;
 // The fit of scans to themselves changes with the surroundings [m].
 constexpr double kSurroundings = 25.0;
-constexpr double kLeastLevel = 1e-6;
 constexpr std::size_t kScored = 512;
 constexpr double kBelieved = 0.5;
 
-/// A wrong pose does not move as the sensor does: matching pulls it about.
-double surprise(const Hypothesis& one) {
-  return -std::min<double>(kMostPull, 0.5 * std::max(0.0, one.innovation() - kUsualPull));
+/// log(p(deviation | expected) / p(deviation | anything)), at most 0, for the square of a distance
+/// in standard deviations. A deviation of the usual size says nothing.
+double log_ratio_of_deviation(double squared) {
+  constexpr double kUsual = 6.0;  // of a pose, which has six of them
+  return std::max(std::log(kOutlier), std::min(0.0, 0.5 * (kUsual - squared)));
 }
+
+/// How many independent scans a scan so far from the last one counts for, at least.
+double news_of(double metres) { return std::max<double>(metres, kSameMetres) / kBasin; }
 
 }  // namespace
 
 double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
-  constexpr double kMissed = 0.1;  // of all searches
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const double off = pose.translation[axis] - prior.T_map_sensor.translation[axis];
@@ -35,18 +38,19 @@ double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
   const double turned =
       std::remainder(heading_of(pose) - heading_of(prior.T_map_sensor), 2.0 * std::numbers::pi);
   squared += turned * turned / (prior.sigma_heading * prior.sigma_heading);
-  return std::clamp(0.5 * (kUsualPull - squared),
-                    std::log(searched ? kOutlier / kMissed : kOutlier.value), 0.0);
+  const double ratio = log_ratio_of_deviation(squared);
+  return searched ? std::max(ratio, std::log(kOutlier / (1.0 - kRecall))) : ratio;
 }
 
 double doubt_of_prediction(const Hypothesis& best) {
+  // At each independent scan, the sensor may be at a place that looks alike.
   const double way = (best.predicted().translation - best.last.translation).norm();
-  const double carried = kUnnoticed * std::max<double>(kSameMetres, way);
+  const double carried = kAlike * news_of(way);
   if (best.initial) return carried;
   // All around is matched, too; a prediction vaguer than that may be anywhere.
   const double reach = reach_of(best.sigma());
   const double corrected = kBasin + (2.0 * best.sigma() <= reach + 1.0 ? reach : 0.0);
-  return std::min(kMostDoubt.value,
+  return std::min(1.0 - kDoubt,
                   carried + std::erfc(corrected / (best.sigma() * std::numbers::sqrt2)));
 }
 
@@ -55,23 +59,21 @@ PointCloud Weighing::scored(const PreparedScan& scan) {
 }
 
 bool Weighing::is_surprising(const Hypothesis& one) const {
-  return (!one.initial && one.is_surprised()) || rise(one) < -unusual_change();
+  const double usual = std::max(usual_change_, noise_of_level(kScored));
+  return (!one.initial && one.is_surprised()) || rise(one) < -kUnusual * usual;
 }
 
 double Weighing::rise(const Hypothesis& one) const {
+  constexpr double kLeastLevel = 1e-6;
   if (!one.alignment || !(last_level_ > 0.0)) return 0.0;
   return std::log(std::max(level_of(*one.alignment), kLeastLevel) / last_level_);
-}
-
-double Weighing::unusual_change() const {
-  return kUnusual * std::max<double>(usual_change_, kLeastChange);
 }
 
 bool Weighing::scores_as_usual(const Hypothesis& one) const {
   if (!one.alignment) return false;
   const double perfect = reference_ ? reference_->level : 0.0;
   const double usual = usual_level_ > 0.0 ? usual_level_ : perfect;
-  return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kFall) * usual;
+  return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kChange) * usual;
 }
 
 double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motion->stamp() : 0.0; }
@@ -118,7 +120,7 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
   one.silent = false;
   if (some.empty()) return {};  // says nothing
   if (!one.alignment) {
-    one.told = kNothingFits;  // a place off the map, or a covered sensor
+    one.told = std::log(kDoubt);  // a place off the map, or a covered sensor
     return {};
   }
   if (!reference) return {};
@@ -127,7 +129,8 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
   one.silent = one.belief >= kBelieved && !fits(*one.evidence) && scores_as_usual(one);
   // Where nothing holds the matcher, its wandering says nothing either.
   one.told = one.silent ? log_likelihood_ratio_of_margin(*one.evidence)
-                        : log_ratio_to_far(*one.evidence, usual_share_, model_) + surprise(one);
+                        : log_ratio_to_far(*one.evidence, model_) +
+                              log_ratio_of_deviation(one.innovation());
   return {};
 }
 
@@ -147,18 +150,16 @@ Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const 
 void Weighing::take(std::vector<Hypothesis>& hypotheses) {
   const Hypothesis& first = hypotheses.front();
   const Point at = first.pose().translation;
-  news_ =
-      weighed_at_ ? std::clamp<double>((at - *weighed_at_).norm() / kBasin, kLeastNews, 1.0) : 1.0;
-  const double told = std::min<double>(kBeyondDoubt, first.told);
-  if (std::abs(told - told_) > kToldChange) news_ = 1.0;
-  told_ = told;
-  adrift_ = first.evidence ? !first.silent && !first.fits() : told < 0.0;
+  news_ = weighed_at_ ? std::min(1.0, news_of((at - *weighed_at_).norm())) : 1.0;
+  const bool before =
+      std::exchange(adrift_, first.evidence ? !first.silent && !first.fits() : first.told < 0.0);
+  if (adrift_ != before) news_ = 1.0;
   weighed_at_ = at;
   weighed_stamp_ = stamp_of(first);
   for (Hypothesis& one : hypotheses) {
     if (one.contrast) one.support.take(*one.contrast);
     if (one.evidence && !one.silent) {
-      one.support.take(*one.evidence, one.told, news_, usual_share_, model_);
+      one.support.take(*one.evidence, one.told, news_, model_);
     } else {
       one.support.take(one.told, news_);
     }
@@ -168,7 +169,7 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
 void Weighing::take_first(Hypothesis& found) const {
   if (found.contrast) found.support.take(*found.contrast);
   if (found.evidence) {
-    found.support.take(*found.evidence, found.told, 1.0, usual_share_, model_);
+    found.support.take(*found.evidence, found.told, 1.0, model_);
   }
 }
 
@@ -200,29 +201,22 @@ Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at
 }
 
 void Weighing::learn(const Hypothesis& first, bool tracked) {
-  const double before = last_level_;
+  constexpr double kNew = 1.0 / kMeanOf;
+  const double change = std::abs(rise(first));
   if (first.alignment) last_level_ = level_of(*first.alignment);
   if (!tracked) return;
-  if (before > 0.0 && last_level_ > 0.0) {
-    const double change = std::abs(std::log(last_level_ / before));
-    usual_change_ =
-        std::lerp(usual_change_, std::min(change, kMostJump * usual_change_), kLearning);
+  if (change > 0.0) {  // one jump of the level does not make jumps usual
+    usual_change_ = std::lerp(usual_change_, std::min(change, kUnusual * usual_change_), kNew);
   }
-  usual_level_ =
-      usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kLearning);
-  if (!first.evidence || !(first.evidence->share > 0.0)) return;
-  const double share = first.evidence->share;
-  usual_share_ = usual_share_ ? std::lerp(*usual_share_, share, kLearning) : share;
+  usual_level_ = usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kNew);
 }
 
 void Weighing::forget() {
-  usual_share_.reset();
   usual_level_ = last_level_ = 0.0;
-  usual_change_ = kFirstChange;
+  usual_change_ = 2.0 * kChange / kUnusual;  // a fall by so much is a surprise at first
   reference_.reset();
   fresh_ = false;
   weighed_at_.reset();
-  told_ = 0.0;
   adrift_ = false;
   news_ = 1.0;
 }

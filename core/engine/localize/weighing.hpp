@@ -9,10 +9,10 @@
 
 namespace vantage {
 
-/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-6.9, 0]: one prior in a
-/// thousand is wrong, whatever its deviations say.
+/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-6.9, 0]: some priors are
+/// wrong, whatever their deviations say (kOutlier).
 /// @param searched  the place where the prior says that the sensor is was searched, and the sensor
-///                  was not found: nine tenths of "elsewhere" are ruled out; in [-4.6, 0]
+///                  was not found: nine tenths of "elsewhere" are ruled out (kRecall); in [-4.6, 0]
 [[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior, bool searched);
 
 /// The probability that the sensor is not where the best hypothesis predicts it: it grows with the
@@ -69,7 +69,7 @@ class Weighing {
     return fresh_ ? reference_ : std::nullopt;
   }
 
-  /// Learns from the hypothesis that is reported which fit is usual.
+  /// Learns from the hypothesis that is reported which level is usual.
   void learn(const Hypothesis& first, bool tracked);
   /// Forgets everything.
   void forget();
@@ -77,8 +77,6 @@ class Weighing {
  private:
   /// Of the level's logarithm since the scan before; 0 without one.
   [[nodiscard]] double rise(const Hypothesis& one) const;
-  /// A change of the level's logarithm that is far from usual.
-  [[nodiscard]] double unusual_change() const;
   /// The time of the scan [s].
   [[nodiscard]] static double stamp_of(const Hypothesis& one);
   [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
@@ -91,16 +89,14 @@ class Weighing {
   const ScanMatcher& matcher_;
   ShareModel model_;
   AlertLimit limit_;
-  std::optional<double> usual_share_;  // the share of recent tracked scans
-  double usual_level_ = 0.0;
+  double usual_level_ = 0.0;      // of recent tracked scans
   double last_level_ = 0.0;       // of the scan before
-  double usual_change_ = 0.0;     // of the level's logarithm, from scan to scan
+  double usual_change_ = 0.0;     // of the logarithm of the level, from scan to scan
   std::optional<Fit> reference_;  // how the scan at `reference_at_` fits itself
   Point reference_at_ = Point::Zero();
   bool fresh_ = false;               // the reference is that of the last scan
   std::optional<Point> weighed_at_;  // where the first hypothesis was weighed last
   double weighed_stamp_ = 0.0;       // of that scan
-  double told_ = 0.0;                // by the first hypothesis then, bounded
   bool adrift_ = false;              // it did not fit then
   double news_ = 1.0;                // how much the last scan counted, in [0, 1]
 };

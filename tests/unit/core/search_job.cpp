@@ -14,7 +14,7 @@ namespace {
 /// An answer that takes `ms` of nominal time.
 SearchAnswer answer_of(double ms) {
   SearchAnswer answer{.compared = true};
-  answer.recall = 0.7;
+  answer.to_itself.level = 0.7;
   answer.found.work.search_ms = ms;
   return answer;
 }
@@ -63,7 +63,7 @@ TEST_CASE("without a budget, a search ends within its scan") {
   CHECK(job.under_way());
   const auto known = job.answer(0.0);
   REQUIRE(known);
-  CHECK(known->answer->recall == 0.7);
+  CHECK(known->answer->to_itself.level == 0.7);
   CHECK_FALSE(known->T_then_now);
   CHECK_FALSE(job.under_way());
 }

@@ -41,7 +41,7 @@ TEST_CASE("where wrong poses fit better, the same share speaks less for a pose")
   CHECK(vague.similar > usual.similar);
   CHECK(vague.similar_scale > usual.similar_scale);
   const auto ratio = [](const ShareModel& model) {
-    return log_likelihood_ratio({.share = 0.3, .noise = 0.0}, {}, model);
+    return log_likelihood_ratio({.share = 0.3, .noise = 0.0}, model);
   };
   CHECK(ratio(clear) >= ratio(usual));
   CHECK(ratio(vague) < ratio(usual) - 0.5);
@@ -52,7 +52,7 @@ TEST_CASE("a map with places that are alike makes no pose certain by its fit") {
   for (std::size_t k = 24; k < Calibration::kQuantiles; ++k) calibration.wrong[k] = 0.7;
   const ShareModel alike = fitted_model(calibration);
   CHECK(alike.alike > 0.1);
-  CHECK(log_likelihood_ratio({.share = 0.8, .noise = 0.0}, {}, alike) < 2.5);
+  CHECK(log_likelihood_ratio({.share = 0.8, .noise = 0.0}, alike) < 2.5);
 }
 
 TEST_CASE("right poses may be less sharp than usual, and shares of thin scans are scaled") {

@@ -31,7 +31,7 @@ struct Bench {
     weighing.compare(hypotheses);
     std::vector<double> changes;
     for (const Hypothesis& one : hypotheses) {
-      changes.push_back(one.support.log_odds(true) - Support().log_odds(true));
+      changes.push_back(one.support.log_odds() - Support().log_odds());
     }
     return changes;
   }
