@@ -43,12 +43,15 @@ Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Po
   return {};
 }
 
-double bounded_share(const Evidence& evidence) { return std::clamp(evidence.share, 0.0, 1.0); }
+double bounded_share(const Evidence& evidence) {
+  return std::clamp(evidence.share, 0.0, kMostShare);
+}
 
 /// Density of the share at right poses.
 double density_right(const Evidence& evidence, const ShareModel& model) {
   const double x = bounded_share(evidence);
-  return x < model.least_right ? 1.0 : -1.0 / (x * std::log(model.least_right));
+  return x < model.least_right ? 1.0 / kMostShare
+                               : 1.0 / (x * std::log(kMostShare / model.least_right));
 }
 
 /// Little structure makes wrong poses look as sharp as right ones. So does a share that is mostly

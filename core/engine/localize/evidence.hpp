@@ -67,8 +67,11 @@ struct Evidence {
 };
 [[nodiscard]] VANTAGE_API Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept;
 
-/// How shares are distributed at right poses (from the least one to that of a perfect map) and at
-/// wrong ones (two exponentials). A bundle's atlas may change the defaults.
+/// A share is at most that of a perfect map, and what the map may add to it.
+inline constexpr double kMostShare = 1.0 + kChange;
+
+/// How shares are distributed at right poses (from the least one to the most) and at wrong ones
+/// (two exponentials). A bundle's atlas may change the defaults.
 struct ShareModel {
   double wrong_scale = kFarScale;  ///< mean share at poses that are far off
   /// Of wrong poses that share a street's walls or a row of trees with the right one.

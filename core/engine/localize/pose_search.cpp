@@ -134,12 +134,12 @@ Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const 
   double samples = kMeanOf;
   for (const Tried& one : tried) {
     if ((one.T_map_scan.translation - T_map_scan.translation).norm() < 2.0 * kBasin) continue;
-    sum += std::clamp(one.share, 0.0, 1.0);
+    sum += std::clamp(one.share, 0.0, kMostShare);
     samples += 1.0;
   }
   // In a map of one street, all places fit. Then the comparison of the poses has to tell them
   // apart.
-  return {static_cast<double>(tried.size()), std::min(2.0 * model.similar_scale, sum / samples)};
+  return {static_cast<double>(tried.size()), std::min(2.0 * kSimilarScale, sum / samples)};
 }
 
 Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,

@@ -33,7 +33,7 @@ void Support::take(const Evidence& evidence, double told, double news, const Sha
   const double weight = news * precision * precision;
   if (!(weight > 0.0)) return;
   Evidence bounded = evidence;  // one bad scan does not outweigh all others
-  bounded.share = std::clamp(evidence.share, 0.0, 1.0);
+  bounded.share = std::clamp(evidence.share, 0.0, kMostShare);
   bounded.margin = std::max(kLeastMargin, evidence.margin);
   const double part = part_of_mean(weight, scans_);
   for (double Evidence::*const value : {&Evidence::share, &Evidence::noise, &Evidence::bias,
