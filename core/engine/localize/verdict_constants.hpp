@@ -27,7 +27,7 @@ inline constexpr VerdictConstant kPointNoise{"point_noise", 0.3, "of the score",
 inline constexpr VerdictConstant kChange{"change", 0.15, "of the score",
                                          "what the map lacks may do to a share, a contrast or a "
                                          "score; a rival scores at most so much less than the best",
-                                         "213, other day, 302, 303"};
+                                         "213, other day, 302, 303, 606"};
 
 // The shares of right and of wrong poses.
 inline constexpr VerdictConstant kLeastRight{
