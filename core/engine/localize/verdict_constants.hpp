@@ -88,7 +88,7 @@ inline constexpr VerdictConstant kSameDegrees{
     "same_degrees", 3.0, "deg", "the same for the angle between them", "not recorded"};
 inline constexpr double kSameRadians = kSameDegrees * std::numbers::pi / 180.0;
 inline constexpr VerdictConstant kRecall{
-    "recall", 0.9, "probability", "that a search finds the place of the sensor", "not recorded"};
+    "recall", 0.95, "probability", "that a search finds the place of the sensor", "lost_2"};
 inline constexpr VerdictConstant kNowhere{"nowhere", 0.01, "probability",
                                           "that the sensor is nowhere in the map",
                                           "other day, 301, lost_2, a street of the tests"};

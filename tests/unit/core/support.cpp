@@ -119,9 +119,9 @@ TEST_CASE("a search that found a pose adds to its odds, but once, and does not u
   for (int search = 0; search < 3; ++search) given.be_found(0.1);
   CHECK(given.log_odds() == doctest::Approx(before - 1.0 + std::log(10.0)));
   refuted.be_found(10.1);  // many searches failed
-  CHECK(refuted.log_odds() == doctest::Approx(before_refuted + 3.0 + std::log(0.9)));
+  CHECK(refuted.log_odds() == doctest::Approx(before_refuted + 3.0 + std::log(0.95)));
   refuted.be_found(0.1);
-  CHECK(refuted.log_odds() == doctest::Approx(before_refuted + 3.0 + std::log(0.9 / 0.1)));
+  CHECK(refuted.log_odds() == doctest::Approx(before_refuted + 3.0 + std::log(0.95 / 0.1)));
 }
 
 TEST_CASE("a pose that was refuted has to be found anew, or to fit clearly") {
