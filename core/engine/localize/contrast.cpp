@@ -19,6 +19,7 @@ constexpr int kNodes = 5;                                                   // t
 constexpr double kStep = kBasin / kNodes;                                   // [m]
 constexpr double kFarthest = (kNodes + 1) * kStep, kFinest = 0.25 * kStep;  // [m], of climbs
 constexpr std::size_t kPlaces = 8 * (kNodes + 1) + 1;  // to both sides, kFinest apart
+constexpr double kHeightStep = 0.05;  // of a line of nodes above and below [m]: ground is thin
 constexpr std::size_t kAtNodes = 128, kAtSummits = 256, kMostSummits = 4;
 
 double normal_density(double x, double mean, double sigma) {
@@ -39,7 +40,7 @@ struct Node {
   double level = 0.0;
 };
 
-/// The levels of a scan around a pose in plan view.
+/// The levels of a scan around a pose: in plan view, and above and below it.
 class Surroundings {
  public:
   Surroundings(const MatchTarget& target, PointsView scan, const Pose& T_map_scan, double limit)
@@ -64,9 +65,14 @@ class Surroundings {
       VANTAGE_TRY(const Node summit, climb(from, 0.0));
       if (summit.at.norm() >= limit_) levels.summit = std::max(levels.summit, summit.level);
     }
+    for (const double side : {-1.0, 1.0}) {
+      VANTAGE_TRY(const double summit, summit_at_other_height(side));
+      if (summit > levels.here) levels.summit = std::max(levels.summit, summit);
+    }
+    levels.slope = levels.summit;
     if (summits.empty()) return levels;
     VANTAGE_TRY(const Node slope, climb(summits.front(), limit_));
-    levels.slope = std::max(levels.summit, slope.level);
+    levels.slope = std::max(levels.slope, slope.level);
     return levels;
   }
 
@@ -76,6 +82,33 @@ class Surroundings {
     moved.translation += T_map_scan_.rotation * Point(at.x(), at.y(), 0.0);
     VANTAGE_TRY(const ScanScore score, target_.score(points, moved));
     return level_of(score);
+  }
+
+  [[nodiscard]] Result<double> level_at_height(PointsView points, double z) const {
+    Pose moved = T_map_scan_;
+    moved.translation.z() += z;
+    VANTAGE_TRY(const ScanScore score, target_.score(points, moved));
+    return level_of(score);
+  }
+
+  /// The highest summit of the line above or below the pose, beyond the limit; 0 without one.
+  /// @param side  1 above, -1 below
+  [[nodiscard]] Result<double> summit_at_other_height(double side) const {
+    std::vector<double> line;  // from a step nearer than the limit to a step farther than kBasin
+    const auto height = [&](std::size_t k) {
+      return side * (limit_ + (static_cast<double>(k) - 1.0) * kHeightStep);
+    };
+    const auto nodes = static_cast<std::size_t>(std::max(0.0, (kBasin - limit_) / kHeightStep)) + 3;
+    for (std::size_t k = 0; k < nodes; ++k) {
+      VANTAGE_TRY(line.emplace_back(), level_at_height(few_, height(k)));
+    }
+    std::size_t best = 0;
+    for (std::size_t k = 1; k + 1 < nodes; ++k) {
+      const bool is_summit = line[k] >= line[k - 1] && line[k] >= line[k + 1] && line[k] > 0.0;
+      if (is_summit && (best == 0 || line[k] > line[best])) best = k;
+    }
+    if (best == 0) return 0.0;
+    return level_at_height(some_, height(best));
   }
 
   /// The nodes beyond the limit that are as high as those around them there, the highest ones.

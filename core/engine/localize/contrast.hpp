@@ -13,9 +13,10 @@ namespace vantage {
 /// How much better a scan fits at a pose than elsewhere around it. It shows maps that hold a place
 /// twice, a step apart, and poses beside the right one.
 struct Contrast {
-  /// The level at the pose less that of the highest other summit around it in plan view, from the
-  /// alert limit to 2 m off, as a part of the sharpness. Mostly above 0.5 at a right pose, about 0
-  /// where another place is as good. 1 without another summit.
+  /// The level at the pose less that of the highest other summit around it, from the alert limit to
+  /// 2 m off, as a part of the sharpness: in plan view, and above and below if the scan fits better
+  /// there. Mostly above 0.5 at a right pose, about 0 where another place is as good. 1 without
+  /// another summit.
   double summit;
   /// The same, less the highest level there, on a slope or not: about 0.5 at a right pose, and
   /// about 0 where two places are so near to each other that their summits merge.

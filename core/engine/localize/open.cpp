@@ -2,8 +2,8 @@
 #include <string_view>
 #include <utility>
 
-#include "localize/share_model.hpp"
 #include "localize/place_index.hpp"
+#include "localize/share_model.hpp"
 #include "vantage/engine/localizer.hpp"
 
 namespace vantage {

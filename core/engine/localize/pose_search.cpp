@@ -65,7 +65,7 @@ std::vector<Start> starts_around(const Find& find) {
   const Eigen::Matrix3d R = find.alignment.T_map_scan.rotation.toRotationMatrix();
   std::vector<Start> starts;
   for (const double side : {-1.0, 1.0}) {
-    for (const Eigen::Index axis : {0, 1}) {
+    for (const Eigen::Index axis : {0, 1, 2}) {
       Start moved = start_at(find);
       moved.T_map_scan.translation += side * kMoved * R.col(axis);
       starts.push_back(std::move(moved));

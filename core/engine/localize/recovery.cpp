@@ -10,9 +10,9 @@
 
 namespace vantage {
 
-Recovery::Recovery(const Searcher& searcher, LocalizerParams& params)
+Recovery::Recovery(Searcher searcher, LocalizerParams& params)
     : params_(params),
-      searcher_(searcher),
+      searcher_(std::move(searcher)),
       job_(std::ref(searcher_), {params.live, params.search_budget}) {}
 
 void Recovery::forget() {

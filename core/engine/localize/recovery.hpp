@@ -18,7 +18,7 @@ class Recovery {
  public:
   /// @param params  must outlive the object. `recovery_radius` becomes 0 if the bundle holds
   ///                nothing that can be searched
-  Recovery(const Searcher& searcher, LocalizerParams& params);
+  Recovery(Searcher searcher, LocalizerParams& params);
 
   /// Forgets everything. A search that is under way is dropped.
   void forget();

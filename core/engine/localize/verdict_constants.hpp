@@ -46,15 +46,16 @@ inline constexpr VerdictConstant kAlike{
     "of them once in so many independent scans",
     "street, other day, 301, 303, 311"};
 inline constexpr VerdictConstant kOutlier{
-    "outlier", 1e-3, "of measurements",
+    "outlier", 5e-4, "of measurements",
     "are off whatever their deviations say: priors, pulls of matching, contrasts, and poses in "
     "which matching settles beside the right one",
-    "other day, 302, 303"};
+    "other day, 302, 303, a street of the tests"};
 
 // Contrasts; where a place exists twice, their mean is 0.
 inline constexpr VerdictConstant kContrast{
-    "contrast", 0.5, "of the sharpness",
-    "the mean contrast of right poses; where a place exists twice, it is 0", "302, 303"};
+    "contrast", 0.45, "of the sharpness",
+    "the mean contrast of right poses; where a place exists twice, it is 0",
+    "302, 303, a street of the tests"};
 inline constexpr VerdictConstant kContrastSpread{"contrast_spread", 0.1, "of the sharpness",
                                                  "the deviation of contrasts, without their noise",
                                                  "302, 303"};
@@ -87,8 +88,9 @@ inline constexpr VerdictConstant kSameMetres{
 inline constexpr VerdictConstant kSameDegrees{
     "same_degrees", 3.0, "deg", "the same for the angle between them", "not recorded"};
 inline constexpr double kSameRadians = kSameDegrees * std::numbers::pi / 180.0;
-inline constexpr VerdictConstant kRecall{
-    "recall", 0.95, "probability", "that a search finds the place of the sensor", "lost_2"};
+inline constexpr VerdictConstant kRecall{"recall", 0.97, "probability",
+                                         "that a search finds the place of the sensor",
+                                         "lost_2, a street of the tests"};
 inline constexpr VerdictConstant kNowhere{"nowhere", 0.01, "probability",
                                           "that the sensor is nowhere in the map",
                                           "other day, 301, lost_2, a street of the tests"};

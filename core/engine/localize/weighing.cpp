@@ -201,7 +201,7 @@ Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at
 }
 
 void Weighing::learn(const Hypothesis& first, bool tracked) {
-  constexpr double kNew = 1.0 / kMeanOf;
+  constexpr double kNew = 0.5 / kMeanOf;
   const double change = std::abs(rise(first));
   if (first.alignment) last_level_ = level_of(*first.alignment);
   if (!tracked) return;

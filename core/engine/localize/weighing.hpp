@@ -9,10 +9,10 @@
 
 namespace vantage {
 
-/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-6.9, 0]: some priors are
+/// log(p(prior | pose) / p(prior | elsewhere within three sigma)), in [-7.6, 0]: some priors are
 /// wrong, whatever their deviations say (kOutlier).
 /// @param searched  the place where the prior says that the sensor is was searched, and the sensor
-///                  was not found: a search rules out kRecall of "elsewhere"; in [-3.9, 0]
+///                  was not found: a search rules out kRecall of "elsewhere"; in [-4.1, 0]
 [[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior, bool searched);
 
 /// The probability that the sensor is not where the best hypothesis predicts it: it grows with the

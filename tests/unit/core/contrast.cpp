@@ -13,16 +13,19 @@ namespace {
 
 constexpr double kLimit = 0.5;
 
-/// A scan fits at a few places, each 0.3 m wide.
+/// A scan fits at a few places, each 0.3 m wide, and better at one height, where its ground is.
 class Places final : public MatchTarget {
  public:
-  explicit Places(std::vector<std::pair<Eigen::Vector2d, double>> places)
-      : places_(std::move(places)) {}
+  /// @param fit_of_ground  how much better a scan fits with its ground at z = `ground`
+  explicit Places(std::vector<std::pair<Eigen::Vector2d, double>> places, double ground = 0.0,
+                  double fit_of_ground = 0.0)
+      : places_(std::move(places)), ground_(ground), fit_of_ground_(fit_of_ground) {}
   [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
     return fail(ErrorCode::unsupported, "");
   }
   [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
-    double level = 0.2;  // the ground
+    const double above = (pose.translation.z() - ground_) / 0.05;
+    double level = 0.2 + fit_of_ground_ * std::exp(-0.5 * above * above);
     for (const auto& [at, height] : places_) {
       const double off = (pose.translation.head<2>() - at).norm() / 0.3;
       level += height * std::exp(-0.5 * off * off);
@@ -34,6 +37,7 @@ class Places final : public MatchTarget {
 
  private:
   std::vector<std::pair<Eigen::Vector2d, double>> places_;
+  double ground_, fit_of_ground_;
 };
 
 /// @param share  of the scan at the pose, which is the origin
@@ -69,6 +73,19 @@ TEST_CASE("the contrast is what a scan loses at the best other summit, and on th
   const Contrast merged = contrast_of(Places({{{0.0, 0.0}, 1.0}, {{0.52, 0.0}, 0.98}}));
   CHECK(merged.slope < 0.1);
   CHECK(ratio_of_twin(merged) > 100.0);
+}
+
+TEST_CASE("a scan that fits better at another height has no contrast") {
+  for (const double ground : {-1.9, -0.72, 0.55, 0.81, 1.4}) {
+    CAPTURE(ground);
+    const Contrast off = contrast_of(Places({{{0.0, 0.0}, 1.0}}, ground, 0.4));
+    CHECK(off.summit < -0.2);
+    CHECK(ratio_of_twin(off) > 100.0);
+  }
+  // The right height, or one that counts as the same.
+  for (const double ground : {0.0, 0.3, -0.4}) {
+    CHECK(contrast_of(Places({{{0.0, 0.0}, 1.0}}, ground, 0.4)).summit == 1.0);
+  }
 }
 
 TEST_CASE("what is nearer than the limit is the same pose") {

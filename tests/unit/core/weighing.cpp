@@ -120,7 +120,7 @@ TEST_CASE("a prior may be wrong, whatever its deviations say") {
   CHECK(agreement(at(0.0), prior, false) == 0.0);
   CHECK(agreement(at(10.0), prior, false) == 0.0);
   CHECK(agreement(at(15.0), prior, false) == doctest::Approx(-1.5));
-  CHECK(agreement(at(25.0), prior, false) == doctest::Approx(std::log(1e-3)));
-  CHECK(agreement(at(25.0), prior, true) == doctest::Approx(std::log(1e-2)));
+  CHECK(agreement(at(25.0), prior, false) == doctest::Approx(std::log(5e-4)));
+  CHECK(agreement(at(25.0), prior, true) == doctest::Approx(std::log(5e-4 / 0.03)));
   CHECK(agreement(at(1e6), prior, false) == agreement(at(25.0), prior, false));
 }
