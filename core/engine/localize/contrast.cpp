@@ -55,6 +55,7 @@ class Surroundings {
     double here = 0.0, compared = 0.0;  // points that were compared with the map here
     double summit = 0.0;                // the highest summit beyond the limit, or 0 without one
     double slope = 0.0;                 // the highest level beyond the limit
+    double height = 0.0;                // the highest summit above or below
   };
   [[nodiscard]] Result<Levels> levels() {
     VANTAGE_TRY(const ScanScore here, target_.score(some_, T_map_scan_));
@@ -67,12 +68,11 @@ class Surroundings {
     }
     for (const double side : {-1.0, 1.0}) {
       VANTAGE_TRY(const double summit, summit_at_other_height(side));
-      if (summit > levels.here) levels.summit = std::max(levels.summit, summit);
+      levels.height = std::max(levels.height, summit);
     }
-    levels.slope = levels.summit;
     if (summits.empty()) return levels;
     VANTAGE_TRY(const Node slope, climb(summits.front(), limit_));
-    levels.slope = std::max(levels.slope, slope.level);
+    levels.slope = std::max(levels.summit, slope.level);
     return levels;
   }
 
@@ -183,11 +183,17 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
   VANTAGE_TRY(const auto levels, around.levels());
   const double noise = noise_of_level(levels.compared) * levels.here / sharpness;
   const double changed = kChange * std::max(0.0, 1.0 - share) / share;
+  const double deviation = std::hypot(noise, changed);
   const auto less = [&](double level) {
     return std::clamp((levels.here - level) / sharpness, -1.0, 1.0);
   };
-  return std::optional(
-      Contrast{less(levels.summit), less(levels.slope), std::hypot(noise, changed)});
+  Contrast contrast{less(levels.summit), less(levels.slope), deviation};
+  // Where a map has no ground, heights differ little: only a clearly better one counts.
+  if (const double height = less(levels.height); height < -deviation) {
+    contrast.summit = std::min(contrast.summit, height);
+    contrast.slope = std::min(contrast.slope, height);
+  }
+  return std::optional(contrast);
 }
 
 double ratio_of_twin(const Contrast& contrast) noexcept {

@@ -59,13 +59,24 @@ Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsVie
 
 Start start_at(const Find& find) { return {find.region, find.map, find.alignment.T_map_scan}; }
 
-/// Starts around a pose. On a map that has changed, one alignment often ends some decimetres off.
+// On a map that has changed, alignments end some decimetres off [m].
+constexpr double kMoved = 0.8;
+
+/// Starts above and below a pose: ground is thin, so an alignment does not find it from afar.
+std::vector<Start> starts_at_other_heights(const Find& find) {
+  std::vector<Start> starts{start_at(find), start_at(find)};
+  starts[0].T_map_scan.translation.z() -= kMoved;
+  starts[1].T_map_scan.translation.z() += kMoved;
+  return starts;
+}
+
+/// Starts beside a pose, and turned.
 std::vector<Start> starts_around(const Find& find) {
-  constexpr double kMoved = 0.8, kTurned = 3.0 * std::numbers::pi / 180.0;  // [m], [rad]
+  constexpr double kTurned = 3.0 * std::numbers::pi / 180.0;  // [rad]
   const Eigen::Matrix3d R = find.alignment.T_map_scan.rotation.toRotationMatrix();
   std::vector<Start> starts;
   for (const double side : {-1.0, 1.0}) {
-    for (const Eigen::Index axis : {0, 1, 2}) {
+    for (const Eigen::Index axis : {0, 1}) {
       Start moved = start_at(find);
       moved.T_map_scan.translation += side * kMoved * R.col(axis);
       starts.push_back(std::move(moved));
@@ -165,6 +176,12 @@ Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsV
   VANTAGE_TRY(auto found, align(scan, starts));
   found = different(found, kWhole);
   if (!found.empty()) {
+    VANTAGE_TRY(const auto heights, align(scan, starts_at_other_heights(found[0])));
+    // Where a map has no ground, heights differ little: only a clearly better one counts.
+    for (const Find& find : heights) {
+      const double level = (1.0 - kChange) * level_of(find.alignment);
+      if (level > level_of(found[0].alignment)) found[0] = find;
+    }
     VANTAGE_TRY(const auto near, align(scan, starts_around(found[0])));
     for (const Find& find : near) {
       if (level_of(find.alignment) > level_of(found[0].alignment)) found[0] = find;
