@@ -27,12 +27,16 @@ double normal_density(double x, double mean, double sigma) {
   return std::exp(-0.5 * z * z) / (sigma * std::sqrt(2.0 * std::numbers::pi));
 }
 
+// Of right poses: a summit lies farther away than a slope.
+constexpr double kUsualSummit = kContrast + 0.5 * kContrastSpread;
+constexpr double kUsualSlope = kContrast - 0.5 * kContrastSpread;
+
 /// The same for a summit or a slope. Contrasts are normal, but for a few. The mean of twins is 0.
-double ratio_of(double contrast, double noise) {
-  const double x = std::clamp<double>(contrast, 0.0, kContrast);
+/// @param usual  the mean of right poses
+double ratio_of(double contrast, double usual, double noise) {
+  const double x = std::clamp(contrast, 0.0, usual);
   const double sigma = std::hypot(kContrastSpread, noise);
-  return normal_density(x, 0.0, sigma) /
-         std::lerp(normal_density(x, kContrast, sigma), 1.0, kOutlier);
+  return normal_density(x, 0.0, sigma) / std::lerp(normal_density(x, usual, sigma), 1.0, kOutlier);
 }
 
 struct Node {
@@ -197,8 +201,8 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
 }
 
 double ratio_of_twin(const Contrast& contrast) noexcept {
-  return std::max(ratio_of(contrast.summit, contrast.noise),
-                  ratio_of(contrast.slope, contrast.noise));
+  return std::max(ratio_of(contrast.summit, kUsualSummit, contrast.noise),
+                  ratio_of(contrast.slope, kUsualSlope, contrast.noise));
 }
 
 double weight_of(const Contrast& contrast) noexcept {

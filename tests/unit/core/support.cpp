@@ -152,8 +152,8 @@ TEST_CASE("the example of docs/localization.md, by hand") {
   };
   const auto is = [](double value) { return doctest::Approx(value).epsilon(0.01).scale(0.0); };
   CHECK(elsewhere(0.25, {.summit = 0.6, .slope = 0.5, .noise = 0.08}) == is(8.50e-6));
-  CHECK(elsewhere(0.25, {.summit = 0.05, .slope = 0.05, .noise = 0.08}) == is(0.0563));
-  CHECK(1.0 - elsewhere(-0.15, {.summit = -0.3, .slope = -0.3, .noise = 0.08}) == is(1.65e-4));
+  CHECK(elsewhere(0.25, {.summit = 0.05, .slope = 0.05, .noise = 0.08}) == is(0.416));
+  CHECK(1.0 - elsewhere(-0.15, {.summit = -0.3, .slope = -0.3, .noise = 0.08}) == is(1.91e-5));
 }
 
 TEST_CASE("a pose with an equal one beside it is doubted, however many scans fit") {
@@ -167,8 +167,7 @@ TEST_CASE("a pose with an equal one beside it is doubted, however many scans fit
     return update_beliefs(one);
   };
   CHECK(drive(0.6) < 1e-4);
-  CHECK(drive(0.0) > 0.3);
-  CHECK(drive(0.05) > 0.1);
+  CHECK(drive(0.05) > 0.3);
   CHECK(drive(0.6) < 1e-4);  // the place is left behind
 }
 
