@@ -29,6 +29,19 @@ function(vantage_install_program target)
     RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT ${component})
 endfunction()
 
+# vantage_install_shared_library(<target> <name> <component>): vantage::<name>, of that component, with the headers of
+# include/. It exports what VANTAGE_API marks, and finds the others beside it.
+function(vantage_install_shared_library target name component)
+  set_target_properties(${target} PROPERTIES
+    EXPORT_NAME ${name}
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+    INSTALL_RPATH "$ORIGIN"
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  install(TARGETS ${target} EXPORT vantageTargets
+    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT ${component} NAMELINK_COMPONENT dev)
+  install(DIRECTORY include/vantage DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+endfunction()
+
 function(vantage_install_package)
   install(EXPORT vantageTargets NAMESPACE vantage:: DESTINATION "${package_dir}")
   install(EXPORT vantageConformanceTargets NAMESPACE vantage:: DESTINATION "${package_dir}")

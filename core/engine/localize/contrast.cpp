@@ -81,30 +81,27 @@ class Surroundings {
   }
 
  private:
-  [[nodiscard]] Result<double> level_at(PointsView points, const Eigen::Vector2d& at) const {
+  /// @param by  map frame [m]
+  [[nodiscard]] Result<double> level_moved(PointsView points, const Point& by) const {
     Pose moved = T_map_scan_;
-    moved.translation += T_map_scan_.rotation * Point(at.x(), at.y(), 0.0);
+    moved.translation += by;
     VANTAGE_TRY(const ScanScore score, target_.score(points, moved));
     return level_of(score);
   }
-
-  [[nodiscard]] Result<double> level_at_height(PointsView points, double z) const {
-    Pose moved = T_map_scan_;
-    moved.translation.z() += z;
-    VANTAGE_TRY(const ScanScore score, target_.score(points, moved));
-    return level_of(score);
+  [[nodiscard]] Result<double> level_at(PointsView points, const Eigen::Vector2d& at) const {
+    return level_moved(points, T_map_scan_.rotation * Point(at.x(), at.y(), 0.0));
   }
 
   /// The highest summit of the line above or below the pose, beyond the limit; 0 without one.
   /// @param side  1 above, -1 below
   [[nodiscard]] Result<double> summit_at_other_height(double side) const {
     std::vector<double> line;  // from a step nearer than the limit to a step farther than kBasin
-    const auto height = [&](std::size_t k) {
-      return side * (limit_ + (static_cast<double>(k) - 1.0) * kHeightStep);
+    const auto up = [&](std::size_t k) {
+      return Point(0.0, 0.0, side * (limit_ + (static_cast<double>(k) - 1.0) * kHeightStep));
     };
     const auto nodes = static_cast<std::size_t>(std::max(0.0, (kBasin - limit_) / kHeightStep)) + 3;
     for (std::size_t k = 0; k < nodes; ++k) {
-      VANTAGE_TRY(line.emplace_back(), level_at_height(few_, height(k)));
+      VANTAGE_TRY(line.emplace_back(), level_moved(few_, up(k)));
     }
     std::size_t best = 0;
     for (std::size_t k = 1; k + 1 < nodes; ++k) {
@@ -112,7 +109,7 @@ class Surroundings {
       if (is_summit && (best == 0 || line[k] > line[best])) best = k;
     }
     if (best == 0) return 0.0;
-    return level_at_height(some_, height(best));
+    return level_moved(some_, up(best));
   }
 
   /// The nodes beyond the limit that are as high as those around them there, the highest ones.

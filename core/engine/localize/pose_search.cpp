@@ -57,17 +57,19 @@ Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsVie
   return finds;
 }
 
-Start start_at(const Find& find) { return {find.region, find.map, find.alignment.T_map_scan}; }
+/// At a find, moved in the map frame [m].
+Start start_at(const Find& find, const Point& by = Point::Zero()) {
+  Start start{find.region, find.map, find.alignment.T_map_scan};
+  start.T_map_scan.translation += by;
+  return start;
+}
 
 // On a map that has changed, alignments end some decimetres off [m].
 constexpr double kMoved = 0.8;
 
 /// Starts above and below a pose: ground is thin, so an alignment does not find it from afar.
 std::vector<Start> starts_at_other_heights(const Find& find) {
-  std::vector<Start> starts{start_at(find), start_at(find)};
-  starts[0].T_map_scan.translation.z() -= kMoved;
-  starts[1].T_map_scan.translation.z() += kMoved;
-  return starts;
+  return {start_at(find, {0.0, 0.0, -kMoved}), start_at(find, {0.0, 0.0, kMoved})};
 }
 
 /// Starts beside a pose, and turned.
@@ -77,9 +79,7 @@ std::vector<Start> starts_around(const Find& find) {
   std::vector<Start> starts;
   for (const double side : {-1.0, 1.0}) {
     for (const Eigen::Index axis : {0, 1}) {
-      Start moved = start_at(find);
-      moved.T_map_scan.translation += side * kMoved * R.col(axis);
-      starts.push_back(std::move(moved));
+      starts.push_back(start_at(find, side * kMoved * R.col(axis)));
     }
     Start turned = start_at(find);
     turned.T_map_scan.rotation =

@@ -34,7 +34,7 @@ std::uint32_t number_of_voxel(NumberTable& numbers, const VoxelKey& key,
 /// the origin.
 struct Voxel {
   VoxelKey key;
-  Point first;
+  Point first = Point::Zero();
   Point sum_of_offsets = Point::Zero();
   double sum_of_times = 0.0;
   std::uint64_t count = 0;
@@ -64,6 +64,26 @@ tl::unexpected<Error> no_voxel(std::size_t k, double voxel_size) {
                   std::to_string(voxel_size) + " m");
 }
 
+/// Calls add(voxel, k) for each point k and its voxel, which begins as `Keyed{key}`.
+/// @param number_of  returns the index of the i-th of `count` points in `points`, ascending
+/// @return           the voxels that hold points, in the order in which they come
+template <class Keyed, class NumberOf, class Add>
+Result<std::vector<Keyed>> in_voxels(PointsView points, std::size_t count,
+                                     const NumberOf& number_of, double voxel_size, const Add& add) {
+  VANTAGE_CHECK(check_voxel_size(voxel_size));
+  std::vector<Keyed> voxels;
+  NumberTable numbers;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = number_of(i);
+    const auto key = key_at(points[k], voxel_size);
+    if (!key) return no_voxel(k, voxel_size);
+    const std::uint32_t number = number_of_voxel(numbers, *key, voxels);
+    if (number == voxels.size()) voxels.push_back({.key = *key});
+    add(voxels[number], k);
+  }
+  return voxels;
+}
+
 /// The voxels that hold points, in the order of their keys.
 /// @param number_of  returns the index of the i-th point in `points`, ascending
 /// @param times      of the points; may be empty
@@ -71,20 +91,14 @@ template <class NumberOf>
 Result<std::vector<Voxel>> voxels_of(PointsView points, std::size_t count,
                                      const NumberOf& number_of, double voxel_size,
                                      std::span<const double> times = {}) {
-  VANTAGE_CHECK(check_voxel_size(voxel_size));
-  std::vector<Voxel> voxels;
-  NumberTable numbers;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t k = number_of(i);
-    const auto key = key_at(points[k], voxel_size);
-    if (!key) return no_voxel(k, voxel_size);
-    const std::uint32_t number = number_of_voxel(numbers, *key, voxels);
-    if (number == voxels.size()) voxels.push_back({.key = *key, .first = points[k]});
-    Voxel& one = voxels[number];
-    one.sum_of_offsets += points[k] - one.first;
-    if (!times.empty()) one.sum_of_times += times[k];
-    ++one.count;
-  }
+  const auto add = [&](Voxel& voxel, std::size_t k) {
+    if (voxel.count == 0) voxel.first = points[k];
+    voxel.sum_of_offsets += points[k] - voxel.first;
+    if (!times.empty()) voxel.sum_of_times += times[k];
+    ++voxel.count;
+  };
+  VANTAGE_TRY(const std::vector<Voxel> voxels,
+              in_voxels<Voxel>(points, count, number_of, voxel_size, add));
   std::vector<std::pair<VoxelKey, std::uint32_t>> order;
   order.reserve(voxels.size());
   for (const Voxel& one : voxels) order.emplace_back(one.key, order.size());
@@ -109,29 +123,25 @@ Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberO
 template <class NumberOf>
 Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
                                       const NumberOf& number_of, double voxel_size) {
-  VANTAGE_CHECK(check_voxel_size(voxel_size));
   struct Nearest {
     VoxelKey key;
-    double distance;
-    std::size_t number;
+    double distance = 0.0;
+    std::optional<std::size_t> number = {};
   };
-  std::vector<Nearest> nearest;
-  NumberTable voxel_numbers;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t k = number_of(i);
-    const auto key = key_at(points[k], voxel_size);
-    if (!key) return no_voxel(k, voxel_size);
+  const auto add = [&](Nearest& nearest, std::size_t k) {
     const Point corner =
-        voxel_size * Point(static_cast<double>(key->x), static_cast<double>(key->y),
-                           static_cast<double>(key->z));
+        voxel_size * Point(static_cast<double>(nearest.key.x), static_cast<double>(nearest.key.y),
+                           static_cast<double>(nearest.key.z));
     const double distance = (points[k] - corner - Point::Constant(voxel_size / 2)).squaredNorm();
-    const std::uint32_t voxel = number_of_voxel(voxel_numbers, *key, nearest);
-    if (voxel == nearest.size()) nearest.push_back({*key, distance, k});
-    if (distance < nearest[voxel].distance) nearest[voxel] = {*key, distance, k};
-  }
+    if (nearest.number && !(distance < nearest.distance)) return;
+    nearest.distance = distance;
+    nearest.number = k;
+  };
+  VANTAGE_TRY(const std::vector<Nearest> nearest,
+              in_voxels<Nearest>(points, count, number_of, voxel_size, add));
   std::vector<std::size_t> numbers;
   numbers.reserve(nearest.size());
-  for (const Nearest& best : nearest) numbers.push_back(best.number);
+  for (const Nearest& best : nearest) numbers.push_back(*best.number);
   std::sort(numbers.begin(), numbers.end());
   PointCloud result;
   result.reserve(numbers.size());
