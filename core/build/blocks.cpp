@@ -87,26 +87,25 @@ RegionNeed largest_need(const MapParts& map, std::span<const std::uint32_t> regi
   return most;
 }
 
-tl::unexpected<Error> does_not_fit(const Partition& partition, const RegionNeed& need,
+tl::unexpected<Error> does_not_fit(const std::string& label, std::uint64_t points,
                                    std::uint64_t memory, std::uint64_t bytes_a_point,
                                    std::uint64_t enough) {
   constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
   const auto rounded_up = [](std::uint64_t bytes) {
     return std::to_string((bytes + kMiB - 1) / kMiB) + " MiB";
   };
-  if (need.points > kMostBlockPoints) {
+  if (points > kMostBlockPoints) {
     return fail(ErrorCode::invalid_input,
-                "region '" + partition.regions()[need.region].label +
-                    "' and what decides about it are " + std::to_string(need.points) +
+                "region '" + label + "' and what decides about it are " + std::to_string(points) +
                     " points, but no more than " + std::to_string(kMostBlockPoints) +
                     " can be worked on at once: make the regions or max_range smaller");
   }
-  const std::uint64_t bytes = need.points * bytes_a_point;
+  const std::uint64_t bytes = points * bytes_a_point;
   return fail(
       ErrorCode::invalid_input,
-      "region '" + partition.regions()[need.region].label + "' and what decides about it are " +
-          std::to_string(need.points) + " points, which takes " + rounded_up(bytes) +
-          ", but the build may use " + std::to_string(memory / kMiB) + " MiB: allow more memory" +
+      "region '" + label + "' and what decides about it are " + std::to_string(points) +
+          " points, which takes " + rounded_up(bytes) + ", but the build may use " +
+          std::to_string(memory / kMiB) + " MiB: allow more memory" +
           (enough > bytes ? " (" + rounded_up(enough) + " is enough for all regions)" : "") +
           ", or make the regions or max_range smaller");
 }
@@ -126,7 +125,9 @@ Result<std::vector<RegionBlock>> blocks_of(const MapParts& map, const Partition&
   if (regions.empty()) return blocks;
   const RegionNeed need = largest_need(map, regions, areas);
   const std::uint64_t most = std::min(memory / bytes_a_point, kMostBlockPoints);
-  if (need.points > most) return does_not_fit(partition, need, memory, bytes_a_point);
+  if (need.points > most) {
+    return does_not_fit(partition.regions()[need.region].label, need.points, memory, bytes_a_point);
+  }
   Division(map, areas, most).divide(regions, blocks);
   return blocks;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "vantage/kit/map_parts.hpp"
@@ -48,8 +49,9 @@ struct RegionNeed {
                                       const std::vector<Bounds2>& areas);
 
 /// The refusal of a region that does not fit: `invalid_input`.
+/// @param points  the region's and those that decide about it
 /// @param enough  what all regions fit into [bytes], if that may be more; 0 if it is not
-[[nodiscard]] tl::unexpected<Error> does_not_fit(const Partition& partition, const RegionNeed& need,
+[[nodiscard]] tl::unexpected<Error> does_not_fit(const std::string& label, std::uint64_t points,
                                                  std::uint64_t memory, std::uint64_t bytes_a_point,
                                                  std::uint64_t enough = 0);
 

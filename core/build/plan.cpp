@@ -22,9 +22,6 @@
 namespace vantage {
 namespace {
 
-// What finding the ground takes for each point, with the point itself [bytes].
-constexpr std::uint64_t kBytesAGroundPoint = 56;
-
 tl::unexpected<Error> needs_whole_map(const std::string& what, const std::string& instead) {
   return fail(ErrorCode::unsupported, what +
                                           " needs the whole map at once, but a tiled map is built "
@@ -56,12 +53,14 @@ Result<void> check_reaches(const BuildPlugins& plugins, const BuildParams& param
 
 Result<Partition> partition_of(const MapParts& map, PointsView trajectory,
                                const BuildPlugins& plugins, const BuildParams& params,
+                               const VisibilityLimits& limits, std::uint64_t memory,
                                const Sight* whole, const std::optional<Places>& places) {
   if (whole != nullptr) {
     return plugins.partitioner->partition(map, trajectory,
                                           BuildSurvey(whole->map(), *places, *whole, params));
   }
-  auto partition = plugins.partitioner->partition(map, trajectory, NoSurvey());
+  const BlockSurvey survey(map, plugins, params, limits, places, memory);
+  auto partition = plugins.partitioner->partition(map, trajectory, survey);
   if (partition || partition.error().code != ErrorCode::unsupported) return partition;
   return needs_whole_map("the plugin of [partitioner]",
                          "choose another one (" + partition.error().message + ")");
@@ -106,8 +105,8 @@ class Needs {
       if (points_[r] > largest.points) largest = {r, points_[r]};
     }
     if (largest.points <= memory / kBytesASeenPoint) return {};
-    return does_not_fit(plan_.partition, largest, memory, kBytesASeenPoint,
-                        kBytesASeenPoint * *std::ranges::max_element(points_));
+    return does_not_fit(plan_.partition.regions()[largest.region].label, largest.points, memory,
+                        kBytesASeenPoint, kBytesASeenPoint * *std::ranges::max_element(points_));
   }
 
  private:
@@ -271,7 +270,8 @@ Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const Buil
 
   // Partition (Sec. 2.1, Eqs. 2-3) and viewpoints (Sec. 2.2, Eqs. 4-5).
   stopwatch = {};
-  VANTAGE_TRY(plan.partition, partition_of(map, trajectory, plugins, params, whole, places));
+  VANTAGE_TRY(plan.partition,
+              partition_of(map, trajectory, plugins, params, plan.limits, memory, whole, places));
   plan.viewpoints.resize(plan.partition.size());
   plan.owned.resize(plan.partition.size());
   VANTAGE_CHECK(Planner(map, plugins, params, plan).run(memory, places));

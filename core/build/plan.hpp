@@ -48,6 +48,9 @@ struct BuildPlan {
 /// Where the progress of the build begins.
 [[nodiscard]] BuildProgress meter_start(const BuildPlan& plan) noexcept;
 
+/// What finding the ground takes for each point, with the point itself [bytes].
+inline constexpr std::uint64_t kBytesAGroundPoint = 56;
+
 /// What a point of a block takes while visibility is decided, with the point itself [bytes].
 inline constexpr std::uint64_t kBytesASeenPoint = 88;
 

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "build/places.hpp"
 #include "build/plan_index.hpp"
 #include "build/sight.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/map_survey.hpp"
 
 namespace vantage {
@@ -24,6 +27,10 @@ class BuildSurvey final : public MapSurvey {
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;
 
+  /// The same, from those viewpoints alone that the places in an area decide about: a lower bound.
+  [[nodiscard]] Result<std::uint64_t> observable_within(const Bounds2& area, const Region& region,
+                                                        std::uint64_t enough) const;
+
  private:
   [[nodiscard]] const PlanIndex& index_of_places() const;
   [[nodiscard]] const PlanIndex& index_of_map() const;
@@ -37,14 +44,43 @@ class BuildSurvey final : public MapSurvey {
   mutable std::optional<PlanIndex> place_index_, map_index_;
 };
 
-/// That of a map of which only a part is in memory at a time: every answer is `unsupported`.
-class NoSurvey final : public MapSurvey {
+/// That of a map of which only a part is in memory at a time. It counts what regions show, from the
+/// block of the map around them; the block of a region serves the regions that it is cut into. What
+/// is asked about the whole map is `unsupported`.
+class BlockSurvey final : public MapSurvey {
  public:
+  /// All arguments are borrowed.
+  /// @param places  along a trajectory; none: ground is sought in each block
+  /// @param memory  for a block [bytes]
+  BlockSurvey(const MapParts& map, const BuildPlugins& plugins, const BuildParams& params,
+              const VisibilityLimits& limits, const std::optional<Places>& places,
+              std::uint64_t memory);
+  ~BlockSurvey() override;
+
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
   [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
+  /// Errors: also `invalid_input` for a region that shows no more than `enough` points in each
+  /// block that fits into the memory, but does not fit into it as a whole.
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;
+
+ private:
+  struct Block;
+  [[nodiscard]] Result<std::uint64_t> observable(const Region& region, std::uint64_t enough) const;
+  [[nodiscard]] Result<void> see(const Bounds2& area) const;
+  [[nodiscard]] std::vector<Bounds2> samples_of(const Bounds2& area) const;
+  [[nodiscard]] std::uint64_t points_around(const Bounds2& area) const;
+
+  const MapParts& map_;
+  const BuildPlugins& plugins_;
+  const BuildParams& params_;
+  const VisibilityLimits& limits_;
+  const std::optional<Places>& places_;
+  std::uint64_t memory_;
+  double margin_;  // around a region [m]: decides about its ground and what is seen from there
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<Block> block_;  // the last one
 };
 
 }  // namespace vantage

@@ -55,6 +55,10 @@ const char* to_string(Termination termination) noexcept {
   return "unknown";
 }
 
+Result<void> MapPasses::pass_over(const Bounds2& /*area*/, MapVisitor& visitor) const noexcept {
+  return pass(visitor);
+}
+
 Result<PointsView> MapPasses::in_memory() const noexcept {
   return fail(ErrorCode::unsupported, "only a part of the map is in memory at a time");
 }

@@ -31,11 +31,4 @@ HalfOpenBox box_owning(const Eigen::Vector2d& min, const Eigen::Vector2d& max) {
           })};
 }
 
-std::optional<std::pair<double, double>> room_for_cut(const HalfOpenBox& box, Eigen::Index axis,
-                                                      double min_width) {
-  const std::pair room{box.min[axis] + min_width, box.max[axis] - min_width};
-  if (room.first > room.second) return std::nullopt;
-  return room;
-}
-
 }  // namespace vantage

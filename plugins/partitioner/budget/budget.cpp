@@ -1,59 +1,21 @@
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <memory>
-#include <numeric>
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
+#include "vantage/kit/plan_cuts.hpp"
 #include "vantage/kit/plugin_of.hpp"
-#include "vantage/kit/regions.hpp"
 
 namespace {
 
 using Eigen::Vector2d;
 using vantage::ErrorCode, vantage::fail, vantage::PointsView, vantage::Result;
-using Part = vantage::PlanPart<std::uint32_t>;  // points as indices into the map
-using Halves = vantage::PlanHalves<std::uint32_t>;
+using vantage::PlanCut, vantage::PlanPart;
 
-constexpr std::size_t kMaxLabel = 200;  // of a Region; a path of cuts so long has run into a corner
 constexpr auto kExact = std::numeric_limits<std::uint64_t>::max();
 
-vantage::Region region_of(const Part& part) { return {part.label, part.box, {}}; }
-
-/// Both ends included.
-struct TightBox {
-  Vector2d min, max;
-};
-
-/// The map in plan view. -0 becomes 0: both are the same place, so a cut there must be one number.
-class Plan {
- public:
-  explicit Plan(PointsView map) noexcept : map_(map) {}
-  [[nodiscard]] Vector2d operator[](std::uint32_t k) const noexcept {
-    return {map_[k].x() + 0.0, map_[k].y() + 0.0};
-  }
-  [[nodiscard]] double along(Eigen::Index axis, std::uint32_t k) const noexcept {
-    return map_[k][axis] + 0.0;
-  }
-
-  [[nodiscard]] TightBox tight_box_of(std::span<const std::uint32_t> points) const {
-    TightBox box{(*this)[points.front()], (*this)[points.front()]};
-    for (const std::uint32_t k : points) {
-      const Vector2d p = (*this)[k];
-      box.min = box.min.cwiseMin(p);
-      box.max = box.max.cwiseMax(p);
-    }
-    return box;
-  }
-
- private:
-  PointsView map_;
-};
+vantage::Region region_of(const PlanPart& part) { return {part.label, part.box, {}}; }
 
 /// Where to cut between `min` and `max` > `min`; above `min`, so that neither side is empty.
 double middle_of(double min, double max) {
@@ -83,50 +45,36 @@ struct Budget {
                           vantage::non_negative)};
   }
 
-  [[nodiscard]] Result<vantage::Partition> partition(PointsView map, PointsView,
+  [[nodiscard]] Result<vantage::Partition> partition(const vantage::MapPasses& map, PointsView,
                                                      const vantage::MapSurvey& survey) const {
-    const Plan plan(map);
-    std::vector<std::uint32_t> points(map.size());
-    std::iota(points.begin(), points.end(), 0U);
-    const TightBox tight = plan.tight_box_of(points);
-    return vantage::cut_up<std::uint32_t>(
-        {vantage::box_owning(tight.min, tight.max), points},
-        [&](const Part& part) { return cut_to_budget(plan, part, survey); },
+    return vantage::PlanCutter(map).cut_up(
+        [&](const PlanPart& part) { return cut_to_budget(part, survey); },
         "max_points = " + std::to_string(max_points));
   }
 
  private:
   /// Nothing for a part that shows few enough points.
-  [[nodiscard]] Result<std::optional<Halves>> cut_to_budget(
-      const Plan& plan, const Part& part, const vantage::MapSurvey& survey) const {
+  [[nodiscard]] Result<std::optional<PlanCut>> cut_to_budget(
+      const PlanPart& part, const vantage::MapSurvey& survey) const {
     VANTAGE_TRY(const auto seen, survey.observable_points(region_of(part), max_points));
     if (seen <= max_points) return std::nullopt;
-    auto halves = cut(plan, part);
-    if (!halves) return over_budget(part, survey);
-    return halves;
+    const auto cut = cut_in_the_middle(part);
+    if (!cut) return over_budget(part, survey);
+    return cut;
   }
 
-  /// In the middle of the points' longer side, of the other one where that cannot be.
-  [[nodiscard]] std::optional<Halves> cut(const Plan& plan, const Part& part) const {
-    const TightBox tight = plan.tight_box_of(part.points);
-    return vantage::across_longer(tight.max - tight.min, [&](Eigen::Index axis) {
-      return cut_across(plan, part, tight, axis);
-    });
+  /// Across the points' longer side, across the other one where that cannot be.
+  [[nodiscard]] std::optional<PlanCut> cut_in_the_middle(const PlanPart& part) const {
+    const Vector2d &min = part.tight.min, &max = part.tight.max;
+    for (const Eigen::Index axis : vantage::longer_first(max - min)) {
+      if (min[axis] == max[axis]) continue;
+      const double middle = middle_of(min[axis], max[axis]);
+      if (const auto cut = vantage::cut_near(part, axis, middle, min_width)) return cut;
+    }
+    return std::nullopt;
   }
 
-  [[nodiscard]] std::optional<Halves> cut_across(const Plan& plan, const Part& part,
-                                                 const TightBox& tight, Eigen::Index axis) const {
-    const auto room = vantage::room_for_cut(part.box, axis, min_width);
-    if (!room || tight.min[axis] == tight.max[axis]) return std::nullopt;
-    const double at =
-        std::clamp(middle_of(tight.min[axis], tight.max[axis]), room->first, room->second);
-    if (at <= tight.min[axis] || at > tight.max[axis]) return std::nullopt;
-    if (part.label.size() >= kMaxLabel) return std::nullopt;
-    return vantage::halves_of(part, axis, at,
-                              [&](std::uint32_t k) { return plan.along(axis, k) < at; });
-  }
-
-  [[nodiscard]] tl::unexpected<vantage::Error> over_budget(const Part& part,
+  [[nodiscard]] tl::unexpected<vantage::Error> over_budget(const PlanPart& part,
                                                            const vantage::MapSurvey& survey) const {
     auto seen = survey.observable_points(region_of(part), kExact);
     if (!seen) return fail(std::move(seen).error());

@@ -23,11 +23,22 @@ Row cell_of(const Point& p) {
   return {along(p.y()), along(p.x())};
 }
 
+bool overlap(const CellRectangle& a, const CellRectangle& b) {
+  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
+}
+
 }  // namespace
 
 Result<void> TiledParts::pass(MapVisitor& visitor) const noexcept {
+  const Bounds3 all = bounds();
+  return pass_over({all.min.head<2>(), all.max.head<2>()}, visitor);
+}
+
+Result<void> TiledParts::pass_over(const Bounds2& area, MapVisitor& visitor) const noexcept {
   return guarded([&]() -> Result<void> {
+    const CellRectangle wanted = CellRectangle::covering(area.min, area.max);
     for (const TiledMap::Tile& tile : map_.tiles()) {
+      if (!overlap(map_.cells_of(tile.index), wanted)) continue;
       VANTAGE_TRY(const PointCloud points, map_.read(tile.index));
       VANTAGE_CHECK(visitor.see(points));
     }

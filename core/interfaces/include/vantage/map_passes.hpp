@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "vantage/api.hpp"
+#include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
@@ -32,6 +33,12 @@ class VANTAGE_API MapPasses {
   /// into parts must not matter to the visitor.
   /// Errors: those of the visitor; `io_failure` and `corrupt_data` of the map.
   [[nodiscard]] virtual Result<void> pass(MapVisitor& visitor) const noexcept = 0;
+
+  /// Shows each point of an area once, and maybe others, in the order of `pass`. A map in tiles
+  /// reads only the tiles that touch the area.
+  /// Errors: those of `pass`, which is what the default does.
+  [[nodiscard]] virtual Result<void> pass_over(const Bounds2& area,
+                                               MapVisitor& visitor) const noexcept;
 
   /// All points at once [m], which live as long as the map does.
   /// Errors: `unsupported` (the default) from a map of which only a part is in memory at a time.

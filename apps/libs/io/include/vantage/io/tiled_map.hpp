@@ -105,6 +105,8 @@ class TiledParts final : public MapParts {
   [[nodiscard]] std::uint64_t points() const noexcept override { return map_.points(); }
   /// Tile by tile.
   [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override;
+  [[nodiscard]] Result<void> pass_over(const Bounds2& area,
+                                       MapVisitor& visitor) const noexcept override;
   [[nodiscard]] std::uint64_t points_in(const Bounds2& area) const override;
   [[nodiscard]] Result<MapPart> read(const Bounds2& area) const override;
 
