@@ -51,13 +51,13 @@ class Sight {
     return look(inside, viewpoints, kAll, params_.views, progress);
   }
 
-  /// |V_ij| of Eq. 10, without the view counts that a region map may store.
-  /// @param enough  evaluation may stop, with a smaller number, above this one
-  [[nodiscard]] Result<std::uint64_t> count(std::span<const std::uint32_t> inside,
-                                            std::span<const Point> viewpoints,
-                                            std::uint64_t enough) const {
-    return look(inside, viewpoints, enough, false, nullptr).map([](const Observable& observable) {
-      return static_cast<std::uint64_t>(observable.kept.points.size());
+  /// The points of V_ij of Eq. 10, without the view counts that a region map may store.
+  /// @param enough  evaluation may stop, with a part of them, above this number
+  [[nodiscard]] Result<IndexList> seen(std::span<const std::uint32_t> inside,
+                                       std::span<const Point> viewpoints,
+                                       std::uint64_t enough) const {
+    return look(inside, viewpoints, enough, false, nullptr).map([](Observable&& observable) {
+      return std::move(observable.kept.points);
     });
   }
 

@@ -19,13 +19,18 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Bounds2 kEverywhere{Eigen::Vector2d::Constant(-kInfinity),
                           Eigen::Vector2d::Constant(kInfinity)};
 
-constexpr double kSample = 100.0;  // a block that answers for a larger region is as wide [m]
+constexpr double kBlock = 100.0;  // of a block that answers for a larger region: its width [m]
 
-// What a point of a block takes while a partitioner asks: ground and sight at once [bytes].
-constexpr std::uint64_t kBytesAnAskedPoint = kBytesAGroundPoint + kBytesASeenPoint;
+bool is_within(const Bounds2& inner, const Bounds2& outer) {
+  return outer.contains(inner.min) && outer.contains(inner.max);
+}
 
-std::uint64_t most_points(std::uint64_t memory) {
-  return std::min(memory / kBytesAnAskedPoint, kMostBlockPoints);
+/// The points that lie in an area, its upper ends not included.
+std::uint64_t count_in(const Bounds2& area, PointsView points, const IndexList& which) {
+  return static_cast<std::uint64_t>(std::ranges::count_if(which, [&](std::uint32_t k) {
+    const Eigen::Array2d xy = points[k].head<2>().array();
+    return (area.min.array() <= xy && xy < area.max.array()).all();
+  }));
 }
 
 /// The points that a region owns, among those in an index over `points`.
@@ -66,11 +71,13 @@ Result<IndexList> BuildSurvey::visible(const Point& viewpoint) const noexcept {
 
 Result<std::uint64_t> BuildSurvey::observable_points(const Region& region,
                                                      std::uint64_t enough) const noexcept {
-  return guarded([&] { return observable_within(kEverywhere, region, enough); });
+  return guarded([&]() -> Result<std::uint64_t> {
+    return seen_from(kEverywhere, region, enough).map(&IndexList::size);
+  });
 }
 
-Result<std::uint64_t> BuildSurvey::observable_within(const Bounds2& area, const Region& region,
-                                                     std::uint64_t enough) const {
+Result<IndexList> BuildSurvey::seen_from(const Bounds2& area, const Region& region,
+                                         std::uint64_t enough) const {
   IndexList places = owned(region, places_.points, index_of_places());  // g_ij
   std::erase_if(places,
                 [&](std::uint32_t k) { return !area.contains(places_.points[k].head<2>()); });
@@ -82,7 +89,7 @@ Result<std::uint64_t> BuildSurvey::observable_within(const Bounds2& area, const 
   if (params_.scope == VisibilityScope::region && !viewpoints.empty()) {
     inside = owned(region, map_, index_of_map());
   }
-  return sight_.count(inside, viewpoints, enough);
+  return sight_.seen(inside, viewpoints, enough);
 }
 
 const PlanIndex& BuildSurvey::index_of_places() const {
@@ -117,10 +124,10 @@ BlockSurvey::BlockSurvey(const MapParts& map, const BuildPlugins& plugins,
       plugins_(plugins),
       params_(params),
       limits_(limits),
-      places_(places),
+      driven_(places),
       memory_(memory),
-      margin_(std::max(params.scope == VisibilityScope::map ? plugins.visibility->reach(limits) : 0,
-                       places ? 0.0 : plugins.ground->reach())) {}
+      sight_reach_(params.scope == VisibilityScope::map ? plugins.visibility->reach(limits) : 0.0) {
+}
 BlockSurvey::~BlockSurvey() = default;
 
 Result<PointCloud> BlockSurvey::viewpoints() const noexcept { return not_surveyed("viewpoints"); }
@@ -140,59 +147,67 @@ Result<std::uint64_t> BlockSurvey::observable_points(const Region& region,
 
 Result<std::uint64_t> BlockSurvey::observable(const Region& region, std::uint64_t enough) const {
   const Bounds2 area = bounds_of(region.footprint);
-  const std::uint64_t points = points_around(area);
-  if (points <= most_points(memory_)) {
-    if (!block_ || !(block_->area.contains(area.min) && block_->area.contains(area.max))) {
-      VANTAGE_CHECK(see(area));
-    }
+  const Need need = need_of(area);
+  if (fits(need)) {
+    if (!block_ || !is_within(area, block_->area)) VANTAGE_CHECK(see(area));
     return block_->survey->observable_points(region, enough);
   }
-  for (const Bounds2& sample : samples_of(area)) {
-    VANTAGE_CHECK(see(sample));
-    VANTAGE_TRY(const auto seen, block_->survey->observable_within(sample, region, enough));
-    if (seen > enough) return seen;
+  std::uint64_t in_blocks = 0;  // what a block shows of itself
+  for (const Bounds2& block : blocks_in(area)) {
+    VANTAGE_CHECK(see(block));
+    VANTAGE_TRY(const IndexList seen, block_->survey->seen_from(block, region, enough));
+    if (seen.size() > enough) return seen.size();
+    in_blocks += count_in(block, block_->part.points(), seen);
+    if (in_blocks > enough) return in_blocks;
   }
-  return does_not_fit(region.label, points, memory_, kBytesAnAskedPoint);
+  return does_not_fit(region.label, need.points, memory_, need.bytes_a_point);
 }
 
-/// Reads the block around an area, and finds its places.
+/// Finds the places in an area, and then reads what is seen from there.
 Result<void> BlockSurvey::see(const Bounds2& area) const {
   block_.reset();  // before the next one is read
   auto block = std::make_unique<Block>();
   block->area = area;
-  VANTAGE_TRY(block->part, map_.read(with_margin(area, margin_)));
-  const PointsView points = block->part.points();
-  if (places_) {
-    block->places.points = places_->points;
-    block->places.which = places_->which;
-  } else if (!points.empty()) {
-    block->places.points = points;
-    VANTAGE_TRY(block->places.which, ground_in(points, *plugins_.ground, {}));
+  if (driven_) {
+    block->places.points = driven_->points;
+    block->places.which = driven_->which;
+  } else {
+    VANTAGE_TRY(const MapPart around, map_.read(with_margin(area, plugins_.ground->reach())));
+    const PointsView points = around.points();
+    if (!points.empty()) {
+      VANTAGE_TRY(const IndexList ground, ground_in(points, *plugins_.ground, {}));
+      for (const std::uint32_t k : ground) {
+        if (area.contains(points[k].head<2>())) block->places.own.push_back(points[k]);
+      }
+    }
+    block->places.points = block->places.own;
+    block->places.which = every_region(block->places.own.size());
   }
+  VANTAGE_TRY(block->part, map_.read(with_margin(area, sight_reach_)));
+  const PointsView points = block->part.points();
   block->sight.emplace(points, limits_, plugins_.visibility, params_);
   block->survey.emplace(points, block->places, *block->sight, params_);
   block_ = std::move(block);
   return {};
 }
 
-/// Blocks of an area that fit into the memory, those with the most points first. They are not
-/// larger than it takes to see what is around a place.
-std::vector<Bounds2> BlockSurvey::samples_of(const Bounds2& area) const {
-  struct Sample {
+/// Small blocks of an area that fit into the memory, those with the most points first.
+std::vector<Bounds2> BlockSurvey::blocks_in(const Bounds2& area) const {
+  struct Candidate {
     Bounds2 area;
     std::uint64_t points;
   };
-  std::vector<Sample> samples;
+  std::vector<Candidate> candidates;
   std::vector<Bounds2> open{area};
   while (!open.empty()) {
     const Bounds2 next = open.back();
     open.pop_back();
     const Eigen::Vector2d size = next.max - next.min;
     const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
-    const std::uint64_t points = points_around(next);
-    if (points == 0) continue;
-    if (points <= most_points(memory_) && size[axis] <= std::max(2 * margin_, kSample)) {
-      samples.push_back({next, points});
+    const Need need = need_of(next);
+    if (need.points == 0) continue;
+    if (fits(need) && size[axis] <= kBlock) {
+      candidates.push_back({next, need.points});
       continue;
     }
     if (size[axis] <= 4 * params_.viewpoints.voxel_size) continue;  // too dense
@@ -201,14 +216,23 @@ std::vector<Bounds2> BlockSurvey::samples_of(const Bounds2& area) const {
     open.push_back(above);
     open.push_back(below);
   }
-  std::ranges::stable_sort(samples, std::greater{}, &Sample::points);
+  std::ranges::stable_sort(candidates, std::greater{}, &Candidate::points);
   std::vector<Bounds2> areas;
-  for (const Sample& sample : samples) areas.push_back(sample.area);
+  for (const Candidate& candidate : candidates) areas.push_back(candidate.area);
   return areas;
 }
 
-std::uint64_t BlockSurvey::points_around(const Bounds2& area) const {
-  return map_.points_in(with_margin(area, margin_));
+/// What seeing an area takes: its ground or its sight, whichever is more.
+BlockSurvey::Need BlockSurvey::need_of(const Bounds2& area) const {
+  const Need sight{map_.points_in(with_margin(area, sight_reach_)), kBytesASeenPoint};
+  if (driven_) return sight;
+  const Need ground{map_.points_in(with_margin(area, plugins_.ground->reach())),
+                    kBytesAGroundPoint};
+  return ground.bytes() > sight.bytes() ? ground : sight;
+}
+
+bool BlockSurvey::fits(const Need& need) const {
+  return need.bytes() <= memory_ && need.points <= kMostBlockPoints;
 }
 
 }  // namespace vantage

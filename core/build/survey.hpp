@@ -27,9 +27,10 @@ class BuildSurvey final : public MapSurvey {
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;
 
-  /// The same, from those viewpoints alone that the places in an area decide about: a lower bound.
-  [[nodiscard]] Result<std::uint64_t> observable_within(const Bounds2& area, const Region& region,
-                                                        std::uint64_t enough) const;
+  /// What is seen from those viewpoints of a region alone that the places in an area decide about.
+  /// @param enough  a part of it suffices above this number of points
+  [[nodiscard]] Result<IndexList> seen_from(const Bounds2& area, const Region& region,
+                                            std::uint64_t enough) const;
 
  private:
   [[nodiscard]] const PlanIndex& index_of_places() const;
@@ -60,25 +61,30 @@ class BlockSurvey final : public MapSurvey {
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
   [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
-  /// Errors: also `invalid_input` for a region that shows no more than `enough` points in each
-  /// block that fits into the memory, but does not fit into it as a whole.
+  /// Errors: also `invalid_input` for a region that does not fit into the memory and of whose
+  /// blocks too little is seen to say that it is more than `enough`.
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;
 
  private:
   struct Block;
+  struct Need {
+    std::uint64_t points = 0, bytes_a_point = 0;
+    [[nodiscard]] std::uint64_t bytes() const noexcept { return points * bytes_a_point; }
+  };
   [[nodiscard]] Result<std::uint64_t> observable(const Region& region, std::uint64_t enough) const;
   [[nodiscard]] Result<void> see(const Bounds2& area) const;
-  [[nodiscard]] std::vector<Bounds2> samples_of(const Bounds2& area) const;
-  [[nodiscard]] std::uint64_t points_around(const Bounds2& area) const;
+  [[nodiscard]] std::vector<Bounds2> blocks_in(const Bounds2& area) const;
+  [[nodiscard]] Need need_of(const Bounds2& area) const;
+  [[nodiscard]] bool fits(const Need& need) const;
 
   const MapParts& map_;
   const BuildPlugins& plugins_;
   const BuildParams& params_;
   const VisibilityLimits& limits_;
-  const std::optional<Places>& places_;
+  const std::optional<Places>& driven_;
   std::uint64_t memory_;
-  double margin_;  // around a region [m]: decides about its ground and what is seen from there
+  double sight_reach_;  // [m]
   mutable std::mutex mutex_;
   mutable std::unique_ptr<Block> block_;  // the last one
 };
