@@ -279,7 +279,7 @@ std::uint64_t TiledMap::points_in(const CellRectangle& cells) const {
   return points;
 }
 
-Result<PointCloud> TiledMap::read(const CellRectangle& cells) const {
+Result<PointCloud> TiledMap::read_cells(const CellRectangle& cells, PointOrder within) const {
   const Index& index = content_->index;
   std::vector<WantedCell> wanted = wanted_cells(index, content_->first_cell, cells);
   // Targets by rows of the whole rectangle; points are then read tile by tile.
@@ -308,7 +308,7 @@ Result<PointCloud> TiledMap::read(const CellRectangle& cells) const {
         } else {
           unpack<double>(first, points_of_cell);
         }
-        sort_cell(points_of_cell);
+        if (within == PointOrder::canonical) sort_cell(points_of_cell);
       });
     }
     return cloud;
@@ -335,7 +335,15 @@ std::vector<MapPart::Run> TiledMap::runs_in(const CellRectangle& cells) const {
   return runs;
 }
 
+Result<PointCloud> TiledMap::read(const CellRectangle& cells) const {
+  return read_cells(cells, PointOrder::canonical);
+}
+
 Result<PointCloud> TiledMap::read(TileIndex tile) const { return read(cells_of(tile)); }
+
+Result<PointCloud> TiledMap::read_as_stored(TileIndex tile) const {
+  return read_cells(cells_of(tile), PointOrder::as_stored);
+}
 
 Result<PointCloud> TiledMap::read() const {
   return read(CellRectangle{-kMostCells - 1, -kMostCells - 1, kMostCells + 1, kMostCells + 1});

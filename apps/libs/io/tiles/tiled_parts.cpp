@@ -39,7 +39,7 @@ Result<void> TiledParts::pass_over(const Bounds2& area, MapVisitor& visitor) con
     const CellRectangle wanted = CellRectangle::covering(area.min, area.max);
     for (const TiledMap::Tile& tile : map_.tiles()) {
       if (!overlap(map_.cells_of(tile.index), wanted)) continue;
-      VANTAGE_TRY(const PointCloud points, map_.read(tile.index));
+      VANTAGE_TRY(const PointCloud points, map_.read_as_stored(tile.index));
       VANTAGE_CHECK(visitor.see(points));
     }
     return {};

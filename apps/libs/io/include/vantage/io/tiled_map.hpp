@@ -39,7 +39,8 @@ struct TileIndex {
 /// docs/files.md describes its bytes.
 ///
 /// What is read is in canonical order (vantage/kit/canonical_order.hpp): the points of a rectangle
-/// are the same sequence, whatever the size of the tiles and the order of the input. The points of
+/// are the same sequence, whatever the size of the tiles and the order of the input. Only
+/// `read_as_stored` and the passes of TiledParts leave a cell's points as they are. The points of
 /// each tile that is touched are compared with its checksum.
 /// Thread safety: const methods may run on one object from many threads at once.
 class TiledMap {
@@ -85,11 +86,15 @@ class TiledMap {
   [[nodiscard]] std::vector<MapPart::Run> runs_in(const CellRectangle& cells) const;
   /// The points of a tile; none if the map has no such tile. Errors: those above.
   [[nodiscard]] Result<PointCloud> read(TileIndex tile) const;
+  /// The same in the order of the pack, in less time.
+  [[nodiscard]] Result<PointCloud> read_as_stored(TileIndex tile) const;
   /// All points. Errors: those above.
   [[nodiscard]] Result<PointCloud> read() const;
 
  private:
   struct Content;
+  enum class PointOrder : std::uint8_t { canonical, as_stored };  // of a cell's points
+  [[nodiscard]] Result<PointCloud> read_cells(const CellRectangle& cells, PointOrder within) const;
   explicit TiledMap(std::unique_ptr<const Content> content) noexcept;
 
   std::unique_ptr<const Content> content_;
@@ -103,7 +108,7 @@ class TiledParts final : public MapParts {
 
   [[nodiscard]] Bounds3 bounds() const noexcept override { return map_.bounds(); }
   [[nodiscard]] std::uint64_t points() const noexcept override { return map_.points(); }
-  /// Tile by tile.
+  /// Tile by tile, in the order of the packs.
   [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override;
   [[nodiscard]] Result<void> pass_over(const Bounds2& area,
                                        MapVisitor& visitor) const noexcept override;
