@@ -73,12 +73,16 @@ Result<std::vector<Keyed>> in_voxels(PointsView points, std::size_t count,
   VANTAGE_CHECK(check_voxel_size(voxel_size));
   std::vector<Keyed> voxels;
   NumberTable numbers;
+  std::uint32_t number = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = number_of(i);
     const auto key = key_at(points[k], voxel_size);
     if (!key) return no_voxel(k, voxel_size);
-    const std::uint32_t number = number_of_voxel(numbers, *key, voxels);
-    if (number == voxels.size()) voxels.push_back({.key = *key});
+    // Points that follow each other in a scan are often in one voxel.
+    if (voxels.empty() || voxels[number].key != *key) {
+      number = number_of_voxel(numbers, *key, voxels);
+      if (number == voxels.size()) voxels.push_back({.key = *key});
+    }
     add(voxels[number], k);
   }
   return voxels;

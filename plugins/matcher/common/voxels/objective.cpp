@@ -1,8 +1,10 @@
 #include "objective.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "common/parallel.hpp"
 
@@ -43,6 +45,12 @@ kernel::Search search_of(Neighbours neighbours) {
   kernel::Search search = steps_along(3);
   search.within_edge = neighbours == Neighbours::kdtree;
   return search;
+}
+
+/// Another one for each objective.
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> made = 0;
+  return ++made;
 }
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -128,7 +136,8 @@ Objective::Objective(VoxelMap map, Neighbours neighbours, const NdtCoefficients&
     : map_(std::move(map)),
       search_(search_of(neighbours)),
       coefficients_(coefficients),
-      evaluate_(evaluate) {}
+      evaluate_(evaluate),
+      number_(next_number()) {}
 
 Pose Objective::to_local(Pose T_map_scan) const noexcept {
   T_map_scan.rotation.normalize();
@@ -143,6 +152,8 @@ Pose Objective::to_map(Pose T_local_scan) const noexcept {
 
 void Objective::begin(PointsView scan, Workspace& workspace) const {
   const std::size_t batches = (scan.size() + kernel::kBatch - 1) / kernel::kBatch;
+  if (std::exchange(workspace.objective_, number_) != number_) workspace.batches_.clear();
+  const std::size_t known = std::min(batches, workspace.batches_.size());
   workspace.points_ = scan.size();
   workspace.batches_.resize(batches);
   workspace.neighbours_.resize(batches * search_.size);
@@ -150,11 +161,13 @@ void Objective::begin(PointsView scan, Workspace& workspace) const {
   const double per_edge = 1.0 / map_.options().resolution;
   for (std::size_t b = 0; b < batches; ++b) {
     kernel::Batch& batch = workspace.batches_[b];
+    if (b >= known) {
+      for (auto& axis : batch.voxel) std::ranges::fill(axis, kernel::kUnknown);
+      std::ranges::fill(batch.kind, kernel::kKinds);
+    }
     for (std::size_t lane = 0; lane < kernel::kBatch; ++lane) {
       const std::size_t i = b * kernel::kBatch + lane;
       batch.x[lane] = batch.y[lane] = batch.z[lane] = kernel::kNowhere;
-      for (auto& axis : batch.voxel) axis[lane] = kernel::kUnknown;
-      batch.kind[lane] = kernel::kKinds;
       if (i >= scan.size()) continue;
       const Eigen::Vector3d p = scan[i] * per_edge;
       if (!(p.cwiseAbs().maxCoeff() < kFarthest)) continue;

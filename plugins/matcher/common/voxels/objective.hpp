@@ -54,13 +54,15 @@ struct Extent {
 };
 
 /// Scratch memory of one alignment. It grows to fit the largest scan so far; after that, an
-/// alignment allocates nothing.
+/// alignment allocates nothing. It keeps the Gaussians around the voxels in which points were last:
+/// points that come to the same voxels, as those of a scan at a nearby pose, need no lookup.
 class Workspace {
  public:
   Workspace() = default;
 
  private:
   friend class Objective;
+  std::uint64_t objective_ = 0;  // in whose map they are
   std::size_t points_ = 0;
   std::vector<kernel::Batch> batches_;
   std::vector<kernel::Gaussians> neighbours_;
@@ -107,6 +109,7 @@ class Objective {
   kernel::Search search_;
   NdtCoefficients coefficients_;
   kernel::Evaluate evaluate_;
+  std::uint64_t number_;
 };
 
 }  // namespace vantage::ndt
