@@ -30,7 +30,8 @@ const char* to_string(Scenario scenario) noexcept {
 
 const char* use_of_seed(std::uint64_t seed) noexcept {
   constexpr std::array<std::uint64_t, 6> kChose{301, 302, 303, 311, 606, 608};
-  constexpr std::array<std::uint64_t, 9> kSeen{304, 305, 401, 402, 403, 601, 604, 607, 609};
+  constexpr std::array<std::uint64_t, 11> kSeen{304, 305, 401, 402, 403, 601,
+                                                604, 607, 609, 610, 612};
   if (std::ranges::find(kChose, seed) != kChose.end()) return "constants were chosen on it";
   if (std::ranges::find(kSeen, seed) != kSeen.end()) return "seen after the choice";
   return seed > 601 ? "not used for the verdict" : "seen by earlier versions";
