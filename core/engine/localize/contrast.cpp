@@ -129,7 +129,7 @@ class Surroundings {
       });
     });
     std::ranges::stable_sort(summits, std::greater(), &Node::level);
-    if (summits.size() > kMostSummits) summits.resize(kMostSummits);
+    summits.resize(std::min(summits.size(), kMostSummits));
     return summits;
   }
 
@@ -188,13 +188,10 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
   const auto less = [&](double level) {
     return std::clamp((levels.here - level) / sharpness, -1.0, 1.0);
   };
-  Contrast contrast{less(levels.summit), less(levels.slope), deviation};
   // Where a map has no ground, heights differ little: only a clearly better one counts.
-  if (const double height = less(levels.height); height < -deviation) {
-    contrast.summit = std::min(contrast.summit, height);
-    contrast.slope = std::min(contrast.slope, height);
-  }
-  return std::optional(contrast);
+  const double height = less(levels.height), other = height < -deviation ? height : 1.0;
+  return std::optional(Contrast{std::min(less(levels.summit), other),
+                                std::min(less(levels.slope), other), deviation});
 }
 
 double ratio_of_twin(const Contrast& contrast) noexcept {

@@ -29,10 +29,8 @@ Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Po
   for (const Eigen::Index axis : {0, 1, 2}) {
     for (const double side : {-1.0, 1.0}) {
       const Point direction = side * Point::Unit(axis);
-      const std::array<Pose, 2> offs{
-          Pose{.rotation = Eigen::Quaterniond::Identity(), .translation = limit.metres * direction},
-          Pose{.rotation = rotation_from_vector(limit.radians * direction),
-               .translation = Point::Zero()}};
+      const std::array offs{Pose{.translation = limit.metres * direction},
+                            Pose{.rotation = rotation_from_vector(limit.radians * direction)}};
       for (const Pose& off : offs) {
         VANTAGE_TRY(const ScanScore there, target.score(some, T_map_scan * off));
         beside = std::max(beside, level_of(there));

@@ -24,7 +24,6 @@ struct Hypothesis {
   std::optional<MotionFilter> motion = {};      ///< up to this scan, without it
   std::optional<MotionFilter> shown = {};       ///< the same, with the twist that the sweep shows
   std::optional<MotionFilter> before = {};      ///< with the scan before, if there was one
-  bool has_odometry = false;                    ///< which measured the motion since the scan before
   RegionId region = {};                         ///< the region whose map this scan is matched to
   std::shared_ptr<const ReadyRegion> map = {};  ///< of the region; held so that it stays ready
   std::optional<Alignment> alignment = {};

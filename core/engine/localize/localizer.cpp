@@ -69,7 +69,8 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
     return fail(ErrorCode::invalid_input,
                 "the initial pose is not a rigid transform, or is farther away than 1e8 m");
   }
-  VANTAGE_TRY(const auto choice, s.choose_region(T_map_scan.translation));
+  VANTAGE_TRY(const auto choice,
+              s.ahead.choose(std::nullopt, T_map_scan.translation, s.params.switch_margin));
   auto taken = s.maps.take(choice.region);  // so that the first scan finds the map ready
   if (!taken) {
     return fail(std::move(taken).error().during("making region " + s.ahead.name_of(choice.region) +

@@ -72,7 +72,6 @@ void Localizer::State::predict(double stamp_of_scan, double now) {
                          inputs);
     }
     one.motion->predict(now, inputs, noise);
-    one.has_odometry = inputs.has_odometry(now);
     one.shown.reset();
     one.alignment.reset();
     one.evidence.reset();
@@ -205,7 +204,6 @@ Result<Localizer::State::Told> Localizer::State::weigh(const PreparedScan& prepa
 }
 
 Result<void> Localizer::State::use_best(ScanReport& report) {
-  if (map && hypotheses.front().region == region) return {};
   // Waiting for a map that could not be expected is not a stall of tracking.
   const bool blocked = report.blocked;
   const double seconds_stall = report.seconds_stall;
@@ -261,7 +259,7 @@ Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,
       found->support.see_prior(agreement(found->pose(), *scan.prior, recovery.prior_searched()));
     }
     VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
-    weighing.take_first(*found);
+    weighing.take(*found, 1.0);
     hypotheses.push_back(*std::move(found));
   }
   return {};
@@ -318,6 +316,7 @@ void Localizer::State::move_on(const MotionFilter& best) {
 
 void Localizer::State::forget_everything(bool lost) {
   hypotheses.clear();
+  map.reset();
   elsewhere = 1.0;
   stamp.reset();
   middle.reset();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <functional>
 #include <utility>
 
@@ -66,7 +67,8 @@ double Recovery::learn(const SearchAnswer& answer, bool with_prior) {
   if (!answer.searchable) params_.recovery_radius = 0.0;
   compared_ = compared_ || !answer.searchable || (answer.compared && !startled_);
   prior_searched_ = prior_searched_ || contradicted_scans_ > 0;
-  const double missed = missed_by_search(with_prior ? 0.0 : failed_searches_);
+  const double failed = with_prior ? 0.0 : failed_searches_;
+  const double missed = 1.0 - kRecall + kNowhere * std::pow(1.0 - kRecall, -failed);
   if (answer.compared && !with_prior) {
     failed_searches_ += std::min(1.0, way_ / kBasin);
     way_ = 0.0;

@@ -53,7 +53,9 @@ class Recovery {
   void begin(double stamp, SearchTask task);
   /// The answer of the search, once it is known.
   [[nodiscard]] std::optional<SearchJob::Known> answer(double stamp) { return job_.answer(stamp); }
-  /// Takes an answer in. @return  the odds that the sensor is at none of its finds
+  /// Takes an answer in. @return  the odds that the sensor is at none of its finds, because the
+  /// search missed its place or because it is nowhere in the map. Searches at other places that no
+  /// tracked scan followed are evidence for the latter.
   [[nodiscard]] double learn(const SearchAnswer& answer, bool with_prior);
   /// A scan was tracked: earlier searches tell nothing more.
   void succeed() { failed_searches_ = 0.0; }

@@ -1,16 +1,10 @@
 #include "localize/searcher.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "localize/weighing.hpp"
 
 namespace vantage {
-
-double missed_by_search(double failed) {
-  return 1.0 - kRecall + kNowhere * std::pow(1.0 - kRecall, -failed);
-}
 
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
   const PointCloud some = Weighing::scored(task.scan);

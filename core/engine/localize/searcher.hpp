@@ -32,11 +32,6 @@ struct SearchAnswer {
   Fit to_itself = {};  ///< of the scan
 };
 
-/// Odds that the sensor is not at a find, because the search missed its place or because it is
-/// nowhere in the map. Searches that failed are evidence for the latter.
-/// @param failed  so many searches at other places were not followed by a tracked scan
-[[nodiscard]] double missed_by_search(double failed);
-
 /// Searches a bundle. It reads only what other threads may read at the same time.
 /// Thread safety: one search at a time.
 class Searcher {

@@ -50,11 +50,9 @@ void fit_right(const Calibration& calibration, double unit, ShareModel& model) {
   constexpr double kBelow = 0.5, kLeastShare = 0.01;
   constexpr std::size_t kLow = Calibration::kQuantiles / 16;
   const double low = std::max(kLeastShare, kBelow * unit * calibration.right[kLow]);
-  if (low < model.least_right) {
-    const auto samples = static_cast<double>(calibration.right_samples);
-    const double news = samples / (samples + kPriorSamples);
-    model.least_right *= std::pow(low / model.least_right, news);
-  }
+  const auto samples = static_cast<double>(calibration.right_samples);
+  const double news = samples / (samples + kPriorSamples);
+  model.least_right *= std::pow(std::min(1.0, low / model.least_right), news);
 }
 
 }  // namespace
@@ -65,7 +63,7 @@ ShareModel fitted_model(const Calibration& calibration) {
   const double usual = calibration.right[Calibration::kQuantiles / 2];
   const auto samples = static_cast<double>(calibration.wrong_samples);
   const double weight = samples / static_cast<double>(Calibration::kQuantiles);
-  const double unit = usual > kUsualRight ? kUsualRight / usual : 1.0;
+  const double unit = kUsualRight / std::max(kUsualRight, usual);
   std::vector<double> wrong;
   for (const double share : calibration.wrong) {
     if (usual <= 0.0 || share < kAlikePart * usual) wrong.push_back(unit * share);

@@ -45,10 +45,11 @@ void Support::take(const Evidence& evidence, double told, double news, const Sha
 
 void Support::take(const Contrast& contrast) {
   const double part = part_of_mean(weight_of(contrast), contrasts_);
-  if (!contrast_) contrast_ = contrast;
+  Contrast mean = contrast_.value_or(contrast);
   for (double Contrast::*const value : {&Contrast::summit, &Contrast::slope, &Contrast::noise}) {
-    *contrast_.*value = std::lerp(*contrast_.*value, contrast.*value, part);
+    mean.*value = std::lerp(mean.*value, contrast.*value, part);
   }
+  contrast_ = mean;
 }
 
 void Support::start_anew() {

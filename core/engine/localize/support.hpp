@@ -35,7 +35,7 @@ class Support {
   void be_among(double scale) { among_.scale = scale; }
   /// A search found the pose. Then the sensor is less probably elsewhere, never more; that counts
   /// once, because searches miss the same places.
-  /// @param missed  the odds that the sensor is at no find (missed_by_search)
+  /// @param missed  the odds that the sensor is at no find (Recovery::learn)
   void be_found(double missed);
   /// Makes the odds higher or lower, against those of other poses that are followed.
   void favour(double log_odds);

@@ -1,10 +1,11 @@
 #include "localize/verdict.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <utility>
+#include <string_view>
 
 #include "vantage/engine/confidence.hpp"
 
@@ -15,18 +16,16 @@ namespace {
 // scores as usual.
 constexpr double kLost = 0.5;
 
-/// Two-sided tail of the normal distribution beyond `limit` for a standard deviation `sigma`.
-double beyond(double limit, double sigma) {
-  return sigma > 0.0 ? std::erfc(limit / (sigma * std::numbers::sqrt2)) : 0.0;
-}
-
-/// The probability that a pose with these deviations is beyond the limit from another pose.
+/// The probability that a pose with these deviations is beyond the limit from another pose. It is 1
+/// for deviations that are no numbers.
 /// @param metres, radians  between the pose and the other one
 double beyond(const AlertLimit& limit, const PoseConfidence& confidence, double metres,
               double radians) {
-  if (metres >= limit.metres || radians >= limit.radians) return 1.0;
-  return std::min(1.0, beyond(limit.metres - metres, confidence.sigma_translation[0]) +
-                           beyond(limit.radians - radians, confidence.sigma_rotation[0]));
+  const auto tail = [](double within, double sigma) {  // of a normal distribution, on both sides
+    return std::erfc(within / (sigma * std::numbers::sqrt2));
+  };
+  return std::min(1.0, tail(limit.metres - metres, confidence.sigma_translation[0]) +
+                           tail(limit.radians - radians, confidence.sigma_rotation[0]));
 }
 
 /// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the
@@ -62,43 +61,40 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   report.compared = known.compared;
   judge(best, known, place, report);
   if (!limit(best, report)) motion = *best.motion;
-  if (report.tracking == Tracking::tracked) {
-    report.recovered = std::exchange(was_lost_, false);
-  } else {
-    was_lost_ = was_lost_ || report.tracking == Tracking::lost;
-  }
+  const bool tracked = report.tracking == Tracking::tracked;
+  report.recovered = tracked && was_lost_;
+  was_lost_ = !tracked && (was_lost_ || report.tracking == Tracking::lost);
   return motion;
 }
 
 void Verdict::judge(const Hypothesis& best, const Known& known, double place,
                     ScanReport& report) const {
-  constexpr const char* kDoesNotFit = "the scan does not fit the map here";
-  const auto conclude = [&](Tracking tracking, const std::string& reason) {
-    report.tracking = tracking;
-    report.reason = reason;
-  };
-  if (report.scan_points == 0) return conclude(Tracking::uncertain, "the scan has no points");
-  if (!best.alignment) return conclude(Tracking::lost, best.failure);
-  if (known.elsewhere > kLost) {
-    // On an open square, a scan fits as well a few metres beside its pose.
-    return known.scores_as_usual
-               ? conclude(Tracking::uncertain, "the scan fits the map as well beside this pose")
-               : conclude(Tracking::lost, kDoesNotFit);
-  }
-  if (!best.fits()) return conclude(Tracking::uncertain, kDoesNotFit);
-  if (!known.compared) {
-    return conclude(Tracking::uncertain, "not compared with the rest of the map yet");
-  }
-  if (report.risk <= params_.max_risk) return conclude(Tracking::tracked, "");
-  if (place > params_.max_risk) {
-    return conclude(Tracking::uncertain, "other poses are not ruled out yet");
-  }
   constexpr double kKnownSpeed = 1.0;  // [m/s]
+  constexpr const char* kDoesNotFit = "the scan does not fit the map here";
+  using enum Tracking;
+  struct Case {
+    bool holds;
+    Tracking tracking;
+    std::string_view reason;
+  };
+  const bool elsewhere = known.elsewhere > kLost;
   const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
-  conclude(Tracking::uncertain,
-           speed > kKnownSpeed * kKnownSpeed
-               ? "the speed of the sensor is not known yet"
-               : "the scan leaves open where along one direction the sensor is");
+  const std::array cases{
+      Case{report.scan_points == 0, uncertain, "the scan has no points"},
+      Case{!best.alignment, lost, best.failure},
+      // On an open square, a scan fits as well a few metres beside its pose.
+      Case{elsewhere && known.scores_as_usual, uncertain,
+           "the scan fits the map as well beside this pose"},
+      Case{elsewhere, lost, kDoesNotFit}, Case{!best.fits(), uncertain, kDoesNotFit},
+      Case{!known.compared, uncertain, "not compared with the rest of the map yet"},
+      Case{report.risk <= params_.max_risk, tracked, ""},
+      Case{place > params_.max_risk, uncertain, "other poses are not ruled out yet"},
+      Case{speed > kKnownSpeed * kKnownSpeed, uncertain,
+           "the speed of the sensor is not known yet"},
+      Case{true, uncertain, "the scan leaves open where along one direction the sensor is"}};
+  const Case& first = *std::ranges::find(cases, true, &Case::holds);
+  report.tracking = first.tracking;
+  report.reason = first.reason;
 }
 
 bool Verdict::limit(const Hypothesis& best, ScanReport& report) const {

@@ -70,20 +70,17 @@ double Weighing::rise(const Hypothesis& one) const {
 }
 
 bool Weighing::scores_as_usual(const Hypothesis& one) const {
-  if (!one.alignment) return false;
   const double perfect = reference_ ? reference_->level : 0.0;
   const double usual = usual_level_ > 0.0 ? usual_level_ : perfect;
-  return usual > 0.0 && level_of(*one.alignment) >= (1.0 - kChange) * usual;
+  return one.alignment && usual > 0.0 && level_of(*one.alignment) >= (1.0 - kChange) * usual;
 }
-
-double Weighing::stamp_of(const Hypothesis& one) { return one.motion ? one.motion->stamp() : 0.0; }
 
 bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) const {
   const Hypothesis& first = hypotheses.front();
-  if (hypotheses.size() > 1 || !weighed_at_ || !first.alignment || adrift_) return true;
-  if (1.0 - belief > kSettledRisk || is_surprising(first)) return true;
-  return (first.pose().translation - *weighed_at_).norm() >= kSettledWay ||
-         stamp_of(first) - weighed_stamp_ >= kSettledTime;
+  return hypotheses.size() > 1 || !weighed_at_ || !first.alignment || adrift_ ||
+         1.0 - belief > kSettledRisk || is_surprising(first) ||
+         (first.pose().translation - *weighed_at_).norm() >= kSettledWay ||
+         first.motion->stamp() - weighed_stamp_ >= kSettledTime;
 }
 
 Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses) {
@@ -93,13 +90,11 @@ Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>
   if (!reference_ || (at - reference_at_).norm() >= kSurroundings) {
     VANTAGE_CHECK(renew_reference(scan, at));
   }
-  for (const bool again : {false, true}) {
+  for (;;) {
     for (Hypothesis& one : hypotheses) VANTAGE_CHECK(measure(one, some, reference_));
     // A poor fit may come from an old reference.
-    if (again || fresh_ ||
-        std::ranges::any_of(hypotheses, [](const Hypothesis& one) { return one.told >= 0.0; })) {
-      break;
-    }
+    const auto fits = [](const Hypothesis& one) { return one.told >= 0.0; };
+    if (fresh_ || std::ranges::any_of(hypotheses, fits)) break;
     VANTAGE_CHECK(renew_reference(scan, at));
   }
   for (Hypothesis& one : hypotheses) VANTAGE_CHECK(measure_contrast(one, some));
@@ -116,14 +111,9 @@ Result<void> Weighing::measure(const PreparedScan& scan, const Fit& to_itself,
 Result<void> Weighing::measure(Hypothesis& one, PointsView some,
                                const std::optional<Fit>& reference) const {
   one.evidence.reset();
-  one.told = 0.0;
   one.silent = false;
-  if (some.empty()) return {};  // says nothing
-  if (!one.alignment) {
-    one.told = std::log(kDoubt);  // a place off the map, or a covered sensor
-    return {};
-  }
-  if (!reference) return {};
+  one.told = some.empty() || one.alignment ? 0.0 : std::log(kDoubt);  // off the map, or covered
+  if (some.empty() || !one.alignment || !reference) return {};
   VANTAGE_TRY(const Fit fit, fit_at(*one.map->target, some, one.alignment->T_map_scan, limit_));
   one.evidence = evidence_of(fit, *reference);
   one.silent = one.belief >= kBelieved && !fits(*one.evidence) && scores_as_usual(one);
@@ -136,11 +126,12 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
 
 Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const {
   one.contrast.reset();
-  if (!one.evidence) return {};
+  const auto is_due = [&] {
+    return one.is_new || !one.contrast_at || one.support.shows_twin() ||
+           (one.pose().translation - *one.contrast_at).norm() >= kBasin;
+  };
+  if (!one.evidence || !is_due()) return {};
   const Pose& T_map_scan = one.alignment->T_map_scan;
-  const bool is_due = one.is_new || !one.contrast_at || one.support.shows_twin() ||
-                      (T_map_scan.translation - *one.contrast_at).norm() >= kBasin;
-  if (!is_due) return {};
   VANTAGE_TRY(one.contrast,
               contrast_at(*one.map->target, some, T_map_scan, limit_.metres, *one.evidence));
   one.contrast_at = T_map_scan.translation;
@@ -150,26 +141,20 @@ Result<void> Weighing::measure_contrast(Hypothesis& one, PointsView some) const 
 void Weighing::take(std::vector<Hypothesis>& hypotheses) {
   const Hypothesis& first = hypotheses.front();
   const Point at = first.pose().translation;
-  news_ = weighed_at_ ? std::min(1.0, news_of((at - *weighed_at_).norm())) : 1.0;
-  const bool before =
-      std::exchange(adrift_, first.evidence ? !first.silent && !first.fits() : first.told < 0.0);
-  if (adrift_ != before) news_ = 1.0;
+  const bool adrift = first.evidence ? !first.silent && !first.fits() : first.told < 0.0;
+  const bool anew = std::exchange(adrift_, adrift) != adrift || !weighed_at_;
+  news_ = anew ? 1.0 : std::min(1.0, news_of((at - *weighed_at_).norm()));
   weighed_at_ = at;
-  weighed_stamp_ = stamp_of(first);
-  for (Hypothesis& one : hypotheses) {
-    if (one.contrast) one.support.take(*one.contrast);
-    if (one.evidence && !one.silent) {
-      one.support.take(*one.evidence, one.told, news_, model_);
-    } else {
-      one.support.take(one.told, news_);
-    }
-  }
+  weighed_stamp_ = first.motion->stamp();
+  for (Hypothesis& one : hypotheses) take(one, news_);
 }
 
-void Weighing::take_first(Hypothesis& found) const {
-  if (found.contrast) found.support.take(*found.contrast);
-  if (found.evidence) {
-    found.support.take(*found.evidence, found.told, 1.0, model_);
+void Weighing::take(Hypothesis& one, double news) const {
+  if (one.contrast) one.support.take(*one.contrast);
+  if (one.evidence && !one.silent) {
+    one.support.take(*one.evidence, one.told, news, model_);
+  } else {
+    one.support.take(one.told, news);
   }
 }
 

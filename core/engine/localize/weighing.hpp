@@ -50,8 +50,8 @@ class Weighing {
   /// Gives every hypothesis the support of the scan that was measured. Scans that are taken near
   /// each other share their errors, so they count less.
   void take(std::vector<Hypothesis>& hypotheses);
-  /// The same for a pose that a search found: the scan is its first.
-  void take_first(Hypothesis& found) const;
+  /// The same for a hypothesis alone. @param news  how much the scan counts, in [0, 1]
+  void take(Hypothesis& one, double news) const;
 
   /// Compares the hypotheses with each other: for one scan, a wrong pose fits worse than the right
   /// one. The support of each but the best fit falls, the lower the more its fit falls short.
@@ -77,8 +77,6 @@ class Weighing {
  private:
   /// Of the level's logarithm since the scan before; 0 without one.
   [[nodiscard]] double rise(const Hypothesis& one) const;
-  /// The time of the scan [s].
-  [[nodiscard]] static double stamp_of(const Hypothesis& one);
   [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
   /// @param reference  the fit of the points `some` to their scan
   [[nodiscard]] Result<void> measure(Hypothesis& one, PointsView some,

@@ -266,6 +266,14 @@ TEST_CASE("start_anywhere looks in all regions and says so until it has found th
   CHECK(found.region == RegionId{1});
   CHECK(found.tracking == Tracking::tracked);
   CHECK(found.recovered);
+
+  // Once more, in the region whose map is held.
+  localizer.start_anywhere();
+  const ScanReport again = world.look(localizer, 0.2, truth);
+  CHECK(again.region == RegionId{1});
+  CHECK(again.map_points == found.map_points);
+  CHECK(again.map_points > 0);
+  CHECK(again.switched);
 }
 
 TEST_CASE("a prior starts a sensor, and refutes a pose that it contradicts") {
