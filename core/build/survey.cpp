@@ -25,6 +25,9 @@ bool is_within(const Bounds2& inner, const Bounds2& outer) {
   return outer.contains(inner.min) && outer.contains(inner.max);
 }
 
+// Copies of the ground, and what finds it and the points of a region [bytes a point].
+constexpr std::uint64_t kBytesAPlace = 32;
+
 /// The points that lie in an area, its upper ends not included.
 std::uint64_t count_in(const Bounds2& area, PointsView points, const IndexList& which) {
   return static_cast<std::uint64_t>(std::ranges::count_if(which, [&](std::uint32_t k) {
@@ -88,6 +91,7 @@ Result<IndexList> BuildSurvey::seen_from(const Bounds2& area, const Region& regi
   IndexList inside;  // P_ij
   if (params_.scope == VisibilityScope::region && !viewpoints.empty()) {
     inside = owned(region, map_, index_of_map());
+    if (inside.empty()) return IndexList();
   }
   return sight_.seen(inside, viewpoints, enough);
 }
@@ -139,6 +143,9 @@ Result<IndexList> BlockSurvey::visible(const Point& /*viewpoint*/) const noexcep
 Result<std::uint64_t> BlockSurvey::observable_points(const Region& region,
                                                      std::uint64_t enough) const noexcept {
   return guarded([&]() -> Result<std::uint64_t> {
+    if (std::string defect = defect_of(region); !defect.empty()) {
+      return fail(ErrorCode::invalid_input, std::move(defect));
+    }
     const std::scoped_lock lock(mutex_);
     // Isolated: a task that this thread takes up while it waits must not come here.
     return tbb::this_task_arena::isolate([&] { return observable(region, enough); });
@@ -152,8 +159,11 @@ Result<std::uint64_t> BlockSurvey::observable(const Region& region, std::uint64_
     if (!block_ || !is_within(area, block_->area)) VANTAGE_CHECK(see(area));
     return block_->survey->observable_points(region, enough);
   }
+  // Elsewhere, what a part of the viewpoints or of the region shows says nothing about the whole.
+  const bool adds_up = params_.scope == VisibilityScope::map && params_.min_views == 1 &&
+                       params_.viewpoints.min_gain == 0.0;
   std::uint64_t in_blocks = 0;  // what a block shows of itself
-  for (const Bounds2& block : blocks_in(area)) {
+  for (const Bounds2& block : adds_up ? blocks_in(area) : std::vector<Bounds2>()) {
     VANTAGE_CHECK(see(block));
     VANTAGE_TRY(const IndexList seen, block_->survey->seen_from(block, region, enough));
     if (seen.size() > enough) return seen.size();
@@ -206,11 +216,11 @@ std::vector<Bounds2> BlockSurvey::blocks_in(const Bounds2& area) const {
     const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
     const Need need = need_of(next);
     if (need.points == 0) continue;
-    if (fits(need) && size[axis] <= kBlock) {
+    if (fits(need) && size[axis] <= std::max(kBlock, 8.0 * params_.viewpoints.voxel_size)) {
       candidates.push_back({next, need.points});
       continue;
     }
-    if (size[axis] <= 4 * params_.viewpoints.voxel_size) continue;  // too dense
+    if (!fits(need) && size[axis] <= 4.0 * params_.viewpoints.voxel_size) continue;  // too dense
     Bounds2 below = next, above = next;
     below.max[axis] = above.min[axis] = 0.5 * (next.min[axis] + next.max[axis]);
     open.push_back(above);
@@ -224,7 +234,8 @@ std::vector<Bounds2> BlockSurvey::blocks_in(const Bounds2& area) const {
 
 /// What seeing an area takes: its ground or its sight, whichever is more.
 BlockSurvey::Need BlockSurvey::need_of(const Bounds2& area) const {
-  const Need sight{map_.points_in(with_margin(area, sight_reach_)), kBytesASeenPoint};
+  const Need sight{map_.points_in(with_margin(area, sight_reach_)),
+                   kBytesASeenPoint + kBytesAPlace};
   if (driven_) return sight;
   const Need ground{map_.points_in(with_margin(area, plugins_.ground->reach())),
                     kBytesAGroundPoint};

@@ -134,6 +134,13 @@ TEST_CASE("shards: the same bytes with every plugin that works part by part") {
   limited.viewpoints = "voxel_size = 4.0";
   limited.visibility = "plugin = \"surface\"\nmax_range = 10.0\nparams = { point_spacing = 0.4 }";
   check_same_bytes(town, limited, {3}, "4MiB");
+
+  // Blocks of a region say nothing about what most viewpoints of the region see.
+  limited.visibility += "\nmin_views = 2";
+  const auto refused = test::run("vantage-build", {town.config(limited), "-q", "--memory", "4MiB"});
+  CHECK(refused.exit_code == 1);
+  CHECK_MESSAGE(refused.err.find("region 'cell'") != std::string::npos, refused.err);
+  CHECK_MESSAGE(refused.err.find("allow more memory") != std::string::npos, refused.err);
 }
 
 TEST_CASE("shards: what needs the whole map says so before anything is built") {

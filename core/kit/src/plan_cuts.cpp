@@ -136,11 +136,15 @@ void add(PlanPart& part, const Vector2d& xy) {
 // Of a Region; a path of cuts so long has run into a corner.
 constexpr std::size_t kMaxPlanLabel = 200;
 
+bool has_room(const PlanPart& part, Eigen::Index axis, double min_width) noexcept {
+  return part.box.min[axis] + min_width <= part.box.max[axis] - min_width;
+}
+
 std::optional<PlanCut> cut_near(const PlanPart& part, Eigen::Index axis, double wanted,
                                 double min_width) {
-  const double from = part.box.min[axis] + min_width, to = part.box.max[axis] - min_width;
-  if (from > to || part.label.size() >= kMaxPlanLabel) return std::nullopt;
-  const double at = std::clamp(wanted, from, to);
+  if (!has_room(part, axis, min_width) || part.label.size() >= kMaxPlanLabel) return std::nullopt;
+  const double at =
+      std::clamp(wanted, part.box.min[axis] + min_width, part.box.max[axis] - min_width);
   if (!(part.tight.min[axis] < at && at <= part.tight.max[axis])) return std::nullopt;
   return PlanCut{axis, at};
 }

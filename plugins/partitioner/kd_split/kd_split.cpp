@@ -35,6 +35,7 @@ struct KdSplit {
                                                    const vantage::PlanCutter& cutter) const {
     if (part.points <= max_points) return std::nullopt;
     for (const Eigen::Index axis : vantage::longer_first(part.box.max - part.box.min)) {
+      if (!vantage::has_room(part, axis, min_width)) continue;
       VANTAGE_TRY(const std::optional<double> median, cutter.median_cut(axis));
       if (!median) continue;
       if (const auto cut = vantage::cut_near(part, axis, *median, min_width)) return cut;

@@ -152,7 +152,8 @@ Pose Objective::to_map(Pose T_local_scan) const noexcept {
 
 void Objective::begin(PointsView scan, Workspace& workspace) const {
   const std::size_t batches = (scan.size() + kernel::kBatch - 1) / kernel::kBatch;
-  if (std::exchange(workspace.objective_, number_) != number_) workspace.batches_.clear();
+  // Until it is ready again, it belongs to none.
+  if (std::exchange(workspace.objective_, 0) != number_) workspace.batches_.clear();
   const std::size_t known = std::min(batches, workspace.batches_.size());
   workspace.points_ = scan.size();
   workspace.batches_.resize(batches);
@@ -176,6 +177,7 @@ void Objective::begin(PointsView scan, Workspace& workspace) const {
       batch.z[lane] = static_cast<float>(p.z());
     }
   }
+  workspace.objective_ = number_;
 }
 
 kernel::Sums Objective::sum_up(const Pose& T_local_scan, Workspace& workspace,

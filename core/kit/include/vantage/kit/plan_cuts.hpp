@@ -29,6 +29,9 @@ struct PlanCut {
   double at = 0.0;
 };
 
+/// Whether a cut across an axis can leave two boxes of at least `min_width` [m].
+[[nodiscard]] bool has_room(const PlanPart& part, Eigen::Index axis, double min_width) noexcept;
+
 /// The cut across an axis that is nearest to `wanted` [m] and leaves two boxes of at least
 /// `min_width` [m]; none if there is no such cut, if a side would hold no point, or if the labels
 /// would be too long for a region.
@@ -38,8 +41,9 @@ struct PlanCut {
 /// Both axes, that of the longer extent [m] first; x if they are equal.
 [[nodiscard]] std::array<Eigen::Index, 2> longer_first(const Eigen::Vector2d& size) noexcept;
 
-/// How many points of a map that is not in memory are gathered at a time: 16 bytes each.
-inline constexpr std::uint64_t kPointsGathered = std::uint64_t{1} << 23U;
+/// How many points of a map that is not in memory are gathered at a time: 24 bytes each while a
+/// median is sought, 16 otherwise.
+inline constexpr std::uint64_t kPointsGathered = std::uint64_t{1} << 22U;
 
 /// Cuts a map of any size. A part whose points can be gathered is cut in memory; the points of a
 /// larger one are passed over. Both give the same parts.
