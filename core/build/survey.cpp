@@ -30,10 +30,9 @@ constexpr std::uint64_t kBytesAPlace = 32;
 
 /// The points that lie in an area, its upper ends not included.
 std::uint64_t count_in(const Bounds2& area, PointsView points, const IndexList& which) {
-  return static_cast<std::uint64_t>(std::ranges::count_if(which, [&](std::uint32_t k) {
-    const Eigen::Array2d xy = points[k].head<2>().array();
-    return (area.min.array() <= xy && xy < area.max.array()).all();
-  }));
+  const Footprint box = HalfOpenBox{area.min, area.max};
+  return static_cast<std::uint64_t>(std::ranges::count_if(
+      which, [&](std::uint32_t k) { return contains(box, points[k].head<2>()); }));
 }
 
 /// The points that a region owns, among those in an index over `points`.
@@ -159,7 +158,8 @@ Result<std::uint64_t> BlockSurvey::observable(const Region& region, std::uint64_
     if (!block_ || !is_within(area, block_->area)) VANTAGE_CHECK(see(area));
     return block_->survey->observable_points(region, enough);
   }
-  // Elsewhere, what a part of the viewpoints or of the region shows says nothing about the whole.
+  // With min_views, min_gain or a region's own points alone, a block may show what its region does
+  // not show.
   const bool adds_up = params_.scope == VisibilityScope::map && params_.min_views == 1 &&
                        params_.viewpoints.min_gain == 0.0;
   std::uint64_t in_blocks = 0;  // what a block shows of itself

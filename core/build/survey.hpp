@@ -61,9 +61,9 @@ class BlockSurvey final : public MapSurvey {
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
   [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override;
-  /// Errors: also `invalid_input` for a region that is none, and for one that does not fit into the
-  /// memory, if too little is seen of its blocks to say that it is more than `enough`; with
-  /// min_views, min_gain or VisibilityScope::region, blocks say nothing.
+  /// Errors: also `invalid_input` for a malformed region, and for one that does not fit into the
+  /// memory unless its blocks show more than `enough` points. With min_views, min_gain or
+  /// VisibilityScope::region, blocks cannot show that.
   [[nodiscard]] Result<std::uint64_t> observable_points(
       const Region& region, std::uint64_t enough) const noexcept override;
 

@@ -173,7 +173,7 @@ class PlanCutter::Points {
     present_ = std::move(open_.back());
     open_.pop_back();
     if (present_.gathered.empty() && present_.part.points <= gather_) {
-      // The parts of what was gathered before are all done: the last part that was opened is next.
+      // Parts are taken depth first, so no open part needs the points in the buffer any more.
       buffer_.clear();
       buffer_.reserve(present_.part.points);
       VANTAGE_CHECK(see_present([&](const Eigen::Vector2d& xy) { buffer_.push_back(xy); }));
