@@ -82,9 +82,12 @@ class Correspondences {
 /// Scratch memory of one alignment.
 struct Workspace {
   Correspondences correspondences;
-  std::vector<NormalEquations> equations;     // of each chunk
-  std::vector<ScanScoreSum> scores;           // of each chunk
-  std::vector<Eigen::Vector3d> scan_normals;  // only for a Residual that needs them
+  std::vector<NormalEquations> equations;  // of each chunk
+  std::vector<ScanScoreSum> scores;        // of each chunk
+  // Only for a Residual that needs normals of the scan. They stay from call to call: a scan is
+  // scored at many poses.
+  PointCloud scan;
+  std::vector<Eigen::Vector3d> scan_normals;
 };
 
 /// A map that scans are matched to by Gauss-Newton steps on

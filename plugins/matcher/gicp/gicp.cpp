@@ -1,4 +1,5 @@
 #include <Eigen/LU>
+#include <algorithm>
 #include <tuple>
 
 #include "common/surfel_target.hpp"
@@ -36,8 +37,11 @@ class PlaneToPlane {
         neighbours_(params.neighbours) {}
 
   void begin(PointsView scan, Workspace& workspace) const {
+    if (std::ranges::equal(scan, workspace.scan)) return;
+    workspace.scan.clear();  // an exception must not leave the normals of another scan
     workspace.scan_normals.resize(scan.size());
     compute_normals(PointTree(scan), scan, neighbours_, workspace.scan_normals);
+    workspace.scan.assign(scan.begin(), scan.end());
   }
 
   /// (C_q + R C_p R^T)^-1.
