@@ -88,11 +88,7 @@ int main(int argc, char** argv) {
   app.add_option("--rate", options.scans.rate_hz, "scans per second, if files contain no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--plugin-dir", options.plugin_dirs,
-                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
-      ->allow_extra_args(false);
+  vantage::cli::add_plugin_folders_option(app, options.plugin_dirs);
   app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");
   app.add_flag("--json", options.json, "results as JSON on stdout");
   app.add_flag_callback(

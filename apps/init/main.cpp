@@ -297,11 +297,7 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
   app.add_flag("--anyway", options.anyway,
                "write the configuration also if something is suspicious, with notes in it");
-  app.add_option("--plugin-dir", options.plugin_dirs,
-                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
-      ->allow_extra_args(false);
+  vantage::cli::add_plugin_folders_option(app, options.plugin_dirs);
   app.add_option("--jobs,-j", options.jobs, "threads; 0 for all cores")->capture_default_str();
   app.add_flag("--quiet,-q", options.quiet, "no progress on stderr");
   app.add_flag("--json", options.json, "results as JSON on stdout");

@@ -173,10 +173,7 @@ int main(int argc, char** argv) {
     return job->add_flag("--json", options.json, what);
   };
   const auto add_folders = [&](CLI::App* job, const char* what = "look for plugins here first") {
-    job->add_option("--plugin-dir", options.plugin_dirs, what)
-        ->type_name("DIR")
-        ->check(CLI::ExistingDirectory)
-        ->allow_extra_args(false);
+    vantage::cli::add_plugin_folders_option(*job, options.plugin_dirs, what);
   };
   auto* list =
       app.add_subcommand("list", "all plugin files that would be found, without opening them");

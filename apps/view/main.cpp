@@ -243,11 +243,7 @@ int main(int argc, char** argv) {
                  "draw at most this many points; more are thinned")
       ->check(CLI::Range(std::size_t{1}, std::size_t{100'000'000}))
       ->capture_default_str();
-  app.add_option("--plugin-dir", options.plugin_dirs,
-                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
-      ->allow_extra_args(false);
+  vantage::cli::add_plugin_folders_option(app, options.plugin_dirs);
   app.add_flag("--quiet,-q", options.quiet, "no progress, no description and no help at the start");
   app.add_flag("--json", options.json, "what is drawn as JSON on stdout");
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

@@ -8,33 +8,9 @@ set -eu
 programs=$1 configs=$2 node_folder=$3
 here=$(cd "$(dirname "$0")" && pwd)
 
-skip() {
-  echo "skipped: $1"
-  exit 4
-}
-has_client() {
-  node -e 'const from = require("module").createRequire(process.argv[1] + "/any.js");
-    for (const name of process.argv.slice(2)) from(name);' "$1" \
-    @foxglove/ws-protocol @foxglove/rosmsg @foxglove/rosmsg2-serialization ws 2>/dev/null
-}
-
-command -v node >/dev/null || skip "there is no node to run Foxglove's JavaScript client with"
-if [ -n "${VANTAGE_NODE_MODULES:-}" ]; then
-  has_client "$VANTAGE_NODE_MODULES" ||
-    skip "VANTAGE_NODE_MODULES=$VANTAGE_NODE_MODULES has no @foxglove/ws-protocol, @foxglove/rosmsg2-serialization and ws"
-else
-  VANTAGE_NODE_MODULES=$node_folder/node_modules
-  if ! has_client "$VANTAGE_NODE_MODULES"; then
-    command -v npm >/dev/null || skip "there is no npm to fetch Foxglove's JavaScript client with"
-    mkdir -p "$node_folder"
-    timeout 180 npm install --prefix "$node_folder" --no-audit --no-fund --ignore-scripts \
-      @foxglove/ws-protocol@0.8.0 @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0 ws@8 \
-      >"$node_folder/npm.log" 2>&1 ||
-      skip "npm could not fetch Foxglove's JavaScript client, see $node_folder/npm.log"
-    has_client "$VANTAGE_NODE_MODULES" || skip "npm fetched no client that node can load"
-  fi
-fi
-export VANTAGE_NODE_MODULES
+. "$here/../support/node_modules.sh"
+use_packages "Foxglove's JavaScript client" "$node_folder" @foxglove/ws-protocol@0.8.0 \
+  @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0 ws@8
 
 work=$(mktemp -d)
 live=

@@ -6,40 +6,15 @@
 # Exit code 4: skipped, there is no node or no reader.
 set -eu
 programs=$1 samples=$2 configs=$3 node_folder=$4
-here=$(dirname "$0")
+here=$(cd "$(dirname "$0")" && pwd)
 
-skip() {
-  echo "skipped: $1"
-  exit 4
-}
-has_reader() {
-  node -e 'const from = require("module").createRequire(process.argv[1] + "/any.js");
-    for (const name of process.argv.slice(2)) from(name);' "$1" \
-    @mcap/core @mcap/support @foxglove/rosmsg @foxglove/rosmsg2-serialization 2>/dev/null
-}
-
-command -v node >/dev/null || skip "there is no node to run MCAP's JavaScript reader with"
-if [ -n "${VANTAGE_NODE_MODULES:-}" ]; then
-  has_reader "$VANTAGE_NODE_MODULES" ||
-    skip "VANTAGE_NODE_MODULES=$VANTAGE_NODE_MODULES has no @mcap/core, @mcap/support and @foxglove/rosmsg2-serialization"
-else
-  VANTAGE_NODE_MODULES=$node_folder/node_modules
-  export VANTAGE_NODE_MODULES
-  if ! has_reader "$VANTAGE_NODE_MODULES"; then
-    command -v npm >/dev/null || skip "there is no npm to fetch MCAP's JavaScript reader with"
-    mkdir -p "$node_folder"
-    timeout 180 npm install --prefix "$node_folder" --no-audit --no-fund --ignore-scripts \
-      @mcap/core@2.2.2 @mcap/support@1.1.0 @foxglove/rosmsg@5.0.5 \
-      @foxglove/rosmsg2-serialization@3.1.0 >"$node_folder/npm.log" 2>&1 ||
-      skip "npm could not fetch MCAP's JavaScript reader, see $node_folder/npm.log"
-    has_reader "$VANTAGE_NODE_MODULES" || skip "npm fetched no reader that node can load"
-  fi
-fi
+. "$here/../support/node_modules.sh"
+use_packages "MCAP's JavaScript reader" "$node_folder" @mcap/core@2.2.2 @mcap/support@1.1.0 \
+  @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-here=$(cd "$OLDPWD" && cd "$here" && pwd)
 
 mkdir samples
 "$samples" messages samples

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "io/point_fields.hpp"
 #include "io/ros/message_reader.hpp"
@@ -61,6 +62,12 @@ struct CloudParts {
   std::uint64_t points = 0;        ///< that the header states; 0 if it is not known
   std::uint64_t memory = 0;        ///< for reading all at once, at most [bytes]; 0 with `records`
 };
+
+/// Of a file of points of equal size.
+[[nodiscard]] inline CloudParts parts_of(Records records) {
+  const std::uint64_t points = records.count;
+  return {.records = std::move(records), .points = points, .memory = 0};
+}
 
 /// How clouds of a format are read; null if the format has no clouds.
 struct CloudReader {

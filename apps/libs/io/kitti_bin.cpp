@@ -37,9 +37,7 @@ Result<LoadedCloud> read_kitti_bin(CloudFile& file, ReadTimes) {
 }
 
 Result<CloudParts> kitti_bin_parts(const CloudFile& file) {
-  VANTAGE_TRY(auto records, kitti_records(file.input()));
-  const std::uint64_t points = records.count;
-  return CloudParts{.records = std::move(records), .points = points, .memory = 0};
+  return kitti_records(file.input()).map(parts_of);
 }
 
 Result<CloudLayout> kitti_bin_layout(const CloudFile&) {

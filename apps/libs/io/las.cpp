@@ -232,9 +232,7 @@ Result<LoadedCloud> read_las(CloudFile& file, ReadTimes) {
 }
 
 Result<CloudParts> las_parts(const CloudFile& file) {
-  VANTAGE_TRY(auto records, las_records(file.input()));
-  const std::uint64_t points = records.count;
-  return CloudParts{.records = std::move(records), .points = points, .memory = 0};
+  return las_records(file.input()).map(parts_of);
 }
 
 Result<CloudLayout> las_layout(const CloudFile& file) {

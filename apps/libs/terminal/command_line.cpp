@@ -114,11 +114,7 @@ void CommonOptions::add_to(CLI::App& app) {
   app.add_option("--set", overrides, "override a key of the configuration: table.key=value")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  app.add_option("--plugin-dir", plugin_dirs,
-                 "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
-      ->allow_extra_args(false);
+  add_plugin_folders_option(app, plugin_dirs);
   app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")->capture_default_str();
   app.add_flag("--quiet,-q", quiet, "no progress on stderr");
   app.add_flag("--json", json, "results as JSON on stdout");
@@ -126,6 +122,14 @@ void CommonOptions::add_to(CLI::App& app) {
 }
 
 Style CommonOptions::style() const { return Style::of(STDOUT_FILENO, color); }
+
+void add_plugin_folders_option(CLI::App& app, std::vector<std::filesystem::path>& folders,
+                               const std::string& description) {
+  app.add_option("--plugin-dir", folders, description)
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
+      ->allow_extra_args(false);
+}
 
 void add_color_option(CLI::App& app, std::string& color) {
   app.add_option(kColor, color, "colours: auto means on a terminal, unless NO_COLOR is set")

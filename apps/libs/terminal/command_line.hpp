@@ -36,6 +36,12 @@ struct CommonOptions {
   }
 };
 
+/// Adds `--plugin-dir DIR`, which may be given several times.
+void add_plugin_folders_option(
+    CLI::App& app, std::vector<std::filesystem::path>& folders,
+    const std::string& description =
+        "look for plugins here first (then $VANTAGE_PLUGIN_PATH, then beside the library)");
+
 /// Adds `--color auto|always|never`. run_program finds the option by its name, to print errors.
 void add_color_option(CLI::App& app, std::string& color);
 

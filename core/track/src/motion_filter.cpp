@@ -291,7 +291,7 @@ void MotionFilter::place(const Pose& T_map_sensor, const PoseMatrix& P) {
 
 Pose pose_between(const MotionFilter& before, const MotionFilter& after, double stamp,
                   const MotionInputs& inputs, const MotionNoise& noise) {
-  const Pose by_after = after.at(stamp, inputs, noise).pose();
+  Pose by_after = after.at(stamp, inputs, noise).pose();
   const double seconds = after.stamp() - before.stamp();
   const double share = (stamp - before.stamp()) / seconds;
   if (!(share > 0.0 && share < 1.0) || !inputs.has_odometry(after.stamp())) return by_after;

@@ -130,10 +130,12 @@ std::vector<MotionInput> MotionInputs::between(double from, double to, double si
   for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
     const double seconds = cuts[k + 1] - cuts[k];
     if (!(seconds > 0.0)) continue;
-    const double steps = std::ceil(seconds / longest - 1e-9);
-    for (double step = 0.0; step < steps; ++step) {
-      inputs.push_back(at(cuts[k] + step / steps * seconds,
-                          cuts[k] + (step + 1.0) / steps * seconds, silent_since));
+    const auto steps = static_cast<std::size_t>(std::ceil(seconds / longest - 1e-9));
+    const auto begin_of = [&](std::size_t step) {
+      return cuts[k] + static_cast<double>(step) / static_cast<double>(steps) * seconds;
+    };
+    for (std::size_t step = 0; step < steps; ++step) {
+      inputs.push_back(at(begin_of(step), begin_of(step + 1), silent_since));
     }
   }
   if (to < from) {

@@ -205,13 +205,19 @@ void moving(const Subject& subject) {
   }
 }
 
-void any_is_the_union(const Subject& subject) {
-  const auto visibility = subject.make<VisibilityOperator>();
-  const PointCloud map = some_map(subject);
+/// Also one of them again, one that is near to it, and one in a point of the map.
+PointCloud repeated_viewpoints(const Subject& subject, const PointCloud& map) {
   PointCloud viewpoints = some_viewpoints(subject, 6);
   viewpoints.push_back(viewpoints.front());
   viewpoints.push_back(viewpoints.front() + Point(0.3, 0.2, 0.1));
   viewpoints.push_back(map.front());
+  return viewpoints;
+}
+
+void any_is_the_union(const Subject& subject) {
+  const auto visibility = subject.make<VisibilityOperator>();
+  const PointCloud map = some_map(subject);
+  const PointCloud viewpoints = repeated_viewpoints(subject, map);
   for (const double max_range : {kInfinity, 8.0}) {
     const auto scene = prepare(*visibility, map, limits_of(map, max_range));
     Labels expected(map.size(), 0);
@@ -486,10 +492,7 @@ std::vector<std::uint32_t> views_in(const VisibilityScene& scene, std::size_t po
 void counts_views(const Subject& subject) {
   const auto visibility = subject.make<VisibilityOperator>();
   const PointCloud map = some_map(subject);
-  PointCloud viewpoints = some_viewpoints(subject, 6);
-  viewpoints.push_back(viewpoints.front());
-  viewpoints.push_back(viewpoints.front() + Point(0.3, 0.2, 0.1));
-  viewpoints.push_back(map.front());
+  const PointCloud viewpoints = repeated_viewpoints(subject, map);
   for (const double max_range : {kInfinity, 8.0}) {
     const auto scene = prepare(*visibility, map, limits_of(map, max_range));
     std::vector<std::uint32_t> expected(map.size(), 0);

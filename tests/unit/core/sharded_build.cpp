@@ -24,6 +24,7 @@ class PartsInMemory final : public MapParts {
         std::ranges::count_if(points_, [&](const Point& p) { return area.contains(p.head<2>()); }));
   }
   [[nodiscard]] Result<MapPart> read(const Bounds2& area) const override {
+    most_read = std::max(most_read, points_in(area));
     PointCloud inside;
     std::vector<MapPart::Run> runs;
     for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -33,6 +34,8 @@ class PartsInMemory final : public MapParts {
     }
     return MapPart(std::move(inside), std::move(runs));
   }
+
+  mutable std::uint64_t most_read = 0;  ///< points, by one call
 
  private:
   PointCloud points_;
@@ -75,6 +78,101 @@ PointCloud crowded_strips(int crowded) {
     }
   }
   return map;
+}
+
+struct Question {
+  Region region;
+  std::uint64_t enough;
+};
+
+/// Asks what regions show before it cuts strips.
+class Asks final : public Partitioner {
+ public:
+  using Answers = std::vector<Result<std::uint64_t>>;
+  Asks(const std::vector<Question>& questions, Answers& answers)
+      : questions_(questions), answers_(answers) {}
+  [[nodiscard]] Result<Partition> partition(const MapPasses& map, PointsView trajectory,
+                                            const MapSurvey& survey) const noexcept override {
+    answers_.clear();
+    for (const auto& [region, enough] : questions_) {
+      answers_.push_back(survey.observable_points(region, enough));
+    }
+    return test::Strips(kStrips).partition(map, trajectory, survey);
+  }
+
+ private:
+  const std::vector<Question>& questions_;
+  Answers& answers_;
+};
+
+TEST_CASE("sharded build: blocks tell what a region shows, or that a part of it is enough") {
+  const PartsInMemory map(crowded_strips(13));
+  const PointCloud points = crowded_strips(13);
+  const auto box = [](double from, double to) { return HalfOpenBox{{from, -5.0}, {to, 25.0}}; };
+  constexpr std::uint64_t kAll = 1'000'000;
+  // A block of 200 kB has fewer points than half of the map.
+  const std::vector<Question> fitting{{{"a", box(20.0, 30.0), {}}, kAll},
+                                      {{"b", box(23.0, 26.0), {}}, kAll},
+                                      {{"crowded", box(130.0, 140.0), {}}, kAll},
+                                      {{"above", box(131.0, 139.0), {2.5, 4.5}}, kAll},
+                                      {{"empty", box(300.0, 310.0), {}}, kAll}};
+  const std::vector<Question> large{{{"half", box(0.0, 100.0), {}}, 800},
+                                    {{"half", box(0.0, 100.0), {}}, 1500},
+                                    {{"half", box(0.0, 100.0), {}}, kAll}};
+  const auto ask = [&](const std::vector<Question>& questions, BuildParams params, bool in_parts) {
+    int calls = 0;
+    Asks::Answers answers;
+    BuildPlugins plugins;
+    plugins.partitioner = test::in_process<Asks, Partitioner>(questions, answers);
+    plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+    plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+    plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
+    params.max_range = 4.0;
+    const test::TemporaryFolder folder;
+    if (in_parts) {
+      const auto build =
+          ShardedBuild::open(map, {}, plugins, params,
+                             {.parts = folder.path() / "parts", .map_key = 1, .memory = 200'000});
+      REQUIRE_MESSAGE(build, to_string(build.error()));
+    } else {
+      const auto built = build_region_maps(points, {}, plugins, params);
+      REQUIRE_MESSAGE(built, to_string(built.error()));
+    }
+    return answers;
+  };
+  BuildParams views;
+  views.min_views = 2;
+  for (const BuildParams& params : {BuildParams(), views}) {
+    const auto expected = ask(fitting, params, false), got = ask(fitting, params, true);
+    REQUIRE(got.size() == fitting.size());
+    for (std::size_t k = 0; k < got.size(); ++k) {
+      CAPTURE(fitting[k].region.label);
+      REQUIRE_MESSAGE(got[k], to_string(got[k].error()));
+      CHECK(*got[k] == *expected[k]);
+    }
+    CHECK(*expected[0] > 200);
+    CHECK(*expected[4] == 0);
+  }
+  CHECK(map.most_read * 88 <= 200'000);
+
+  const auto expected = ask(large, {}, false), got = ask(large, {}, true);
+  for (const std::size_t k : {0U, 1U}) {
+    REQUIRE_MESSAGE(got[k], to_string(got[k].error()));
+    CHECK(*got[k] > large[k].enough);
+    CHECK(*got[k] <= *expected[2]);
+  }
+  REQUIRE_FALSE(got[2]);
+  CHECK(got[2].error().code == ErrorCode::invalid_input);
+  CHECK(got[2].error().message.find("'half'") != std::string::npos);
+  // What at least two viewpoints of a block see may be seen by more of the region.
+  for (const auto& refused : ask(large, views, true)) {
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == ErrorCode::invalid_input);
+  }
+  CHECK(map.most_read * 88 <= 200'000);
+
+  const std::vector<Question> malformed{{{"none", box(30.0, 20.0), {}}, kAll}};
+  CHECK(ask(malformed, {}, true)[0].error().code == ErrorCode::invalid_input);
 }
 
 TEST_CASE("sharded build: too little memory is told after the first block, of the largest region") {

@@ -233,6 +233,13 @@ Result<void> ChunkedReader::load(const Chunk& chunk, Content& content) {
   return {};
 }
 
+Result<void> ChunkedReader::end_run(Chunk& run) {
+  if (run.size == 0) return {};
+  Chunk ended = run;
+  run.size = 0;
+  return learn(std::move(ended));
+}
+
 Result<void> ChunkedReader::learn(Chunk chunk) {
   content_.messages.clear();
   VANTAGE_CHECK(load(chunk, content_));

@@ -93,6 +93,8 @@ class ChunkedReader : public MessageReader {
   [[nodiscard]] Result<std::uint32_t> topic(const Topic& topic);
   /// Loads a chunk to learn its content, and keeps it.
   [[nodiscard]] Result<void> learn(Chunk chunk);
+  /// Learns a run of messages outside of chunks, if there are some, and begins the next one.
+  [[nodiscard]] Result<void> end_run(Chunk& run);
   void keep(Chunk chunk) { chunks_.push_back(std::move(chunk)); }
   /// Forgets everything that was found.
   void start_over();

@@ -203,16 +203,10 @@ class McapReader final : public ChunkedReader {
   [[nodiscard]] Result<void> walk(std::uint64_t end, const std::vector<Chunk>& known) {
     Chunk run;  // of schemas, channels and messages outside of chunks
     run.is_record = false;
-    const auto end_run = [&]() -> Result<void> {
-      if (run.size == 0) return {};
-      Chunk ended = run;
-      run.size = 0;
-      return learn(std::move(ended));
-    };
     auto next_known = known.begin();
     for (std::uint64_t at = kMagic.size(); at < end;) {
       if (next_known != known.end() && next_known->offset == at) {
-        VANTAGE_CHECK(end_run());
+        VANTAGE_CHECK(end_run(run));
         at += next_known->size;
         keep(*next_known++);
         continue;
@@ -220,7 +214,7 @@ class McapReader final : public ChunkedReader {
       VANTAGE_TRY(const auto head, head_at(window(), at));
       const bool is_whole = head && head->body <= end - at - std::min(kRecordHead, end - at);
       if (!is_whole) {
-        VANTAGE_CHECK(end_run());
+        VANTAGE_CHECK(end_run(run));
         if (head && head->operation == kChunk) VANTAGE_CHECK(learn(cut_chunk(at, end)));
         return cut(at, end);
       }
@@ -230,9 +224,9 @@ class McapReader final : public ChunkedReader {
           head->operation == kMessage) {
         if (run.size == 0) run.offset = at;
         run.size = at + size - run.offset;
-        if (run.size >= kLargestRun) VANTAGE_CHECK(end_run());
+        if (run.size >= kLargestRun) VANTAGE_CHECK(end_run(run));
       } else {
-        VANTAGE_CHECK(end_run());
+        VANTAGE_CHECK(end_run(run));
         if (head->operation == kChunk) {
           Chunk chunk;
           chunk.offset = at;
@@ -242,7 +236,7 @@ class McapReader final : public ChunkedReader {
       }
       at += size;
     }
-    VANTAGE_CHECK(end_run());
+    VANTAGE_CHECK(end_run(run));
     if (next_known == known.end()) return {};
     return damaged(
         fmt::format("the index names a chunk at byte {}, where none is", next_known->offset));

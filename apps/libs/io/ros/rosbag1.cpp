@@ -322,17 +322,11 @@ class Rosbag1Reader final : public ChunkedReader {
     compression_.clear();
     Chunk run;  // of connections and messages outside of chunks
     run.is_record = false;
-    const auto end_run = [&]() -> Result<void> {
-      if (run.size == 0) return {};
-      Chunk ended = run;
-      run.size = 0;
-      return learn(std::move(ended));
-    };
     std::uint64_t at = records_offset_;
     while (at < input().size()) {
       const auto head = head_at(at);
       if (!head || head->size() > input().size() - at) {
-        VANTAGE_CHECK(end_run());
+        VANTAGE_CHECK(end_run(run));
         if (!head) return fail(head.error());
         if (head->operation != kChunk) return cut(at);
       }
@@ -342,23 +336,23 @@ class Rosbag1Reader final : public ChunkedReader {
         case kConnection:
           if (run.size == 0) run.offset = at;
           run.size = end - run.offset;
-          if (run.size >= kLargestRun) VANTAGE_CHECK(end_run());
+          if (run.size >= kLargestRun) VANTAGE_CHECK(end_run(run));
           break;
         case kChunk:
-          VANTAGE_CHECK(end_run());
+          VANTAGE_CHECK(end_run(run));
           VANTAGE_CHECK(walk_chunk(at));
           break;
         case kIndexData:
-        case kChunkInfo: VANTAGE_CHECK(end_run()); break;
+        case kChunkInfo: VANTAGE_CHECK(end_run(run)); break;
         default: {
           const std::uint8_t operation = head->operation;
-          VANTAGE_CHECK(end_run());
+          VANTAGE_CHECK(end_run(run));
           return unexpected(at, operation, "2 to 7");
         }
       }
       at = end;
     }
-    return end_run();
+    return end_run(run);
   }
 
   [[nodiscard]] Result<void> walk_chunk(std::uint64_t at) {
