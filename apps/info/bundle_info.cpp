@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "info/lines.hpp"
+#include "info/region_list.hpp"
 #include "localizability/localizability.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/localizer_params.hpp"
@@ -321,7 +322,7 @@ nlohmann::ordered_json json_of(const Atlas& atlas, const BundleInfo& info) {
 }  // namespace
 
 Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& path,
-                                                 const PluginLoader& plugins) {
+                                                 const PluginLoader& plugins, bool each_region) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(path, ignored)) return std::optional<BundleInfo>();
   const auto bundle = Bundle::open(path, plugins);
@@ -339,7 +340,8 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
                   .atlas = {},
                   .predicted = {},
                   .target_error = {},
-                  .labels = {}};
+                  .labels = {},
+                  .regions = {}};
   if (const auto& built_with = bundle->built_with(); built_with && built_with->matcher) {
     info.matcher = built_with->matcher->plugin;
     if (built_with->selector) info.target_error = built_with->selector->target_error;
@@ -361,6 +363,10 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
     VANTAGE_TRY(const DirectoryEntry entry, bundle->directory()->entry(region));
     info.labels[region] = entry.region.label;
   }
+  for (std::uint32_t r = 0; each_region && r < info.summary.regions; ++r) {
+    VANTAGE_TRY(DirectoryEntry entry, bundle->directory()->entry(RegionId{r}));
+    info.regions.push_back(std::move(entry));
+  }
   return std::optional<BundleInfo>(std::move(info));
 }
 
@@ -369,13 +375,14 @@ std::string to_text(const BundleInfo& info, const cli::Style& style) {
   if (info.predicted) {
     for (auto& line : lines_of(*info.predicted, info)) lines.push_back(std::move(line));
   }
-  if (!info.atlas) {
-    lines.emplace_back("atlas", std::string("none: ") + kHowToGetAnAtlas);
-    return to_text(lines, style);
+  if (!info.atlas) lines.emplace_back("atlas", std::string("none: ") + kHowToGetAnAtlas);
+  if (info.atlas) {
+    for (auto& line : lines_of(*info.atlas)) lines.push_back(std::move(line));
   }
-  for (auto& line : lines_of(*info.atlas)) lines.push_back(std::move(line));
-  const std::string text = to_text(lines, style);
-  return info.atlas->sites.empty() ? text : text + '\n' + worst_text(info, style);
+  std::string text = to_text(lines, style);
+  if (info.atlas && !info.atlas->sites.empty()) text += '\n' + worst_text(info, style);
+  if (!info.regions.empty()) text += '\n' + to_text(std::span(info.regions), style);
+  return text;
 }
 
 nlohmann::ordered_json to_json(const BundleInfo& info) {
@@ -412,6 +419,7 @@ nlohmann::ordered_json to_json(const BundleInfo& info) {
   }
   if (info.predicted) json["predicted_error"] = json_of(*info.predicted, info);
   if (info.atlas) json["atlas"] = json_of(*info.atlas, info);
+  if (!info.regions.empty()) json["each_region"] = to_json(std::span(info.regions));
   return json;
 }
 

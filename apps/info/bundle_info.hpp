@@ -36,14 +36,18 @@ struct BundleInfo {
   std::optional<PredictedErrors> predicted;  ///< none if no selector chose elements
   std::optional<double> target_error;        ///< of the selector [m]
   std::map<RegionId, std::string> labels;    ///< of the regions that are named
+  std::vector<DirectoryEntry> regions;       ///< all, by RegionId; none if not asked for
 
   [[nodiscard]] const std::string& label_of(RegionId region) const { return labels.at(region); }
 };
 
 /// The bundle in a folder; none if the path is something else.
-/// Errors: those of Bundle::open except `not_found`; those of Atlas::of_bundle.
+/// @param each_region  whether `regions` is asked for
+/// Errors: those of Bundle::open except `not_found`; those of Atlas::of_bundle; those of reading a
+/// region.
 [[nodiscard]] Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& path,
-                                                               const PluginLoader& plugins);
+                                                               const PluginLoader& plugins,
+                                                               bool each_region = false);
 
 [[nodiscard]] std::string to_text(const BundleInfo& info, const cli::Style& style);
 [[nodiscard]] nlohmann::ordered_json to_json(const BundleInfo& info);

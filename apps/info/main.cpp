@@ -19,6 +19,7 @@ namespace {
 struct Options {
   io::ScanOptions scans;
   std::vector<std::filesystem::path> plugin_dirs;
+  bool regions = false;
   bool quiet = false;
   bool json = false;
   std::string color = "auto";
@@ -43,18 +44,26 @@ Result<std::optional<TiledInfo>> read_tiled_map(const Options& options) {
 }
 
 Result<void> run(const Options& options) {
+  const auto takes_a_bundle = [&]() -> Result<void> {
+    if (!options.regions) return {};
+    return cli::usage_error("--regions takes a bundle of region maps, and " +
+                            options.scans.path.string() + " is none");
+  };
   VANTAGE_TRY(const auto tiled, read_tiled_map(options));
   if (tiled) {
+    VANTAGE_CHECK(takes_a_bundle());
     print(*tiled, options);
     return {};
   }
   VANTAGE_TRY(
       const auto bundle,
-      inspect_bundle(options.scans.path, PluginLoader::with_default_folders(options.plugin_dirs)));
+      inspect_bundle(options.scans.path, PluginLoader::with_default_folders(options.plugin_dirs),
+                     options.regions));
   if (bundle) {
     print(*bundle, options);
     return {};
   }
+  VANTAGE_CHECK(takes_a_bundle());
   RecordingInfo info;
   {
     cli::Progress progress("reading (scans)", options.quiet);
@@ -89,6 +98,9 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   vantage::cli::add_plugin_folders_option(app, options.plugin_dirs);
+  app.add_flag("--regions", options.regions,
+               "of a bundle: also each region, with its label, place, points, viewpoints, elements "
+               "and bytes");
   app.add_flag("-q,--quiet", options.quiet, "no progress on stderr");
   app.add_flag("--json", options.json, "results as JSON on stdout");
   app.add_flag_callback(

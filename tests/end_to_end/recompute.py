@@ -9,6 +9,7 @@ import csv
 import json
 import math
 import os
+import struct
 import sys
 import tomllib
 from html.parser import HTMLParser
@@ -233,13 +234,50 @@ class Cells(HTMLParser):
             self.cells.append(attributes)
 
 
+def regions_of(bundle):
+    """Points and bytes of each region, from the entries of regions.idx (the README of pcd_tiles)."""
+    with open(os.path.join(bundle, "regions.idx"), "rb") as file:
+        data = file.read()
+    at = 0
+
+    def skip(size):
+        nonlocal at
+        at += size
+
+    def take(layout):
+        values = struct.unpack_from("<" + layout, data, at)
+        skip(struct.calcsize("<" + layout))
+        return values if len(values) > 1 else values[0]
+
+    title, version, count = struct.unpack_from("<16sQQ", data, len(data) - 4096)
+    assert (title, version) == (b"vantage regions\n", 2)
+    regions = []
+    for number in range(count):
+        assert take("I") == number
+        skip(take("Q"))  # the label
+        if take("I") == 1:
+            skip(32)  # a box
+        elif take("I") == 1:
+            skip(32 * take("Q"))  # boxes
+        else:
+            assert take("I") == 1
+            skip(16 * take("Q"))  # corners
+        skip(16)  # height
+        points, _, _, _ = take("QQQQ")
+        if take("I") == 1:
+            skip(8)  # the most views
+        regions.append({"points": points, "bytes": take("Q")})
+        skip(24 + 8 + 8)  # origin, checksums of the file and of the entry
+    return regions
+
+
 def table_1(config):
     with open(config["config"], "rb") as file:
         store = tomllib.load(file)["store"]["params"]["root"]
-    index = os.path.join(os.path.dirname(config["config"]), store, "index.json")
-    with open(index) as file:
+    bundle = os.path.join(os.path.dirname(config["config"]), store)
+    with open(os.path.join(bundle, "index.json")) as file:
         content = json.load(file)
-    regions = content["regions"]
+    regions = regions_of(bundle)
     points = statistics([region["points"] for region in regions])
     size = sum(region["bytes"] for region in regions)
     return {

@@ -8,8 +8,8 @@
 #include "build/parts.hpp"
 #include "build/plan_file.hpp"
 #include "bundle_targets.hpp"
-#include "common/bundle_index.hpp"
 #include "common/packed_index.hpp"
+#include "common/partial_folder.hpp"
 #include "pcd_tiles/format.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
@@ -82,13 +82,10 @@ class Bundle {
     const auto all = maps();
     for (std::uint32_t r = 0; r < all.size(); ++r) done(opened->put(RegionId{r}, all[r]));
     done(opened->commit());
-    bundle_folder::BundleFormat format{.store = store, .extension = ""};
-    if (store == kFormat.store) {
-      format = kFormat;
-    } else {
-      format.extension = ".region";
-    }
-    files = value_of(bundle_folder::from_json(format, index_text(), "index.json")).files;
+    bundle_folder::BundleFormat format{.store = store, .version = 3, .extension = ".region"};
+    if (store == kFormat.store) format = kFormat;
+    const auto bundle = value_of(bundle_folder::open_index(format, root()));
+    for (const auto& region : value_of(bundle.regions.all())) files.push_back(region.file);
   }
   [[nodiscard]] fs::path root() const { return folder_.path() / "bundle"; }
   [[nodiscard]] std::string index_text() const { return content_of(root() / "index.json"); }

@@ -9,7 +9,7 @@
 
 #include "build/parts.hpp"
 #include "build/plan_file.hpp"
-#include "common/bundle_index.hpp"
+#include "common/bundle_head.hpp"
 #include "common/packed_index.hpp"
 #include "pcd_tiles/format.hpp"
 #include "shared_tiles/bytes.hpp"

@@ -380,8 +380,9 @@ TEST_CASE("contributions need scans with poses, and a bundle that says its match
 }
 
 TEST_CASE("a region by its label and by its number is the same picture; a cloud is one too") {
-  const std::string label = nlohmann::json::parse(
-      test::read_text(yard().path("points/index.json")))["regions"][3]["label"];
+  const auto info = test::run("vantage-info", {yard().path("points"), "--regions", "--json"});
+  REQUIRE_MESSAGE(info.exit_code == 0, info.err);
+  const std::string label = nlohmann::json::parse(info.out)["each_region"][3]["label"];
   std::vector<Image> images;
   for (const std::string& region : {label, std::string("3")}) {
     const std::string png = yard().path("region.png");

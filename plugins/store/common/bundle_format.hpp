@@ -2,16 +2,19 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <string_view>
 
 #include "vantage/map_store.hpp"
+#include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
-/// What stores share that keep a bundle in a folder: an index, one file per region, attachments.
+/// What stores share that keep a bundle in a folder: a head, the regions, one file per region,
+/// attachments.
 namespace vantage::bundle_folder {
 
-/// What the index says about the file of one region.
+/// What a bundle says about the file of one region.
 struct RegionFile {
   std::uint64_t points = 0;
   std::uint64_t viewpoints = 0;
@@ -31,6 +34,13 @@ struct RegionFile {
   }
 };
 
+/// A region as the bundle has it.
+struct IndexedRegion {
+  Region region;
+  RegionFile file;
+};
+
+inline constexpr std::uint64_t kMostRegions = 0xffff'fffeU;
 inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 40U;         ///< the limit for
                                                                              ///< viewpoints, too
 inline constexpr std::uint64_t kMaxPreparedBytes = std::uint64_t{1} << 50U;  ///< of a region
@@ -44,19 +54,20 @@ inline constexpr std::uint64_t kMaxPreparedBytes = std::uint64_t{1} << 50U;  ///
 
 /// What distinguishes the bundles of one store from those of another.
 struct BundleFormat {
-  std::string_view store;         ///< the name of the plugin; the index says "vantage <store>"
-  std::uint64_t version = 1;      ///< of an index without view counts; with some it is one more
+  std::string_view store;         ///< the name of the plugin; the head says "vantage <store>"
+  std::uint64_t version = 1;      ///< from 1; others are not read
   std::string_view extension;     ///< of a region's file, with the dot
   std::string_view shared = {};   ///< the name of a file that regions share; empty: there is none
   std::string_view scratch = {};  ///< the name of a file that only a build has; empty: none
   /// The size of a region's file; null if the counts do not determine it.
   std::uint64_t (*file_size)(const RegionFile&) = nullptr;
-
-  [[nodiscard]] std::uint64_t version_with_views() const noexcept { return version + 1; }
-  [[nodiscard]] bool knows(std::uint64_t number) const noexcept {
-    return number == version || number == version_with_views();
-  }
 };
+
+/// The region's label and the extension.
+[[nodiscard]] inline std::string region_file_name(const BundleFormat& format,
+                                                  const Region& region) {
+  return region.label + std::string(format.extension);
+}
 
 /// Takes the next bytes of a file.
 using Sink = std::function<Result<void>(std::string_view)>;

@@ -1,11 +1,11 @@
 #include "common/folder_store.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "common/attachment.hpp"
 #include "vantage/kit/atomic_file.hpp"
-#include "vantage/kit/directory_of.hpp"
 #include "vantage/kit/file_content.hpp"
 #include "vantage/plugin.hpp"
 
@@ -15,20 +15,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A text of so many regions takes 10 ms to read. Bundles with more of them have a packed index.
-constexpr std::size_t kMostInText = 4096;
-
-class PackedDirectory final : public RegionDirectory {
+/// Reads a region when it is asked for.
+class FolderDirectory final : public RegionDirectory {
  public:
-  /// @param index  with packed regions
-  explicit PackedDirectory(std::shared_ptr<const OpenIndex> index) : index_(std::move(index)) {
-    const RegionTotals& totals = index_->packed->totals();
+  explicit FolderDirectory(std::shared_ptr<const OpenIndex> index) : index_(std::move(index)) {
+    const RegionTotals& totals = index_->regions.totals();
     summary_ = {.regions = totals.regions,
                 .empty_regions = totals.empty,
                 .without_points = totals.without_points,
                 .extent = totals.extent,
-                .map_bounds = index_->head.map.map_bounds,
-                .map_points = index_->head.map.map_points,
+                .map_bounds = index_->head.map_bounds,
+                .map_points = index_->head.map_points,
                 .least_points = totals.least_points,
                 .most_points = totals.most_points,
                 .sum = {.points = totals.points,
@@ -36,7 +33,7 @@ class PackedDirectory final : public RegionDirectory {
                         .elements = totals.elements,
                         .bytes = totals.bytes,
                         .max_views = static_cast<std::uint32_t>(totals.max_views)},
-                .config = index_->head.map.config};
+                .config = index_->head.config};
   }
 
   [[nodiscard]] const BundleSummary& summary() const noexcept override { return summary_; }
@@ -46,22 +43,32 @@ class PackedDirectory final : public RegionDirectory {
         return fail(ErrorCode::not_found,
                     "the bundle has no region " + std::to_string(region.value));
       }
-      VANTAGE_TRY(IndexedRegion one, index_->packed->entry(region.value));
+      VANTAGE_TRY(IndexedRegion one, index_->regions.entry(region.value));
       return DirectoryEntry{std::move(one.region), one.file.summary()};
     });
   }
   [[nodiscard]] Result<std::vector<RegionId>> meeting(const Bounds2& area) const noexcept override {
-    return guarded([&] { return index_->packed->meeting(area); });
+    return guarded([&] { return index_->regions.meeting(area); });
   }
   [[nodiscard]] Result<std::optional<RegionId>> find(
       std::string_view label) const noexcept override {
-    return guarded([&] { return index_->packed->find(label); });
+    return guarded([&] { return index_->regions.find(label); });
   }
 
  private:
   std::shared_ptr<const OpenIndex> index_;
   BundleSummary summary_;
 };
+
+BundleHead head_of(const MapIndex& index, const RegionsReference& regions) {
+  return {.map_points = index.map_points,
+          .map_bounds = index.map_bounds,
+          .config = index.config,
+          .regions = regions};
+}
+
+/// As long as any in a text.
+constexpr auto kLongest = std::numeric_limits<std::uint64_t>::max();
 
 }  // namespace
 
@@ -102,21 +109,20 @@ Result<void> FolderStore::may_begin() const noexcept {
 Result<void> FolderStore::begin(const MapIndex& index) noexcept {
   return guarded([&]() -> Result<void> {
     if (writing_) return fail(ErrorCode::invalid_input, "a bundle has already been begun");
-    BundleIndex started{.map = index, .files = {}};
-    started.files.assign(index.partition.size(), {});
-    if (index.partition.size() == 0) {
-      return fail(ErrorCode::invalid_input, "a bundle needs a region");
-    }
-    VANTAGE_CHECK(check_writable(index));
+    const std::size_t regions = index.partition.size();
+    if (regions == 0) return fail(ErrorCode::invalid_input, "a bundle needs a region");
+    VANTAGE_CHECK(to_json(format_, head_of(index, {kLongest, kLongest, kLongest})));
 
     VANTAGE_TRY(fs::path root, resolved_root());
     VANTAGE_CHECK(may_write(root));
     fs::path partial = root;
     partial += ".partial";
     VANTAGE_TRY(PartialFolder folder, PartialFolder::create(format_, partial));
-    std::vector<bool> done(index.partition.size(), false);
-    writing_ = std::make_unique<Writing>(
-        Writing{std::move(folder), std::move(root), std::move(started), std::move(done)});
+    writing_ = std::make_unique<Writing>(Writing{.folder = std::move(folder),
+                                                 .root = std::move(root),
+                                                 .index = index,
+                                                 .files = std::vector<RegionFile>(regions),
+                                                 .done = std::vector<bool>(regions, false)});
     start(index);
     return {};
   });
@@ -125,7 +131,7 @@ Result<void> FolderStore::begin(const MapIndex& index) noexcept {
 Result<void> FolderStore::put(RegionId region, const RegionMap& map) noexcept {
   return guarded([&]() -> Result<void> {
     if (!writing_) return fail(ErrorCode::invalid_input, "put without begin");
-    const Partition& partition = writing_->index.map.partition;
+    const Partition& partition = writing_->index.partition;
     const std::uint32_t r = region.value;
     if (r >= partition.size()) return unknown_region(r, partition.size());
     const Region& which = partition.regions()[r];
@@ -136,7 +142,7 @@ Result<void> FolderStore::put(RegionId region, const RegionMap& map) noexcept {
     if (!file) {
       return fail(std::move(file).error().during("storing region '" + which.label + "'"));
     }
-    writing_->index.files[r] = *file;
+    writing_->files[r] = *file;
     writing_->done[r] = true;
     return {};
   });
@@ -159,27 +165,24 @@ Result<void> FolderStore::commit() noexcept {
     const auto missing = std::find(writing_->done.begin(), writing_->done.end(), false);
     if (missing != writing_->done.end()) {
       const auto r = static_cast<std::size_t>(missing - writing_->done.begin());
-      return fail(ErrorCode::invalid_input, "commit before region '" +
-                                                writing_->index.map.partition.regions()[r].label +
-                                                "' was put");
+      return fail(
+          ErrorCode::invalid_input,
+          "commit before region '" + writing_->index.partition.regions()[r].label + "' was put");
     }
     const fs::path& root = writing_->root;
     VANTAGE_CHECK(may_write(root));
     std::vector<std::string> names;
-    for (const Region& region : writing_->index.map.partition.regions()) {
+    for (const Region& region : writing_->index.partition.regions()) {
       names.push_back(region_file_name(format_, region));
     }
-    VANTAGE_CHECK(finish(writing_->folder, writing_->index.files, names));
-    BundleIndex& index = writing_->index;
-    if (index.files.size() > kMostInText) {
-      VANTAGE_CHECK(
-          writing_->folder.write_file(kRegionsFile, [&](const Sink& sink) -> Result<void> {
-            VANTAGE_TRY(index.packed,
-                        write_packed(format_, index.map.partition.regions(), index.files, sink));
-            return {};
-          }));
-    }
-    VANTAGE_TRY(const std::string json, to_json(format_, index));
+    VANTAGE_CHECK(finish(writing_->folder, writing_->files, names));
+    const std::vector<Region>& regions = writing_->index.partition.regions();
+    RegionsReference reference;
+    VANTAGE_CHECK(writing_->folder.write_file(kRegionsFile, [&](const Sink& sink) -> Result<void> {
+      VANTAGE_TRY(reference, write_packed(format_, regions, writing_->files, sink));
+      return {};
+    }));
+    VANTAGE_TRY(const std::string json, to_json(format_, head_of(writing_->index, reference)));
     VANTAGE_CHECK(writing_->folder.finish(json));
 
     const fs::path partial = writing_->folder.path();
@@ -220,7 +223,9 @@ Result<MapIndex> FolderStore::index() const noexcept {
 Result<RegionMap> FolderStore::get(RegionId region) const noexcept {
   return guarded([&] {
     return from_bundle([&](const OpenIndex& index) -> Result<RegionMap> {
-      VANTAGE_TRY(const IndexedRegion one, region_of(index, region.value));
+      const std::uint64_t regions = index.regions.totals().regions;
+      if (region.value >= regions) return unknown_region(region.value, regions);
+      VANTAGE_TRY(const IndexedRegion one, index.regions.entry(region.value));
       const fs::path file = root_ / region_file_name(format_, one.region);
       const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
       if (!content) {
@@ -272,19 +277,10 @@ Result<void> FolderStore::may_write(const fs::path& root) const {
               at(root));
 }
 
-Result<IndexedRegion> FolderStore::region_of(const OpenIndex& index, std::uint32_t r) const {
-  const std::uint64_t count =
-      index.packed ? index.packed->totals().regions : index.head.files.size();
-  if (r >= count) return unknown_region(r, count);
-  if (index.packed) return index.packed->entry(r);
-  return IndexedRegion{index.head.map.partition.regions()[r], index.head.files[r]};
-}
-
 Result<std::unique_ptr<const RegionDirectory>> FolderStore::directory() const noexcept {
   return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
     VANTAGE_TRY(Current bundle, current());
-    if (!bundle.index->packed) return directory_of(bundle.index->head.map);
-    return std::make_unique<const PackedDirectory>(std::move(bundle.index));
+    return std::make_unique<const FolderDirectory>(std::move(bundle.index));
   });
 }
 

@@ -12,8 +12,6 @@
 #include <vector>
 
 #include "common/bundle_format.hpp"
-#include "common/bundle_index.hpp"
-#include "common/index_format.hpp"
 #include "common/partial_folder.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/params.hpp"
@@ -88,8 +86,9 @@ class FolderStore : public MapStore {
   struct Writing {
     PartialFolder folder;
     std::filesystem::path root;
-    BundleIndex index;
-    std::vector<bool> done;  // by RegionId
+    MapIndex index;
+    std::vector<RegionFile> files;  // by RegionId
+    std::vector<bool> done;         // by RegionId
   };
 
   /// The index that was read, and the identity of its file when it was last looked at.
@@ -104,7 +103,6 @@ class FolderStore : public MapStore {
     [[nodiscard]] bool is_of(const struct stat& file) const noexcept;
   };
 
-  [[nodiscard]] Result<IndexedRegion> region_of(const OpenIndex& index, std::uint32_t r) const;
   [[nodiscard]] tl::unexpected<Error> unknown_region(std::uint32_t r, std::size_t regions) const;
   [[nodiscard]] Result<std::filesystem::path> resolved_root() const;
   [[nodiscard]] Result<void> keep(const std::filesystem::path& root);

@@ -10,19 +10,18 @@
 #include <vector>
 
 #include "common/bundle_format.hpp"
-#include "common/bundle_index.hpp"
-#include "common/index_format.hpp"
+#include "common/bundle_head.hpp"
 #include "common/packed_pages.hpp"
 #include "vantage/kit/file_content.hpp"
 #include "vantage/partition.hpp"
 #include "vantage/result.hpp"
 
-/// The regions of an index in a file of their own, for bundles that have too many of them for a
-/// text. It is read where it is asked for, in pages of 4096 bytes: nothing of it is held.
+/// The regions of a bundle, in a file of their own. It is read where it is asked for, in pages of
+/// 4096 bytes: nothing of it is held.
 ///
 /// The file has the entries of all regions, one after another; a table of where each begins; a tree
 /// of rectangles (an R-tree, packed by sorting and tiling); the labels, sorted by their hashes; and
-/// a last page that says where all that is. docs/files.md has the bytes.
+/// a last page that says where all that is. The README of pcd_tiles has the bytes.
 namespace vantage::bundle_folder {
 
 inline constexpr const char* kRegionsFile = "regions.idx";
@@ -41,10 +40,10 @@ struct RegionTotals {
 };
 
 /// Errors: those of `sink`.
-[[nodiscard]] Result<PackedRegions> write_packed(const BundleFormat& format,
-                                                 std::span<const Region> regions,
-                                                 std::span<const RegionFile> files,
-                                                 const Sink& sink);
+[[nodiscard]] Result<RegionsReference> write_packed(const BundleFormat& format,
+                                                    std::span<const Region> regions,
+                                                    std::span<const RegionFile> files,
+                                                    const Sink& sink);
 
 /// What is read is checked as far as it is read: a region by itself, a page of the tree against the
 /// one above it. `all` checks the whole file.
@@ -55,9 +54,10 @@ class PackedIndex {
   /// @param format  must outlive the object
   [[nodiscard]] static Result<PackedIndex> open(const BundleFormat& format, io::InputFile file);
 
+  [[nodiscard]] const std::string& name() const noexcept { return file_.name(); }
   [[nodiscard]] const RegionTotals& totals() const noexcept { return totals_; }
   /// As `index.json` names the file.
-  [[nodiscard]] PackedRegions reference() const noexcept {
+  [[nodiscard]] RegionsReference reference() const noexcept {
     return {.count = totals_.regions, .bytes = file_.size(), .checksum = checksum_};
   }
   /// Errors: `corrupt_data` for a damaged page or entry; `io_failure`.

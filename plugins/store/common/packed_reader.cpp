@@ -104,11 +104,14 @@ Result<IndexedRegion> PackedIndex::decode(std::string_view bytes, std::uint32_t 
   }
   EntryReader reader(content);
   IndexedRegion found;
-  const bool is_its_own = reader.get<std::uint32_t>() == region;
-  if (is_its_own) describe_entry(reader, *format_, found);
-  if (!is_its_own || !reader.ok_to_the_end()) return damaged(" contradicts itself");
-  const std::string what = defect_of(found.region);
-  if (!what.empty()) return damaged(" is none: " + what);
+  const auto number = reader.get<std::uint32_t>();
+  reader.check(number == region,
+               [&] { return "it says that it is that of region " + std::to_string(number); });
+  describe(reader, *format_, found);
+  std::string defect = std::move(reader).defect();
+  if (!defect.empty()) return damaged(" contradicts itself: " + defect);
+  defect = defect_of(found.region);
+  if (!defect.empty()) return damaged(" is none: " + defect);
   return found;
 }
 

@@ -15,7 +15,7 @@ using namespace packed;  // NOLINT(google-build-using-namespace)
 std::string encode(const BundleFormat& format, IndexedRegion one, std::uint32_t number) {
   EntryWriter writer;
   writer.put(number);
-  describe_entry(writer, format, one);
+  describe(writer, format, one);
   std::string bytes = std::move(writer).take();
   put(bytes, sum_of_entry(bytes));
   return bytes;
@@ -137,8 +137,8 @@ Summary RegionTotals::summary(std::uint64_t entries_bytes, std::uint64_t content
           .extent = {extent.min.x(), extent.min.y(), extent.max.x(), extent.max.y()}};
 }
 
-Result<PackedRegions> write_packed(const BundleFormat& format, std::span<const Region> regions,
-                                   std::span<const RegionFile> files, const Sink& sink) {
+Result<RegionsReference> write_packed(const BundleFormat& format, std::span<const Region> regions,
+                                      std::span<const RegionFile> files, const Sink& sink) {
   RegionTotals totals;
   std::vector<std::uint64_t> offsets;
   std::vector<Child> leaves;
@@ -172,7 +172,7 @@ Result<PackedRegions> write_packed(const BundleFormat& format, std::span<const R
   last.resize(kContent, '\0');
   const std::uint64_t checksum = sum_of_page(last.data(), layout.last);
   VANTAGE_CHECK(pages.write(std::move(last)));
-  return PackedRegions{
+  return RegionsReference{
       .count = totals.regions, .bytes = (layout.last + 1) * kPage, .checksum = checksum};
 }
 

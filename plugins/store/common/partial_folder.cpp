@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "common/attachment.hpp"
-#include "common/index_format.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/file_content.hpp"
 
@@ -106,6 +105,37 @@ Result<void> remove_stale(const BundleFormat& format, const fs::path& path) {
   return remove_files(path, names);
 }
 
+Result<io::FileContent> text_of_index(const fs::path& root) {
+  const fs::path path = root / kIndex;
+  const auto file = io::InputFile::open(path, "a regular file", io::InputFile::Empty::accept);
+  if (!file) {
+    if (file.error().code != ErrorCode::not_found) return fail(file.error());
+    return fail(ErrorCode::not_found,
+                std::string("there is no bundle of region maps here: no ") + kIndex, at(root));
+  }
+  if (file->size() > kMostHeadBytes) {
+    return fail(ErrorCode::corrupt_data,
+                "the index has " + std::to_string(file->size()) + " bytes, expected at most " +
+                    std::to_string(kMostHeadBytes) +
+                    ": it is damaged, or an older version built it; build the bundle again",
+                at(path));
+  }
+  return file->content();
+}
+
+Result<PackedIndex> regions_of(const BundleFormat& format, const fs::path& root,
+                               const RegionsReference& named) {
+  const fs::path path = root / kRegionsFile;
+  auto file = io::InputFile::open(path, "the regions of a bundle");
+  if (!file && file.error().code == ErrorCode::not_found) {
+    return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing", at(path));
+  }
+  VANTAGE_TRY(io::InputFile opened, std::move(file));
+  VANTAGE_TRY(PackedIndex regions, PackedIndex::open(format, std::move(opened)));
+  if (regions.reference() == named) return regions;
+  return fail(ErrorCode::corrupt_data, "these are not the regions that the index names", at(path));
+}
+
 }  // namespace
 
 bool there(const fs::path& path) {
@@ -114,36 +144,38 @@ bool there(const fs::path& path) {
 }
 
 Result<OpenIndex> open_index(const BundleFormat& format, const fs::path& root) {
-  const fs::path file = root / kIndex;
-  const auto text = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
-  if (!text) {
-    if (text.error().code != ErrorCode::not_found) return fail(text.error());
-    return fail(ErrorCode::not_found,
-                std::string("there is no bundle of region maps here: no ") + kIndex, at(root));
+  VANTAGE_TRY(io::FileContent text, text_of_index(root));
+  for (;;) {
+    VANTAGE_TRY(BundleHead head, from_json(format, text.view(), (root / kIndex).string()));
+    auto regions = regions_of(format, root, head.regions);
+    if (regions) return OpenIndex{std::move(head), *std::move(regions)};
+    // Another bundle may have come in between: then its own regions are there.
+    VANTAGE_TRY(io::FileContent now, text_of_index(root));
+    if (now.view() == text.view()) return fail(std::move(regions).error());
+    text = std::move(now);
   }
-  VANTAGE_TRY(BundleIndex head, from_json(format, text->view(), file.string()));
-  OpenIndex index{.head = std::move(head), .packed = {}};
-  if (index.head.packed.count == 0) return index;
-  auto regions = io::InputFile::open(root / kRegionsFile, "the regions of a bundle");
-  if (!regions && regions.error().code == ErrorCode::not_found) {
-    return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
-                at(root / kRegionsFile));
-  }
-  VANTAGE_TRY(io::InputFile opened, std::move(regions));
-  VANTAGE_TRY(index.packed, PackedIndex::open(format, std::move(opened)));
-  if (index.packed->reference() == index.head.packed) return index;
-  return fail(ErrorCode::corrupt_data, "these are not the regions that the index names",
-              at(root / kRegionsFile));
 }
 
 Result<MapIndex> whole_index(const OpenIndex& index) {
-  if (!index.packed) return index.head.map;
-  VANTAGE_TRY(auto regions, index.packed->all());
-  VANTAGE_TRY(BundleIndex all, bundle_of({.map_points = index.head.map.map_points,
-                                          .map_bounds = index.head.map.map_bounds,
-                                          .config = index.head.map.config,
-                                          .regions = std::move(regions)}));
-  return std::move(all.map);
+  VANTAGE_TRY(std::vector<IndexedRegion> all, index.regions.all());
+  MapIndex map{.partition = {},
+               .regions = {},
+               .map_bounds = index.head.map_bounds,
+               .map_points = index.head.map_points,
+               .config = index.head.config};
+  std::vector<Region> regions;
+  for (IndexedRegion& one : all) {
+    map.regions.push_back(one.file.summary());
+    regions.push_back(std::move(one.region));
+  }
+  auto partition = Partition::from(std::move(regions));
+  if (!partition) {
+    return fail(ErrorCode::corrupt_data,
+                "the regions are not a partition: " + partition.error().message,
+                at(index.regions.name()));
+  }
+  map.partition = *std::move(partition);
+  return map;
 }
 
 Result<void> remove_files(const fs::path& folder, std::vector<std::string> names) {

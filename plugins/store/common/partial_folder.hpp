@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/bundle_format.hpp"
-#include "common/bundle_index.hpp"
+#include "common/bundle_head.hpp"
 #include "common/packed_index.hpp"
 #include "vantage/kit/file_system.hpp"
 #include "vantage/map_store.hpp"
@@ -25,18 +25,20 @@ inline constexpr const char* kIndex = "index.json";
 /// Whether there is anything of that name.
 [[nodiscard]] bool there(const std::filesystem::path& path);
 
-/// An index that is open for reading.
+/// A bundle that is open for reading.
 struct OpenIndex {
-  BundleIndex head;                   ///< with the regions, unless they are packed
-  std::optional<PackedIndex> packed;  ///< the regions, if they are
+  BundleHead head;
+  PackedIndex regions;
 };
 
-/// Errors: `not_found` if the folder holds no bundle; those of read_file, from_json and
-/// PackedIndex::open; `corrupt_data` for packed regions that are not those of the index.
+/// Errors: `not_found` if the folder holds no bundle; those of reading its files, of from_json and
+/// of PackedIndex::open; `corrupt_data` for an `index.json` that is too large, and for regions that
+/// are not those that it names.
 [[nodiscard]] Result<OpenIndex> open_index(const BundleFormat& format,
                                            const std::filesystem::path& root);
 
-/// All regions. Errors: those of PackedIndex::all and Partition::from.
+/// All regions. Errors: those of PackedIndex::all; `corrupt_data` for regions that are no
+/// partition.
 [[nodiscard]] Result<MapIndex> whole_index(const OpenIndex& index);
 
 /// The files of a bundle that may be replaced. Errors: `already_exists` if the folder is anything

@@ -20,7 +20,7 @@ using bundle_folder::PartialFolder, bundle_folder::RegionFile;
 constexpr const char* kTilesFile = "tiles.bin";
 constexpr const char* kScratchFile = "scratch.tmp";
 constexpr bundle_folder::BundleFormat kFormat{.store = "shared_tiles",
-                                              .version = 1,
+                                              .version = 3,
                                               .extension = ".region",
                                               .shared = kTilesFile,
                                               .scratch = kScratchFile};

@@ -2,6 +2,7 @@
 #include "info/bundle_info.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -63,7 +64,8 @@ BundleInfo info_with(std::optional<Atlas> atlas) {
                   .atlas = std::move(atlas),
                   .predicted = {},
                   .target_error = {},
-                  .labels = {}};
+                  .labels = {},
+                  .regions = {}};
   for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
     info.labels[RegionId{r}] = index.partition[RegionId{r}].label;
   }
@@ -250,6 +252,78 @@ TEST_CASE("info: a bundle of prepared maps, or of shared tiles, shows what it ho
   CHECK(json["files"].size() >= 3);
 }
 
+/// A bundle of a region of every shape.
+void write_shapes(const std::filesystem::path& folder) {
+  MapIndex index = strips();
+  index.partition =
+      Partition::from({{"hall", HalfOpenBox{{0.125, -1}, {20, 10.5}}, {}},
+                       {"storey.1", ConvexPolygon{{{20, 0}, {40, 0}, {40, 10}}}, {-2.5, 3}},
+                       {"yard",
+                        BoxUnion{{{{0, 10}, {5, 20}}, {{5, 12}, {9, 20}}}},
+                        {.min = 3, .max = std::numeric_limits<double>::infinity()}}})
+          .value();
+  RegionMap hall, storey;
+  hall.points.assign(1200, Point(1, 2, 3));
+  hall.viewpoints = {{5, 5, 1}};
+  hall.views.assign(1200, 1);
+  storey.viewpoints = {{30, 2, 1}, {31, 2, 1}};
+  storey.prepared = {.bytes = std::vector<std::byte>(100), .elements = 34};
+  const auto store = test::plugin<MapStore>("pcd_tiles", "root = \"" + folder.string() + "\"");
+  REQUIRE(store->begin(index));
+  REQUIRE(store->put(RegionId{0}, hall));
+  REQUIRE(store->put(RegionId{1}, storey));
+  REQUIRE(store->put(RegionId{2}, {}));
+  REQUIRE(store->commit());
+}
+
+TEST_CASE("info --regions: every region with what the bundle says of it") {
+  const TemporaryFolder folder;
+  const std::string place = (folder.path() / "bundle").string();
+  write_shapes(place);
+  const auto bytes = [&](const std::string& label) {
+    return std::filesystem::file_size(place + "/" + label + ".pcd");
+  };
+  const auto table = test::run("vantage-info", {place, "--regions", "--quiet"});
+  REQUIRE_MESSAGE(table.exit_code == 0, table.err);
+  for (const std::vector<std::string>& cells : std::vector<std::vector<std::string>>{
+           {"hall ", " box ", " 0 ", " 0.12 to 20.00 ", " -1.00 to 10.50 ", " any ", " 1,200 "},
+           {"storey.1 ", " 3 corners ", " 1 ", " 20.00 to 40.00 ", " -2.50 to 3.00 ", " 34 "},
+           {"yard ", " 2 boxes ", " 2 ", " 0.00 to 9.00 ", " 10.00 to 20.00 ", " from 3.00 "}}) {
+    const std::size_t begin = table.out.find("\n" + cells.front());
+    CAPTURE(table.out);
+    REQUIRE(begin != std::string::npos);
+    const std::string line = table.out.substr(begin, table.out.find('\n', begin + 1) - begin);
+    for (const std::string& cell : cells) CHECK_MESSAGE(has(line + " ", cell), line);
+  }
+  const auto done = test::run("vantage-info", {place, "--regions", "--json", "--quiet"});
+  REQUIRE_MESSAGE(done.exit_code == 0, done.err);
+  const auto regions = nlohmann::json::parse(done.out)["each_region"];
+  CHECK(regions == nlohmann::json::parse(fmt::format(
+                       R"([{{"number": 0, "label": "hall", "height": [null, null],
+                             "footprint": {{"box": {{"min": [0.125, -1.0], "max": [20.0, 10.5]}}}},
+                             "points": 1200, "viewpoints": 1, "elements": 0, "max_views": 1,
+                             "bytes": {}}},
+                           {{"number": 1, "label": "storey.1", "height": [-2.5, 3.0],
+                             "footprint": {{"polygon": [[20.0, 0.0], [40.0, 0.0], [40.0, 10.0]]}},
+                             "points": 0, "viewpoints": 2, "elements": 34, "max_views": 0,
+                             "bytes": {}}},
+                           {{"number": 2, "label": "yard", "height": [3.0, null],
+                             "footprint": {{"boxes": [{{"min": [0.0, 10.0], "max": [5.0, 20.0]}},
+                                                      {{"min": [5.0, 12.0], "max": [9.0, 20.0]}}]}},
+                             "points": 0, "viewpoints": 0, "elements": 0, "max_views": 0,
+                             "bytes": {}}}])",
+                       bytes("hall"), bytes("storey.1"), bytes("yard"))));
+  // Only if they are asked for, and only of a bundle.
+  const auto without = test::run("vantage-info", {place, "--json", "--quiet"});
+  CHECK_FALSE(nlohmann::json::parse(without.out).contains("each_region"));
+  std::filesystem::create_directory(folder.path() / "scans");
+  REQUIRE(
+      io::write_pcd(folder.path() / "scans/0.pcd", PointCloud{{1, 2, 3}}, io::Precision::float32));
+  const auto scans = test::run("vantage-info", {(folder.path() / "scans").string(), "--regions"});
+  CHECK(scans.exit_code == 2);
+  CHECK_MESSAGE(has(scans.err, "--regions takes a bundle of region maps, and "), scans.err);
+}
+
 TEST_CASE("info: a damaged bundle is an error, not a folder of scans") {
   const TemporaryFolder folder;
   const auto place = folder.path() / "bundle";
@@ -257,6 +331,7 @@ TEST_CASE("info: a damaged bundle is an error, not a folder of scans") {
   SUBCASE("its index") {
     test::write_text(place / "index.json", "{\"format\": \"vantage pcd_tiles\"");
   }
+  SUBCASE("its regions") { test::write_text(place / "regions.idx", std::string(4096, 'x')); }
   SUBCASE("its atlas") { test::write_text(place / "atlas.dat", "no atlas"); }
   const auto info = inspect_bundle(place, test::built_plugins());
   REQUIRE_FALSE(info);

@@ -11,8 +11,6 @@
 #include "format.hpp"
 #include "store_samples.hpp"
 #include "support/real_data.hpp"
-#include "support/text.hpp"
-#include "vantage/region_directory.hpp"
 
 namespace vantage::bundle_folder {
 namespace {
@@ -57,7 +55,7 @@ Many many(std::uint32_t count, unsigned seed) {
   return sample;
 }
 
-std::string packed(const Many& sample, PackedRegions& reference) {
+std::string packed(const Many& sample, RegionsReference& reference) {
   std::string bytes;
   reference = write_packed(kFormat, sample.regions, sample.files,
                            [&](std::string_view more) -> Result<void> {
@@ -110,7 +108,7 @@ TEST_CASE("packed regions: entries, areas and labels, from one region to thousan
   for (const std::uint32_t count : {1U, 2U, 101U, 102U, 511U, 512U, 20'000U}) {
     CAPTURE(count);
     const Many sample = many(count, count);
-    PackedRegions reference;
+    RegionsReference reference;
     write_file(file, packed(sample, reference));
     const auto index = open_packed(file);
     REQUIRE_MESSAGE(index, to_string(index.error()));
@@ -146,7 +144,7 @@ TEST_CASE("packed regions: entries, areas and labels, from one region to thousan
 
 TEST_CASE("packed regions: the same bytes each time") {
   const Many sample = many(300, 1);
-  PackedRegions a, b;
+  RegionsReference a, b;
   CHECK(packed(sample, a) == packed(sample, b));
   CHECK(a == b);
   Many other = sample;
@@ -158,7 +156,7 @@ TEST_CASE("packed regions: damage anywhere is found, or what is said is right") 
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / kRegionsFile;
   const Many sample = many(700, 9);
-  PackedRegions reference;
+  RegionsReference reference;
   const std::string sound = packed(sample, reference);
   std::mt19937 random(4);
   int refused = 0;
@@ -264,7 +262,7 @@ TEST_CASE("packed regions: what no partition can have is refused when a region i
   const auto refused = [&](const auto& change, const std::string& because) {
     Many sample = many(5, 3);
     change(sample.regions[3], sample.files[3]);
-    PackedRegions reference;
+    RegionsReference reference;
     write_file(file, packed(sample, reference));
     const auto index = open_packed(file);
     REQUIRE_MESSAGE(index, to_string(index.error()));
@@ -285,18 +283,53 @@ TEST_CASE("packed regions: what no partition can have is refused when a region i
         r.footprint = ConvexPolygon{{{0, 0}, {0, 1}, {1, 0}}};
       },
       "convex");
-  const std::string contradicts = "region 3 at byte";
-  refused([](Region&, RegionFile& f) { f.bytes += 1; }, contradicts);
-  refused([](Region&, RegionFile& f) { f.points = kMaxPoints + 1; }, contradicts);
-  refused([](Region&, RegionFile& f) { f.elements = 1, f.prepared_bytes = 0; }, contradicts);
-  refused([](Region&, RegionFile& f) { f.origin.x() = store_samples::kInfinity; }, contradicts);
+  const std::string contradicts = "contradicts itself: ";
+  const auto sized = [](RegionFile& f) { f.bytes = pcd_tiles::file_size(f); };
+  const auto file_must = contradicts + "the file must have ";
+  refused([](Region&, RegionFile& f) { f.bytes += 1; }, file_must);
+  refused([](Region&, RegionFile& f) { f.points += 1; }, file_must);
+  refused([](Region&, RegionFile& f) { f.viewpoints += 1; }, file_must);
+  refused([](Region&, RegionFile& f) { f.prepared_bytes += 4; }, file_must);
+  refused([](Region&, RegionFile& f) { f.max_views = f.max_views > 0 ? 0 : 5; }, file_must);
+  refused(
+      [&](Region&, RegionFile& f) {
+        f.points = 0, f.max_views = 7;
+        sized(f);
+      },
+      contradicts + "the most views");
+  refused([](Region&, RegionFile& f) { f.origin.x() = store_samples::kInfinity; },
+          contradicts + "the origin must be finite");
+  refused(
+      [&](Region&, RegionFile& f) {
+        f.points = kMaxPoints + 1;
+        sized(f);
+      },
+      contradicts + "1099511627777 points, at most 1099511627776");
+  refused(
+      [&](Region&, RegionFile& f) {
+        f.viewpoints = kMaxPoints + 1;
+        sized(f);
+      },
+      contradicts + "1099511627777 viewpoints");
+  refused(
+      [&](Region&, RegionFile& f) {
+        f.prepared_bytes = kMaxPreparedBytes + 1;
+        sized(f);
+      },
+      contradicts + "1125899906842625 prepared bytes");
+  refused(
+      [&](Region&, RegionFile& f) {
+        f.elements = 1, f.prepared_bytes = 0;
+        sized(f);
+      },
+      contradicts + "elements must be 0");
 }
 
 TEST_CASE("packed regions: a forged tree ends, and gives no region twice") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / kRegionsFile;
   const Many sample = many(12'000, 9);  // three levels
-  PackedRegions reference;
+  RegionsReference reference;
   const std::string sound = packed(sample, reference);
   const Bounds2 everywhere{Eigen::Vector2d::Constant(-1e9), Eigen::Vector2d::Constant(1e9)};
   {
@@ -339,7 +372,7 @@ TEST_CASE("packed regions: forged pages with sound checksums are refused, or say
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / kRegionsFile;
   const Many sample = many(700, 9);
-  PackedRegions reference;
+  RegionsReference reference;
   const std::string sound = packed(sample, reference);
   std::mt19937 random(11);
   int refused = 0;
@@ -378,72 +411,6 @@ TEST_CASE("packed regions: forged pages with sound checksums are refused, or say
     (void)index->find(sample.regions[random() % 700].label);
   }
   CHECK(refused > 100);
-}
-
-TEST_CASE("a bundle of thousands of regions has a packed index, and reads as any other") {
-  for (const char* plugin : {"pcd_tiles", "shared_tiles"}) {
-    CAPTURE(plugin);
-    const test::TemporaryFolder folder;
-    const fs::path root = folder.path() / "bundle";
-    const auto open = [&] {
-      return test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
-    };
-    const auto write = [&](std::uint32_t count) {
-      MapIndex index;
-      std::vector<Region> regions;
-      for (std::uint32_t r = 0; r < count; ++r) {
-        const Eigen::Vector2d min(r % 100, r / 100);
-        regions.push_back(
-            {"r" + std::to_string(r), HalfOpenBox{min, min + Eigen::Vector2d(1.0, 1.0)}, {}});
-      }
-      index.partition = Partition::from(std::move(regions)).value();
-      index.map_bounds = {Point(0, 0, 0), Point(100, 100, 1)};
-      index.map_points = count;
-      index.config = "# made up";
-      const auto store = open();
-      REQUIRE(store->begin(index));
-      for (std::uint32_t r = 0; r < count; ++r) {
-        RegionMap map;
-        if (r % 10 != 3) map.points.emplace_back(r % 100 + 0.5, r / 100 + 0.5, 0.25);
-        REQUIRE(store->put(RegionId{r}, map));
-      }
-      const auto committed = store->commit();
-      REQUIRE_MESSAGE(committed, to_string(committed.error()));
-    };
-    write(4097);
-    CHECK(fs::exists(root / kRegionsFile));
-    CHECK(fs::file_size(root / "index.json") < 4000);
-    {
-      const auto store = open();
-      const auto directory = store->directory();
-      REQUIRE_MESSAGE(directory, to_string(directory.error()));
-      CHECK((*directory)->summary().regions == 4097);
-      CHECK((*directory)->summary().empty_regions == 410);
-      CHECK((*directory)->find("r4000") == RegionId{4000});
-      CHECK((*directory)->meeting({{5.5, 7.5}, {5.5, 7.5}}) == std::vector{RegionId{705}});
-      CHECK((*directory)->entry(RegionId{4097}).error().code == ErrorCode::not_found);
-      const auto index = store->index();
-      REQUIRE_MESSAGE(index, to_string(index.error()));
-      CHECK(index->partition.size() == 4097);
-      CHECK(index->partition[RegionId{4096}].label == "r4096");
-      CHECK(index->regions[705].points == 1);
-      CHECK(store->get(RegionId{705})->points == PointCloud{Point(5.5, 7.5, 0.25)});
-      CHECK(store->get(RegionId{3})->points.empty());
-      CHECK(store->get(RegionId{4097}).error().code == ErrorCode::not_found);
-    }
-    // An index whose regions are another bundle's.
-    const std::string json = test::read_text(root / "index.json");
-    write(4098);
-    write_file(root / "index.json", json);
-    CHECK(open()->directory().error().code == ErrorCode::corrupt_data);
-    fs::remove(root / kRegionsFile);
-    CHECK(open()->directory().error().code == ErrorCode::corrupt_data);
-    fs::remove_all(root);
-    write(4097);
-    write(4096);  // takes its place
-    CHECK_FALSE(fs::exists(root / kRegionsFile));
-    CHECK(open()->index()->partition.size() == 4096);
-  }
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ TEST_CASE("a bundle holds its index and one PCD file a region, and nothing else"
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   write_bundle(store_at(root), sample_index(), sample_maps());
-  CHECK(files_in(root) ==
-        std::vector<std::string>{"index.json", "storey.1.pcd", "storey.2.pcd", "x+000_y+000.pcd"});
+  CHECK(files_in(root) == std::vector<std::string>{"index.json", "regions.idx", "storey.1.pcd",
+                                                   "storey.2.pcd", "x+000_y+000.pcd"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
 
@@ -153,7 +153,7 @@ TEST_CASE("viewpoints and prepared bytes lie behind the points, in the same file
   CHECK(store_at(folder.path() / "b")->get(RegionId{0})->prepared == prepared);
 }
 
-TEST_CASE("views are a field of the PCD, and version 4 says that there are some") {
+TEST_CASE("views are a field of the PCD") {
   const test::TemporaryFolder folder;
   RegionMap with = points_alone({{2, 3, 4}, {4, 3, 4}});
   with.viewpoints = {{2.5, 3, -1}};
@@ -168,8 +168,6 @@ TEST_CASE("views are a field of the PCD, and version 4 says that there are some"
   std::uint32_t views = 0;
   std::memcpy(&views, content.data() + data + 28, sizeof views);
   CHECK(views == 70'000);
-  const std::string index = read_text(folder.path() / "b" / "index.json");
-  CHECK(index.find("\"version\": 4") != std::string::npos);
   const auto store = store_at(folder.path() / "b");
   CHECK(store->get(RegionId{0})->points == with.points);
   CHECK(store->get(RegionId{0})->viewpoints == with.viewpoints);
@@ -177,13 +175,6 @@ TEST_CASE("views are a field of the PCD, and version 4 says that there are some"
   CHECK(store->get(RegionId{2})->views.empty());
   CHECK(store->index()->regions[0].max_views == 70'000);
   CHECK(store->index()->regions[2].max_views == 0);
-
-  // Without any the bundle is what it always was.
-  write_bundle(store_at(folder.path() / "without"), sample_index(),
-               {points_alone(with.points), {}, {}});
-  const std::string index_without = read_text(folder.path() / "without" / "index.json");
-  CHECK(index_without.find("\"version\": 3") != std::string::npos);
-  CHECK(index_without.find("max_views") == std::string::npos);
 }
 
 TEST_CASE("views that are not one for each point, or 0, are refused") {
@@ -346,7 +337,7 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 
   write_bundle(store_at(root, true), other, {points_alone({{1, 2, 3}})});
-  CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd"});
+  CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd", "regions.idx"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
   const auto again = store_at(root);
   CHECK(again->index()->partition.size() == 1);
@@ -411,7 +402,7 @@ void check_reader_of_rebuilt(const char* plugin, std::size_t regions) {
 
 TEST_CASE("a reader whose bundle was replaced reads nothing of the other one") {
   for (const char* plugin : {"pcd_tiles", "shared_tiles"}) {
-    for (const std::size_t regions : {3U, 4097U}) check_reader_of_rebuilt(plugin, regions);
+    for (const std::size_t regions : {3U, 300U}) check_reader_of_rebuilt(plugin, regions);
   }
 }
 
@@ -445,7 +436,10 @@ TEST_CASE("a bundle that is replaced all the time gives the old one or an error,
     for (int round = 0; round < 2000 && (round < 200 || refused < 20 || read < 20); ++round) {
       const auto reader = open();
       const auto first = reader->get(RegionId{0});
-      if (!first) continue;
+      if (!first) {
+        CHECK(first.error().code != ErrorCode::corrupt_data);  // nothing is damaged
+        continue;
+      }
       const double z = first->points.front().z();
       if (round % 2 == 1) {  // however busy the machine is, some readers outlive their bundle
         for (const int before = builds; builds == before;) std::this_thread::yield();
@@ -516,7 +510,7 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
     SUBCASE("a bundle that an older version has built") {
       write_bundle(store_at(root), sample_index(), sample_maps());
       const std::string index =
-          replaced(read_text(root / "index.json"), "\"version\": 3", "\"version\": 2");
+          replaced(read_text(root / "index.json"), "\"version\": 5", "\"version\": 4");
       write_text(root / "index.json", index);
       refused("built by an older version; remove it and build it again");
       CHECK(read_text(root / "index.json") == index);
@@ -590,7 +584,7 @@ TEST_CASE("what a killed run has left is cleared by the next one") {
   other.partition = Partition::from({{"new", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
   write_bundle(store_at(root), other, {RegionMap{}});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
-  CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd"});
+  CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd", "regions.idx"});
 }
 
 TEST_CASE("the folder of a bundle under construction is only cleared if it is one") {
@@ -639,135 +633,6 @@ TEST_CASE("no bundle and no region are not_found") {
   check_fails(store_at(folder.path() / "b")->get(RegionId{3}), ErrorCode::not_found, "0 to 2");
   check_fails(store_at(folder.path() / "b")->get(RegionId{4'294'967'295U}), ErrorCode::not_found,
               "no region");
-}
-
-TEST_CASE("a damaged index is corrupt_data that names the file and what was expected") {
-  const test::TemporaryFolder folder;
-  const fs::path root = folder.path() / "bundle", file = root / "index.json";
-  write_bundle(store_at(root), sample_index(), sample_maps());
-  const std::string good = read_text(file);
-  const auto corrupt = [&](const std::string& text, const std::string& because) {
-    write_text(file, text);
-    const auto store = store_at(root);
-    check_fails(store->index(), ErrorCode::corrupt_data, because);
-    check_fails(store->index(), ErrorCode::corrupt_data, file.string());
-    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
-  };
-  corrupt("", "not JSON");
-  corrupt(std::string(100'000, '['), "not JSON");
-  corrupt("[]", "the index must be an object, found array");
-  corrupt("{}", "no member 'format'");
-  corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
-  for (const std::string older : {"1", "2"}) {
-    corrupt(replaced(good, "\"version\": 3", "\"version\": " + older),
-            "'version' is " + older +
-                ", and 3 or 4 is needed: the bundle was built by an older version");
-  }
-  corrupt(replaced(good, "\"version\": 3", "\"version\": 5"), "a newer version");
-  for (const std::string odd : {"0", "-2", "2.0", "\"2\"", "\"3\"", "null", "[2]"}) {
-    corrupt(replaced(good, "\"version\": 3", "\"version\": " + odd),
-            "'version' must be 3 or 4, not");
-  }
-  corrupt(replaced(good, "\"regions\"", "\"region\""), "no member 'regions'");
-  corrupt(replaced(good, "\"config\": \"", "\"config\": 7, \"x\": \""),
-          "'config' must be a string");
-  corrupt(replaced(good, "\"label\": \"x+000_y+000\"", "\"label\": \"../../etc/passwd\""),
-          "'regions[0].file' must be '../../etc/passwd.pcd'");
-  corrupt(replaced(good, "\"label\": \"storey.1\"", "\"label\": 1"), "'regions[1].label'");
-  corrupt(replaced(good, "\"label\": \"storey.1\"", "\"label\": \"a\\n\\u001b[31m\""),
-          "'regions[1].file' must be 'a\\n\\u001b[31m.pcd', not 'storey.1.pcd'");
-  corrupt(replaced(good, "\"file\": \"storey.1.pcd\"", "\"file\": \"/etc/passwd\""),
-          "'regions[1].file' must be 'storey.1.pcd'");
-  corrupt(replaced(good, "\"points\": 1000", "\"points\": 1001"), "'regions[0].bytes' must be");
-  corrupt(replaced(good, "\"points\": 1000", "\"points\": -1"), "'regions[0].points'");
-  corrupt(replaced(good, "\"points\": 1000", "\"points\": 1e3"), "'regions[0].points'");
-  corrupt(replaced(good, "\"points\": 1000", "\"points\": 18446744073709551615"),
-          "'regions[0].points'");
-  corrupt(replaced(good, "\"viewpoints\": 7", "\"viewpoints\": 1099511627777"),
-          "'regions[0].viewpoints' must be an integer from 0 to 1099511627776");
-  corrupt(replaced(good, "\"viewpoints\": 7", "\"viewpoints\": 6"), "'regions[0].bytes' must be");
-  corrupt(replaced(good, "\"prepared_bytes\": 1234", "\"prepared_bytes\": 1230"),
-          "'regions[2].bytes' must be");
-  corrupt(replaced(good, "\"elements\": 0", "\"elements\": 1"),
-          "'regions[0].elements' must be 0 without prepared bytes");
-  corrupt(replaced(good, "\"polygon\"", "\"circle\""), "'box', 'boxes' or 'polygon'");
-  corrupt(replaced(good, "\"polygon\": [", "\"polygon\": 5, \"x\": ["), "must be an array");
-  corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"g"), "16 hexadecimal digits");
-  corrupt(replaced(good, "\"checksum\": \"", "\"checksum\": \"\\n"), "digits, not '\\n");
-  corrupt(replaced(good, "\"inf\"", "\"endless\""), "must be a number");
-  corrupt(replaced(good, "\"inf\"", "1e999"), "damaged");
-  corrupt(replaced(good, "\"inf\"", "\"-inf\""), "not a partition");
-
-  // A number or a text that is as good as the right one.
-  const std::string checksum = "'checksum' is not that of the rest";
-  corrupt(replaced(good, "\"points\": 123456789", "\"points\": 123456788"), checksum);
-  corrupt(replaced(good, "77.7", "77.8"), checksum);
-  corrupt(replaced(good, "quoted", "Quoted"), checksum);
-  corrupt(replaced(good, "\"elements\": 4000000000", "\"elements\": 4000000001"), checksum);
-  // As many bytes with the padding.
-  corrupt(replaced(good, "\"prepared_bytes\": 1234", "\"prepared_bytes\": 1235"), checksum);
-  corrupt(replaced(good, "-2.5", "-2.4"), checksum);
-  const std::size_t last = good.rfind("\"checksum\"");
-  corrupt(good.substr(0, last) + "\"checksum\": \"0000000000000000\"}", checksum);
-  corrupt(good.substr(0, last) + "\"checksam\": 0}", "no member 'checksum'");
-
-  // The layout does not matter.
-  std::string other_layout = good;
-  std::replace(other_layout.begin(), other_layout.end(), '\n', ' ');
-  write_text(file, other_layout);
-  CHECK(store_at(root)->index());
-
-  // Cut anywhere it is no JSON, but for the newline at its end.
-  for (std::size_t length = 0; length + 1 < good.size(); length += 13) {
-    write_text(file, good.substr(0, length));
-    const auto index = store_at(root)->index();
-    REQUIRE(!index);
-    CHECK(index.error().code == ErrorCode::corrupt_data);
-    CHECK(index.error().where->line > 0);
-  }
-  write_text(file, good);
-  CHECK(store_at(root)->index());
-}
-
-TEST_CASE("an index that is nested without end is refused, wherever the nesting is") {
-  const test::TemporaryFolder folder;
-  const fs::path root = folder.path() / "bundle", file = root / "index.json";
-  write_bundle(store_at(root), sample_index(), sample_maps());
-  const std::string good = read_text(file);
-  const std::string arrays = std::string(200'000, '[') + std::string(200'000, ']');
-  std::string objects = "1";
-  for (int k = 0; k < 100; ++k) objects = "{\"x\":" + objects + "}";
-  for (const std::string& deep : {arrays, objects}) {
-    for (const std::string& text :
-         {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
-          replaced(good, "\"version\": 3", "\"version\": " + deep),
-          replaced(good, "\"inf\"", deep)}) {
-      write_text(file, text);
-      check_fails(store_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
-      check_fails(store_at(root)->directory(), ErrorCode::corrupt_data, file.string());
-    }
-  }
-}
-
-TEST_CASE("an index with random damage never ends in a crash") {
-  const test::TemporaryFolder folder;
-  const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
-  const std::string good = read_text(root / "index.json");
-  std::mt19937 random(4);
-  int refused = 0;
-  for (int n = 0; n < 500; ++n) {
-    std::string bad = good;
-    for (int k = 0; k < 3; ++k) {
-      bad[random() % bad.size()] = "\"{}[]:,0a- \xff"[random() % 12];
-    }
-    write_text(root / "index.json", bad);
-    const auto index = store_at(root)->index();
-    if (index) continue;
-    ++refused;
-    CHECK(index.error().code == ErrorCode::corrupt_data);
-  }
-  CHECK(refused > 250);
 }
 
 TEST_CASE("a damaged region file is corrupt_data that names the file") {

@@ -3,7 +3,6 @@
 #include <cstring>
 #include <thread>
 
-#include "common/bundle_index.hpp"
 #include "store_samples.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -89,7 +88,7 @@ TEST_CASE("shared_tiles: a point of many regions is stored once") {
   write_bundle(shared_store_at(root), index_of_regions(12), maps);
   check_all(shared_store_at(root), maps);
   CHECK(fs::file_size(root / "tiles.bin") < 15 * map.size());
-  std::vector<std::string> files{"index.json", "tiles.bin"};
+  std::vector<std::string> files{"index.json", "regions.idx", "tiles.bin"};
   for (int r = 0; r < 12; ++r) files.push_back("r" + std::to_string(r) + ".region");
   std::sort(files.begin(), files.end());
   CHECK(files_in(root) == files);
@@ -170,7 +169,6 @@ TEST_CASE("shared_tiles: views and prepared bytes are kept for each region") {
   const fs::path root = folder.path() / "b";
   write_bundle(shared_store_at(root), index_of_regions(4), maps);
   check_all(shared_store_at(root), maps);
-  CHECK(read_text(root / "index.json").find("\"version\": 2") != std::string::npos);
 }
 
 TEST_CASE("shared_tiles: many threads read one store") {
@@ -284,20 +282,21 @@ static_assert(sizeof(ForgedRegion::Part) == 40);
 /// Puts a region's file into a bundle, with the checksums that it needs.
 void forge(const fs::path& root, std::uint32_t region, const std::string& content,
            std::uint64_t points) {
-  using namespace bundle_folder;  // NOLINT(google-build-using-namespace)
-  constexpr BundleFormat kFormat{.store = "shared_tiles", .version = 1, .extension = ".region"};
-  BundleIndex index = from_json(kFormat, read_text(root / "index.json"), "index").value();
   Fnv1a sum;
   for (std::size_t i = 0; i + 8 <= content.size(); i += 8) {
     std::uint64_t word = 0;
     std::memcpy(&word, content.data() + i, sizeof word);
     sum.add(word);
   }
-  index.files[region].bytes = content.size();
-  index.files[region].checksum = sum.value();
-  index.files[region].points = points;
+  constexpr bundle_folder::BundleFormat kFormat{
+      .store = "shared_tiles", .version = 3, .extension = ".region"};
+  forge_regions(kFormat, root, [&](std::vector<bundle_folder::IndexedRegion>& regions) {
+    bundle_folder::RegionFile& file = regions[region].file;
+    file.bytes = content.size();
+    file.checksum = sum.value();
+    file.points = points;
+  });
   write_text(root / ("r" + std::to_string(region) + ".region"), content);
-  write_text(root / "index.json", to_json(kFormat, index).value());
 }
 
 TEST_CASE("shared_tiles: a region names each tile once, and tiles share no bytes") {

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "common/partial_folder.hpp"
 #include "support/plugins.hpp"
 
 /// What the tests of stores put into bundles, and how they look at them.
@@ -85,6 +87,32 @@ inline void check_fails(const Result<T>& result, ErrorCode code, const std::stri
   const std::string text = to_string(result.error());
   CHECK_MESSAGE(result.error().code == code, text);
   CHECK_MESSAGE(text.find(part) != std::string::npos, text);
+}
+
+/// Changes what a bundle says of its regions, and puts all checksums right.
+/// @param change  gets what was there, by RegionId: std::vector<IndexedRegion>&
+template <class Change>
+inline void forge_regions(const bundle_folder::BundleFormat& format, const fs::path& root,
+                          const Change& change) {
+  using namespace bundle_folder;  // NOLINT(google-build-using-namespace)
+  auto opened = open_index(format, root);
+  REQUIRE_MESSAGE(opened, to_string(opened.error()));
+  auto all = opened->regions.all();
+  REQUIRE_MESSAGE(all, to_string(all.error()));
+  change(*all);
+  std::vector<Region> regions;
+  std::vector<RegionFile> files;
+  for (const IndexedRegion& one : *all) {
+    regions.push_back(one.region);
+    files.push_back(one.file);
+  }
+  std::string bytes;
+  opened->head.regions = write_packed(format, regions, files, [&](std::string_view more) {
+                           bytes += more;
+                           return Result<void>();
+                         }).value();
+  std::ofstream(root / kRegionsFile, std::ios::binary) << bytes;
+  std::ofstream(root / kIndex, std::ios::binary) << to_json(format, opened->head).value();
 }
 
 /// Replaces the first occurrence; ends the test if there is none.
