@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "localize/hypothesis.hpp"
+#include "localize/pose_search.hpp"
 #include "localize/recovery.hpp"
-#include "localize/searcher.hpp"
 #include "localize/sweep_matching.hpp"
 #include "localize/verdict.hpp"
 #include "localize/weighing.hpp"
@@ -89,8 +89,10 @@ struct Localizer::State {
   void forget_everything(bool lost);
 
  private:
-  /// Tells each hypothesis what a prior says of it. A scan without one says nothing.
-  void see(const std::optional<PosePrior>& prior);
+  /// Tells a hypothesis what a prior says of it. A scan without one says nothing.
+  void see(const std::optional<PosePrior>& prior, Hypothesis& one) const;
+  /// Whether one of the hypotheses is at a pose.
+  [[nodiscard]] bool follows(const Pose& T_map_scan) const;
   /// @param h       the hypothesis around whose prediction they are
   /// @param points  that were aligned
   void follow_rivals(std::size_t h, std::vector<Alignment> rivals, std::size_t points);

@@ -60,20 +60,18 @@ Result<PluginPtr<RelocalizerIndex>> open_index(const PluginPtr<Relocalizer>& rel
 
 Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
                                                const BundleRelocalizer& relocalizer) {
-  if (!relocalizer.plugin) return fail(ErrorCode::unsupported, "there is no relocalizer");
+  if (!relocalizer.plugin) return PluginPtr<RelocalizerIndex>();
   if (relocalizer.reads_index) {
     const auto kept = bundle.store()->attachment(Bundle::kPlaceIndex);
     if (kept) return open_index(relocalizer.plugin, *kept);
     if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
   }
   VANTAGE_TRY(const PointCloud points, points_of(bundle));
-  if (points.empty()) {
-    return fail(ErrorCode::unsupported,
-                "the bundle holds neither points nor an index of places, so a lost sensor cannot "
-                "be searched for; build it again");
-  }
-  VANTAGE_TRY(const auto made, relocalizer.plugin->index(MapInMemory(points)));
-  return open_index(relocalizer.plugin, made);
+  if (points.empty()) return PluginPtr<RelocalizerIndex>();
+  const auto made = relocalizer.plugin->index(MapInMemory(points));
+  if (made) return open_index(relocalizer.plugin, *made);
+  if (made.error().code == ErrorCode::unsupported) return PluginPtr<RelocalizerIndex>();
+  return fail(made.error());
 }
 
 }  // namespace vantage

@@ -32,8 +32,9 @@ struct BundleRelocalizer {
 
 /// Opens the index that a bundle keeps. If the relocalizer can read none there, it makes one from
 /// the bundle's points.
-/// Errors: `unsupported` for a bundle with neither, or without a relocalizer; those of the store
-/// and of the relocalizer.
+/// @return  none for a bundle that cannot be searched: with neither an index nor points, without a
+///          relocalizer, or too large for it
+/// Errors: those of the store and of the relocalizer.
 [[nodiscard]] VANTAGE_API Result<PluginPtr<RelocalizerIndex>> open_index(
     const Bundle& bundle, const BundleRelocalizer& relocalizer);
 

@@ -151,19 +151,15 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
 
 void Weighing::take(Hypothesis& one, double news) const {
   if (one.contrast) one.support.take(*one.contrast);
-  if (one.evidence && !one.silent) {
-    one.support.take(*one.evidence, one.told, news, model_);
-  } else {
-    one.support.take(one.told, news);
-  }
+  one.support.take(one.told, news);
+  if (one.evidence && !one.silent) one.support.take(*one.evidence, news, model_);
 }
 
 void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
-  const auto share = [](const Hypothesis& one) {
-    return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
-  };
-  const auto error = [](const Hypothesis& one) {
-    return one.evidence ? std::hypot(one.evidence->noise, one.evidence->bias) : 0.0;
+  const auto evidence = [](const Hypothesis& one) { return one.evidence.value_or(Evidence{}); };
+  const auto share = [&](const Hypothesis& one) { return std::max(0.0, evidence(one).share); };
+  const auto error = [&](const Hypothesis& one) {
+    return std::hypot(evidence(one).noise, evidence(one).bias);
   };
   const auto best = std::ranges::max_element(hypotheses, {}, share);
   if (best == hypotheses.end() || share(*best) <= 0.0) return;
