@@ -178,7 +178,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.elsewhere = update_beliefs(s.hypotheses);
   s.elsewhere += sort_out(s.hypotheses, s.params.max_hypotheses);
   VANTAGE_CHECK(s.use_best(report));
-  report.switched = s.map && (!had_map || s.region != region_before);
+  report.switched = !had_map || s.region != region_before;
   Hypothesis& best = s.hypotheses.front();
   const MotionFilter motion =
       s.verdict.conclude(s.hypotheses,
@@ -194,11 +194,13 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
-  if (tracked) s.recovery.succeed();
   report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);
-  if (tracked) s.since = motion;
+  if (tracked) {
+    s.recovery.succeed();
+    s.since = motion;
+  }
   VANTAGE_CHECK(s.expect_what_is_ahead());
   return report;
 }

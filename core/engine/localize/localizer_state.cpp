@@ -49,10 +49,6 @@ Localizer::State::State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher,
       noise(noise_of(params.motion)),
       weighing(*matcher, model, AlertLimit::of(params)) {}
 
-Result<RegionsAhead::Choice> Localizer::State::choose_region(const Point& position) const {
-  return ahead.choose(map ? std::optional(region) : std::nullopt, position, params.switch_margin);
-}
-
 MotionFilter Localizer::State::unplaced(double now) const {
   const double before = middle.value_or(now);
   Pose upright;
@@ -124,7 +120,9 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
   for (std::size_t h = 0; h < followed; ++h) {
     Hypothesis& one = hypotheses[h];
     // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
-    VANTAGE_TRY(const auto choice, choose_region(one.last.translation));
+    const auto in_use = map ? std::optional(region) : std::nullopt;
+    VANTAGE_TRY(const auto choice,
+                ahead.choose(in_use, one.last.translation, params.switch_margin));
     if (h == 0) {
       report.outside = choice.outside;
       VANTAGE_CHECK(use(choice.region, report));

@@ -48,8 +48,6 @@ struct Localizer::State {
   Recovery recovery{{bundle, relocalizer, matcher, ahead, maps, params},
                     params};  // last: may be running
 
-  /// The region of a place (Eq. 11).
-  [[nodiscard]] Result<RegionsAhead::Choice> choose_region(const Point& position) const;
   /// The motion until the middle of a sweep, of a sensor that may be anywhere. Nothing is known of
   /// its speed, so it begins at rest, unless odometry says more.
   [[nodiscard]] MotionFilter unplaced(double now) const;

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <span>
-
 #include "vantage/api.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/config.hpp"
@@ -25,10 +22,6 @@ struct BundleRelocalizer {
 [[nodiscard]] VANTAGE_API Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle,
                                                                     const Config& config,
                                                                     const PluginLoader& plugins);
-
-/// Errors: those of Relocalizer::open; `internal` for a relocalizer that breaks its contract.
-[[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(
-    const PluginPtr<Relocalizer>& relocalizer, std::span<const std::byte> bytes);
 
 /// Opens the index that a bundle keeps. If the relocalizer can read none there, it makes one from
 /// the bundle's points.

@@ -175,7 +175,7 @@ void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
 }
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
-  VANTAGE_TRY(reference_, fit_to_itself(matcher_, scan.finite, scored(scan)));
+  VANTAGE_TRY(reference_, fit_to_itself(*matcher_, scan.finite, scored(scan)));
   reference_at_ = at;
   fresh_ = true;
   return {};
@@ -190,16 +190,6 @@ void Weighing::learn(const Hypothesis& first, bool tracked) {
     usual_change_ = std::lerp(usual_change_, std::min(change, kUnusual * usual_change_), kNew);
   }
   usual_level_ = usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kNew);
-}
-
-void Weighing::forget() {
-  usual_level_ = last_level_ = 0.0;
-  usual_change_ = 2.0 * kChange / kUnusual;  // a fall by so much is a surprise at first
-  reference_.reset();
-  fresh_ = false;
-  weighed_at_.reset();
-  adrift_ = false;
-  news_ = 1.0;
 }
 
 }  // namespace vantage
