@@ -42,7 +42,7 @@ struct Hypothesis {
   [[nodiscard]] Pose predicted() const { return motion ? motion->pose() : last; }
   /// The pose at this scan: aligned if possible, otherwise predicted.
   [[nodiscard]] Pose pose() const { return alignment ? alignment->T_map_scan : predicted(); }
-  /// How well the scan fits there; all 0 without an alignment.
+  /// How well the scan fits there; without an alignment, that of a scan that matches nothing.
   [[nodiscard]] ScanScore score() const { return alignment ? alignment->score : ScanScore{}; }
   /// Whether the scan fits the map at this pose. Without evidence, an alignment is enough.
   [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
