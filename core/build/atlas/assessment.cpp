@@ -1,10 +1,7 @@
 #include "vantage/build/assessment.hpp"
-#include "vantage/kit/map_parts.hpp"
 
-#include <tbb/parallel_for.h>
-
+#include <limits>
 #include <mutex>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -14,12 +11,11 @@
 #include "bundle/built_as_asked.hpp"
 #include "bundle/find_store.hpp"
 #include "localize/place_index.hpp"
+#include "vantage/kit/map_parts.hpp"
 #include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
 namespace {
-
-SourceLocation at(const Bundle& bundle) { return {bundle.name(), 0, 0}; }
 
 /// The places that sites are chosen among, by RegionId.
 Result<std::vector<PointCloud>> viewpoints_of(const Bundle& bundle) {
@@ -34,48 +30,6 @@ Result<std::vector<PointCloud>> viewpoints_of(const Bundle& bundle) {
   return viewpoints;
 }
 
-/// None if the bundle has neither an index of places nor points to make one from.
-Result<PluginPtr<RelocalizerIndex>> places_of(const Bundle& bundle, const Config& config,
-                                              const PluginLoader& plugins) {
-  VANTAGE_TRY(const auto relocalizer, relocalizer_for(bundle, config, plugins));
-  auto places = open_index(bundle, relocalizer);
-  if (!places && places.error().code == ErrorCode::unsupported) {
-    return PluginPtr<RelocalizerIndex>();
-  }
-  return places;
-}
-
-/// Runs the trials in all regions.
-Result<void> run_in_regions(SiteTrials& trials, const Bundle& bundle) {
-  const std::vector<RegionId> regions = trials.regions();
-  std::vector<Result<void>> outcomes(regions.size());
-  tbb::parallel_for(std::size_t{0}, regions.size(), [&](std::size_t k) {
-    outcomes[k] = bundle.get(regions[k]).and_then([&](const RegionMap& map) {
-      return trials.run_in(regions[k], map);
-    });
-  });
-  for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
-  return {};
-}
-
-/// Counts steps, and tells one at a time.
-class Steps {
- public:
-  Steps(std::size_t all, const Assessment::Progress& progress) : all_(all), progress_(progress) {
-    if (progress_) progress_(0, all_);
-  }
-  void add() {
-    const std::scoped_lock lock(mutex_);
-    ++done_;
-    if (progress_) progress_(done_, all_);
-  }
-
- private:
-  std::size_t all_, done_ = 0;
-  const Assessment::Progress& progress_;
-  std::mutex mutex_;
-};
-
 }  // namespace
 
 Result<Assessment> Assessment::prepare(Bundle bundle, const Config& config,
@@ -84,7 +38,8 @@ Result<Assessment> Assessment::prepare(Bundle bundle, const Config& config,
   VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
   VANTAGE_TRY(MatcherChoice named, MatcherChoice::of(choice, plugins));
   VANTAGE_CHECK(check_prepared_for(bundle, *matcher));
-  VANTAGE_TRY(auto places, places_of(bundle, config, plugins));
+  VANTAGE_TRY(const auto relocalizer, relocalizer_for(bundle, config, plugins));
+  VANTAGE_TRY(auto places, open_index(bundle, relocalizer));
   const auto& built = bundle.built_with();
   const auto& visibility = built && built->visibility ? built->visibility : config.visibility;
   const auto max_range = visibility ? visibility->max_range : std::nullopt;
@@ -114,7 +69,7 @@ Result<void> Assessment::check_map(std::uint64_t points, const Bounds3& bounds) 
               "the bundle was built of another map, of " + std::to_string(summary.map_points) +
                   " points and not " + std::to_string(points) +
                   ": expected the map that it was built of",
-              at(bundle_));
+              SourceLocation{bundle_.name(), 0, 0});
 }
 
 Result<AssessmentReport> Assessment::run(PointsView map, const Progress& progress) {
@@ -133,14 +88,21 @@ Result<AssessmentReport> Assessment::measure(
   const Stopwatch stopwatch;
   const CpuStopwatch cpu;
   VANTAGE_TRY(const auto viewpoints, viewpoints_of(bundle_));
-  VANTAGE_TRY(const auto index, bundle_.index());
   const auto sites = spread_sites(viewpoints, params_.site_spacing, params_.max_sites);
-  Steps steps(2 * sites.size(), progress);
-  VANTAGE_TRY(SiteTrials trials,
-              SiteTrials::prepare(index->partition, sites, hits_at, places_.get(), matcher_,
-                                  [&] { steps.add(); }));
-  VANTAGE_CHECK(run_in_regions(trials, bundle_));
-  AssessmentReport report{.atlas = trials.atlas(choice_)};
+  std::mutex mutex;
+  std::size_t done = 0;
+  const auto tell = [&] {
+    if (progress) progress(done, 2 * sites.size());
+  };
+  const auto step = [&] {
+    const std::scoped_lock lock(mutex);
+    ++done;
+    tell();
+  };
+  tell();
+  AssessmentReport report;
+  VANTAGE_TRY(report.atlas, try_sites(bundle_, sites, hits_at, places_.get(), matcher_, step));
+  report.atlas.calibration.matcher = choice_;
   VANTAGE_CHECK(bundle_.store()->attach(Atlas::kAttachment, report.atlas.encode()));
   report.seconds = stopwatch.seconds();
   report.core_seconds = cpu.seconds();

@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <utility>
 
-#include "build/atlas/virtual_lidar.hpp"
+#include "localize/evidence.hpp"
 #include "localize/hypothesis.hpp"
-#include "localize/pose_search.hpp"
+#include "localize/matched.hpp"
 #include "vantage/engine/confidence.hpp"
 #include "vantage/engine/prepared_scan.hpp"
 #include "vantage/kit/evenly_picked.hpp"
@@ -45,10 +46,6 @@ Pose start_at(Pose pose, double distance, double direction, double turn) {
   return pose;
 }
 
-double plan_distance(const Pose& a, const Pose& b) {
-  return (a.translation - b.translation).head<2>().norm();
-}
-
 std::vector<double> quantiles_of(std::vector<double> samples) {
   if (samples.empty()) return {};
   std::sort(samples.begin(), samples.end());
@@ -59,85 +56,39 @@ std::vector<double> quantiles_of(std::vector<double> samples) {
   return result;
 }
 
-/// The first of the errors of parallel tasks.
-Result<void> all_of(const std::vector<Result<void>>& outcomes) {
+/// Runs tasks in parallel. @return  the error of the first of them that failed
+Result<void> run_all(std::size_t tasks, const std::function<Result<void>(std::size_t)>& run) {
+  std::vector<Result<void>> outcomes(tasks);
+  tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t k) { outcomes[k] = run(k); });
   for (const auto& outcome : outcomes) VANTAGE_CHECK(outcome);
   return {};
 }
 
-}  // namespace
+/// Where an alignment ended.
+struct Trial {
+  Alignment alignment;
+  std::optional<Evidence> evidence;
+};
+using Trials = std::vector<std::optional<Trial>>;  // nothing: nothing matched
+
+struct SiteTrials {
+  SitePlace place;
+  Pose truth;  // upright, with some heading
+  PointCloud hits = {};
+  std::optional<Fit> to_itself = {};  // of the first of its scans
+  std::vector<Pose> rivals = {};
+  Trials right = {};  // from around the truth
+  double basin = 0.0;
+  Trials wrong = {};  // one for each rival
+};
 
 /// A scan as the localizer prepares it.
-struct SiteTrials::Scan {
+struct SiteScan {
   PointCloud finite;  // before it was thinned
   PointCloud many, few, scored;
 };
 
-Result<SiteTrials> SiteTrials::prepare(const Partition& partition,
-                                       const std::vector<SitePlace>& sites, const HitsAt& hits_at,
-                                       const RelocalizerIndex* places,
-                                       const PluginPtr<ScanMatcher>& matcher,
-                                       std::function<void()> step) {
-  SiteTrials trials(matcher, std::move(step));
-  trials.by_region_.resize(partition.size());
-  if (sites.empty()) return trials;
-  for (const SitePlace& place : sites) {
-    const auto bits = std::uint64_t(trials.sites_.size());
-    // No heading is that of the map's walls.
-    const double heading = 0.3 + 2.4 * static_cast<double>(bits % 97);
-    trials.sites_.push_back(
-        {.place = place, .truth = pose_from_xyz_rpy(place.position, {0.0, 0.0, heading})});
-  }
-  std::vector<Result<void>> outcomes(trials.sites_.size());
-  tbb::parallel_for(std::size_t{0}, trials.sites_.size(), [&](std::size_t s) {
-    SiteState& site = trials.sites_[s];
-    outcomes[s] = hits_at(site.place.position).and_then([&](PointCloud&& hits) {
-      site.hits = std::move(hits);
-      return trials.look_around(site, places);
-    });
-    trials.step_();
-  });
-  VANTAGE_CHECK(all_of(outcomes));
-  for (std::size_t s = 0; s < trials.sites_.size(); ++s) {
-    SiteState& site = trials.sites_[s];
-    trials.by_region_[site.place.region.value].own.push_back(s);
-    site.wrong.resize(site.rivals.size());
-    for (std::size_t k = 0; k < site.rivals.size(); ++k) {
-      // Eq. 11: the localizer would use the map of that region.
-      const auto region = partition.locate(site.rivals[k].translation);
-      if (region) trials.by_region_[region->value].rivals.emplace_back(s, k);
-    }
-  }
-  return trials;
-}
-
-std::vector<RegionId> SiteTrials::regions() const {
-  std::vector<RegionId> regions;
-  for (std::uint32_t r = 0; r < by_region_.size(); ++r) {
-    if (!by_region_[r].own.empty() || !by_region_[r].rivals.empty()) regions.push_back(RegionId{r});
-  }
-  return regions;
-}
-
-Result<void> SiteTrials::look_around(SiteState& site, const RelocalizerIndex* places) const {
-  if (site.hits.size() < kFewestHits) return {};
-  VANTAGE_TRY(const Scan scan, scan_of(site, 0));
-  VANTAGE_TRY(site.to_itself, fit_to_itself(*matcher_, scan.finite, scan.scored));
-  if (!site.to_itself || places == nullptr) return {};
-  std::vector<Pose> others;
-  VANTAGE_TRY(const PoseCandidates found, places->find(scan.many, {.most = kFound}));
-  for (const PoseCandidate& place : found.poses) {
-    if (!is_near(place.T_map_scan, site.truth, kTruthMetres, kTruthRadians)) {
-      others.push_back(place.T_map_scan);
-    }
-  }
-  for (const std::size_t k : kTried) {
-    if (k < others.size()) site.rivals.push_back(others[k]);
-  }
-  return {};
-}
-
-Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t variant) const {
+Result<SiteScan> scan_of(const SiteTrials& site, std::size_t variant) {
   // The seed depends on the place alone.
   const auto micrometres = [](double x) {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::llround(x * 1e6)));
@@ -145,103 +96,72 @@ Result<SiteTrials::Scan> SiteTrials::scan_of(const SiteState& site, std::size_t 
   const Point& at = site.place.position;
   const std::uint64_t seed =
       hash(variant, micrometres(at.x()), micrometres(at.y()), micrometres(at.z()));
-  Scan scan;
   VANTAGE_TRY(PreparedScan prepared,
               prepare_scan({.points = virtual_scan(site.hits, site.truth, seed)}, nullptr,
                            LocalizerParams{}));
-  scan.many = evenly_picked(prepared.points, kManyPoints);
-  scan.few = evenly_picked(prepared.points, kFewPoints);
-  scan.scored = evenly_picked(prepared.points, kScoredPoints);
-  scan.finite = std::move(prepared.finite);
-  return scan;
+  return SiteScan{.finite = std::move(prepared.finite),
+                  .many = evenly_picked(prepared.points, kManyPoints),
+                  .few = evenly_picked(prepared.points, kFewPoints),
+                  .scored = evenly_picked(prepared.points, kScoredPoints)};
 }
 
-Result<PluginPtr<MatchTarget>> SiteTrials::target_of(const RegionMap& map) const {
-  const bool is_prepared = !map.prepared.bytes.empty();
-  if (!is_prepared && map.points.empty()) return PluginPtr<MatchTarget>();
-  auto made = is_prepared ? matcher_->restore(map.prepared.bytes) : matcher_->prepare(map.points);
-  if (made) return in_library_of(matcher_, *std::move(made));
-  if (made.error().code == ErrorCode::too_few_matches) return PluginPtr<MatchTarget>();
-  return fail(std::move(made).error());
-}
-
-Result<void> SiteTrials::run_in(RegionId region, const RegionMap& map) {
-  const InRegion& here = by_region_[region.value];
-  // Isolated: a thread that waits here must not take up another region, whose map it would hold
-  // beside this one.
-  return tbb::this_task_arena::isolate([&]() -> Result<void> {
-    VANTAGE_TRY(const auto target, target_of(map));
-    if (!target) {
-      for (std::size_t k = 0; k < here.own.size(); ++k) step_();
-      return {};
-    }
-    std::vector<std::pair<std::size_t, std::vector<std::size_t>>> rivals;  // by site
-    for (const auto& [site, rival] : here.rivals) {
-      if (rivals.empty() || rivals.back().first != site) rivals.push_back({site, {}});
-      rivals.back().second.push_back(rival);
-    }
-    std::vector<Result<void>> outcomes(here.own.size() + rivals.size());
-    tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t k) {
-      if (k < here.own.size()) {
-        outcomes[k] = try_right(*target, sites_[here.own[k]]);
-        step_();
-      } else {
-        const auto& [site, which] = rivals[k - here.own.size()];
-        outcomes[k] = try_rivals(*target, sites_[site], which);
-      }
-    });
-    return all_of(outcomes);
+/// Sees what is around a site, and looks for places from which its scan may seem to come.
+Result<void> look_around(SiteTrials& site, const HitsAt& hits_at, const ScanMatcher& matcher,
+                         const RelocalizerIndex* places) {
+  VANTAGE_TRY(site.hits, hits_at(site.place.position));
+  if (site.hits.size() < kFewestHits) return {};
+  VANTAGE_TRY(const SiteScan scan, scan_of(site, 0));
+  VANTAGE_TRY(site.to_itself, fit_to_itself(matcher, scan.finite, scan.scored));
+  if (!site.to_itself || places == nullptr) return {};
+  VANTAGE_TRY(PoseCandidates found, places->find(scan.many, {.most = kFound}));
+  std::erase_if(found.poses, [&](const PoseCandidate& place) {
+    return is_near(place.T_map_scan, site.truth, kTruthMetres, kTruthRadians);
   });
+  for (const std::size_t k : kTried) {
+    if (k < found.poses.size()) site.rivals.push_back(found.poses[k].T_map_scan);
+  }
+  site.wrong.resize(site.rivals.size());
+  return {};
 }
 
-Result<std::optional<SiteTrials::Trial>> SiteTrials::tried(const MatchTarget& target,
-                                                           const Fit& to_itself, PointsView points,
-                                                           PointsView scored,
-                                                           const Pose& start) const {
-  using Outcome = Result<std::optional<Trial>>;
-  auto alignment = target.align(points, start);
-  if (!alignment) {
-    if (alignment.error().code == ErrorCode::too_few_matches) return std::optional<Trial>();
-    return fail(std::move(alignment).error());
-  }
-  if (!is_valid(alignment->T_map_scan) || !alignment->hessian.allFinite()) {
-    return std::optional<Trial>();
-  }
+/// @param points, scored  of a scan of the site; no evidence without scored ones
+/// @return                nothing if nothing matches
+Result<std::optional<Trial>> tried(const MatchTarget& target, const SiteTrials& site,
+                                   PointsView points, PointsView scored, const Pose& start) {
+  VANTAGE_TRY(auto alignment, aligned_at(target, points, start));
+  if (!alignment || !alignment->hessian.allFinite()) return std::optional<Trial>();
   Trial trial{.alignment = *std::move(alignment), .evidence = {}};
   if (!scored.empty()) {
     VANTAGE_TRY(const Fit fit, fit_at(target, scored, trial.alignment.T_map_scan));
-    const Evidence evidence = evidence_of(fit, to_itself);
+    const Evidence evidence = evidence_of(fit, *site.to_itself);
     if (std::isfinite(evidence.share)) trial.evidence = evidence;
   }
-  return Outcome(std::move(trial));
+  return std::optional(std::move(trial));
 }
 
-Result<void> SiteTrials::try_right(const MatchTarget& target, SiteState& site) const {
+/// Aligns scans of the site from around the truth.
+Result<void> try_right(const MatchTarget& target, SiteTrials& site) {
   if (!site.to_itself) return {};
   site.right.resize(kDirections);
-  std::vector<Scan> scans(kDirections);
+  std::vector<SiteScan> scans(kDirections);
   /// Whether all alignments from so far come back.
   const auto come_back = [&](double offset) -> Result<bool> {
     const bool first = offset == kOffsets.front();
     std::array<bool, kDirections> back{};
-    std::vector<Result<void>> outcomes(kDirections);
-    tbb::parallel_for(std::size_t{0}, kDirections, [&](std::size_t k) {
-      outcomes[k] = [&]() -> Result<void> {
-        if (first) {
-          VANTAGE_TRY(scans[k], scan_of(site, k));
-        }
-        const Scan& scan = scans[k];
-        const double direction = 2.0 * std::numbers::pi * static_cast<double>(k) / kDirections;
-        const Pose start = start_at(site.truth, offset, direction, k % 2 == 0 ? kTurn : -kTurn);
-        VANTAGE_TRY(auto trial, tried(target, *site.to_itself, first ? scan.many : scan.few,
-                                      first && k % 2 == 0 ? scan.scored : PointCloud{}, start));
-        back[k] =
-            trial && is_near(trial->alignment.T_map_scan, site.truth, kRightMetres, kRightRadians);
-        if (first) site.right[k] = std::move(trial);
-        return {};
-      }();
-    });
-    VANTAGE_CHECK(all_of(outcomes));
+    VANTAGE_CHECK(run_all(kDirections, [&](std::size_t k) -> Result<void> {
+      if (first) {
+        VANTAGE_TRY(scans[k], scan_of(site, k));
+      }
+      const SiteScan& scan = scans[k];
+      const double direction = 2.0 * std::numbers::pi * static_cast<double>(k) / kDirections;
+      const Pose start = start_at(site.truth, offset, direction, k % 2 == 0 ? kTurn : -kTurn);
+      const PointsView scored = first && k % 2 == 0 ? PointsView(scan.scored) : PointsView();
+      VANTAGE_TRY(auto trial, tried(target, site, first ? scan.many : scan.few, scored, start));
+      back[k] =
+          trial && is_near(trial->alignment.T_map_scan, site.truth, kRightMetres, kRightRadians);
+      if (first) site.right[k] = std::move(trial);
+      return {};
+    }));
     return std::ranges::all_of(back, std::identity{});
   };
   const auto& [small, medium, large, largest] = kOffsets;
@@ -254,23 +174,57 @@ Result<void> SiteTrials::try_right(const MatchTarget& target, SiteState& site) c
   return {};
 }
 
-Result<void> SiteTrials::try_rivals(const MatchTarget& target, SiteState& site,
-                                    const std::vector<std::size_t>& which) const {
-  VANTAGE_TRY(const Scan scan, scan_of(site, 0));
+/// Aligns a scan of the site at some of its rivals.
+Result<void> try_rivals(const MatchTarget& target, SiteTrials& site,
+                        const std::vector<std::size_t>& which) {
+  VANTAGE_TRY(const SiteScan scan, scan_of(site, 0));
   for (const std::size_t k : which) {
-    VANTAGE_TRY(site.wrong[k],
-                tried(target, *site.to_itself, scan.few, scan.scored, site.rivals[k]));
+    VANTAGE_TRY(site.wrong[k], tried(target, site, scan.few, scan.scored, site.rivals[k]));
   }
   return {};
 }
 
-std::optional<SitePrecision> SiteTrials::precision_of(const SiteState& site) {
+/// None: nothing matches in the map.
+Result<PluginPtr<MatchTarget>> target_in(const RegionMap& map,
+                                         const PluginPtr<ScanMatcher>& matcher) {
+  const bool is_prepared = !map.prepared.bytes.empty();
+  if (!is_prepared && map.points.empty()) return PluginPtr<MatchTarget>();
+  VANTAGE_TRY(auto made, if_matched(is_prepared ? matcher->restore(map.prepared.bytes)
+                                                : matcher->prepare(map.points)));
+  return made ? in_library_of(matcher, *std::move(made)) : PluginPtr<MatchTarget>();
+}
+
+/// What is tried with a site in the map of a region.
+struct SiteTask {
+  std::size_t site;
+  std::vector<std::size_t> rivals;  // none: starts around the truth
+};
+
+/// The tasks, by the region whose map they need.
+std::map<RegionId, std::vector<SiteTask>> tasks_of(const std::vector<SiteTrials>& all,
+                                                   const Partition& partition) {
+  std::map<RegionId, std::vector<SiteTask>> tasks;
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    tasks[all[s].place.region].push_back({s, {}});
+    std::map<RegionId, std::vector<std::size_t>> rivals;
+    for (std::size_t k = 0; k < all[s].rivals.size(); ++k) {
+      // Eq. 11: the localizer would use the map of that region.
+      const auto region = partition.locate(all[s].rivals[k].translation);
+      if (region) rivals[*region].push_back(k);
+    }
+    for (auto& [region, which] : rivals) tasks[region].push_back({s, std::move(which)});
+  }
+  return tasks;
+}
+
+std::optional<SitePrecision> precision_of(const SiteTrials& site) {
   Alignment mean;
   double squares = 0.0, weights = 0.0;
   std::size_t matched = 0;
   for (const auto& trial : site.right) {
     if (!trial) continue;
-    const double off = plan_distance(trial->alignment.T_map_scan, site.truth);
+    const Point away = trial->alignment.T_map_scan.translation - site.truth.translation;
+    const double off = away.head<2>().norm();
     squares += off * off;
     // What is known at the site, and not where an alignment slid to.
     const double known = 1.0 / (1.0 + off * off / (kRightMetres * kRightMetres));
@@ -298,7 +252,7 @@ std::optional<SitePrecision> SiteTrials::precision_of(const SiteState& site) {
       .basin = site.basin};
 }
 
-std::vector<AlikePlace> SiteTrials::alike_of(const SiteState& site) {
+std::vector<AlikePlace> alike_of(const SiteTrials& site) {
   std::vector<double> right;
   double noise = 0.0;
   for (const auto& trial : site.right) {
@@ -326,48 +280,84 @@ std::vector<AlikePlace> SiteTrials::alike_of(const SiteState& site) {
   return alike;
 }
 
-void SiteTrials::add_shares(const SiteState& site, std::vector<double>& right,
-                            std::vector<double>& wrong) {
-  const auto add = [&](const auto& trials, bool near, double metres, double radians,
-                       std::vector<double>& shares) {
-    for (const auto& trial : trials) {
-      if (!trial || !trial->evidence) continue;
-      if (is_near(trial->alignment.T_map_scan, site.truth, metres, radians) == near) {
-        shares.push_back(trial->evidence->share);
-      }
+/// Adds the evidence's shares of the trials that ended near the truth, or of the others.
+void add_shares(const Trials& trials, const Pose& truth, double metres, double radians, bool near,
+                std::vector<double>& shares) {
+  for (const auto& trial : trials) {
+    if (!trial || !trial->evidence) continue;
+    if (is_near(trial->alignment.T_map_scan, truth, metres, radians) == near) {
+      shares.push_back(trial->evidence->share);
     }
-  };
-  add(site.right, true, kRightMetres, kRightRadians, right);
-  add(site.wrong, false, kWrongMetres, kWrongRadians, wrong);
+  }
 }
 
-Atlas SiteTrials::atlas(const MatcherChoice& matcher) const {
+Atlas atlas_of(const std::vector<SiteTrials>& all) {
   Atlas atlas;
   std::vector<double> right, wrong;
   std::size_t telling = 0;
-  for (const SiteState& site : sites_) {
-    // Virtual scans that do not find their own pose do not tell right from wrong either: a map
-    // without its ground has viewpoints where no sensor could be.
-    const bool tells = site.basin > 0.0;
-    if (tells) {
-      ++telling;
-      add_shares(site, right, wrong);
-    }
+  for (const SiteTrials& site : all) {
     atlas.sites.push_back({.region = site.place.region,
                            .position = site.place.position,
                            .precision = precision_of(site),
                            .alike = alike_of(site)});
+    // Virtual scans that do not find their own pose do not tell right from wrong either: a map
+    // without its ground has viewpoints where no sensor could be.
+    if (site.basin <= 0.0) continue;
+    ++telling;
+    add_shares(site.right, site.truth, kRightMetres, kRightRadians, true, right);
+    add_shares(site.wrong, site.truth, kWrongMetres, kWrongRadians, false, wrong);
   }
-  if (2 * telling < sites_.size()) {
-    right.clear();
-    wrong.clear();
-  }
-  atlas.calibration = {.matcher = matcher,
+  if (2 * telling < all.size()) return atlas;
+  atlas.calibration = {.matcher = {},
                        .right_samples = right.size(),
                        .wrong_samples = wrong.size(),
                        .right = quantiles_of(right),
                        .wrong = quantiles_of(wrong)};
   return atlas;
+}
+
+}  // namespace
+
+Result<Atlas> try_sites(const Bundle& bundle, const std::vector<SitePlace>& sites,
+                        const HitsAt& hits_at, const RelocalizerIndex* places,
+                        const PluginPtr<ScanMatcher>& matcher, const std::function<void()>& step) {
+  VANTAGE_TRY(const auto index, bundle.index());
+  std::vector<SiteTrials> all;
+  for (const SitePlace& place : sites) {
+    // No heading is that of the map's walls.
+    const double heading = 0.3 + 2.4 * static_cast<double>(all.size() % 97);
+    all.push_back(
+        {.place = place, .truth = pose_from_xyz_rpy(place.position, {0.0, 0.0, heading})});
+  }
+  VANTAGE_CHECK(run_all(all.size(), [&](std::size_t s) {
+    Result<void> looked = look_around(all[s], hits_at, *matcher, places);
+    step();
+    return looked;
+  }));
+  const auto tasks = tasks_of(all, index->partition);
+  const std::vector in_regions(tasks.begin(), tasks.end());
+  VANTAGE_CHECK(run_all(in_regions.size(), [&](std::size_t r) -> Result<void> {
+    VANTAGE_TRY(const RegionMap map, bundle.get(in_regions[r].first));
+    const auto run = [&]() -> Result<void> {
+      VANTAGE_TRY(const auto target, target_in(map, matcher));
+      const std::vector<SiteTask>& here = in_regions[r].second;
+      return run_all(here.size(), [&](std::size_t k) {
+        SiteTrials& site = all[here[k].site];
+        const bool from_truth = here[k].rivals.empty();
+        Result<void> outcome;
+        if (target) {
+          outcome =
+              from_truth ? try_right(*target, site) : try_rivals(*target, site, here[k].rivals);
+        }
+        if (from_truth) step();
+        return outcome;
+      });
+    };
+    // Isolated: a thread that waits here must not take up another region, whose map it would hold
+    // beside this one.
+    return tbb::this_task_arena::isolate(run);
+  }));
+  return atlas_of(all);
 }
 
 }  // namespace vantage

@@ -1,10 +1,11 @@
 #include "build/atlas/sites.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
 #include "vantage/kit/hash.hpp"
 
@@ -44,15 +45,12 @@ std::vector<SitePlace> spread_sites(const std::vector<PointCloud>& viewpoints, d
     spacing *= kWider;
     nearest = nearest_to_middles(viewpoints, spacing);
   }
-  std::vector<std::vector<bool>> chosen;
-  for (const PointCloud& of_region : viewpoints) chosen.emplace_back(of_region.size(), false);
-  for (const auto& [square, which] : nearest) chosen[which.r][which.v] = true;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> chosen;
+  for (const auto& [square, which] : nearest) chosen.emplace_back(which.r, which.v);
+  std::ranges::sort(chosen);
+  chosen.resize(std::min(most, chosen.size()));
   std::vector<SitePlace> sites;
-  for (std::uint32_t r = 0; r < viewpoints.size(); ++r) {
-    for (std::size_t v = 0; v < viewpoints[r].size() && sites.size() < most; ++v) {
-      if (chosen[r][v]) sites.push_back({RegionId{r}, viewpoints[r][v]});
-    }
-  }
+  for (const auto& [r, v] : chosen) sites.push_back({RegionId{r}, viewpoints[r][v]});
   return sites;
 }
 

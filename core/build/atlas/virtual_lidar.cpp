@@ -1,7 +1,6 @@
 #include "build/atlas/virtual_lidar.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>

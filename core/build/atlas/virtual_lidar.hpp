@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 
 #include "build/plan_index.hpp"
 #include "vantage/kit/map_parts.hpp"
@@ -19,9 +18,9 @@ namespace vantage {
 /// Thread safety: const methods may run on one object from many threads at once.
 class VirtualLidar {
  public:
-  /// @param map        N points, map frame [m]; finite, borrowed
   static constexpr double kFarthestReturn = 80.0;  ///< [m]
 
+  /// @param map        N points, map frame [m]; finite, borrowed
   /// @param max_range  [m]; at most kFarthestReturn is used
   VirtualLidar(PointsView map, double max_range);
 

@@ -1,7 +1,6 @@
 #include "vantage/engine/confidence.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 #include <numbers>
 
 namespace vantage {

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "localize/evidence.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "localize/matched.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
@@ -70,18 +71,15 @@ AlertLimit AlertLimit::of(const LocalizerParams& params) noexcept {
 
 Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
                    const std::optional<AlertLimit>& limit) {
-  Fit fit;
+  VANTAGE_TRY(const ScanScore here, target.score(scan, T_map_scan));
+  Fit fit{.level = level_of(here),
+          .noise = noise_of_level(here.coverage * static_cast<double>(scan.size())),
+          .compared = here.compared};
   const auto level_at = [&](const Point& offset) -> Result<double> {
     Pose moved = T_map_scan;
     moved.translation += T_map_scan.rotation.toRotationMatrix() * offset;
-    VANTAGE_TRY(const ScanScore score, target.score(scan, moved));
-    if (offset == Point::Zero()) {
-      fit.compared = score.compared;
-      fit.noise = noise_of_level(score.coverage * static_cast<double>(scan.size()));
-    }
-    return level_of(score);
+    return target.score(scan, moved).map([](const ScanScore& score) { return level_of(score); });
   };
-  VANTAGE_TRY(fit.level, level_at(Point::Zero()));
   double beside = -std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < kAxes; ++axis) {
     const double angle = std::numbers::pi * axis / kAxes;
@@ -98,11 +96,8 @@ Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map
 Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView all,
                                          PointsView some) {
   if (some.empty()) return std::optional<Fit>();
-  auto target = matcher.prepare(all);
-  if (!target) {
-    if (target.error().code == ErrorCode::too_few_matches) return std::optional<Fit>();
-    return fail(std::move(target).error());
-  }
+  VANTAGE_TRY(const auto target, if_matched(matcher.prepare(all)));
+  if (!target) return std::optional<Fit>();
   VANTAGE_TRY(const Fit fit, fit_at(**target, some, Pose{}));
   return std::optional<Fit>(fit);
 }

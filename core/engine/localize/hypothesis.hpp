@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,15 +42,17 @@ struct Hypothesis {
   [[nodiscard]] Pose predicted() const { return motion ? motion->pose() : last; }
   /// The pose at this scan: aligned if possible, otherwise predicted.
   [[nodiscard]] Pose pose() const { return alignment ? alignment->T_map_scan : predicted(); }
+  /// How well the scan fits there; without an alignment, that of a scan that matches nothing.
+  [[nodiscard]] ScanScore score() const { return alignment ? alignment->score : ScanScore{}; }
   /// Whether the scan fits the map at this pose. Without evidence, an alignment is enough.
   [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
   /// The motion with this scan. A scan that does not fit says nothing.
   [[nodiscard]] MotionFilter moved() const;
   /// Standard deviation of the predicted position in plan view, along its weakest axis [m].
   [[nodiscard]] double sigma() const;
-  /// How far matching moved the predicted position [m]. Precondition: aligned.
+  /// How far matching moved the predicted position [m]; 0 without an alignment.
   [[nodiscard]] double correction() const {
-    return (alignment->T_map_scan.translation - predicted().translation).norm();
+    return (pose().translation - predicted().translation).norm();
   }
   /// How much farther matching moved the predicted pose than its errors explain: the square of that
   /// distance in standard deviations. 6 is usual; 0 without an alignment or a prediction.

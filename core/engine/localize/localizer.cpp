@@ -1,13 +1,14 @@
 #include "vantage/engine/localizer.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "bundle/built_as_asked.hpp"
 #include "localize/localizer_state.hpp"
+#include "localize/place_index.hpp"
+#include "localize/share_model.hpp"
 #include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
@@ -22,6 +23,8 @@ const char* to_string(Tracking tracking) noexcept {
 }
 
 namespace {
+
+constexpr std::string_view kLocalization = "localization";  // what a missing table would be for
 
 /// Errors: `invalid_input` for a pose that is not rigid, or a deviation that is not positive.
 Result<void> check_prior(const PosePrior& prior) {
@@ -60,6 +63,28 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                            std::move(relocalizer), checked, model));
 }
 
+Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                  PluginPtr<Relocalizer> relocalizer,
+                                  const LocalizerParams& params) {
+  return open(std::move(bundle), std::move(matcher),
+              BundleRelocalizer{.plugin = std::move(relocalizer)}, params, ShareModel{});
+}
+
+Result<Localizer> Localizer::open(Bundle bundle, const Config& config,
+                                  const PluginLoader& plugins) {
+  VANTAGE_TRY(const PluginChoice choice, config.need(config.matcher, "matcher", kLocalization));
+  VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
+  VANTAGE_TRY(BundleRelocalizer relocalizer, relocalizer_for(bundle, config, plugins));
+  VANTAGE_TRY(const ShareModel model, share_model_of(bundle, choice, plugins));
+  return open(std::move(bundle), std::move(matcher), std::move(relocalizer),
+              config.localizer.value_or(LocalizerParams{}), model);
+}
+
+Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {
+  VANTAGE_TRY(Bundle bundle, Bundle::open(config, plugins, kLocalization));
+  return open(std::move(bundle), config, plugins);
+}
+
 const RegionDirectory& Localizer::regions() const noexcept { return *state_->directory; }
 const LocalizerParams& Localizer::params() const noexcept { return state_->params; }
 
@@ -71,11 +96,11 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
   }
   VANTAGE_TRY(const auto choice,
               s.ahead.choose(std::nullopt, T_map_scan.translation, s.params.switch_margin));
-  auto taken = s.maps.take(choice.region);  // so that the first scan finds the map ready
-  if (!taken) {
-    return fail(std::move(taken).error().during("making region " + s.ahead.name_of(choice.region) +
-                                                " ready"));
-  }
+  const auto during = [&](Error error) {
+    return std::move(error).during("making region " + s.ahead.name_of(choice.region) + " ready");
+  };
+  // So that the first scan finds the map ready.
+  VANTAGE_CHECK(s.maps.take(choice.region).map_error(during));
   s.forget_everything(false);
   const double log_odds = std::log((1.0 - kDoubt) / kDoubt);
   s.hypotheses.push_back({.initial = T_map_scan,
@@ -106,8 +131,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   ScanReport report;
   report.stamp = scan.stamp;
   const auto during = [&](Error error) {
-    return fail(
-        std::move(error).during("matching the scan at " + std::to_string(scan.stamp) + " s"));
+    return std::move(error).during("matching the scan at " + std::to_string(scan.stamp) + " s");
   };
   // All poses are those at the middle of the sweep, until the end.
   s.predict(scan.stamp, time.middle());
@@ -129,9 +153,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   State::Told told;
   if (!s.hypotheses.empty()) {
     VANTAGE_CHECK(s.match(sweep, report));
-    auto weighed = s.weigh(prepared, centred.prior, report);
-    if (!weighed) return during(std::move(weighed).error());
-    told = *weighed;
+    VANTAGE_TRY(told, s.weigh(prepared, centred.prior, report).map_error(during));
   }
   const bool sure = s.recovery.is_sure(s.hypotheses);
   s.recovery.count(sure);
@@ -142,12 +164,10 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     s.begin_search(centred, prepared, told.weighed);
   }
   if (s.recovery.under_way() && !prepared.points.empty()) {
-    if (auto taken = s.take_finds(centred, sweep, expected); !taken) {
-      return during(std::move(taken).error());
-    }
+    VANTAGE_CHECK(s.take_finds(centred, sweep, expected).map_error(during));
     report.seconds_search = search.seconds();
   }
-  if (told.weighed || s.hypotheses.size() > 1) s.weighing.compare(s.hypotheses);
+  s.weighing.compare(s.hypotheses);
   s.stamp = scan.stamp;
   if (s.hypotheses.empty()) {
     s.inputs.forget_before(*s.middle);
@@ -158,7 +178,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.elsewhere = update_beliefs(s.hypotheses);
   s.elsewhere += sort_out(s.hypotheses, s.params.max_hypotheses);
   VANTAGE_CHECK(s.use_best(report));
-  report.switched = s.map && (!had_map || s.region != region_before);
+  report.switched = !had_map || s.region != region_before;
   Hypothesis& best = s.hypotheses.front();
   const MotionFilter motion =
       s.verdict.conclude(s.hypotheses,
@@ -174,11 +194,13 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
-  if (tracked) s.recovery.succeed();
   report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);
-  if (tracked) s.since = motion;
+  if (tracked) {
+    s.recovery.succeed();
+    s.since = motion;
+  }
   VANTAGE_CHECK(s.expect_what_is_ahead());
   return report;
 }

@@ -49,10 +49,6 @@ Localizer::State::State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher,
       noise(noise_of(params.motion)),
       weighing(*matcher, model, AlertLimit::of(params)) {}
 
-Result<RegionsAhead::Choice> Localizer::State::choose_region(const Point& position) const {
-  return ahead.choose(map ? std::optional(region) : std::nullopt, position, params.switch_margin);
-}
-
 MotionFilter Localizer::State::unplaced(double now) const {
   const double before = middle.value_or(now);
   Pose upright;
@@ -93,13 +89,13 @@ Result<Sweep> Localizer::State::sweep_of(const Scan& scan, const SweepTime& time
 Result<void> Localizer::State::use(RegionId next, ScanReport& report) {
   if (!map || next != region) {
     const Stopwatch stopwatch;
-    auto taken = maps.take(next);
-    if (!taken) {
-      return fail(std::move(taken).error().during("switching to region " + ahead.name_of(next)));
-    }
-    map = std::move(taken->region);
+    const auto during = [&](Error error) {
+      return std::move(error).during("switching to region " + ahead.name_of(next));
+    };
+    VANTAGE_TRY(RegionMaps::Taken taken, maps.take(next).map_error(during));
+    map = std::move(taken.region);
     region = next;
-    report.blocked = taken->blocked;
+    report.blocked = taken.blocked;
     report.seconds_stall = stopwatch.seconds();
     report.seconds_load = map->seconds_load;
     report.seconds_prepare = map->seconds_prepare;
@@ -124,16 +120,14 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
   for (std::size_t h = 0; h < followed; ++h) {
     Hypothesis& one = hypotheses[h];
     // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
-    VANTAGE_TRY(const auto choice, choose_region(one.last.translation));
-    std::shared_ptr<const ReadyRegion> ready;
+    const auto in_use = map ? std::optional(region) : std::nullopt;
+    VANTAGE_TRY(const auto choice,
+                ahead.choose(in_use, one.last.translation, params.switch_margin));
     if (h == 0) {
       report.outside = choice.outside;
       VANTAGE_CHECK(use(choice.region, report));
-      ready = map;
-    } else {
-      VANTAGE_TRY(ready, maps.borrow(choice.region));
     }
-    one.map = ready;
+    VANTAGE_TRY(one.map, maps.borrow(choice.region));
     one.region = choice.region;
     Sweep own = h == 0 ? std::move(sweep) : predicted;
     const Stopwatch stopwatch;
@@ -155,10 +149,7 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
 void Localizer::State::follow_rivals(std::size_t h, std::vector<Alignment> rivals,
                                      std::size_t points) {
   for (Alignment& alignment : rivals) {
-    const bool known = std::ranges::any_of(hypotheses, [&](const Hypothesis& other) {
-      return is_same_pose(other.pose(), alignment.T_map_scan);
-    });
-    if (known) continue;
+    if (follows(alignment.T_map_scan)) continue;
     if (hypotheses.size() >= 2 * params.max_hypotheses) return;
     Hypothesis rival = hypotheses[h];
     rival.is_new = true;
@@ -177,7 +168,7 @@ Result<Localizer::State::Told> Localizer::State::weigh(const PreparedScan& prepa
                                                        const std::optional<PosePrior>& prior,
                                                        ScanReport& report) {
   Told told{.contradicted = recovery.is_contradicted(hypotheses, prior)};
-  see(prior);
+  for (Hypothesis& one : hypotheses) see(prior, one);
   const Hypothesis& first = hypotheses.front();
   const bool surprise = weighing.is_surprising(first);
   double doubted = doubt_of_prediction(first);
@@ -213,10 +204,14 @@ Result<void> Localizer::State::use_best(ScanReport& report) {
   return {};
 }
 
-void Localizer::State::see(const std::optional<PosePrior>& prior) {
-  for (Hypothesis& one : hypotheses) {
-    one.support.see_prior(prior ? agreement(one.pose(), *prior, recovery.prior_searched()) : 0.0);
-  }
+void Localizer::State::see(const std::optional<PosePrior>& prior, Hypothesis& one) const {
+  one.support.see_prior(prior ? agreement(one.pose(), *prior, recovery.prior_searched()) : 0.0);
+}
+
+bool Localizer::State::follows(const Pose& T_map_scan) const {
+  return std::ranges::any_of(hypotheses, [&](const Hypothesis& followed) {
+    return is_same_pose(followed.pose(), T_map_scan);
+  });
 }
 
 Pose Localizer::State::step(const MotionFilter& expected) const {
@@ -242,22 +237,16 @@ Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,
   if (!known) return {};
   VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
   if (known->T_then_now) {
-    VANTAGE_TRY(answer.found.finds,
-                align_again(answer.found.finds, *known->T_then_now, prepared.points,
-                            Weighing::scored(prepared), answer.to_itself));
-    for (Tried& one : answer.found.tried) one.T_map_scan = one.T_map_scan * *known->T_then_now;
+    VANTAGE_TRY(answer, align_again(std::move(answer), *known->T_then_now, prepared));
   }
   const double missed = recovery.learn(answer, scan.prior.has_value());
   for (Hypothesis& one : hypotheses) learn(answer, missed, one);
-  for (const Find& find : answer.found.finds) {
+  for (const Find& find : answer.finds) {
     VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
     if (!found) continue;
-    found->support =
-        Support(std::log(kRecall), answer.found.around(found->pose(), weighing.model()));
+    found->support = Support(std::log(kRecall), answer.around(found->pose(), weighing.model()));
     found->support.be_found(missed);
-    if (scan.prior) {
-      found->support.see_prior(agreement(found->pose(), *scan.prior, recovery.prior_searched()));
-    }
+    see(scan.prior, *found);
     VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
     weighing.take(*found, 1.0);
     hypotheses.push_back(*std::move(found));
@@ -266,9 +255,9 @@ Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,
 }
 
 void Localizer::State::learn(const SearchAnswer& answer, double missed, Hypothesis& one) const {
-  if (answer.found.tried.empty()) return;
-  one.support.be_among(answer.found.around(one.pose(), weighing.model()).scale);
-  const bool is_found = std::ranges::any_of(answer.found.finds, [&](const Find& find) {
+  if (answer.tried.empty()) return;
+  one.support.be_among(answer.around(one.pose(), weighing.model()).scale);
+  const bool is_found = std::ranges::any_of(answer.finds, [&](const Find& find) {
     return is_same_pose(find.alignment.T_map_scan, one.pose());
   });
   if (is_found) one.support.be_found(missed);
@@ -278,12 +267,8 @@ Result<std::optional<Hypothesis>> Localizer::State::hypothesis_at(
     const Find& find, const Sweep& sweep, const MotionFilter& expected) const {
   constexpr double kMatched = 1.0, kTurned = 5.0 * std::numbers::pi / 180.0;  // [m], [rad]
   using Outcome = Result<std::optional<Hypothesis>>;
-  const auto is_known = [&](const Pose& pose) {
-    return std::ranges::any_of(
-        hypotheses, [&](const Hypothesis& known) { return is_same_pose(known.pose(), pose); });
-  };
   const Pose& pose = find.alignment.T_map_scan;
-  if (is_known(pose)) return Outcome();
+  if (follows(pose)) return Outcome();
   // The sensor was elsewhere all the time: its motion continues from there.
   MotionFilter motion = expected;
   motion.place(pose, uncertainty(kSameMetres, kSameRadians));
@@ -291,7 +276,7 @@ Result<std::optional<Hypothesis>> Localizer::State::hypothesis_at(
   VANTAGE_TRY(SweepMatch match, match_sweep(*find.map->target, motion, inputs, params, own));
   if (!match.alignment) return Outcome();
   const Pose& matched = match.alignment->T_map_scan;
-  if (!is_near(matched, pose, kMatched, kTurned) || is_known(matched)) return Outcome();
+  if (!is_near(matched, pose, kMatched, kTurned) || follows(matched)) return Outcome();
   Hypothesis found{.initial = pose,
                    .last = pose,
                    .motion = motion,

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "localize/hypothesis.hpp"
+#include "localize/pose_search.hpp"
 #include "localize/recovery.hpp"
-#include "localize/searcher.hpp"
 #include "localize/sweep_matching.hpp"
 #include "localize/verdict.hpp"
 #include "localize/weighing.hpp"
@@ -48,8 +48,6 @@ struct Localizer::State {
   Recovery recovery{{bundle, relocalizer, matcher, ahead, maps, params},
                     params};  // last: may be running
 
-  /// The region of a place (Eq. 11).
-  [[nodiscard]] Result<RegionsAhead::Choice> choose_region(const Point& position) const;
   /// The motion until the middle of a sweep, of a sensor that may be anywhere. Nothing is known of
   /// its speed, so it begins at rest, unless odometry says more.
   [[nodiscard]] MotionFilter unplaced(double now) const;
@@ -89,8 +87,10 @@ struct Localizer::State {
   void forget_everything(bool lost);
 
  private:
-  /// Tells each hypothesis what a prior says of it. A scan without one says nothing.
-  void see(const std::optional<PosePrior>& prior);
+  /// Tells a hypothesis what a prior says of it. A scan without one says nothing.
+  void see(const std::optional<PosePrior>& prior, Hypothesis& one) const;
+  /// Whether one of the hypotheses is at a pose.
+  [[nodiscard]] bool follows(const Pose& T_map_scan) const;
   /// @param h       the hypothesis around whose prediction they are
   /// @param points  that were aligned
   void follow_rivals(std::size_t h, std::vector<Alignment> rivals, std::size_t points);

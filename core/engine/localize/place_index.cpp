@@ -1,5 +1,7 @@
 #include "localize/place_index.hpp"
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -18,6 +20,15 @@ Result<PointCloud> points_of(const Bundle& bundle) {
   return points;
 }
 
+/// Errors: those of Relocalizer::open; `internal` for a relocalizer that breaks its contract.
+Result<PluginPtr<RelocalizerIndex>> opened_by(const PluginPtr<Relocalizer>& relocalizer,
+                                              std::span<const std::byte> bytes) {
+  VANTAGE_TRY(auto index, relocalizer->open(bytes));
+  if (index != nullptr) return in_library_of(relocalizer, std::move(index));
+  return fail(ErrorCode::internal,
+              "the relocalizer plugin broke its contract: open gave nothing and no error");
+}
+
 }  // namespace
 
 Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& config,
@@ -34,7 +45,7 @@ Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& co
   std::string reason;
   if (is_maker) {
     VANTAGE_TRY(const auto bytes, bundle.store()->attachment(Bundle::kPlaceIndex));
-    const auto index = open_index(relocalizer.plugin, bytes);
+    const auto index = opened_by(relocalizer.plugin, bytes);
     if (index) return relocalizer;
     if (index.error().code != ErrorCode::invalid_input) return fail(index.error());
     reason = ": " + index.error().message;
@@ -50,30 +61,20 @@ Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& co
               choice.where.file.empty() ? SourceLocation{bundle.name(), 0, 0} : choice.where);
 }
 
-Result<PluginPtr<RelocalizerIndex>> open_index(const PluginPtr<Relocalizer>& relocalizer,
-                                               std::span<const std::byte> bytes) {
-  VANTAGE_TRY(auto index, relocalizer->open(bytes));
-  if (index != nullptr) return in_library_of(relocalizer, std::move(index));
-  return fail(ErrorCode::internal,
-              "the relocalizer plugin broke its contract: open gave nothing and no error");
-}
-
 Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
                                                const BundleRelocalizer& relocalizer) {
-  if (!relocalizer.plugin) return fail(ErrorCode::unsupported, "there is no relocalizer");
+  if (!relocalizer.plugin) return PluginPtr<RelocalizerIndex>();
   if (relocalizer.reads_index) {
     const auto kept = bundle.store()->attachment(Bundle::kPlaceIndex);
-    if (kept) return open_index(relocalizer.plugin, *kept);
+    if (kept) return opened_by(relocalizer.plugin, *kept);
     if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
   }
   VANTAGE_TRY(const PointCloud points, points_of(bundle));
-  if (points.empty()) {
-    return fail(ErrorCode::unsupported,
-                "the bundle holds neither points nor an index of places, so a lost sensor cannot "
-                "be searched for; build it again");
-  }
-  VANTAGE_TRY(const auto made, relocalizer.plugin->index(MapInMemory(points)));
-  return open_index(relocalizer.plugin, made);
+  if (points.empty()) return PluginPtr<RelocalizerIndex>();
+  const auto made = relocalizer.plugin->index(MapInMemory(points));
+  if (made) return opened_by(relocalizer.plugin, *made);
+  if (made.error().code == ErrorCode::unsupported) return PluginPtr<RelocalizerIndex>();
+  return fail(made.error());
 }
 
 }  // namespace vantage

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <span>
-
 #include "vantage/api.hpp"
 #include "vantage/engine/bundle.hpp"
 #include "vantage/engine/config.hpp"
@@ -26,14 +23,11 @@ struct BundleRelocalizer {
                                                                     const Config& config,
                                                                     const PluginLoader& plugins);
 
-/// Errors: those of Relocalizer::open; `internal` for a relocalizer that breaks its contract.
-[[nodiscard]] Result<PluginPtr<RelocalizerIndex>> open_index(
-    const PluginPtr<Relocalizer>& relocalizer, std::span<const std::byte> bytes);
-
 /// Opens the index that a bundle keeps. If the relocalizer can read none there, it makes one from
 /// the bundle's points.
-/// Errors: `unsupported` for a bundle with neither, or without a relocalizer; those of the store
-/// and of the relocalizer.
+/// @return  none for a bundle that cannot be searched: with neither an index nor points, without a
+///          relocalizer, or too large for it
+/// Errors: those of the store and of the relocalizer.
 [[nodiscard]] VANTAGE_API Result<PluginPtr<RelocalizerIndex>> open_index(
     const Bundle& bundle, const BundleRelocalizer& relocalizer);
 

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "localize/hypothesis.hpp"
+#include "localize/matched.hpp"
+#include "localize/weighing.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
@@ -21,28 +23,18 @@ constexpr double kWorthTrying = 0.4;
 constexpr std::size_t kFirstPoints = 1000;  // that are aligned first
 constexpr std::size_t kWhole = 5;           // poses from which the whole scan is aligned
 
-struct Start {
-  RegionId region;
-  std::shared_ptr<const ReadyRegion> map;
-  Pose T_map_scan;
-};
-
 /// Nothing if nothing matches there.
-Result<std::optional<Find>> align_at(const Start& start, PointsView scan, PointsView some,
+Result<std::optional<Find>> align_at(const Find& start, PointsView scan, PointsView some,
                                      const Fit& to_itself) {
   const MatchTarget& target = *start.map->target;
-  auto alignment = target.align(scan, start.T_map_scan);
-  if (!alignment) {
-    if (alignment.error().code == ErrorCode::too_few_matches) return std::optional<Find>();
-    return fail(std::move(alignment).error());
-  }
-  if (!is_valid(alignment->T_map_scan)) return std::optional<Find>();
+  VANTAGE_TRY(auto alignment, aligned_at(target, scan, start.alignment.T_map_scan));
+  if (!alignment) return std::optional<Find>();
   VANTAGE_TRY(const Fit fit, fit_at(target, some, alignment->T_map_scan));
   return Find{start.region, start.map, *std::move(alignment), evidence_of(fit, to_itself).share};
 }
 
-/// Aligns from every start; starts from which nothing matches are left out.
-Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsView scan,
+/// Aligns from the poses of every start; starts from which nothing matches are left out.
+Result<std::vector<Find>> align_from(const std::vector<Find>& starts, PointsView scan,
                                      PointsView some, const Fit& to_itself) {
   std::vector<Result<std::optional<Find>>> found(starts.size());
   tbb::parallel_for(std::size_t{0}, starts.size(),
@@ -57,34 +49,31 @@ Result<std::vector<Find>> align_from(const std::vector<Start>& starts, PointsVie
   return finds;
 }
 
-/// At a find, moved in the map frame [m].
-Start start_at(const Find& find, const Point& by = Point::Zero()) {
-  Start start{find.region, find.map, find.alignment.T_map_scan};
-  start.T_map_scan.translation += by;
-  return start;
-}
-
 // On a map that has changed, alignments end some decimetres off [m].
 constexpr double kMoved = 0.8;
 
+/// A start beside a find. @param by  map frame [m]
+Find beside(Find find, const Point& by) {
+  find.alignment.T_map_scan.translation += by;
+  return find;
+}
+
 /// Starts above and below a pose: ground is thin, so an alignment does not find it from afar.
-std::vector<Start> starts_at_other_heights(const Find& find) {
-  return {start_at(find, {0.0, 0.0, -kMoved}), start_at(find, {0.0, 0.0, kMoved})};
+std::vector<Find> starts_at_other_heights(const Find& find) {
+  return {beside(find, {0.0, 0.0, -kMoved}), beside(find, {0.0, 0.0, kMoved})};
 }
 
 /// Starts beside a pose, and turned.
-std::vector<Start> starts_around(const Find& find) {
+std::vector<Find> starts_around(const Find& find) {
   constexpr double kTurned = 3.0 * std::numbers::pi / 180.0;  // [rad]
   const Eigen::Matrix3d R = find.alignment.T_map_scan.rotation.toRotationMatrix();
-  std::vector<Start> starts;
+  std::vector<Find> starts;
   for (const double side : {-1.0, 1.0}) {
     for (const Eigen::Index axis : {0, 1}) {
-      starts.push_back(start_at(find, side * kMoved * R.col(axis)));
+      starts.push_back(beside(find, side * kMoved * R.col(axis)));
     }
-    Start turned = start_at(find);
-    turned.T_map_scan.rotation =
-        rotation_from_vector({0.0, 0.0, side * kTurned}) * turned.T_map_scan.rotation;
-    starts.push_back(std::move(turned));
+    auto& turned = starts.emplace_back(find).alignment.T_map_scan.rotation;
+    turned = rotation_from_vector({0.0, 0.0, side * kTurned}) * turned;
   }
   return starts;
 }
@@ -103,21 +92,24 @@ Result<void> check_candidates(const PoseCandidates& found, const PlaceQuery& que
 }
 
 /// The candidates worth trying, region by region, with their maps.
-Result<std::vector<Start>> starts_at(const SearchedBundle& bundle,
-                                     const std::vector<PoseCandidate>& candidates, SearchWork& work,
-                                     const std::stop_token& stop) {
+Result<std::vector<Find>> starts_at(const std::vector<PoseCandidate>& candidates,
+                                    const Searcher& in, const std::stop_token& stop,
+                                    SearchWork& work) {
   std::map<RegionId, std::vector<Pose>> by_region;
   for (const auto& [T_map_scan, score] : candidates) {
     if (score < kWorthTrying * candidates.front().score) break;
-    VANTAGE_TRY(const RegionId region, bundle.regions.at(T_map_scan.translation));
-    by_region[region].push_back(T_map_scan);
+    VANTAGE_TRY(const auto choice, in.regions.choose(std::nullopt, T_map_scan.translation, 0.0));
+    by_region[choice.region].push_back(T_map_scan);
   }
-  std::vector<Start> starts;
+  std::vector<Find> starts;
   for (const auto& [region, poses] : by_region) {
     if (stop.stop_requested()) break;
-    VANTAGE_TRY(const auto map, bundle.maps.borrow(region));
-    if (bundle.regions.size() > 1) work.loaded += map->map_points;
-    for (const Pose& pose : poses) starts.push_back({region, map, pose});
+    VANTAGE_TRY(const auto map, in.maps.borrow(region));
+    if (in.regions.size() > 1) work.loaded += map->map_points;
+    for (const Pose& pose : poses) {
+      starts.push_back({region, map, {}});
+      starts.back().alignment.T_map_scan = pose;
+    }
   }
   return starts;
 }
@@ -128,18 +120,38 @@ std::vector<Find> different(const std::vector<Find>& finds, std::size_t most) {
   for (const Find& find : finds) {
     if (kept.size() == most) break;
     const Pose& pose = find.alignment.T_map_scan;
-    if (std::none_of(kept.begin(), kept.end(), [&](const Find& other) {
-          return is_same_pose(other.alignment.T_map_scan, pose);
-        })) {
-      kept.push_back(find);
-    }
+    const bool is_new = std::ranges::none_of(
+        kept, [&](const Find& other) { return is_same_pose(other.alignment.T_map_scan, pose); });
+    if (is_new) kept.push_back(find);
   }
   return kept;
 }
 
+/// Moves the best find to where the scan fits better above, below or beside it, and adds what fits
+/// nearly as well beside it.
+/// @param align  aligns the whole scan from some starts
+template <class Align>
+Result<std::vector<Find>> improved(std::vector<Find> finds, const Align& align) {
+  Find& best = finds.front();
+  VANTAGE_TRY(const auto heights, align(starts_at_other_heights(best)));
+  // Where a map has no ground, heights differ little: only a clearly better one counts.
+  for (const Find& find : heights) {
+    const double level = (1.0 - kChange) * level_of(find.alignment);
+    if (level > level_of(best.alignment)) best = find;
+  }
+  VANTAGE_TRY(const auto near, align(starts_around(best)));
+  for (const Find& find : near) {
+    if (level_of(find.alignment) > level_of(best.alignment)) best = find;
+  }
+  const double least = (1.0 - kChange) * level_of(best.alignment);
+  std::ranges::copy_if(near, std::back_inserter(finds),
+                       [&](const Find& find) { return level_of(find.alignment) >= least; });
+  return finds;
+}
+
 }  // namespace
 
-Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const {
+Lookalikes SearchAnswer::around(const Pose& T_map_scan, const ShareModel& model) const {
   // What the model expects of wrong poses counts like a mean of them.
   double sum = kMeanOf * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
   double samples = kMeanOf;
@@ -153,57 +165,54 @@ Lookalikes Finds::around(const Pose& T_map_scan, const ShareModel& model) const 
   return {static_cast<double>(tried.size()), std::min(2.0 * kSimilarScale, sum / samples)};
 }
 
-Result<Finds> search_pose(const SearchedBundle& bundle, PointsView scan, PointsView some,
-                          const Fit& to_itself, const PlaceQuery& query) {
-  VANTAGE_TRY(const PoseCandidates candidates, bundle.places.find(scan, query));
+Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
+  const PointCloud& scan = task.scan.points;
+  const PointCloud some = Weighing::scored(task.scan);
+  std::optional<Fit> to_itself = task.to_itself;
+  if (!to_itself) {
+    VANTAGE_TRY(to_itself, fit_to_itself(*matcher, task.scan.finite, some));
+  }
+  if (!to_itself) return SearchAnswer{};  // too sparse for anything
+  if (!places) {
+    VANTAGE_TRY(places, open_index(bundle, relocalizer));
+  }
+  if (!places) return SearchAnswer{.searchable = false};
+  PlaceQuery query{.area = task.area, .stop = stop};
+  if (task.up || params.gravity == Gravity::unknown) query.up = task.up;
+  VANTAGE_TRY(const PoseCandidates candidates, places->find(scan, query));
   VANTAGE_CHECK(check_candidates(candidates, query));
-  Finds result;
-  result.work.search_ms = candidates.nominal_ms;
-  VANTAGE_TRY(std::vector<Start> starts,
-              starts_at(bundle, candidates.poses, result.work, query.stop));
-  if (query.stop.stop_requested()) return result;
 
-  const auto align = [&](PointsView points, const std::vector<Start>& from) {
-    result.work.aligned += from.size() * points.size();
-    return align_from(from, points, some, to_itself);
+  SearchAnswer answer{.compared = task.area.complete,
+                      .work = {.search_ms = candidates.nominal_ms},
+                      .to_itself = *to_itself};
+  VANTAGE_TRY(std::vector<Find> starts, starts_at(candidates.poses, *this, stop, answer.work));
+  if (stop.stop_requested()) return answer;
+  const auto align = [&](PointsView points, const std::vector<Find>& from) {
+    answer.work.aligned += from.size() * points.size();
+    return align_from(from, points, some, *to_itself);
   };
   VANTAGE_TRY(const auto first, align(evenly_picked(scan, kFirstPoints), starts));
-  starts.clear();
-  for (const Find& find : different(first, first.size())) {
-    result.tried.push_back({find.alignment.T_map_scan, find.share});
-    if (starts.size() < kWhole) starts.push_back(start_at(find));
-  }
-  VANTAGE_TRY(auto found, align(scan, starts));
-  found = different(found, kWhole);
-  if (!found.empty()) {
-    VANTAGE_TRY(const auto heights, align(scan, starts_at_other_heights(found[0])));
-    // Where a map has no ground, heights differ little: only a clearly better one counts.
-    for (const Find& find : heights) {
-      const double level = (1.0 - kChange) * level_of(find.alignment);
-      if (level > level_of(found[0].alignment)) found[0] = find;
-    }
-    VANTAGE_TRY(const auto near, align(scan, starts_around(found[0])));
-    for (const Find& find : near) {
-      if (level_of(find.alignment) > level_of(found[0].alignment)) found[0] = find;
-    }
-    for (const Find& find : near) {
-      if (level_of(find.alignment) >= (1.0 - kChange) * level_of(found[0].alignment))
-        found.push_back(find);
-    }
-  }
-  result.finds = different(found, kWhole);
-  return result;
+  starts = different(first, first.size());
+  for (const Find& find : starts) answer.tried.push_back({find.alignment.T_map_scan, find.share});
+  starts.resize(std::min(starts.size(), kWhole));
+  VANTAGE_TRY(answer.finds, align(scan, starts));
+  answer.finds = different(answer.finds, kWhole);
+  if (answer.finds.empty()) return answer;
+  const auto align_whole = [&](const std::vector<Find>& from) { return align(scan, from); };
+  VANTAGE_TRY(answer.finds, improved(std::move(answer.finds), align_whole));
+  answer.finds = different(answer.finds, kWhole);
+  return answer;
 }
 
-Result<std::vector<Find>> align_again(const std::vector<Find>& finds, const Pose& T_then_now,
-                                      PointsView scan, PointsView some, const Fit& to_itself) {
-  std::vector<Start> starts;
-  for (const Find& find : finds) {
-    starts.push_back(start_at(find));
-    starts.back().T_map_scan = starts.back().T_map_scan * T_then_now;
-  }
-  VANTAGE_TRY(const auto again, align_from(starts, scan, some, to_itself));
-  return different(again, finds.size());
+Result<SearchAnswer> align_again(SearchAnswer answer, const Pose& T_then_now,
+                                 const PreparedScan& scan) {
+  const auto move = [&](Pose& T_map_scan) { T_map_scan = T_map_scan * T_then_now; };
+  for (Tried& one : answer.tried) move(one.T_map_scan);
+  for (Find& find : answer.finds) move(find.alignment.T_map_scan);
+  VANTAGE_TRY(answer.finds,
+              align_from(answer.finds, scan.points, Weighing::scored(scan), answer.to_itself));
+  answer.finds = different(answer.finds, answer.finds.size());
+  return answer;
 }
 
 }  // namespace vantage

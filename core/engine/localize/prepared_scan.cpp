@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -11,27 +12,26 @@ namespace vantage {
 
 Result<SweepTime> time_of(const Scan& scan) {
   constexpr double kLongest = 10.0;  // [s]
-  if (scan.seconds.empty()) return SweepTime{scan.stamp, scan.stamp};
-  if (scan.seconds.size() != scan.points.size()) {
+  if (!scan.seconds.empty() && scan.seconds.size() != scan.points.size()) {
     return fail(ErrorCode::invalid_input, "the scan has " + std::to_string(scan.points.size()) +
                                               " points and " + std::to_string(scan.seconds.size()) +
                                               " times, expected one for each");
   }
-  std::optional<SweepTime> time;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  SweepTime time{kInfinity, -kInfinity};
   for (const float seconds : scan.seconds) {
     if (!std::isfinite(seconds)) continue;
     const double stamp = scan.stamp + static_cast<double>(seconds);
-    if (!time) time = SweepTime{stamp, stamp};
-    time->first = std::min(time->first, stamp);
-    time->last = std::max(time->last, stamp);
+    time.first = std::min(time.first, stamp);
+    time.last = std::max(time.last, stamp);
   }
-  if (!time) return SweepTime{scan.stamp, scan.stamp};
-  if (time->last - time->first > kLongest) {
+  if (time.first > time.last) return SweepTime{scan.stamp, scan.stamp};
+  if (time.last - time.first > kLongest) {
     return fail(ErrorCode::invalid_input, "the points of the scan were measured during " +
-                                              std::to_string(time->last - time->first) +
+                                              std::to_string(time.last - time.first) +
                                               " s, expected the time of a sweep");
   }
-  return *time;
+  return time;
 }
 
 Result<PreparedScan> prepare_scan(const Scan& scan, const SweepMotion* motion,

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "localize/hypothesis.hpp"
+#include "localize/pose_search.hpp"
 #include "localize/search_job.hpp"
-#include "localize/searcher.hpp"
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/pose_prior.hpp"
 
@@ -44,8 +44,13 @@ class Recovery {
   /// How the sensor moved since the scan before.
   void move(const Pose& T_before_now);
 
-  /// Where to search with this scan; nothing if it is not searched with.
-  /// @param predicted  prediction of the best hypothesis, if there is one
+  /// Where to search with this scan, whose pose is in doubt: around its absolute prior if there is
+  /// one, and twice as far after every 16 scans, because priors may be wrong. Otherwise around the
+  /// prediction, in a circle that grows from scan to scan; the widest at once after a surprise, or
+  /// if the map lies beyond the circle. Without a prediction either, everywhere.
+  /// @param predicted  prediction of the best hypothesis; none if the sensor may be anywhere
+  /// @param map        bounds of the map
+  /// @return           nothing if this scan is not searched with
   [[nodiscard]] std::optional<PlaceArea> area(const std::optional<PosePrior>& prior,
                                               const std::optional<Pose>& predicted,
                                               const Bounds3& map) const;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <stop_token>
 #include <thread>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -72,8 +74,10 @@ struct RegionMaps::State {
     return std::find(expected.begin(), expected.end(), RegionId{region}) != expected.end();
   }
 
-  /// The map of a region, if a caller borrowed it and still holds it; otherwise nullptr.
-  [[nodiscard]] Ready borrowed(std::uint32_t region) const {
+  /// The map of a region, if it is kept, or if a caller borrowed it and still holds it; otherwise
+  /// nullptr.
+  [[nodiscard]] Ready held(std::uint32_t region) const {
+    if (const auto kept = entries.find(region); kept != entries.end()) return kept->second.ready;
     const auto one = lent.find(region);
     return one == lent.end() ? nullptr : one->second.lock();
   }
@@ -98,39 +102,34 @@ struct RegionMaps::State {
     return sum;
   }
 
-  /// Marks a region as being loaded, and makes room for it.
-  /// @return  as shrink()
-  [[nodiscard]] std::vector<Ready> begin_loading(RegionId region) {
+  /// Makes room for a region, and loads it without the lock.
+  [[nodiscard]] Result<Ready> load(RegionId region, std::unique_lock<std::mutex>& lock) {
     loading.insert(region.value);
-    return shrink();
-  }
-  void end_loading(RegionId region, const Result<Ready>& ready) {
+    std::vector<Ready> dropped = shrink();
+    lock.unlock();
+    dropped.clear();
+    Result<Ready> ready = make_ready(store, matcher, region);
+    lock.lock();
     loading.erase(region.value);
     if (ready) most_of_one = std::max(most_of_one, (*ready)->bytes_read + (*ready)->bytes());
+    changed.notify_all();
+    return ready;
   }
 
   /// Takes entries out until the rest fits: first those used longest ago, then those expected last.
   /// The caller destroys them, without the lock.
   [[nodiscard]] std::vector<Ready> shrink() {
     std::vector<Ready> dropped;
+    // Expected regions count by how soon they are needed, and more than all others.
+    const auto worth = [&](const auto& entry) {
+      const auto place = std::ranges::find(expected, RegionId{entry.first});
+      return std::tuple(taken_last == entry.first, expected.end() - place, entry.second.used);
+    };
     for (;;) {
       const std::size_t held = bytes();
       if (held + loading.size() * most_of_one <= options.memory) break;
-      // Expected regions count by how soon they are needed, and more than all others.
-      const auto worth = [&](std::uint32_t r,
-                             const Entry& entry) -> std::pair<std::size_t, std::uint64_t> {
-        const auto place = std::find(expected.begin(), expected.end(), RegionId{r});
-        return {static_cast<std::size_t>(expected.end() - place), entry.used};
-      };
-      auto least = entries.end();
-      for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
-        if (taken_last == entry->first) continue;
-        if (least == entries.end() ||
-            worth(entry->first, entry->second) < worth(least->first, least->second)) {
-          least = entry;
-        }
-      }
-      if (least == entries.end()) break;
+      const auto least = std::ranges::min_element(entries, {}, worth);
+      if (least == entries.end() || taken_last == least->first) break;
       if (is_expected(least->first)) {
         if (held <= options.memory) break;
         given_up.insert(least->first);
@@ -142,32 +141,26 @@ struct RegionMaps::State {
     return dropped;
   }
 
-  /// @return  the entries that made room for it; destroy them without the lock
+  /// Keeps a region, unless it was kept while this one was loaded.
+  /// @return  as shrink()
   [[nodiscard]] std::vector<Ready> keep(std::uint32_t region, Ready ready) {
-    // A map that was borrowed may have been taken while it was loaded.
-    if (entries.contains(region)) return {std::move(ready)};
-    entries[region] = {std::move(ready), takes};
+    if (!entries.try_emplace(region, Entry{ready, takes}).second) return {std::move(ready)};
     return shrink();
   }
 
   void load_what_is_expected(const std::stop_token& stop) {
     std::unique_lock lock(mutex);
     while (changed.wait(lock, stop, [&] { return missing().has_value(); })) {
-      const RegionId region = *missing();
-      std::vector<Ready> dropped = begin_loading(region);
       busy = true;
-      lock.unlock();
-      dropped.clear();
-      Result<Ready> ready = make_ready(store, matcher, region);
-      lock.lock();
-      end_loading(region, ready);
+      const RegionId region = *missing();
+      Result<Ready> ready = load(region, lock);
+      std::vector<Ready> dropped;
       if (ready) {
         ++counts.loaded_in_background;
         dropped = keep(region.value, *std::move(ready));
       } else {
         given_up.insert(region.value);
       }
-      changed.notify_all();
       lock.unlock();
       dropped.clear();
       lock.lock();
@@ -190,49 +183,31 @@ RegionMaps::~RegionMaps() = default;
 Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
   State& s = *state_;
   const std::uint32_t r = region.value;
-  bool blocked = false;
+  Taken taken;
   std::vector<Ready> dropped;  // destroyed after the lock
   std::unique_lock lock(s.mutex);
-  for (;;) {
-    if (const auto entry = s.entries.find(r); entry != s.entries.end()) {
-      entry->second.used = ++s.takes;
-      s.taken_last = r;
-      Taken taken{entry->second.ready, blocked};
-      dropped = s.shrink();
-      return taken;
-    }
-    if (Ready ready = s.borrowed(r)) {
-      s.taken_last = r;
-      ++s.takes;
-      dropped = s.keep(r, ready);
-      return Taken{std::move(ready), blocked};
-    }
-    blocked = true;
-    if (!s.loading.contains(r)) break;
-    s.changed.wait(lock, [&] { return !s.loading.contains(r); });
+  const auto is_loading = [&] { return s.loading.contains(r); };
+  while (!(taken.region = s.held(r)) && is_loading()) {
+    taken.blocked = true;
+    s.changed.wait(lock, std::not_fn(is_loading));
   }
-  dropped = s.begin_loading(region);
-  lock.unlock();
-  dropped.clear();
-  Result<Ready> ready = make_ready(s.store, s.matcher, region);
-  lock.lock();
-  s.end_loading(region, ready);
-  s.changed.notify_all();
-  if (!ready) return fail(std::move(ready).error());
-  ++s.counts.loaded_by_taker;
+  if (!taken.region) {
+    taken.blocked = true;
+    VANTAGE_TRY(taken.region, s.load(region, lock));
+    ++s.counts.loaded_by_taker;
+  }
   s.taken_last = r;
-  ++s.takes;
-  dropped = s.keep(r, *ready);
-  lock.unlock();
-  return Taken{*std::move(ready), true};
+  State::Entry& entry = s.entries[r];
+  if (!entry.ready) entry.ready = taken.region;  // another thread may have kept it meanwhile
+  entry.used = ++s.takes;
+  dropped = s.shrink();
+  return taken;
 }
 
 Result<Ready> RegionMaps::borrow(RegionId region) const {
   {
     const std::scoped_lock lock(state_->mutex);
-    const auto entry = state_->entries.find(region.value);
-    if (entry != state_->entries.end()) return entry->second.ready;
-    if (Ready ready = state_->borrowed(region.value)) return ready;
+    if (Ready ready = state_->held(region.value)) return ready;
   }
   auto ready = make_ready(state_->store, state_->matcher, region);
   if (ready) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -108,16 +107,10 @@ Result<RegionsAhead::Choice> RegionsAhead::choose(const std::optional<RegionId>&
     return Choice{closest, true};
   }
   if (in_use && *owner != *in_use && margin > 0.0) {
-    VANTAGE_TRY(const double away, distance_to(*in_use, xy));
-    if (away <= margin) return Choice{*in_use, false};
+    VANTAGE_TRY(const DirectoryEntry entry, directory_->entry(*in_use));
+    if (distance(entry.region.footprint, xy) <= margin) return Choice{*in_use, false};
   }
   return Choice{*owner, false};
-}
-
-Result<RegionId> RegionsAhead::at(const Point& place) const {
-  VANTAGE_TRY(const auto owner, owner_of(place));
-  if (owner) return *owner;
-  return nearest(place.head<2>());
 }
 
 Result<std::vector<RegionId>> RegionsAhead::operator()(const Eigen::Vector2d& xy,
@@ -143,15 +136,6 @@ Result<std::vector<RegionId>> RegionsAhead::operator()(const Eigen::Vector2d& xy
   std::vector<RegionId> regions;
   for (const auto& [moment, from_here, region] : ahead) regions.push_back(region);
   return regions;
-}
-
-Result<double> RegionsAhead::distance_to(RegionId region, const Eigen::Vector2d& xy) const {
-  VANTAGE_TRY(const auto here, around(square(xy, 0.0)));
-  for (std::size_t k = 0; k < here->places.size(); ++k) {
-    if (here->places[k].region == region) return here->distance_to(k, xy);
-  }
-  VANTAGE_TRY(const DirectoryEntry entry, directory_->entry(region));
-  return distance(entry.region.footprint, xy);
 }
 
 std::string RegionsAhead::name_of(RegionId region) const {

@@ -60,7 +60,7 @@ void SearchJob::begin(double stamp, SearchTask task) {
   std::promise<Result<SearchAnswer>> promise;
   running_ = promise.get_future();
   auto answer = search_(task, stop_.get_token());
-  if (answer) nominal_ms_ = nominal_milliseconds(answer->found.work);
+  if (answer) nominal_ms_ = nominal_milliseconds(answer->work);
   promise.set_value(std::move(answer));
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "localize/searcher.hpp"
+#include "localize/pose_search.hpp"
 #include "vantage/pose.hpp"
 #include "vantage/result.hpp"
 

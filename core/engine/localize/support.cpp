@@ -27,8 +27,7 @@ void Support::take(double told, double news) {
   searched_ = 0.0;
 }
 
-void Support::take(const Evidence& evidence, double told, double news, const ShareModel& model) {
-  take(told, news);
+void Support::take(const Evidence& evidence, double news, const ShareModel& model) {
   const double precision = weight_of_share(evidence, model);
   const double weight = news * precision * precision;
   if (!(weight > 0.0)) return;

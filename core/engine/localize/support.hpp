@@ -19,12 +19,12 @@ class Support {
   /// @param among     what it was chosen from
   Support(double log_odds, const Lookalikes& among) : prior_(log_odds), among_(among) {}
 
-  /// Takes in a scan.
+  /// Takes in what a scan says against poses that are far off.
   /// @param told  log(p(scan | right) / p(scan | far off))
   /// @param news  how independent the scan is of those before, in [0, 1]
-  void take(const Evidence& evidence, double told, double news, const ShareModel& model);
-  /// The same for a scan whose share says nothing.
   void take(double told, double news);
+  /// Takes in what its share and margin say against lookalikes.
+  void take(const Evidence& evidence, double news, const ShareModel& model);
   /// Takes in the contrast at another place.
   void take(const Contrast& contrast);
 

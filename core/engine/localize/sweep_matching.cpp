@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "localize/matched.hpp"
 #include "vantage/engine/confidence.hpp"
 
 namespace vantage {
@@ -47,7 +48,6 @@ std::vector<Pose> reached_by(const MotionFilter& predicted) {
 /// @param rivals  takes those that score nearly as high as the best, elsewhere; the best come first
 Result<Alignment> align_best(const MatchTarget& target, PointsView points,
                              const std::vector<Pose>& starts, std::vector<Alignment>& rivals) {
-  if (starts.size() == 1) return target.align(points, starts.front());
   std::vector<Result<Alignment>> found(starts.size());
   tbb::parallel_for(std::size_t{0}, starts.size(),
                     [&](std::size_t k) { found[k] = target.align(points, starts[k]); });
@@ -98,11 +98,8 @@ Result<void> learn_twist(const MatchTarget& target, const MotionInputs& inputs,
     }
     if (half.empty()) return {};
     stamp /= static_cast<double>(half.size());
-    const auto alignment = target.align(half, at);
-    if (!alignment && alignment.error().code != ErrorCode::too_few_matches) {
-      return fail(Error(alignment.error()));
-    }
-    if (!alignment || !is_valid(alignment->T_map_scan)) return {};
+    VANTAGE_TRY(const auto alignment, aligned_at(target, half, at));
+    if (!alignment) return {};
     seen[h] = {stamp, alignment->T_map_scan * sweep.motion->sensor_at(stamp),
                kHalf * kHalf * noise_of(*alignment, half.size(), params)};
   }

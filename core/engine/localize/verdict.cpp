@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <string_view>
 
 #include "vantage/engine/confidence.hpp"
 
@@ -42,10 +41,7 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
                                ScanReport& report) {
   const Hypothesis& best = hypotheses.front();
   report.alignment = best.alignment;
-  if (best.alignment) {
-    const double fitness = best.alignment->score.fitness;
-    report.lcp = localization_contribution_per_point(fitness, report.map_points);
-  }
+  report.lcp = localization_contribution_per_point(best.score().fitness, report.map_points);
   MotionFilter motion = best.moved();
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
   report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
@@ -59,15 +55,14 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   }
   report.risk = std::min(1.0, place + best.belief * beyond(limit_, *report.confidence, 0.0, 0.0));
   report.compared = known.compared;
-  judge(best, known, place, report);
-  if (!limit(best, report)) motion = *best.motion;
+  if (!judge(best, known, place, report)) motion = *best.motion;
   const bool tracked = report.tracking == Tracking::tracked;
   report.recovered = tracked && was_lost_;
   was_lost_ = !tracked && (was_lost_ || report.tracking == Tracking::lost);
   return motion;
 }
 
-void Verdict::judge(const Hypothesis& best, const Known& known, double place,
+bool Verdict::judge(const Hypothesis& best, const Known& known, double place,
                     ScanReport& report) const {
   constexpr double kKnownSpeed = 1.0;  // [m/s]
   constexpr const char* kDoesNotFit = "the scan does not fit the map here";
@@ -75,17 +70,28 @@ void Verdict::judge(const Hypothesis& best, const Known& known, double place,
   struct Case {
     bool holds;
     Tracking tracking;
-    std::string_view reason;
+    std::string reason;
+    bool is_limit = false;  // that a user may set
   };
   const bool elsewhere = known.elsewhere > kLost;
   const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
+  const ScanScore score = best.score();
+  const double moved = best.correction();
+  // A limit that was not set is less than any number.
   const std::array cases{
       Case{report.scan_points == 0, uncertain, "the scan has no points"},
       Case{!best.alignment, lost, best.failure},
+      Case{elsewhere && !known.scores_as_usual, lost, kDoesNotFit},
+      Case{score.coverage < params_.min_coverage, lost,
+           "coverage " + std::to_string(score.coverage) + " below min_coverage", true},
+      Case{score.nvtl < params_.min_nvtl, lost,
+           "NVTL " + std::to_string(score.nvtl) + " below min_nvtl", true},
+      Case{best.sigma() < params_.max_correction && !(moved <= params_.max_correction), lost,
+           "matching moved the scan by " + std::to_string(moved) + " m, more than max_correction",
+           true},
       // On an open square, a scan fits as well a few metres beside its pose.
-      Case{elsewhere && known.scores_as_usual, uncertain,
-           "the scan fits the map as well beside this pose"},
-      Case{elsewhere, lost, kDoesNotFit}, Case{!best.fits(), uncertain, kDoesNotFit},
+      Case{elsewhere, uncertain, "the scan fits the map as well beside this pose"},
+      Case{!best.fits(), uncertain, kDoesNotFit},
       Case{!known.compared, uncertain, "not compared with the rest of the map yet"},
       Case{report.risk <= params_.max_risk, tracked, ""},
       Case{place > params_.max_risk, uncertain, "other poses are not ruled out yet"},
@@ -95,24 +101,7 @@ void Verdict::judge(const Hypothesis& best, const Known& known, double place,
   const Case& first = *std::ranges::find(cases, true, &Case::holds);
   report.tracking = first.tracking;
   report.reason = first.reason;
-}
-
-bool Verdict::limit(const Hypothesis& best, ScanReport& report) const {
-  if (report.tracking == Tracking::lost || !best.alignment) return true;
-  const ScanScore& score = best.alignment->score;
-  if (params_.min_coverage && score.coverage < *params_.min_coverage) {
-    report.reason = "coverage " + std::to_string(score.coverage) + " below min_coverage";
-  } else if (params_.min_nvtl && score.nvtl < *params_.min_nvtl) {
-    report.reason = "NVTL " + std::to_string(score.nvtl) + " below min_nvtl";
-  } else if (params_.max_correction && best.sigma() < *params_.max_correction &&
-             !(best.correction() <= *params_.max_correction)) {
-    report.reason = "matching moved the scan by " + std::to_string(best.correction()) +
-                    " m, more than max_correction";
-  } else {
-    return true;
-  }
-  report.tracking = Tracking::lost;
-  return false;
+  return !first.is_limit;
 }
 
 }  // namespace vantage

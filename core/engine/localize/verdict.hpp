@@ -34,10 +34,11 @@ class Verdict {
   void forget(bool lost) { was_lost_ = lost; }
 
  private:
-  /// Sets the state and its reason. @param place  the part of the risk that is due to other places
-  void judge(const Hypothesis& best, const Known& known, double place, ScanReport& report) const;
-  /// Applies the limits that a user may set. @return whether the scan is within them
-  [[nodiscard]] bool limit(const Hypothesis& best, ScanReport& report) const;
+  /// Sets the state and its reason.
+  /// @param place  the part of the risk that is due to other places
+  /// @return       whether the scan is within the limits that a user may set
+  [[nodiscard]] bool judge(const Hypothesis& best, const Known& known, double place,
+                           ScanReport& report) const;
 
   LocalizerParams params_;
   AlertLimit limit_;

@@ -151,19 +151,15 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
 
 void Weighing::take(Hypothesis& one, double news) const {
   if (one.contrast) one.support.take(*one.contrast);
-  if (one.evidence && !one.silent) {
-    one.support.take(*one.evidence, one.told, news, model_);
-  } else {
-    one.support.take(one.told, news);
-  }
+  one.support.take(one.told, news);
+  if (one.evidence && !one.silent) one.support.take(*one.evidence, news, model_);
 }
 
 void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
-  const auto share = [](const Hypothesis& one) {
-    return one.evidence ? std::max(0.0, one.evidence->share) : 0.0;
-  };
-  const auto error = [](const Hypothesis& one) {
-    return one.evidence ? std::hypot(one.evidence->noise, one.evidence->bias) : 0.0;
+  const auto evidence = [](const Hypothesis& one) { return one.evidence.value_or(Evidence{}); };
+  const auto share = [&](const Hypothesis& one) { return std::max(0.0, evidence(one).share); };
+  const auto error = [&](const Hypothesis& one) {
+    return std::hypot(evidence(one).noise, evidence(one).bias);
   };
   const auto best = std::ranges::max_element(hypotheses, {}, share);
   if (best == hypotheses.end() || share(*best) <= 0.0) return;
@@ -179,7 +175,7 @@ void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
 }
 
 Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
-  VANTAGE_TRY(reference_, fit_to_itself(matcher_, scan.finite, scored(scan)));
+  VANTAGE_TRY(reference_, fit_to_itself(*matcher_, scan.finite, scored(scan)));
   reference_at_ = at;
   fresh_ = true;
   return {};
@@ -194,16 +190,6 @@ void Weighing::learn(const Hypothesis& first, bool tracked) {
     usual_change_ = std::lerp(usual_change_, std::min(change, kUnusual * usual_change_), kNew);
   }
   usual_level_ = usual_level_ == 0.0 ? last_level_ : std::lerp(usual_level_, last_level_, kNew);
-}
-
-void Weighing::forget() {
-  usual_level_ = last_level_ = 0.0;
-  usual_change_ = 2.0 * kChange / kUnusual;  // a fall by so much is a surprise at first
-  reference_.reset();
-  fresh_ = false;
-  weighed_at_.reset();
-  adrift_ = false;
-  news_ = 1.0;
 }
 
 }  // namespace vantage

@@ -24,7 +24,7 @@ class Weighing {
  public:
   /// @param matcher  must outlive the object
   Weighing(const ScanMatcher& matcher, const ShareModel& model, const AlertLimit& limit)
-      : matcher_(matcher), model_(model), limit_(limit) {}
+      : matcher_(&matcher), model_(model), limit_(limit) {}
 
   /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so once a
   /// metre and once a second, because scans nearer to each other say the same.
@@ -72,7 +72,7 @@ class Weighing {
   /// Learns from the hypothesis that is reported which level is usual.
   void learn(const Hypothesis& first, bool tracked);
   /// Forgets everything.
-  void forget();
+  void forget() { *this = Weighing(*matcher_, model_, limit_); }
 
  private:
   /// Of the level's logarithm since the scan before; 0 without one.
@@ -84,12 +84,13 @@ class Weighing {
   /// Sets the contrast of a hypothesis with evidence, if it is due.
   [[nodiscard]] Result<void> measure_contrast(Hypothesis& one, PointsView some) const;
 
-  const ScanMatcher& matcher_;
+  const ScanMatcher* matcher_;
   ShareModel model_;
   AlertLimit limit_;
-  double usual_level_ = 0.0;      // of recent tracked scans
-  double last_level_ = 0.0;       // of the scan before
-  double usual_change_ = 0.0;     // of the logarithm of the level, from scan to scan
+  double usual_level_ = 0.0;  // of recent tracked scans
+  double last_level_ = 0.0;   // of the scan before
+  // Of the logarithm of the level, from scan to scan. At first, a fall by 2 kChange is a surprise.
+  double usual_change_ = 2.0 * kChange / kUnusual;
   std::optional<Fit> reference_;  // how the scan at `reference_at_` fits itself
   Point reference_at_ = Point::Zero();
   bool fresh_ = false;               // the reference is that of the last scan

@@ -15,7 +15,7 @@ namespace {
 SearchAnswer answer_of(double ms) {
   SearchAnswer answer{.compared = true};
   answer.to_itself.level = 0.7;
-  answer.found.work.search_ms = ms;
+  answer.work.search_ms = ms;
   return answer;
 }
 
@@ -175,8 +175,7 @@ TEST_CASE("live, many searches one after the other") {
     SearchTask task = no_task();
     task.scan.dropped = static_cast<std::size_t>(k);
     job.begin(k, std::move(task));
-    CHECK(answer_at_last(job, k + 0.5).answer->found.work.search_ms ==
-          answer_of(k).found.work.search_ms);
+    CHECK(answer_at_last(job, k + 0.5).answer->work.search_ms == answer_of(k).work.search_ms);
   }
   CHECK(searches == 200);
 }

@@ -14,7 +14,8 @@ namespace {
 /// What a scan with this share says, where nothing is usual yet.
 void take(Support& support, double share, double news = 1.0) {
   const Evidence evidence{.share = share, .noise = 0.01, .margin = 0.3};
-  support.take(evidence, log_ratio_to_far(evidence), news, {});
+  support.take(log_ratio_to_far(evidence), news);
+  support.take(evidence, news, {});
 }
 
 Hypothesis with_odds(double odds) {
@@ -67,7 +68,8 @@ TEST_CASE("one bad scan does not spoil the mean for long") {
   Support support(2.0, Lookalikes::of({}));
   for (int k = 0; k < 5; ++k) take(support, 0.7);
   const Evidence covered{.share = -50.0, .noise = 0.01, .margin = -99.0, .margin_noise = 0.1};
-  support.take(covered, -6.0, 1.0, {});
+  support.take(-6.0, 1.0);
+  support.take(covered, 1.0, {});
   for (int k = 0; k < 12; ++k) take(support, 0.7);
   CHECK(support.log_odds() > 6.0);
 }
@@ -147,7 +149,8 @@ TEST_CASE("the example of docs/localization.md, by hand") {
     std::vector<Hypothesis> one(1);
     one[0].support = Support(std::log(0.95 / 0.05), Lookalikes::of({}));
     one[0].support.take(contrast);
-    one[0].support.take(evidence, log_ratio_to_far(evidence), 1.0, {});
+    one[0].support.take(log_ratio_to_far(evidence), 1.0);
+    one[0].support.take(evidence, 1.0, {});
     return update_beliefs(one);
   };
   const auto is = [](double value) { return doctest::Approx(value).epsilon(0.01).scale(0.0); };

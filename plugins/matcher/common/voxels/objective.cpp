@@ -1,7 +1,6 @@
 #include "objective.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -47,10 +46,12 @@ kernel::Search search_of(Neighbours neighbours) {
   return search;
 }
 
-/// Another one for each objective.
-std::uint64_t next_number() {
-  static std::atomic<std::uint64_t> made = 0;
-  return ++made;
+/// Points of which nothing is kept.
+kernel::Batch unknown_batch() {
+  kernel::Batch batch{};
+  for (auto& axis : batch.voxel) std::ranges::fill(axis, kernel::kUnknown);
+  std::ranges::fill(batch.kind, kernel::kKinds);
+  return batch;
 }
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -136,8 +137,7 @@ Objective::Objective(VoxelMap map, Neighbours neighbours, const NdtCoefficients&
     : map_(std::move(map)),
       search_(search_of(neighbours)),
       coefficients_(coefficients),
-      evaluate_(evaluate),
-      number_(next_number()) {}
+      evaluate_(evaluate) {}
 
 Pose Objective::to_local(Pose T_map_scan) const noexcept {
   T_map_scan.rotation.normalize();
@@ -152,20 +152,13 @@ Pose Objective::to_map(Pose T_local_scan) const noexcept {
 
 void Objective::begin(PointsView scan, Workspace& workspace) const {
   const std::size_t batches = (scan.size() + kernel::kBatch - 1) / kernel::kBatch;
-  // Until it is ready again, it belongs to none.
-  if (std::exchange(workspace.objective_, 0) != number_) workspace.batches_.clear();
-  const std::size_t known = std::min(batches, workspace.batches_.size());
   workspace.points_ = scan.size();
-  workspace.batches_.resize(batches);
   workspace.neighbours_.resize(batches * search_.size);
   workspace.sums_.resize((batches + kChunk - 1) / kChunk);
+  workspace.batches_.resize(batches, unknown_batch());  // last: it says which neighbours are known
   const double per_edge = 1.0 / map_.options().resolution;
   for (std::size_t b = 0; b < batches; ++b) {
     kernel::Batch& batch = workspace.batches_[b];
-    if (b >= known) {
-      for (auto& axis : batch.voxel) std::ranges::fill(axis, kernel::kUnknown);
-      std::ranges::fill(batch.kind, kernel::kKinds);
-    }
     for (std::size_t lane = 0; lane < kernel::kBatch; ++lane) {
       const std::size_t i = b * kernel::kBatch + lane;
       batch.x[lane] = batch.y[lane] = batch.z[lane] = kernel::kNowhere;
@@ -177,7 +170,6 @@ void Objective::begin(PointsView scan, Workspace& workspace) const {
       batch.z[lane] = static_cast<float>(p.z());
     }
   }
-  workspace.objective_ = number_;
 }
 
 kernel::Sums Objective::sum_up(const Pose& T_local_scan, Workspace& workspace,

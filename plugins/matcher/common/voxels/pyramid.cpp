@@ -62,15 +62,19 @@ Start Pyramid::nearer(const VoxelMap& finest, PointsView scan, const Pose& guess
 
   const std::uint32_t budget = budget_of(options.max_iterations);
   Start start{guess};
-  for (const Level& level : levels_of(finest)) {
+  const std::vector<Level>& levels = levels_of(finest);
+  workspace.levels.resize(levels.size());
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    const Level& level = levels[k];
+    ndt::Workspace& own = workspace.levels[k];
     const NewtonOptions coarse =
         options_of(options, level.objective.map().options().resolution, budget - start.iterations);
-    level.objective.begin(workspace.part, workspace.level);
+    level.objective.begin(workspace.part, own);
     Pose pose = start.T_local_scan;
     pose.translation += level.shift;
-    const Derivatives at = level.objective.derivatives(pose, workspace.level, extent_of(coarse));
+    const Derivatives at = level.objective.derivatives(pose, own, extent_of(coarse));
     if (at.matched * kLeastShare < points) continue;
-    const Minimum minimum = minimize(level.objective, pose, at, coarse, workspace.level);
+    const Minimum minimum = minimize(level.objective, pose, at, coarse, own);
     start.T_local_scan = minimum.T_local_scan;
     start.T_local_scan.translation -= level.shift;
     start.iterations += minimum.iterations;

@@ -29,10 +29,11 @@ struct Start {
 /// Thread safety: const functions may run on one object from many threads at once.
 class Pyramid {
  public:
-  /// Scratch memory of one alignment; it grows to fit, and then an alignment allocates nothing.
+  /// Scratch memory of one alignment at a time, always in the same pyramid; it grows to fit, and
+  /// then an alignment allocates nothing.
   struct Workspace {
     PointCloud part;  // of the scan
-    ndt::Workspace level;
+    std::vector<ndt::Workspace> levels;
   };
 
   /// @param coefficients  of each coarse level, the finest of them first

@@ -27,16 +27,6 @@ class VANTAGE_API RegionsAhead {
     return directory_->summary().regions - directory_->summary().empty_regions;
   }
 
-  /// The region with a map that is nearest to a place; there always is one.
-  /// Errors of this and of the other methods: those of the directory.
-  [[nodiscard]] Result<RegionId> nearest(const Eigen::Vector2d& xy) const;
-
-  /// The region that owns a place, if it has a map.
-  [[nodiscard]] Result<std::optional<RegionId>> owner_of(const Point& place) const;
-
-  /// The region that owns a place if it has a map, otherwise the nearest with one.
-  [[nodiscard]] Result<RegionId> at(const Point& place) const;
-
   struct Choice {
     RegionId region;
     bool outside;  ///< no region with a map owns the place
@@ -45,6 +35,7 @@ class VANTAGE_API RegionsAhead {
   /// `margin` of its footprint, and outside of all regions. Without one, the nearest is taken
   /// there.
   /// @param margin  [m]
+  /// Errors of this and of the other methods: those of the directory.
   [[nodiscard]] Result<Choice> choose(const std::optional<RegionId>& in_use, const Point& place,
                                       double margin) const;
 
@@ -57,9 +48,6 @@ class VANTAGE_API RegionsAhead {
   [[nodiscard]] Result<std::vector<RegionId>> operator()(const Eigen::Vector2d& xy,
                                                          const Eigen::Vector2d& velocity,
                                                          double seconds, double margin) const;
-
-  /// Plan-view distance to a region's footprint [m]; 0 inside.
-  [[nodiscard]] Result<double> distance_to(RegionId region, const Eigen::Vector2d& xy) const;
 
   /// "'<label>'" for messages; the number of a region whose label cannot be read.
   [[nodiscard]] std::string name_of(RegionId region) const;
@@ -80,6 +68,10 @@ class VANTAGE_API RegionsAhead {
       return distance(regions.regions()[k].footprint, xy);
     }
   };
+  /// The region with a map that is nearest to a place; there always is one.
+  [[nodiscard]] Result<RegionId> nearest(const Eigen::Vector2d& xy) const;
+  /// The region that owns a place, if it has a map.
+  [[nodiscard]] Result<std::optional<RegionId>> owner_of(const Point& place) const;
   /// At least that area, as it was read last or reads it.
   [[nodiscard]] Result<std::shared_ptr<const Around>> around(const Bounds2& area) const;
   [[nodiscard]] Result<Around> read(const Bounds2& area) const;
