@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include "build/plan.hpp"
 #include "fakes.hpp"
 #include "support/real_data.hpp"
 
@@ -153,7 +154,7 @@ TEST_CASE("sharded build: blocks tell what a region shows, or that a part of it 
     CHECK(*expected[0] > 200);
     CHECK(*expected[4] == 0);
   }
-  CHECK(map.most_read * 88 <= 200'000);
+  CHECK(map.most_read * kBytesAGroundPoint <= 200'000);
 
   const auto expected = ask(large, {}, false), got = ask(large, {}, true);
   for (const std::size_t k : {0U, 1U}) {
@@ -169,7 +170,7 @@ TEST_CASE("sharded build: blocks tell what a region shows, or that a part of it 
     REQUIRE_FALSE(refused);
     CHECK(refused.error().code == ErrorCode::invalid_input);
   }
-  CHECK(map.most_read * 88 <= 200'000);
+  CHECK(map.most_read * kBytesAGroundPoint <= 200'000);
 
   const std::vector<Question> malformed{{{"none", box(30.0, 20.0), {}}, kAll}};
   CHECK(ask(malformed, {}, true)[0].error().code == ErrorCode::invalid_input);
