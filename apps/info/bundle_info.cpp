@@ -375,9 +375,10 @@ std::string to_text(const BundleInfo& info, const cli::Style& style) {
   if (info.predicted) {
     for (auto& line : lines_of(*info.predicted, info)) lines.push_back(std::move(line));
   }
-  if (!info.atlas) lines.emplace_back("atlas", std::string("none: ") + kHowToGetAnAtlas);
   if (info.atlas) {
     for (auto& line : lines_of(*info.atlas)) lines.push_back(std::move(line));
+  } else {
+    lines.emplace_back("atlas", std::string("none: ") + kHowToGetAnAtlas);
   }
   std::string text = to_text(lines, style);
   if (info.atlas && !info.atlas->sites.empty()) text += '\n' + worst_text(info, style);

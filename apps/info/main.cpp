@@ -47,7 +47,7 @@ Result<void> run(const Options& options) {
   const auto takes_a_bundle = [&]() -> Result<void> {
     if (!options.regions) return {};
     return cli::usage_error("--regions takes a bundle of region maps, and " +
-                            options.scans.path.string() + " is none");
+                            options.scans.path.string() + " is not one");
   };
   VANTAGE_TRY(const auto tiled, read_tiled_map(options));
   if (tiled) {

@@ -26,8 +26,8 @@ struct BundleHead {
   Bounds3 map_bounds;
   std::string config;
   RegionsReference regions;
-  /// The checksum of what was read, which has those of all regions. Bundles of different regions
-  /// have different ones.
+  /// The checksum of `index.json`. It covers the checksums of all regions, so it tells bundles of
+  /// different regions apart.
   std::uint64_t generation = 0;
 };
 

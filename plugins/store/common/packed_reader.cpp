@@ -111,7 +111,7 @@ Result<IndexedRegion> PackedIndex::decode(std::string_view bytes, std::uint32_t 
   std::string defect = std::move(reader).defect();
   if (!defect.empty()) return damaged(" contradicts itself: " + defect);
   defect = defect_of(found.region);
-  if (!defect.empty()) return damaged(" is none: " + defect);
+  if (!defect.empty()) return damaged(" describes no sound region: " + defect);
   return found;
 }
 

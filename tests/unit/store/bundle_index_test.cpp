@@ -17,11 +17,6 @@ namespace fs = std::filesystem;
 using test::read_text, test::write_text;
 using namespace store_samples;  // NOLINT(google-build-using-namespace)
 
-PluginPtr<MapStore> bundle_at(const fs::path& root, bool overwrite = false) {
-  return test::plugin<MapStore>(
-      "pcd_tiles", "root = '" + root.string() + "'\noverwrite = " + (overwrite ? "true" : "false"));
-}
-
 TEST_CASE("a bundle reads the same, whatever the number of its regions") {
   for (const char* plugin : {"pcd_tiles", "shared_tiles"}) {
     CAPTURE(plugin);
@@ -92,11 +87,11 @@ TEST_CASE("a bundle reads the same, whatever the number of its regions") {
 TEST_CASE("a damaged index is corrupt_data that names the file and what was expected") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle", file = root / "index.json";
-  write_bundle(bundle_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   const std::string good = read_text(file);
   const auto corrupt = [&](const std::string& text, const std::string& because) {
     write_text(file, text);
-    const auto store = bundle_at(root);
+    const auto store = pcd_tiles_at(root);
     check_fails(store->index(), ErrorCode::corrupt_data, because);
     check_fails(store->index(), ErrorCode::corrupt_data, file.string());
     check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
@@ -154,24 +149,24 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   std::string other_layout = good;
   std::replace(other_layout.begin(), other_layout.end(), '\n', ' ');
   write_text(file, other_layout);
-  CHECK(bundle_at(root)->index());
+  CHECK(pcd_tiles_at(root)->index());
 
   // Cut anywhere it is no JSON, but for the newline at its end.
   for (std::size_t length = 0; length + 1 < good.size(); length += 13) {
     write_text(file, good.substr(0, length));
-    const auto index = bundle_at(root)->index();
+    const auto index = pcd_tiles_at(root)->index();
     REQUIRE(!index);
     CHECK(index.error().code == ErrorCode::corrupt_data);
     CHECK(index.error().where->line > 0);
   }
   write_text(file, good);
-  CHECK(bundle_at(root)->index());
+  CHECK(pcd_tiles_at(root)->index());
 }
 
 TEST_CASE("an index that is nested without end is refused, wherever the nesting is") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle", file = root / "index.json";
-  write_bundle(bundle_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   const std::string good = read_text(file);
   const std::string arrays = std::string(200'000, '[') + std::string(200'000, ']');
   std::string objects = "1";
@@ -181,8 +176,8 @@ TEST_CASE("an index that is nested without end is refused, wherever the nesting 
          {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
           replaced(good, "\"version\": 5", "\"version\": " + deep), replaced(good, "77.7", deep)}) {
       write_text(file, text);
-      check_fails(bundle_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
-      check_fails(bundle_at(root)->directory(), ErrorCode::corrupt_data, file.string());
+      check_fails(pcd_tiles_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
+      check_fails(pcd_tiles_at(root)->directory(), ErrorCode::corrupt_data, file.string());
     }
   }
 }
@@ -193,16 +188,16 @@ TEST_CASE("an index of more than 4 MiB is not read, and no build writes one") {
   const auto files = [&] { return files_in(folder.path()); };
   MapIndex index = sample_index();
   index.config.assign(std::size_t{4} << 20U, '#');
-  check_fails(bundle_at(root)->begin(index), ErrorCode::invalid_input,
+  check_fails(pcd_tiles_at(root)->begin(index), ErrorCode::invalid_input,
               "the configuration text has 4194304 bytes");
   CHECK(files().empty());
   index.config.resize(index.config.size() - 2000);
-  write_bundle(bundle_at(root), index, sample_maps());
-  CHECK(bundle_at(root)->index()->config == index.config);
+  write_bundle(pcd_tiles_at(root), index, sample_maps());
+  CHECK(pcd_tiles_at(root)->index()->config == index.config);
   const std::string good = read_text(root / "index.json");
   write_text(root / "index.json", good + std::string(2000, '\n'));
   for (const auto& error :
-       {bundle_at(root)->index().error(), bundle_at(root)->directory().error()}) {
+       {pcd_tiles_at(root)->index().error(), pcd_tiles_at(root)->directory().error()}) {
     CHECK(error.code == ErrorCode::corrupt_data);
     CHECK(to_string(error).find("bytes, expected at most 4194304") != std::string::npos);
     CHECK(to_string(error).find((root / "index.json").string()) != std::string::npos);
@@ -215,7 +210,7 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
   using All = std::vector<bundle_folder::IndexedRegion>;
   const auto forge = [&](const auto& change) {
     fs::remove_all(root);
-    write_bundle(bundle_at(root), sample_index(), sample_maps());
+    write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
     bundle_folder::BundleFormat format = pcd_tiles::kFormat;
     format.file_size = nullptr;  // whatever it says
     forge_regions(format, root, change);
@@ -223,7 +218,7 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
   // What is wrong by itself.
   const auto refused = [&](const auto& change, const std::string& because) {
     forge([&](All& all) { change(all[1]); });
-    const auto store = bundle_at(root);
+    const auto store = pcd_tiles_at(root);
     for (const std::string& part : {because, std::string("the entry of region 1 at byte "),
                                     (root / "regions.idx").string()}) {
       check_fails(store->get(RegionId{1}), ErrorCode::corrupt_data, part);
@@ -233,14 +228,19 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
       check_fails((*directory)->entry(RegionId{1}), ErrorCode::corrupt_data, part);
     }
     CHECK(store->get(RegionId{2}));
-    check_fails(bundle_at(root, true)->begin(sample_index()), ErrorCode::already_exists, because);
+    check_fails(pcd_tiles_at(root, true)->begin(sample_index()), ErrorCode::already_exists,
+                because);
   };
   using One = bundle_folder::IndexedRegion;
   for (const char* label : {"../planted", "../../etc/passwd", "/etc/passwd", "a\n\x1b[31m", ""}) {
     CAPTURE(label);
-    refused([&](One& one) { one.region.label = label; }, "is none: a label is");
+    refused([&](One& one) { one.region.label = label; }, "describes no sound region: a label is");
   }
-  refused([](One& one) { one.region.height = {1.0, -kInfinity}; }, "is none: the height interval");
+  refused(
+      [](One& one) {
+        one.region.height = {1.0, -kInfinity};
+      },
+      "describes no sound region: the height interval");
   refused([](One& one) { one.file.points = 1; }, "the file must have ");
   refused([](One& one) { one.file.viewpoints = 6; }, "the file must have ");
   refused([](One& one) { one.file.prepared_bytes = 4; }, "the file must have ");
@@ -252,31 +252,33 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
 
   // What is wrong among the others.
   forge([](All& all) { all[1].region.label = all[2].region.label; });
-  check_fails(bundle_at(root)->index(), ErrorCode::corrupt_data, "the regions are not a partition");
-  check_fails(bundle_at(root)->index(), ErrorCode::corrupt_data, (root / "regions.idx").string());
+  check_fails(pcd_tiles_at(root)->index(), ErrorCode::corrupt_data,
+              "the regions are not a partition");
+  check_fails(pcd_tiles_at(root)->index(), ErrorCode::corrupt_data,
+              (root / "regions.idx").string());
 
   // What is wrong of the file: as many bytes with the padding, but others.
   forge([](All& all) { all[2].file.prepared_bytes += 1; });
-  CHECK(bundle_at(root)->get(RegionId{0}));
-  CHECK_FALSE(bundle_at(root)->get(RegionId{2})->prepared == sample_maps()[2].prepared);
+  CHECK(pcd_tiles_at(root)->get(RegionId{0}));
+  CHECK_FALSE(pcd_tiles_at(root)->get(RegionId{2})->prepared == sample_maps()[2].prepared);
   forge([](All& all) { all[0].file.checksum ^= 1U; });
-  check_fails(bundle_at(root)->get(RegionId{0}), ErrorCode::corrupt_data, "checksum");
+  check_fails(pcd_tiles_at(root)->get(RegionId{0}), ErrorCode::corrupt_data, "checksum");
 
   // Fewer regions: a file that none names.
   forge([](All& all) { all.pop_back(); });
-  CHECK(bundle_at(root)->index()->partition.size() == 2);
-  check_fails(bundle_at(root, true)->begin(sample_index()), ErrorCode::already_exists,
+  CHECK(pcd_tiles_at(root)->index()->partition.size() == 2);
+  check_fails(pcd_tiles_at(root, true)->begin(sample_index()), ErrorCode::already_exists,
               "it also holds 'storey.2.pcd'");
 }
 
 TEST_CASE("regions that are missing, cut off or another bundle's are corrupt_data") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle", file = root / "regions.idx";
-  write_bundle(bundle_at(root), sample_index(), sample_maps());
-  write_bundle(bundle_at(folder.path() / "other"), sample_index(), std::vector<RegionMap>(3));
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(folder.path() / "other"), sample_index(), std::vector<RegionMap>(3));
   const std::string good = read_text(file);
   const auto refused = [&](const std::string& because) {
-    const auto store = bundle_at(root);
+    const auto store = pcd_tiles_at(root);
     for (const std::string& part : {because, file.string()}) {
       check_fails(store->directory(), ErrorCode::corrupt_data, part);
       check_fails(store->index(), ErrorCode::corrupt_data, part);
@@ -298,16 +300,16 @@ TEST_CASE("regions that are missing, cut off or another bundle's are corrupt_dat
   refused("these are not the regions that the index names");
   fs::remove(file);
   fs::create_directory(file);
-  check_fails(bundle_at(root)->directory(), ErrorCode::io_failure, file.string());
+  check_fails(pcd_tiles_at(root)->directory(), ErrorCode::io_failure, file.string());
   fs::remove(file);
   write_text(file, good);
-  CHECK(bundle_at(root)->get(RegionId{0}));
+  CHECK(pcd_tiles_at(root)->get(RegionId{0}));
 }
 
 TEST_CASE("an index with random damage never ends in a crash") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(bundle_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   const std::string good = read_text(root / "index.json");
   std::mt19937 random(4);
   int refused = 0;
@@ -317,7 +319,7 @@ TEST_CASE("an index with random damage never ends in a crash") {
       bad[random() % bad.size()] = "\"{}[]:,0a- \xff"[random() % 12];
     }
     write_text(root / "index.json", bad);
-    const auto index = bundle_at(root)->index();
+    const auto index = pcd_tiles_at(root)->index();
     if (index) continue;
     ++refused;
     CHECK(index.error().code == ErrorCode::corrupt_data);

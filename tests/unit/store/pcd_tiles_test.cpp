@@ -23,15 +23,10 @@ namespace fs = std::filesystem;
 using test::read_text, test::write_text;
 using namespace store_samples;  // NOLINT(google-build-using-namespace)
 
-PluginPtr<MapStore> store_at(const fs::path& root, bool overwrite = false) {
-  return test::plugin<MapStore>(
-      "pcd_tiles", "root = '" + root.string() + "'\noverwrite = " + (overwrite ? "true" : "false"));
-}
-
 TEST_CASE("a bundle holds its index and one PCD file a region, and nothing else") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   CHECK(files_in(root) == std::vector<std::string>{"index.json", "regions.idx", "storey.1.pcd",
                                                    "storey.2.pcd", "x+000_y+000.pcd"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
@@ -40,8 +35,8 @@ TEST_CASE("a bundle holds its index and one PCD file a region, and nothing else"
 TEST_CASE("the index comes back exactly") {
   const test::TemporaryFolder folder;
   const MapIndex written = sample_index();
-  write_bundle(store_at(folder.path() / "bundle"), written, sample_maps());
-  const auto read = store_at(folder.path() / "bundle")->index();
+  write_bundle(pcd_tiles_at(folder.path() / "bundle"), written, sample_maps());
+  const auto read = pcd_tiles_at(folder.path() / "bundle")->index();
   REQUIRE_MESSAGE(read, to_string(read.error()));
   CHECK(read->config == written.config);
   CHECK(read->map_points == written.map_points);
@@ -76,8 +71,8 @@ TEST_CASE("random partition edges come back bit for bit") {
   regions.push_back({"all", all, {}});
   MapIndex index;
   index.partition = Partition::from(regions).value();
-  write_bundle(store_at(folder.path() / "bundle"), index, std::vector<RegionMap>(501));
-  const auto read = store_at(folder.path() / "bundle")->index();
+  write_bundle(pcd_tiles_at(folder.path() / "bundle"), index, std::vector<RegionMap>(501));
+  const auto read = pcd_tiles_at(folder.path() / "bundle")->index();
   REQUIRE_MESSAGE(read, to_string(read.error()));
   CHECK(read->partition.regions() == regions);
   CHECK(read->map_bounds.empty());  // of no points: infinite the wrong way round
@@ -92,8 +87,8 @@ TEST_CASE("points come back in their order, to the stated precision, far from th
       const test::TemporaryFolder folder;
       const RegionMap written{
           random_cloud(2000, centre, extent), random_cloud(300, centre, extent), {}};
-      write_bundle(store_at(folder.path() / "b"), index, {written});
-      const auto read = store_at(folder.path() / "b")->get(RegionId{0});
+      write_bundle(pcd_tiles_at(folder.path() / "b"), index, {written});
+      const auto read = pcd_tiles_at(folder.path() / "b")->get(RegionId{0});
       REQUIRE_MESSAGE(read, to_string(read.error()));
       const double rounding = centre.cwiseAbs().maxCoeff() * 0x1p-52;
       const double precision = std::max(extent, 1.0) * 0x1p-24 + rounding;
@@ -107,8 +102,8 @@ TEST_CASE("a region without points, with one, and with equal ones") {
   const test::TemporaryFolder folder;
   const Point p(5e6 + 0.125, -7.5, 0.25);
   const std::vector<RegionMap> maps{{}, {{p}, {p}, {}}, {{p, p, p}, {p, p}, {}}};
-  write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
-  const auto store = store_at(folder.path() / "b");
+  write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), maps);
+  const auto store = pcd_tiles_at(folder.path() / "b");
   for (std::uint32_t r = 0; r < 3; ++r) {
     const auto read = store->get(RegionId{r});
     REQUIRE_MESSAGE(read, to_string(read.error()));
@@ -121,7 +116,7 @@ TEST_CASE("a file is a PCD that any tool reads, with the origin in a comment") {
   const test::TemporaryFolder folder;
   MapIndex index;
   index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
-  write_bundle(store_at(folder.path() / "b"), index,
+  write_bundle(pcd_tiles_at(folder.path() / "b"), index,
                {points_alone({{101.5, 20.0, -3.0}, {103.0, 20.5, -3.0}})});
   const std::string content = read_text(folder.path() / "b" / "map.pcd");
   const std::string header =
@@ -141,7 +136,7 @@ TEST_CASE("viewpoints and prepared bytes lie behind the points, in the same file
   index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
   const PreparedMap prepared{{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}, std::byte{5}},
                              2};
-  write_bundle(store_at(folder.path() / "b"), index, {{{{2, 3, 4}}, {{2.5, 3, -1}}, prepared}});
+  write_bundle(pcd_tiles_at(folder.path() / "b"), index, {{{{2, 3, 4}}, {{2.5, 3, -1}}, prepared}});
   const std::string content = read_text(folder.path() / "b" / "map.pcd");
   const std::size_t data = content.find("DATA binary\n") + 12;
   CHECK(content.find("\nPOINTS 1\n") != std::string::npos);  // as a reader of PCD sees it
@@ -150,7 +145,7 @@ TEST_CASE("viewpoints and prepared bytes lie behind the points, in the same file
   std::memcpy(xyz, content.data() + data, sizeof xyz);
   CHECK(std::vector<float>(xyz, xyz + 6) == std::vector<float>{0, 0, 0, 0.5F, 0, -5});
   CHECK(content.substr(data + 24) == std::string("\1\2\3\4\5\0\0\0", 8));
-  CHECK(store_at(folder.path() / "b")->get(RegionId{0})->prepared == prepared);
+  CHECK(pcd_tiles_at(folder.path() / "b")->get(RegionId{0})->prepared == prepared);
 }
 
 TEST_CASE("views are a field of the PCD") {
@@ -158,7 +153,7 @@ TEST_CASE("views are a field of the PCD") {
   RegionMap with = points_alone({{2, 3, 4}, {4, 3, 4}});
   with.viewpoints = {{2.5, 3, -1}};
   with.views = {7, 70'000};
-  write_bundle(store_at(folder.path() / "b"), sample_index(),
+  write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(),
                {with, {}, points_alone({{1, 2, 3}})});
   const std::string content = read_text(folder.path() / "b" / "x+000_y+000.pcd");
   CHECK(content.find("\nFIELDS x y z views\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n") !=
@@ -168,7 +163,7 @@ TEST_CASE("views are a field of the PCD") {
   std::uint32_t views = 0;
   std::memcpy(&views, content.data() + data + 28, sizeof views);
   CHECK(views == 70'000);
-  const auto store = store_at(folder.path() / "b");
+  const auto store = pcd_tiles_at(folder.path() / "b");
   CHECK(store->get(RegionId{0})->points == with.points);
   CHECK(store->get(RegionId{0})->viewpoints == with.viewpoints);
   CHECK(store->get(RegionId{0})->views == with.views);
@@ -179,7 +174,7 @@ TEST_CASE("views are a field of the PCD") {
 
 TEST_CASE("views that are not one for each point, or 0, are refused") {
   const test::TemporaryFolder folder;
-  const auto store = store_at(folder.path() / "b");
+  const auto store = pcd_tiles_at(folder.path() / "b");
   REQUIRE(store->begin(sample_index()));
   RegionMap map = points_alone({{2, 3, 4}, {4, 3, 4}});
   map.views = {1};
@@ -196,8 +191,8 @@ TEST_CASE("viewpoints and prepared bytes are kept without points") {
   const PointCloud viewpoints = random_cloud(20, {5e5, 2e6, 10}, 60.0);
   const std::vector<RegionMap> maps{
       {{}, viewpoints, some_prepared(7, 1)}, {{}, {}, some_prepared(8, 0)}, {{}, viewpoints, {}}};
-  write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
-  const auto store = store_at(folder.path() / "b");
+  write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), maps);
+  const auto store = pcd_tiles_at(folder.path() / "b");
   for (std::uint32_t r = 0; r < 3; ++r) {
     const auto read = store->get(RegionId{r});
     REQUIRE_MESSAGE(read, to_string(read.error()));
@@ -213,8 +208,8 @@ TEST_CASE("viewpoints and prepared bytes are kept without points") {
 
 TEST_CASE("equal input gives equal bytes") {
   const test::TemporaryFolder folder;
-  write_bundle(store_at(folder.path() / "a"), sample_index(), sample_maps());
-  write_bundle(store_at(folder.path() / "b"), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(folder.path() / "a"), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), sample_maps());
   for (const std::string& name : files_in(folder.path() / "a")) {
     CHECK(read_text(folder.path() / "a" / name) == read_text(folder.path() / "b" / name));
   }
@@ -224,19 +219,19 @@ TEST_CASE("missing folders above the bundle are created, and removed again witho
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "out" / "deep" / "bundle";
   {
-    const auto store = store_at(root);
+    const auto store = pcd_tiles_at(root);
     REQUIRE(store->begin(sample_index()));
   }
   CHECK(files_in(folder.path()).empty());
-  write_bundle(store_at(root.string() + "/"), sample_index(), sample_maps());
-  CHECK(store_at(root)->index());
+  write_bundle(pcd_tiles_at(root.string() + "/"), sample_index(), sample_maps());
+  CHECK(pcd_tiles_at(root)->index());
 }
 
 TEST_CASE("before the commit there is no bundle, and without one nothing is left") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   {
-    const auto store = store_at(root);
+    const auto store = pcd_tiles_at(root);
     REQUIRE(store->begin(sample_index()));
     REQUIRE(store->put(RegionId{0}, sample_maps()[0]));
     CHECK(!fs::exists(root));
@@ -249,7 +244,7 @@ TEST_CASE("before the commit there is no bundle, and without one nothing is left
 
 TEST_CASE("begin, put and commit in the wrong order are errors") {
   const test::TemporaryFolder folder;
-  const auto store = store_at(folder.path() / "bundle");
+  const auto store = pcd_tiles_at(folder.path() / "bundle");
   check_fails(store->put(RegionId{0}, {}), ErrorCode::invalid_input, "without begin");
   check_fails(store->commit(), ErrorCode::invalid_input, "without begin");
   check_fails(store->begin({}), ErrorCode::invalid_input, "needs a region");
@@ -268,7 +263,7 @@ TEST_CASE("begin, put and commit in the wrong order are errors") {
 
 TEST_CASE("points that float32 cannot hold are refused and leave the region to be put") {
   const test::TemporaryFolder folder;
-  const auto store = store_at(folder.path() / "bundle");
+  const auto store = pcd_tiles_at(folder.path() / "bundle");
   REQUIRE(store->begin(sample_index()));
   const auto refused = [&](const PointCloud& points, const PointCloud& viewpoints,
                            const std::string& because) {
@@ -292,16 +287,16 @@ TEST_CASE("a configuration that is not UTF-8 is refused before anything is writt
   const test::TemporaryFolder folder;
   MapIndex index = sample_index();
   index.config = "name = '\xff\xfe'";
-  check_fails(store_at(folder.path() / "b")->begin(index), ErrorCode::invalid_input, "UTF-8");
+  check_fails(pcd_tiles_at(folder.path() / "b")->begin(index), ErrorCode::invalid_input, "UTF-8");
   CHECK(files_in(folder.path()).empty());
 }
 
 TEST_CASE("a bundle that is there is not touched without overwrite") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   const std::string before = read_text(root / "index.json");
-  check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, root.string());
+  check_fails(pcd_tiles_at(root)->begin(sample_index()), ErrorCode::already_exists, root.string());
   CHECK(read_text(root / "index.json") == before);
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
@@ -320,14 +315,14 @@ void check_replaced(const PluginPtr<MapStore>& reader) {
 TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   MapIndex other;
   other.partition = Partition::from({{"new", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
 
-  const auto reader = store_at(root);
+  const auto reader = pcd_tiles_at(root);
   REQUIRE(reader->get(RegionId{2}));
   {
-    const auto abandoned = store_at(root, true);
+    const auto abandoned = pcd_tiles_at(root, true);
     REQUIRE(abandoned->begin(other));
     REQUIRE(abandoned->put(RegionId{0}, points_alone({{1, 2, 3}})));
     CHECK(reader->get(RegionId{2}));
@@ -336,17 +331,17 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   CHECK(reader->get(RegionId{2}));
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 
-  write_bundle(store_at(root, true), other, {points_alone({{1, 2, 3}})});
+  write_bundle(pcd_tiles_at(root, true), other, {points_alone({{1, 2, 3}})});
   CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd", "regions.idx"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
-  const auto again = store_at(root);
+  const auto again = pcd_tiles_at(root);
   CHECK(again->index()->partition.size() == 1);
   CHECK(again->get(RegionId{0})->points == PointCloud{{1, 2, 3}});
   check_fails(again->get(RegionId{2}), ErrorCode::not_found, "no region 2");
   check_replaced(reader);
 
   // Who replaces a bundle itself knows that it did.
-  const auto owner = store_at(root, true);
+  const auto owner = pcd_tiles_at(root, true);
   CHECK(owner->index()->partition.size() == 1);
   write_bundle(owner, sample_index(), sample_maps());
   CHECK(owner->index()->partition.size() == 3);
@@ -476,7 +471,7 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
     const test::TemporaryFolder folder;
     const fs::path root = folder.path() / "thing";
     const auto refused = [&](const std::string& because) {
-      check_fails(store_at(root, overwrite)->begin(sample_index()), ErrorCode::already_exists,
+      check_fails(pcd_tiles_at(root, overwrite)->begin(sample_index()), ErrorCode::already_exists,
                   because);
       CHECK(!fs::exists(root.string() + ".partial"));
     };
@@ -508,7 +503,7 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
       CHECK(fs::is_symlink(root));
     }
     SUBCASE("a bundle that an older version has built") {
-      write_bundle(store_at(root), sample_index(), sample_maps());
+      write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
       const std::string index =
           replaced(read_text(root / "index.json"), "\"version\": 5", "\"version\": 4");
       write_text(root / "index.json", index);
@@ -516,11 +511,11 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
       CHECK(read_text(root / "index.json") == index);
     }
     SUBCASE("a bundle with a file of the user in it") {
-      write_bundle(store_at(root), sample_index(), sample_maps());
+      write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
       write_text(root / "notes.txt", "mine");
       refused("notes.txt");
       CHECK(read_text(root / "notes.txt") == "mine");
-      CHECK(store_at(root)->get(RegionId{0}));
+      CHECK(pcd_tiles_at(root)->get(RegionId{0}));
     }
   }
 }
@@ -528,16 +523,16 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
 TEST_CASE("a bundle that gets a foreign file while its successor is written is kept") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   {
-    const auto store = store_at(root, true);
+    const auto store = pcd_tiles_at(root, true);
     REQUIRE(store->begin(sample_index()));
     for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(store->put(RegionId{r}, {}));
     write_text(root / "notes.txt", "mine");
     check_fails(store->commit(), ErrorCode::already_exists, "notes.txt");
   }
   CHECK(read_text(root / "notes.txt") == "mine");
-  CHECK(store_at(root)->get(RegionId{0})->points.size() == 1000);
+  CHECK(pcd_tiles_at(root)->get(RegionId{0})->points.size() == 1000);
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
 
@@ -545,7 +540,7 @@ TEST_CASE("something that takes the bundle's name while it is written is kept") 
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   {
-    const auto store = store_at(root, true);
+    const auto store = pcd_tiles_at(root, true);
     REQUIRE(store->begin(sample_index()));
     for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(store->put(RegionId{r}, {}));
     fs::create_directory(root);
@@ -556,11 +551,12 @@ TEST_CASE("something that takes the bundle's name while it is written is kept") 
 
 TEST_CASE("a bundle behind a symbolic link is replaced where it is") {
   const test::TemporaryFolder folder;
-  write_bundle(store_at(folder.path() / "real"), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(folder.path() / "real"), sample_index(), sample_maps());
   fs::create_directory_symlink("real", folder.path() / "link");
-  write_bundle(store_at(folder.path() / "link", true), sample_index(), std::vector<RegionMap>(3));
+  write_bundle(pcd_tiles_at(folder.path() / "link", true), sample_index(),
+               std::vector<RegionMap>(3));
   CHECK(fs::is_symlink(folder.path() / "link"));
-  CHECK(store_at(folder.path() / "real")->get(RegionId{0})->points.empty());
+  CHECK(pcd_tiles_at(folder.path() / "real")->get(RegionId{0})->points.empty());
   CHECK(files_in(folder.path()) == std::vector<std::string>{"link", "real"});
 }
 
@@ -570,7 +566,7 @@ TEST_CASE("what a killed run has left is cleared by the next one") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {  // ends without destructors, as a killed program does
-    const auto store = store_at(root);
+    const auto store = pcd_tiles_at(root);
     const bool begun = store->begin(sample_index()) && store->put(RegionId{0}, sample_maps()[0]);
     _exit(begun ? 0 : 1);
   }
@@ -582,7 +578,7 @@ TEST_CASE("what a killed run has left is cleared by the next one") {
 
   MapIndex other;
   other.partition = Partition::from({{"new", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
-  write_bundle(store_at(root), other, {RegionMap{}});
+  write_bundle(pcd_tiles_at(root), other, {RegionMap{}});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
   CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd", "regions.idx"});
 }
@@ -593,29 +589,31 @@ TEST_CASE("the folder of a bundle under construction is only cleared if it is on
   SUBCASE("a folder of the user") {
     fs::create_directory(partial);
     write_text(partial / "half.txt", "mine");
-    check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, partial.string());
+    check_fails(pcd_tiles_at(root)->begin(sample_index()), ErrorCode::already_exists,
+                partial.string());
     CHECK(read_text(partial / "half.txt") == "mine");
   }
   SUBCASE("a file") {
     write_text(partial, "mine");
-    check_fails(store_at(root)->begin(sample_index()), ErrorCode::already_exists, "not a folder");
+    check_fails(pcd_tiles_at(root)->begin(sample_index()), ErrorCode::already_exists,
+                "not a folder");
     CHECK(read_text(partial) == "mine");
   }
   SUBCASE("an empty folder, left by a run killed at its start") {
     fs::create_directory(partial);
-    write_bundle(store_at(root), sample_index(), sample_maps());
+    write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
     CHECK(!fs::exists(partial));
   }
   SUBCASE("a whole bundle, left by a run killed at its end") {
-    write_bundle(store_at(partial), sample_index(), sample_maps());
-    write_bundle(store_at(root), sample_index(), sample_maps());
+    write_bundle(pcd_tiles_at(partial), sample_index(), sample_maps());
+    write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
     CHECK(!fs::exists(partial));
   }
 }
 
 TEST_CASE("two writers of one bundle do not get in each other's way") {
   const test::TemporaryFolder folder;
-  const auto first = store_at(folder.path() / "b"), second = store_at(folder.path() / "b");
+  const auto first = pcd_tiles_at(folder.path() / "b"), second = pcd_tiles_at(folder.path() / "b");
   REQUIRE(first->begin(sample_index()));
   check_fails(second->begin(sample_index()), ErrorCode::already_exists, "right now");
   for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(first->put(RegionId{r}, sample_maps()[r]));
@@ -625,22 +623,22 @@ TEST_CASE("two writers of one bundle do not get in each other's way") {
 
 TEST_CASE("no bundle and no region are not_found") {
   const test::TemporaryFolder folder;
-  check_fails(store_at(folder.path() / "none")->index(), ErrorCode::not_found, "none");
-  check_fails(store_at(folder.path() / "none")->get(RegionId{0}), ErrorCode::not_found, "none");
+  check_fails(pcd_tiles_at(folder.path() / "none")->index(), ErrorCode::not_found, "none");
+  check_fails(pcd_tiles_at(folder.path() / "none")->get(RegionId{0}), ErrorCode::not_found, "none");
   fs::create_directory(folder.path() / "empty");
-  check_fails(store_at(folder.path() / "empty")->index(), ErrorCode::not_found, "index.json");
-  write_bundle(store_at(folder.path() / "b"), sample_index(), sample_maps());
-  check_fails(store_at(folder.path() / "b")->get(RegionId{3}), ErrorCode::not_found, "0 to 2");
-  check_fails(store_at(folder.path() / "b")->get(RegionId{4'294'967'295U}), ErrorCode::not_found,
-              "no region");
+  check_fails(pcd_tiles_at(folder.path() / "empty")->index(), ErrorCode::not_found, "index.json");
+  write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), sample_maps());
+  check_fails(pcd_tiles_at(folder.path() / "b")->get(RegionId{3}), ErrorCode::not_found, "0 to 2");
+  check_fails(pcd_tiles_at(folder.path() / "b")->get(RegionId{4'294'967'295U}),
+              ErrorCode::not_found, "no region");
 }
 
 TEST_CASE("a damaged region file is corrupt_data that names the file") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle", file = root / "x+000_y+000.pcd";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   const std::string good = read_text(file);
-  const auto store = store_at(root);
+  const auto store = pcd_tiles_at(root);
   const auto corrupt = [&](const std::string& because) {
     check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
     check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, file.string());
@@ -701,10 +699,10 @@ TEST_CASE("a damaged region file is corrupt_data that names the file") {
 TEST_CASE("a region loads without touching the files of the others") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   fs::remove(root / "storey.1.pcd");
   write_text(root / "storey.2.pcd", "damaged");
-  const auto store = store_at(root);
+  const auto store = pcd_tiles_at(root);
   const auto index = store->index();
   REQUIRE_MESSAGE(index, to_string(index.error()));
   CHECK(index->partition.size() == 3);
@@ -731,8 +729,8 @@ TEST_CASE("a region of many blocks comes back whole, and thousands of regions do
   maps[1998].viewpoints = random_cloud(40'000, {0, 0, 0}, 20.0);
   maps[1999] = {random_cloud(3, {1, 2, 3}, 1.0), random_cloud(9, {1, 2, 3}, 1.0),
                 some_prepared(1'000'001, 5)};
-  write_bundle(store_at(folder.path() / "bundle"), index, maps);
-  const auto store = store_at(folder.path() / "bundle");
+  write_bundle(pcd_tiles_at(folder.path() / "bundle"), index, maps);
+  const auto store = pcd_tiles_at(folder.path() / "bundle");
   REQUIRE(store->index());
   CHECK(store->index()->partition.regions() == index.partition.regions());
   for (const std::uint32_t r : {0U, 100U, 101U, 102U, 103U, 104U, 105U, 106U, 1998U, 1999U}) {
@@ -747,17 +745,17 @@ TEST_CASE("a region of many blocks comes back whole, and thousands of regions do
 TEST_CASE("a folder in the place of a file is an error") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
-  write_bundle(store_at(root), sample_index(), sample_maps());
+  write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   fs::remove(root / "storey.2.pcd");
   fs::create_directory(root / "storey.2.pcd");
-  check_fails(store_at(root)->get(RegionId{2}), ErrorCode::io_failure, "regular file");
+  check_fails(pcd_tiles_at(root)->get(RegionId{2}), ErrorCode::io_failure, "regular file");
 }
 
 TEST_CASE("a put that fails leaves no bundle") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   {
-    const auto store = store_at(root);
+    const auto store = pcd_tiles_at(root);
     REQUIRE(store->begin(sample_index()));
     fs::create_directory(root.string() + ".partial/storey.1.pcd");  // nothing can be written there
     check_fails(store->put(RegionId{1}, sample_maps()[2]), ErrorCode::io_failure, "storey.1.pcd");
@@ -771,9 +769,9 @@ TEST_CASE("a put that fails leaves no bundle") {
 TEST_CASE("threads read one bundle at once") {
   const test::TemporaryFolder folder;
   const auto maps = sample_maps();
-  write_bundle(store_at(folder.path() / "b"), sample_index(), maps);
-  const auto store = store_at(folder.path() / "b");
-  const PointCloud expected = store_at(folder.path() / "b")->get(RegionId{0})->points;
+  write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), maps);
+  const auto store = pcd_tiles_at(folder.path() / "b");
+  const PointCloud expected = pcd_tiles_at(folder.path() / "b")->get(RegionId{0})->points;
   std::vector<int> equal(4);
   std::vector<std::thread> threads;
   for (int& count : equal) {

@@ -64,6 +64,11 @@ inline std::vector<RegionMap> sample_maps() {
            some_prepared(1234, 4'000'000'000U)}};
 }
 
+inline PluginPtr<MapStore> pcd_tiles_at(const fs::path& root, bool overwrite = false) {
+  return test::plugin<MapStore>(
+      "pcd_tiles", "root = '" + root.string() + "'\noverwrite = " + (overwrite ? "true" : "false"));
+}
+
 inline void write_bundle(const PluginPtr<MapStore>& store, const MapIndex& index,
                          const std::vector<RegionMap>& maps) {
   auto done = store->begin(index);
