@@ -129,7 +129,7 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
     }
     VANTAGE_TRY(one.map, maps.borrow(choice.region));
     one.region = choice.region;
-    Sweep own = h == 0 ? std::move(sweep) : predicted;
+    Sweep own = h == 0 ? std::move(sweep) : Sweep(predicted);
     const Stopwatch stopwatch;
     VANTAGE_TRY(SweepMatch match, match_sweep(*one.map->target, *one.motion, inputs, params, own));
     one.shown = match.motion;
