@@ -36,8 +36,8 @@ PointCloud made_ground() {
   constexpr int kPoints = 20;     // a side
   constexpr double kStep = 0.05;  // [m]
   PointCloud ground;
-  for (int i = 0; i < kPoints * kPoints; ++i) {
-    ground.emplace_back(kStep * (i % kPoints), kStep * (i / kPoints), 0.0);
+  for (int row = 0; row < kPoints; ++row) {
+    for (int i = 0; i < kPoints; ++i) ground.emplace_back(kStep * i, kStep * row, 0.0);
   }
   return ground;
 }

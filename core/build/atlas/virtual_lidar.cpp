@@ -99,7 +99,8 @@ PointCloud VirtualLidar::hits(const Point& sensor) const {
     for (int around = from; around <= end; ++around) {
       const int column = (around + kColumns) % kColumns;
       for (int ring = first; ring <= last; ++ring) {
-        Hit& hit = rays[static_cast<std::size_t>(ring * kColumns + column)];
+        Hit& hit =
+            rays[static_cast<std::size_t>(ring) * kColumns + static_cast<std::size_t>(column)];
         if (range < hit.range) hit = {range, k};
       }
     }

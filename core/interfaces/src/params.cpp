@@ -109,7 +109,7 @@ Error at_keys(Error error, const Table& table) {
 
 std::string type_text(ValueKind kind, bool array, std::optional<std::size_t> length) {
   constexpr std::array kNames{"boolean", "integer", "number", "string", "path", "choice", "table"};
-  const std::string name = kNames.at(static_cast<std::size_t>(kind));
+  std::string name = kNames.at(static_cast<std::size_t>(kind));
   if (!array) return name;
   return "array of " + (length ? std::to_string(*length) + " " : "") + name + "s";
 }
@@ -132,7 +132,7 @@ Result<void> only_known_keys(const Table& table, const std::vector<std::string>&
 }
 
 std::filesystem::path resolve_path(const std::string& text, const SourceLocation& where) {
-  const std::filesystem::path path(text);
+  std::filesystem::path path(text);
   if (path.is_absolute() || path.empty()) return path;
   if (where.file.empty()) return path;
   if (where.line == 0) return std::filesystem::absolute(path).lexically_normal();  // --set

@@ -75,17 +75,17 @@ namespace detail {
                                                              const SourceLocation&);
 
 template <class T>
-struct is_optional : std::false_type {};
+struct IsOptional : std::false_type {};
 template <class T>
-struct is_optional<std::optional<T>> : std::true_type {};
+struct IsOptional<std::optional<T>> : std::true_type {};
 template <class T>
-struct is_vector : std::false_type {};
+struct IsVector : std::false_type {};
 template <class T>
-struct is_vector<std::vector<T>> : std::true_type {};
+struct IsVector<std::vector<T>> : std::true_type {};
 template <class T>
-struct is_eigen_vector : std::false_type {};
+struct IsEigenVector : std::false_type {};
 template <int N>
-struct is_eigen_vector<Eigen::Matrix<double, N, 1>> : std::true_type {};
+struct IsEigenVector<Eigen::Matrix<double, N, 1>> : std::true_type {};
 
 struct Context {
   std::string_view key, unit;
@@ -119,7 +119,7 @@ struct element_type {
 };
 template <class T>
 struct element_type<std::vector<T>> {
-  static_assert(!is_vector<T>::value && !is_eigen_vector<T>::value);
+  static_assert(!IsVector<T>::value && !IsEigenVector<T>::value);
   using type = T;
 };
 template <int N>
@@ -128,11 +128,11 @@ struct element_type<Eigen::Matrix<double, N, 1>> {
 };
 
 template <class T>
-inline constexpr bool is_array = is_vector<T>::value || is_eigen_vector<T>::value;
+inline constexpr bool is_array = IsVector<T>::value || IsEigenVector<T>::value;
 
 template <class T>
 [[nodiscard]] constexpr std::optional<std::size_t> length_of() {
-  if constexpr (is_eigen_vector<T>::value) {
+  if constexpr (IsEigenVector<T>::value) {
     return static_cast<std::size_t>(T::RowsAtCompileTime);
   } else {
     return std::nullopt;
@@ -189,10 +189,10 @@ template <class T>
 
 template <class T>
 [[nodiscard]] Result<T> read_value(const Value& value, const Context& context) {
-  if constexpr (is_optional<T>::value) {
+  if constexpr (IsOptional<T>::value) {
     VANTAGE_TRY(auto inner, read_value<typename T::value_type>(value, context));
     return T{std::move(inner)};
-  } else if constexpr (is_vector<T>::value) {
+  } else if constexpr (IsVector<T>::value) {
     const auto* array = std::get_if<Array>(&value.data);
     if (array == nullptr) return wrong_type(value, context.key, "an " + type_of<T>());
     T out;
@@ -203,7 +203,7 @@ template <class T>
       out.push_back(std::move(x));
     }
     return out;
-  } else if constexpr (is_eigen_vector<T>::value) {
+  } else if constexpr (IsEigenVector<T>::value) {
     const auto* array = std::get_if<Array>(&value.data);
     if (array == nullptr) return wrong_type(value, context.key, "an " + type_of<T>());
     if (array->size() != *length_of<T>()) {
@@ -272,15 +272,16 @@ template <class T>
 /// A member as a value; none for an empty optional.
 template <class T>
 [[nodiscard]] std::optional<Value> write_value(const T& x) {
-  if constexpr (is_optional<T>::value) {
+  if constexpr (IsOptional<T>::value) {
     return x ? write_value(*x) : std::nullopt;
-  } else if constexpr (is_vector<T>::value || is_eigen_vector<T>::value) {
+  } else if constexpr (IsVector<T>::value || IsEigenVector<T>::value) {
     Array array;
     for (const auto& element : x) {
       if (auto value = write_value(element)) array.push_back(*std::move(value));
     }
     return Value{std::move(array), {}};
-  } else if constexpr (std::same_as<T, bool>) {
+  } else if constexpr (std::same_as<T, bool> || std::same_as<T, std::string> ||
+                       std::same_as<T, Table>) {
     return Value{x, {}};
   } else if constexpr (std::is_enum_v<T>) {
     for (const auto& [name, choice] : enum_names(T{})) {
@@ -291,12 +292,8 @@ template <class T>
     return Value{static_cast<std::int64_t>(x), {}};
   } else if constexpr (std::floating_point<T>) {
     return Value{static_cast<double>(x), {}};
-  } else if constexpr (std::same_as<T, std::string>) {
-    return Value{x, {}};
   } else if constexpr (std::same_as<T, std::filesystem::path>) {
     return Value{x.string(), {}};
-  } else if constexpr (std::same_as<T, Table>) {
-    return Value{x, {}};
   } else {
     return Value{to_table(x), {}};
   }
