@@ -125,7 +125,7 @@ std::string meta_data(const CellGrid& grid, const Point& origin, const Bounds3& 
 
 /// The meta data of a bundle that is a folder of the authors' program; empty for any other bundle.
 Result<std::string> kept_meta_data(const Bundle& bundle) {
-  const auto kept = bundle.store()->attachment(kMetaDataAttachment);
+  const auto kept = bundle.reader().attachment(kMetaDataAttachment);
   if (kept) return std::string(reinterpret_cast<const char*>(kept->data()), kept->size());
   if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
   return std::string();

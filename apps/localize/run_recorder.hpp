@@ -40,7 +40,7 @@ class RunRecorder {
   [[nodiscard]] static Result<RunRecorder> create(const std::filesystem::path& path, Bundle bundle,
                                                   const std::string& config);
 
-  /// Errors: those of McapWriter::write and MapStore::get.
+  /// Errors: those of McapWriter::write and MapReader::get.
   [[nodiscard]] Result<void> add(const io::StampedScan& scan, const RunScan& result);
   /// Puts the files in place; call once, at the end. Errors: those of McapWriter::commit and
   /// OutputFile.

@@ -176,7 +176,7 @@ Result<Contributions> contributions_to(const RunInputs& inputs, const Bundle& bu
     }
     if (here != region) {
       map.reset();
-      VANTAGE_TRY(map, make_ready(bundle.store(), plugin, *region));
+      VANTAGE_TRY(map, make_ready(bundle.reader(), plugin, *region));
       here = region;
     }
     const auto counts = add(*scan, *map->target, sums[*region]);

@@ -52,6 +52,9 @@ Result<ShardedBuild> BundleBuild::sharded(const MapParts& map, PointsView trajec
   return ShardedBuild::open(map, trajectory, plugins_, params_, std::move(options));
 }
 
-Result<MapIndex> BundleBuild::index() const { return plugins_.store->index(); }
+Result<MapIndex> BundleBuild::index() const {
+  VANTAGE_TRY(const auto bundle, plugins_.store->open());
+  return bundle->index();
+}
 
 }  // namespace vantage

@@ -25,27 +25,27 @@ BuildReport report_of(const BuildPlan& plan) {
 }
 
 /// Keeps an attachment, if the store can.
-Result<void> keep_attachment(MapStore& store, std::string_view name,
+Result<void> keep_attachment(MapWriter& bundle, std::string_view name,
                              const std::vector<std::byte>& bytes) {
-  auto attached = store.attach(name, bytes);
+  auto attached = bundle.attach(name, bytes);
   if (!attached && attached.error().code == ErrorCode::unsupported) return {};
   return attached;
 }
 
 }  // namespace
 
-Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, BuildPlugins& plugins,
+Result<BundleWriter> BundleWriter::begin(const BuildPlan& plan, const BuildPlugins& plugins,
                                          const BuildParams& params) {
-  BundleWriter writer(plan, plugins, params);
+  VANTAGE_TRY(auto begun, plugins.store->begin(MapIndex{.partition = plan.partition,
+                                                        .regions = {},
+                                                        .map_bounds = plan.limits.map_bounds,
+                                                        .map_points = plan.map_points,
+                                                        .config = params.effective_config}));
+  BundleWriter writer(plan, params, in_library_of(plugins.store, std::move(begun)));
   writer.report_ = report_of(plan);
   if (plugins.selector) writer.predicted_.emplace().regions.resize(plan.partition.size());
-  VANTAGE_CHECK(plugins.store->begin(MapIndex{.partition = plan.partition,
-                                              .regions = {},
-                                              .map_bounds = plan.limits.map_bounds,
-                                              .map_points = plan.map_points,
-                                              .config = params.effective_config}));
   if (!plan.place_index.empty()) {
-    VANTAGE_CHECK(keep_attachment(*plugins.store, Bundle::kPlaceIndex, plan.place_index));
+    VANTAGE_CHECK(keep_attachment(*writer.bundle_, Bundle::kPlaceIndex, plan.place_index));
   }
   return writer;
 }
@@ -62,18 +62,17 @@ Result<void> BundleWriter::take(std::uint32_t region, PointsView map, BuiltRegio
       .points = built.points, .viewpoints = viewpoints.size(), .elements = built.prepared.elements};
   if (predicted_) predicted_->regions[region] = std::move(built.errors);
   const RegionMap region_map = region_map_of(map, std::move(built), viewpoints);
-  return plugins_->store->put(RegionId{region}, region_map);
+  return bundle_->put(RegionId{region}, region_map);
 }
 
 Result<BuildReport> BundleWriter::commit() && {
   if (predicted_) {
-    VANTAGE_CHECK(
-        keep_attachment(*plugins_->store, PredictedErrors::kAttachment, predicted_->encode()));
+    VANTAGE_CHECK(keep_attachment(*bundle_, PredictedErrors::kAttachment, predicted_->encode()));
   }
   for (const auto& [name, bytes] : params_->attachments) {
-    VANTAGE_CHECK(keep_attachment(*plugins_->store, name, bytes));
+    VANTAGE_CHECK(keep_attachment(*bundle_, name, bytes));
   }
-  VANTAGE_CHECK(plugins_->store->commit());
+  VANTAGE_CHECK(std::move(*bundle_).commit());
   report_.seconds_visibility = stopwatch_.seconds();
   report_.core_seconds_visibility = cpu_.seconds();
   return std::move(report_);

@@ -17,7 +17,7 @@ class BundleWriter {
  public:
   /// Begins the bundle, and keeps the index of places. All arguments are borrowed.
   /// Errors: those of the store.
-  [[nodiscard]] static Result<BundleWriter> begin(const BuildPlan& plan, BuildPlugins& plugins,
+  [[nodiscard]] static Result<BundleWriter> begin(const BuildPlan& plan, const BuildPlugins& plugins,
                                                   const BuildParams& params);
 
   /// Stores a region, and counts what it cost.
@@ -28,12 +28,12 @@ class BundleWriter {
   [[nodiscard]] Result<BuildReport> commit() &&;
 
  private:
-  BundleWriter(const BuildPlan& plan, BuildPlugins& plugins, const BuildParams& params)
-      : plan_(&plan), plugins_(&plugins), params_(&params) {}
+  BundleWriter(const BuildPlan& plan, const BuildParams& params, PluginPtr<MapWriter> bundle)
+      : plan_(&plan), params_(&params), bundle_(std::move(bundle)) {}
 
   const BuildPlan* plan_;
-  BuildPlugins* plugins_;
   const BuildParams* params_;
+  PluginPtr<MapWriter> bundle_;
   BuildReport report_;
   std::optional<PredictedErrors> predicted_;  // none: no selector chooses elements
   Stopwatch stopwatch_;

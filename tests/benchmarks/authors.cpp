@@ -74,22 +74,28 @@ struct Maps {
 };
 
 /// Keeps the points of the region maps in memory.
-class Keeper final : public MapStore {
+class Keeper final : public MapWriter {
  public:
   explicit Keeper(std::shared_ptr<Maps> maps) : maps_(std::move(maps)) {}
-  [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
-    maps_->partition = index.partition;
-    return {};
-  }
   [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
     maps_->points[region.value] = map.points;
     return {};
   }
-  [[nodiscard]] Result<void> commit() noexcept override { return {}; }
-  [[nodiscard]] Result<MapIndex> index() const noexcept override {
-    return fail(ErrorCode::unsupported, "is not read");
+  [[nodiscard]] Result<void> commit() && noexcept override { return {}; }
+
+ private:
+  std::shared_ptr<Maps> maps_;
+};
+
+class MemoryStore final : public MapStore {
+ public:
+  explicit MemoryStore(std::shared_ptr<Maps> maps) : maps_(std::move(maps)) {}
+  [[nodiscard]] Result<std::unique_ptr<MapWriter>> begin(
+      const MapIndex& index) const noexcept override {
+    maps_->partition = index.partition;
+    return std::make_unique<Keeper>(maps_);
   }
-  [[nodiscard]] Result<RegionMap> get(RegionId /*region*/) const noexcept override {
+  [[nodiscard]] Result<std::unique_ptr<const MapReader>> open() const noexcept override {
     return fail(ErrorCode::unsupported, "is not read");
   }
 
@@ -119,7 +125,7 @@ Result<Built> build(const PointCloud& map, Ground ground, const Options& options
       fmt::format("cell_width = {}\norigin = {}", options.cell_width, ground.origin));
   plugins.ground = std::move(ground.filter);
   plugins.visibility = test::plugin<VisibilityOperator>("hpr", "alpha = 100.0");
-  plugins.store = PluginPtr<MapStore>(new Keeper(maps), {});
+  plugins.store = PluginPtr<MapStore>(new MemoryStore(maps), {});
   BuildParams params;
   params.viewpoints.voxel_size = options.voxel_size;
   params.outliers = ground.outliers;
@@ -139,13 +145,13 @@ double iou(std::size_t a, std::size_t b, std::size_t both) {
   return static_cast<double>(both) / static_cast<double>(a + b - both);
 }
 
-Result<Agreement> compare(const MapStore& store, const MapIndex& theirs, const Maps& ours) {
+Result<Agreement> compare(const MapReader& bundle, const MapIndex& theirs, const Maps& ours) {
   Agreement all;
   std::set<std::uint32_t> met;
   for (std::uint32_t r = 0; r < theirs.partition.size(); ++r) {
     const Bounds2 box = bounds_of(theirs.partition[RegionId{r}].footprint);
     const auto here = ours.partition.locate(Eigen::Vector2d(0.5 * (box.min + box.max)));
-    VANTAGE_TRY(const RegionMap map, store.get(RegionId{r}));
+    VANTAGE_TRY(const RegionMap map, bundle.get(RegionId{r}));
     const std::vector<Triple> a = sorted(map.points);
     std::vector<Triple> b, common;
     if (here) {
@@ -175,7 +181,8 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const auto read, io::read_point_clouds(std::vector{options.map}));
   const PointCloud& map = read.points;
   const auto store = test::plugin<MapStore>("grid_pcd", "root = '" + options.folder.string() + "'");
-  VANTAGE_TRY(const MapIndex theirs, store->index());
+  VANTAGE_TRY(const auto bundle, store->open());
+  VANTAGE_TRY(const MapIndex theirs, bundle->index());
   std::vector<Ground> grounds;
   const fs::path file =
       options.ground.empty() ? options.folder / "debug/ground_global.pcd" : options.ground;
@@ -197,7 +204,7 @@ Result<void> run(const Options& options) {
   for (Ground& ground : grounds) {
     const std::string name = ground.name;
     VANTAGE_TRY(const Built built, build(map, std::move(ground), options));
-    VANTAGE_TRY(const Agreement all, compare(*store, theirs, built.maps));
+    VANTAGE_TRY(const Agreement all, compare(*bundle, theirs, built.maps));
     print_row({name, std::to_string(built.ground_points), std::to_string(all.regions),
                std::to_string(all.only_ours), std::to_string(all.theirs), std::to_string(all.ours),
                std::to_string(all.both), fmt::format("{:.5f}", iou(all.theirs, all.ours, all.both)),

@@ -154,7 +154,7 @@ Result<ReadyMap> regions(const char* file, std::vector<std::string> overrides,
                           overrides));
   VANTAGE_CHECK(build_bundle(config, map));
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, test::built_plugins(), "the benchmark"));
-  return ReadyMap::of_bundle(bundle.store(), matcher);
+  return ReadyMap::of_bundle(bundle.reader(), matcher);
 }
 
 Result<std::vector<NamedMap>> maps(const PointCloud& map, const Options& options) {

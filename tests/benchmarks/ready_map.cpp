@@ -38,14 +38,14 @@ ReadyMap ReadyMap::everywhere(PluginPtr<MatchTarget> target) {
   return map;
 }
 
-Result<ReadyMap> ReadyMap::of_bundle(const PluginPtr<MapStore>& store,
+Result<ReadyMap> ReadyMap::of_bundle(const MapReader& bundle,
                                      const PluginPtr<ScanMatcher>& matcher) {
   ReadyMap map;
-  VANTAGE_TRY(map.index_, store->index());
+  VANTAGE_TRY(map.index_, bundle.index());
   for (std::uint32_t r = 0; r < map.index_.partition.size(); ++r) {
     map.regions_.emplace_back();
     if (map.index_.regions[r].empty()) continue;
-    auto ready = make_ready(store, matcher, RegionId{r});
+    auto ready = make_ready(bundle, matcher, RegionId{r});
     if (ready) {
       map.regions_.back() = *std::move(ready);
     } else if (ready.error().code != ErrorCode::too_few_matches) {

@@ -30,7 +30,7 @@ class ReadyMap {
   [[nodiscard]] static ReadyMap everywhere(PluginPtr<MatchTarget> target);
   /// The regions of a bundle, all of them; those whose map is empty match nothing.
   /// Errors: those of the store and the matcher.
-  [[nodiscard]] static Result<ReadyMap> of_bundle(const PluginPtr<MapStore>& store,
+  [[nodiscard]] static Result<ReadyMap> of_bundle(const MapReader& bundle,
                                                   const PluginPtr<ScanMatcher>& matcher);
 
   /// The region that a localizer at `place` [m] matches against (Eq. 11): the one that owns it,

@@ -102,12 +102,12 @@ Result<void> make(const Options& options, const fs::path& root) {
   index.config = "# made up";
   VANTAGE_TRY(index.partition, Partition::from(std::move(regions)));
   index.regions.resize(index.partition.size());
-  VANTAGE_CHECK(store->begin(index));
+  VANTAGE_TRY(const auto writer, store->begin(index));
   for (std::uint32_t r = 0; r < index.partition.size(); ++r) {
     const RegionMap map{around(r % options.side, r / options.side, options.side), {}, {}};
-    VANTAGE_CHECK(store->put(RegionId{r}, map));
+    VANTAGE_CHECK(writer->put(RegionId{r}, map));
   }
-  return store->commit();
+  return std::move(*writer).commit();
 }
 
 /// The same, in a process of its own: what it needs of memory does not count here.

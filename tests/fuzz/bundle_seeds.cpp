@@ -11,6 +11,7 @@
 #include "common/packed_index.hpp"
 #include "common/partial_folder.hpp"
 #include "pcd_tiles/format.hpp"
+#include "support/bundles.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "vantage/io/point_cloud_io.hpp"
@@ -31,9 +32,6 @@ template <class T>
 T value_of(Result<T> result) {
   if (!result) throw std::runtime_error(to_string(result.error()));
   return *std::move(result);
-}
-void done(const Result<void>& result) {
-  if (!result) throw std::runtime_error(to_string(result.error()));
 }
 
 template <class T>
@@ -78,10 +76,7 @@ class Bundle {
     index.map_bounds = {Point(-5, -3, 0), Point(15, 17, 10)};
     index.map_points = 40;
     index.config = "schema = 1\n# \"quoted\"\n";
-    done(opened->begin(index));
-    const auto all = maps();
-    for (std::uint32_t r = 0; r < all.size(); ++r) done(opened->put(RegionId{r}, all[r]));
-    done(opened->commit());
+    write_bundle(opened, index, maps());
     bundle_folder::BundleFormat format{.store = store, .version = 3, .extension = ".region"};
     if (store == kFormat.store) format = kFormat;
     const auto bundle = value_of(bundle_folder::open_index(format, root()));

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "support/bundles.hpp"
 #include "support/made_atlas.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
@@ -160,14 +161,15 @@ void write_bundle(const std::string& name, const std::optional<Atlas>& atlas) {
   const auto store_at = [](const std::string& place) {
     return test::plugin<MapStore>("pcd_tiles", "root = \"" + yard().path(place) + "\"");
   };
-  const auto from = store_at("points"), to = store_at(name);
+  const auto from = test::opened(store_at("points"));
   const MapIndex index = from->index().value();
-  REQUIRE(to->begin(index));
-  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
-    REQUIRE(to->put(RegionId{r}, from->get(RegionId{r}).value()));
-  }
+  auto to = test::begun(store_at(name), index);
   if (atlas) REQUIRE(to->attach(Atlas::kAttachment, atlas->encode()));
-  REQUIRE(to->commit());
+  std::vector<RegionMap> maps;
+  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
+    maps.push_back(from->get(RegionId{r}).value());
+  }
+  test::finish(std::move(to), maps);
 }
 
 /// Failed with exactly one line on stderr, and without a picture.

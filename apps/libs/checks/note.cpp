@@ -42,7 +42,7 @@ Result<std::vector<Note>> decode(std::span<const std::byte> bytes) {
 }
 
 Result<std::vector<Note>> notes_in(const Bundle& bundle) {
-  const auto bytes = bundle.store()->attachment(kNotesAttachment);
+  const auto bytes = bundle.reader().attachment(kNotesAttachment);
   if (!bytes) {
     if (bytes.error().code == ErrorCode::not_found) return std::vector<Note>();
     return fail(bytes.error());

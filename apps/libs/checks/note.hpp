@@ -30,7 +30,7 @@ inline constexpr const char* kNotesAttachment = "notes";
 [[nodiscard]] std::vector<std::byte> encode(std::span<const Note> notes);
 /// Errors: `corrupt_data` for bytes that `encode` does not make.
 [[nodiscard]] Result<std::vector<Note>> decode(std::span<const std::byte> bytes);
-/// What the build of a bundle noticed. Errors: those above and those of MapStore::attachment.
+/// What the build of a bundle noticed. Errors: those above and those of MapReader::attachment.
 [[nodiscard]] Result<std::vector<Note>> notes_in(const Bundle& bundle);
 
 }  // namespace vantage::checks

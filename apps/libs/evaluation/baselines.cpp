@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "vantage/engine/atlas.hpp"
+#include "vantage/kit/directory_of.hpp"
 #include "vantage/kit/hash.hpp"
 #include "vantage/kit/kd_tree_points.hpp"
 #include "vantage/kit/voxel_sizes.hpp"
@@ -71,10 +72,6 @@ IndexList one_a_voxel(PointsView map, const IndexList& candidates, double size) 
 using Viewpoints = KdTreePoints<Point>;
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Viewpoints>,
                                                  Viewpoints, 3, std::uint32_t>;
-
-tl::unexpected<Error> read_only() {
-  return fail(ErrorCode::unsupported, "this store makes its maps itself; nothing can be put there");
-}
 
 }  // namespace
 
@@ -171,21 +168,21 @@ Result<bool> BaselineMaps::holds_everything(RegionId region) const {
   return map.points.size() >= reach.indices.size();
 }
 
-Result<void> BaselineStore::begin(const MapIndex&) noexcept { return read_only(); }
-Result<void> BaselineStore::put(RegionId, const RegionMap&) noexcept { return read_only(); }
-Result<void> BaselineStore::commit() noexcept { return read_only(); }
-Result<MapIndex> BaselineStore::index() const noexcept {
+Result<MapIndex> BaselineReader::index() const noexcept {
   return guarded([&]() -> Result<MapIndex> {
     MapIndex index = maps_.index();
     for (RegionSummary& region : index.regions) region.bytes = 0;  // they are on no disk
     return index;
   });
 }
-Result<RegionMap> BaselineStore::get(RegionId region) const noexcept {
+Result<std::unique_ptr<const RegionDirectory>> BaselineReader::directory() const noexcept {
+  return guarded([&] { return index().and_then(directory_of); });
+}
+Result<RegionMap> BaselineReader::get(RegionId region) const noexcept {
   return guarded([&] { return maps_.get(region, thinning_); });
 }
-Result<std::vector<std::byte>> BaselineStore::attachment(std::string_view name) const noexcept {
-  return name == Atlas::kAttachment ? MapStore::attachment(name)
+Result<std::vector<std::byte>> BaselineReader::attachment(std::string_view name) const noexcept {
+  return name == Atlas::kAttachment ? MapReader::attachment(name)
                                     : maps_.original().attachment(name);
 }
 

@@ -45,8 +45,9 @@ Result<Baseline> run_baseline(const Job& job, const BaselineMaps& maps, Thinning
   params.recovery_radius =
       std::min(params.recovery_radius.value_or(kBaselineSearch), kBaselineSearch);
   for (const NamedInputs& route : job.routes) {
-    VANTAGE_TRY(Bundle bundle,
-                Bundle::of(PluginPtr<MapStore>(new BaselineStore(maps, thinning)), baseline.name));
+    VANTAGE_TRY(
+        Bundle bundle,
+        Bundle::of(PluginPtr<const MapReader>(new BaselineReader(maps, thinning)), baseline.name));
     VANTAGE_TRY(auto localizer, Localizer::open(std::move(bundle), config, job.options.loader));
     VANTAGE_TRY(baseline.routes.emplace_back(),
                 run_route(job, std::move(localizer), route, baseline.name));
@@ -77,7 +78,7 @@ Result<void> add_baselines(const Job& job, const Bundle& bundle, PointsView map,
   }
   // What the configuration leaves out, the bundle knows.
   const Config& built_with = bundle.built_with() ? *bundle.built_with() : job.config;
-  const BaselineMaps maps(*bundle.store(), evaluated.index, map,
+  const BaselineMaps maps(bundle.reader(), evaluated.index, map,
                           built_with.visibility.value_or(VisibilityConfig{}));
   VANTAGE_TRY(const bool nothing, leave_nothing_out(evaluated.routes, maps));
   if (nothing) {

@@ -109,7 +109,7 @@ std::vector<std::byte> Atlas::encode() const {
 
 Result<Atlas> Atlas::decode(std::span<const std::byte> bytes) {
   ByteReader from(bytes);
-  const std::string format = from.raw(kAtlasFormat.size());
+  const std::string_view format = from.raw(kAtlasFormat.size());
   if (!from.ok()) return no_atlas("is cut off");
   if (format != kAtlasFormat) return no_atlas("is of another version");
   Atlas atlas;
@@ -119,12 +119,12 @@ Result<Atlas> Atlas::decode(std::span<const std::byte> bytes) {
     atlas.sites.push_back(read_site(from));
     from.check(k == 0 || atlas.sites[k - 1].region <= atlas.sites[k].region);
   }
-  if (!from.ok() || !from.at_end()) return no_atlas("is damaged");
+  if (!from.ok() || from.left() != 0) return no_atlas("is damaged");
   return atlas;
 }
 
 Result<std::optional<Atlas>> Atlas::of_bundle(const Bundle& bundle) {
-  const auto stored = bundle.store()->attachment(kAttachment);
+  const auto stored = bundle.reader().attachment(kAttachment);
   if (!stored) {
     if (stored.error().code == ErrorCode::not_found) return std::optional<Atlas>();
     return fail(stored.error());

@@ -34,7 +34,7 @@ std::optional<Config> config_of(const BundleSummary& bundle, const std::string& 
 
 struct Bundle::State {
   std::string name;
-  PluginPtr<MapStore> store;
+  PluginPtr<const MapReader> reader;
   std::shared_ptr<const RegionDirectory> directory;
   std::optional<Config> built_with;
 
@@ -44,35 +44,34 @@ struct Bundle::State {
 
 Bundle::Bundle(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-Result<Bundle> Bundle::from(PluginPtr<MapStore> store,
-                            std::shared_ptr<const RegionDirectory> directory, std::string name) {
-  if (directory->summary().regions == 0) {
+Result<Bundle> Bundle::from(OpenBundle&& opened, std::string name) {
+  if (opened.directory->summary().regions == 0) {
     return fail(ErrorCode::corrupt_data, "the bundle's index has no region", at(name));
   }
-  auto config = config_of(directory->summary(), name);
+  auto config = config_of(opened.directory->summary(), name);
   auto state = std::make_shared<State>();
   state->name = std::move(name);
-  state->store = std::move(store);
-  state->directory = std::move(directory);
+  state->reader = std::move(opened.reader);
+  state->directory = std::move(opened.directory);
   state->built_with = std::move(config);
   return Bundle(std::move(state));
 }
 
-Result<Bundle> Bundle::of(PluginPtr<MapStore> store, std::string name) {
-  VANTAGE_TRY(auto directory, directory_in(store));
-  return from(std::move(store), std::move(directory), std::move(name));
+Result<Bundle> Bundle::of(PluginPtr<const MapReader> reader, std::string name) {
+  VANTAGE_TRY(OpenBundle opened, with_directory(std::move(reader)));
+  return from(std::move(opened), std::move(name));
 }
 
 Result<Bundle> Bundle::open(const std::filesystem::path& place, const PluginLoader& plugins) {
-  VANTAGE_TRY(FoundStore found, find_store(place, plugins));
-  return from(std::move(found.store), std::move(found.directory), place.string());
+  VANTAGE_TRY(OpenBundle opened, find_bundle(place, plugins));
+  return from(std::move(opened), place.string());
 }
 
 Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
                             std::string_view job) {
   VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", job));
-  VANTAGE_TRY(auto opened, plugins.load<MapStore>(store.choice()));
-  VANTAGE_TRY(Bundle bundle, of(std::move(opened), config.file));
+  VANTAGE_TRY(OpenBundle opened, plugins.load<MapStore>(store.choice()).and_then(open_in));
+  VANTAGE_TRY(Bundle bundle, from(std::move(opened), config.file));
   if (auto checked = check_built_as_asked(config, bundle.directory()->summary(), plugins);
       !checked) {
     return fail(std::move(checked).error().during(
@@ -85,11 +84,11 @@ const std::string& Bundle::name() const noexcept { return state_->name; }
 const std::shared_ptr<const RegionDirectory>& Bundle::directory() const noexcept {
   return state_->directory;
 }
-const PluginPtr<MapStore>& Bundle::store() const noexcept { return state_->store; }
+const MapReader& Bundle::reader() const noexcept { return *state_->reader; }
 const std::optional<Config>& Bundle::built_with() const noexcept { return state_->built_with; }
 
 Result<std::optional<PluginChoice>> Bundle::indexed_by() const {
-  const auto index = store()->attachment(kPlaceIndex);
+  const auto index = reader().attachment(kPlaceIndex);
   if (index) {
     PluginChoice maker = built_with().value_or(Config{}).relocalizer_in_use();
     maker.library.reset();  // that of the machine that built
@@ -99,12 +98,12 @@ Result<std::optional<PluginChoice>> Bundle::indexed_by() const {
   return std::optional<PluginChoice>();
 }
 
-Result<RegionMap> Bundle::get(RegionId region) const { return state_->store->get(region); }
+Result<RegionMap> Bundle::get(RegionId region) const { return reader().get(region); }
 
 Result<std::shared_ptr<const MapIndex>> Bundle::index() const {
   const std::scoped_lock lock(state_->mutex);
   if (!state_->index) {
-    VANTAGE_TRY(MapIndex all, state_->store->index());
+    VANTAGE_TRY(MapIndex all, reader().index());
     state_->index = std::make_shared<const MapIndex>(std::move(all));
   }
   return state_->index;

@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "vantage/kit/directory_of.hpp"
-
 namespace vantage {
 namespace {
 
@@ -64,6 +62,11 @@ bool only_reads(const MapStore& store) {
   return !may && may.error().code == ErrorCode::unsupported;
 }
 
+tl::unexpected<Error> broken_contract(const std::string& method) {
+  return fail(ErrorCode::internal,
+              "the store plugin broke its contract: " + method + " gave nothing and no error");
+}
+
 /// The store that a folder names in its `index.json`.
 std::optional<std::string> store_named_in(const fs::path& folder) {
   constexpr std::string_view kPrefix = "vantage ";
@@ -109,13 +112,6 @@ Result<PluginPtr<MapStore>> store_over(const fs::path& place, PluginChoice choic
   return plugins.load<MapStore>(choice);
 }
 
-Result<FoundStore> open_with(const fs::path& place, const PluginChoice& choice,
-                             const PluginLoader& plugins) {
-  VANTAGE_TRY(auto store, store_over(place, choice, plugins));
-  VANTAGE_TRY(auto directory, directory_in(store));
-  return FoundStore{std::move(store), std::move(directory)};
-}
-
 /// An installed store that was asked for a bundle, and the reason why it has none. Of stores that
 /// give the same reason, the first speaks for all.
 struct Refusal {
@@ -151,22 +147,23 @@ tl::unexpected<Error> no_store_opens(const fs::path& place, std::vector<Refusal>
 
 }  // namespace
 
-Result<std::shared_ptr<const RegionDirectory>> directory_in(const PluginPtr<MapStore>& store) {
-  auto directory = store->directory().map([&](std::unique_ptr<const RegionDirectory>&& own) {
-    return std::shared_ptr<const RegionDirectory>(in_library_of(store, std::move(own)));
-  });
-  if (!directory && directory.error().code == ErrorCode::unsupported) {
-    directory =
-        store->index().and_then([](MapIndex&& all) { return directory_of(std::move(all)); });
+Result<OpenBundle> with_directory(PluginPtr<const MapReader> reader) {
+  VANTAGE_TRY(auto directory, reader->directory());
+  if (!directory) return broken_contract("directory");
+  std::shared_ptr<const RegionDirectory> owned(in_library_of(reader, std::move(directory)));
+  return OpenBundle{std::move(reader), std::move(owned)};
+}
+
+Result<OpenBundle> open_in(const PluginPtr<MapStore>& store) {
+  auto reader = store->open();
+  if (reader) {
+    if (*reader == nullptr) return broken_contract("open");
+    return with_directory(in_library_of(store, *std::move(reader)));
   }
-  if (directory && *directory == nullptr) {
-    return fail(ErrorCode::internal,
-                "the store plugin broke its contract: directory gave nothing and no error");
+  Error error = std::move(reader).error();
+  if (error.code == ErrorCode::not_found && !only_reads(*store)) {
+    error.message += "; `vantage build` makes it";
   }
-  if (directory || directory.error().code != ErrorCode::not_found) return directory;
-  if (only_reads(*store)) return directory;
-  Error error = std::move(directory).error();
-  error.message += "; `vantage build` makes it";
   return fail(std::move(error));
 }
 
@@ -180,10 +177,10 @@ std::optional<fs::path> place_in(const Table& params, const std::vector<Paramete
   return place;
 }
 
-Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins) {
+Result<OpenBundle> find_bundle(const fs::path& place, const PluginLoader& plugins) {
   if (const auto named = store_named_in(place)) {
     const PluginChoice choice{.plugin = *named, .library = {}, .params = {}, .where = {}};
-    auto found = open_with(place, choice, plugins);
+    auto found = store_over(place, choice, plugins).and_then(open_in);
     if (found || found.error().where) return found;
     return fail(std::move(found).error().during("opening the bundle " + place.string()));
   }
@@ -193,13 +190,13 @@ Result<FoundStore> find_store(const fs::path& place, const PluginLoader& plugins
     const PluginChoice choice{.plugin = file.name, .library = file.path, .params = {}, .where = {}};
     auto store = store_over(place, choice, plugins);
     if (!store) continue;  // a plugin that cannot be asked does not hide the others
-    auto directory = directory_in(*store);
-    if (directory) return FoundStore{*std::move(store), *std::move(directory)};
+    auto opened = open_in(*store);
+    if (opened) return opened;
     // Most bundles were built here: no other program's files are missed where nothing is.
-    if (only_reads(**store) && directory.error().code == ErrorCode::not_found) continue;
-    const auto says_it = [&](const Refusal& refusal) { return refusal.says(directory.error()); };
+    if (only_reads(**store) && opened.error().code == ErrorCode::not_found) continue;
+    const auto says_it = [&](const Refusal& refusal) { return refusal.says(opened.error()); };
     if (std::ranges::any_of(refusals, says_it)) continue;
-    refusals.push_back({file.name, std::move(directory).error()});
+    refusals.push_back({file.name, std::move(opened).error()});
   }
   return no_store_opens(place, std::move(refusals));
 }

@@ -13,20 +13,21 @@
 
 namespace vantage {
 
-/// A store with a bundle in it.
-struct FoundStore {
-  PluginPtr<MapStore> store;
+/// A bundle that a store has opened.
+struct OpenBundle {
+  PluginPtr<const MapReader> reader;
   std::shared_ptr<const RegionDirectory> directory;
 };
 
-/// The store's directory, or one of its whole index. The error says what to do if there is no
-/// bundle.
-[[nodiscard]] Result<std::shared_ptr<const RegionDirectory>> directory_in(
-    const PluginPtr<MapStore>& store);
+/// A bundle with the directory of its reader. Errors: those of MapReader::directory.
+[[nodiscard]] Result<OpenBundle> with_directory(PluginPtr<const MapReader> reader);
 
-/// The store that made the bundle at a path; see Bundle::open.
-[[nodiscard]] Result<FoundStore> find_store(const std::filesystem::path& place,
-                                            const PluginLoader& plugins);
+/// The store's bundle. The error says what to do if there is none.
+[[nodiscard]] Result<OpenBundle> open_in(const PluginPtr<MapStore>& store);
+
+/// The bundle at a path, opened by the store that made it; see Bundle::open.
+[[nodiscard]] Result<OpenBundle> find_bundle(const std::filesystem::path& place,
+                                             const PluginLoader& plugins);
 
 /// Where a store keeps its bundle: the value of its only required parameter, if that is a path,
 /// without a slash at its end. None for a store that needs more than a path.

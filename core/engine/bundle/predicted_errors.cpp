@@ -21,12 +21,12 @@ Result<PredictedErrors> PredictedErrors::decode(std::span<const std::byte> bytes
   from.check(from.count(1) == regions);
   if (from.ok()) errors.regions.resize(regions);
   for (auto& region : errors.regions) region = read_predicted_errors(from);
-  if (from.ok() && from.at_end()) return errors;
+  if (from.ok() && from.left() == 0) return errors;
   return fail(ErrorCode::corrupt_data, "the bundle's predicted errors are not what a build writes");
 }
 
 Result<std::optional<PredictedErrors>> PredictedErrors::of_bundle(const Bundle& bundle) {
-  const auto bytes = bundle.store()->attachment(kAttachment);
+  const auto bytes = bundle.reader().attachment(kAttachment);
   if (!bytes) {
     if (bytes.error().code == ErrorCode::not_found) return std::optional<PredictedErrors>();
     return fail(bytes.error());

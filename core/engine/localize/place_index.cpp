@@ -44,7 +44,7 @@ Result<BundleRelocalizer> relocalizer_for(const Bundle& bundle, const Config& co
   if (is_maker && to_toml(made_by->params) == to_toml(params)) return relocalizer;
   std::string reason;
   if (is_maker) {
-    VANTAGE_TRY(const auto bytes, bundle.store()->attachment(Bundle::kPlaceIndex));
+    VANTAGE_TRY(const auto bytes, bundle.reader().attachment(Bundle::kPlaceIndex));
     const auto index = opened_by(relocalizer.plugin, bytes);
     if (index) return relocalizer;
     if (index.error().code != ErrorCode::invalid_input) return fail(index.error());
@@ -65,7 +65,7 @@ Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
                                                const BundleRelocalizer& relocalizer) {
   if (!relocalizer.plugin) return PluginPtr<RelocalizerIndex>();
   if (relocalizer.reads_index) {
-    const auto kept = bundle.store()->attachment(Bundle::kPlaceIndex);
+    const auto kept = bundle.reader().attachment(Bundle::kPlaceIndex);
     if (kept) return opened_by(relocalizer.plugin, *kept);
     if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
   }

@@ -21,11 +21,11 @@ using Ready = std::shared_ptr<const ReadyRegion>;
 
 }  // namespace
 
-Result<Ready> make_ready(const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher,
+Result<Ready> make_ready(const MapReader& bundle, const PluginPtr<ScanMatcher>& matcher,
                          RegionId region) {
   auto ready = std::make_shared<ReadyRegion>();
   Stopwatch stopwatch;
-  VANTAGE_TRY(RegionMap map, store->get(region));
+  VANTAGE_TRY(RegionMap map, bundle.get(region));
   ready->seconds_load = stopwatch.seconds();
 
   stopwatch = {};
@@ -42,11 +42,11 @@ Result<Ready> make_ready(const PluginPtr<MapStore>& store, const PluginPtr<ScanM
 }
 
 struct RegionMaps::State {
-  State(const PluginPtr<MapStore>& the_store, const PluginPtr<ScanMatcher>& the_matcher,
+  State(const MapReader& the_bundle, const PluginPtr<ScanMatcher>& the_matcher,
         const Options& the_options)
-      : store(the_store), matcher(the_matcher), options(the_options) {}
+      : bundle(the_bundle), matcher(the_matcher), options(the_options) {}
 
-  const PluginPtr<MapStore>& store;
+  const MapReader& bundle;
   const PluginPtr<ScanMatcher>& matcher;
   Options options;
 
@@ -108,7 +108,7 @@ struct RegionMaps::State {
     std::vector<Ready> dropped = shrink();
     lock.unlock();
     dropped.clear();
-    Result<Ready> ready = make_ready(store, matcher, region);
+    Result<Ready> ready = make_ready(bundle, matcher, region);
     lock.lock();
     loading.erase(region.value);
     if (ready) most_of_one = std::max(most_of_one, (*ready)->bytes_read + (*ready)->bytes());
@@ -170,9 +170,9 @@ struct RegionMaps::State {
   }
 };
 
-RegionMaps::RegionMaps(const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher,
+RegionMaps::RegionMaps(const MapReader& bundle, const PluginPtr<ScanMatcher>& matcher,
                        const Options& options)
-    : state_(std::make_unique<State>(store, matcher, options)) {
+    : state_(std::make_unique<State>(bundle, matcher, options)) {
   if (!options.background) return;
   state_->loader = std::jthread(
       [state = state_.get()](const std::stop_token& stop) { state->load_what_is_expected(stop); });
@@ -209,7 +209,7 @@ Result<Ready> RegionMaps::borrow(RegionId region) const {
     const std::scoped_lock lock(state_->mutex);
     if (Ready ready = state_->held(region.value)) return ready;
   }
-  auto ready = make_ready(state_->store, state_->matcher, region);
+  auto ready = make_ready(state_->bundle, state_->matcher, region);
   if (ready) {
     const std::scoped_lock lock(state_->mutex);
     std::erase_if(state_->lent, [](const auto& one) { return one.second.expired(); });

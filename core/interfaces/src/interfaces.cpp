@@ -38,6 +38,8 @@ GroundFilter::~GroundFilter() = default;
 VisibilityOperator::~VisibilityOperator() = default;
 VisibilityProgress::~VisibilityProgress() = default;
 VisibilityScene::~VisibilityScene() = default;
+MapWriter::~MapWriter() = default;
+MapReader::~MapReader() = default;
 MapStore::~MapStore() = default;
 RegionDirectory::~RegionDirectory() = default;
 ScanMatcher::~ScanMatcher() = default;
@@ -71,16 +73,17 @@ double VisibilityOperator::reach(const VisibilityLimits& /*limits*/) const noexc
 
 double ScanMatcher::reach() const noexcept { return std::numeric_limits<double>::infinity(); }
 
-Result<std::unique_ptr<const RegionDirectory>> MapStore::directory() const noexcept {
-  return fail(ErrorCode::unsupported, "the store reads its whole index at once");
-}
-
-Result<void> MapStore::attach(std::string_view /*name*/,
-                              std::span<const std::byte> /*bytes*/) noexcept {
+Result<void> MapWriter::attach(std::string_view /*name*/,
+                               std::span<const std::byte> /*bytes*/) noexcept {
   return fail(ErrorCode::unsupported, "the store keeps regions only");
 }
 
-Result<std::vector<std::byte>> MapStore::attachment(std::string_view name) const noexcept {
+Result<void> MapReader::attach(std::string_view /*name*/,
+                               std::span<const std::byte> /*bytes*/) const noexcept {
+  return fail(ErrorCode::unsupported, "the store keeps regions only");
+}
+
+Result<std::vector<std::byte>> MapReader::attachment(std::string_view name) const noexcept {
   return fail(ErrorCode::not_found, "the bundle holds no '" + std::string(name) + "'");
 }
 

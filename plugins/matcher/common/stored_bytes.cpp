@@ -14,7 +14,6 @@ std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept {
   for (; i + 8 <= bytes.size(); i += 8) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes.data() + i, 8);
-    if constexpr (std::endian::native == std::endian::big) word = __builtin_bswap64(word);
     mix(word);
   }
   std::uint64_t rest = 0;
@@ -28,9 +27,9 @@ std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept {
 
 ByteWriter StoredFormat::begun(std::uint16_t form, std::size_t size) const {
   ByteWriter out(header + size + kChecksum);
-  for (const char c : letters) out.integer(c);
-  out.integer(version);
-  out.integer(form);
+  out.raw(std::string_view(letters.data(), letters.size()));
+  out.number(version);
+  out.number(form);
   return out;
 }
 
@@ -38,20 +37,20 @@ Result<std::pair<ByteReader, std::uint16_t>> StoredFormat::opened(std::span<cons
                                                                   std::uint16_t last_form) const {
   if (bytes.size() < header + kChecksum) return corrupt("it is cut short");
   const std::span<const std::byte> body = bytes.first(bytes.size() - kChecksum);
-  if (ByteReader(bytes.last(kChecksum)).integer<std::uint64_t>() != checksum_of(body)) {
+  if (ByteReader(bytes.last(kChecksum)).number<std::uint64_t>() != checksum_of(body)) {
     return corrupt("its checksum is wrong");
   }
   ByteReader in(body);
   for (const char c : letters) {
-    if (in.integer<char>() != c) {
+    if (in.number<char>() != c) {
       return corrupt("it does not begin with " + std::string(letters.begin(), letters.end()) +
                      "; another matcher may have made it");
     }
   }
-  if (const auto found = in.integer<std::uint16_t>(); found != version) {
+  if (const auto found = in.number<std::uint16_t>(); found != version) {
     return corrupt("its format is " + std::to_string(found) + ", not " + std::to_string(version));
   }
-  const auto form = in.integer<std::uint16_t>();
+  const auto form = in.number<std::uint16_t>();
   if (form > last_form) return corrupt("its form is " + std::to_string(form));
   return std::pair(in, form);
 }

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "vantage/kit/byte_io.hpp"
 #include "vantage/result.hpp"
 
 // What the formats of prepared maps share: bytes that are little endian on all machines, and
@@ -18,78 +17,6 @@ namespace vantage::matching {
 
 /// Every step is a bijection of the sum, so a change within eight bytes is always detected.
 [[nodiscard]] std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept;
-
-class ByteWriter {
- public:
-  explicit ByteWriter(std::size_t expected) { bytes_.reserve(expected); }
-
-  template <std::integral T>
-  void integer(T value) {
-    auto bits = static_cast<std::uint64_t>(value);
-    for (std::size_t i = 0; i < sizeof(T); ++i, bits >>= 8U) byte(bits & 0xFFU);
-  }
-  void real(double value) { integer(std::bit_cast<std::uint64_t>(value)); }
-  /// Seven bits per byte, lowest first; the eighth bit says that more follow.
-  void counted(std::uint64_t value) {
-    for (; value >= 0x80U; value >>= 7U) byte((value & 0x7FU) | 0x80U);
-    byte(value);
-  }
-  void bytes(std::span<const std::byte> some) {
-    bytes_.insert(bytes_.end(), some.begin(), some.end());
-  }
-  /// All bytes, and their checksum.
-  [[nodiscard]] std::vector<std::byte> finish() && {
-    integer(checksum_of(bytes_));
-    return std::move(bytes_);
-  }
-
- private:
-  void byte(std::uint64_t value) { bytes_.push_back(static_cast<std::byte>(value)); }
-  std::vector<std::byte> bytes_;
-};
-
-/// Reads what ByteWriter wrote. Past the end, it reads zeros and remembers that it did.
-class ByteReader {
- public:
-  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-
-  template <std::integral T>
-  [[nodiscard]] T integer() {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) bits |= byte() << (8 * i);
-    return static_cast<T>(bits);
-  }
-  [[nodiscard]] double real() { return std::bit_cast<double>(integer<std::uint64_t>()); }
-  [[nodiscard]] std::uint64_t counted() {
-    std::uint64_t value = 0;
-    for (unsigned shift = 0; shift < 64; shift += 7) {
-      const std::uint64_t next = byte();
-      value |= (next & 0x7FU) << shift;
-      if (next < 0x80U) return value;
-    }
-    good_ = false;
-    return 0;
-  }
-  /// So many bytes, or none if there are fewer.
-  [[nodiscard]] std::span<const std::byte> bytes(std::size_t count) {
-    good_ = good_ && count <= left();
-    if (!good_) return {};
-    at_ += count;
-    return bytes_.subspan(at_ - count, count);
-  }
-  [[nodiscard]] std::size_t left() const noexcept { return bytes_.size() - at_; }
-  [[nodiscard]] bool good() const noexcept { return good_; }
-
- private:
-  [[nodiscard]] std::uint64_t byte() {
-    if (at_ < bytes_.size()) return std::to_integer<std::uint64_t>(bytes_[at_++]);
-    good_ = false;
-    return 0;
-  }
-  std::span<const std::byte> bytes_;
-  std::size_t at_ = 0;
-  bool good_ = true;
-};
 
 /// Numbers of at most 16 bits, one after the other, the lowest bit first.
 class BitWriter {
@@ -144,6 +71,11 @@ struct StoredFormat {
 
   /// @param size  about how many bytes follow the header
   [[nodiscard]] ByteWriter begun(std::uint16_t form, std::size_t size) const;
+  /// All bytes, and their checksum.
+  [[nodiscard]] static std::vector<std::byte> finished(ByteWriter out) {
+    out.number(checksum_of(out.bytes()));
+    return std::move(out).take();
+  }
   /// @return  a reader of the bytes between form and checksum; and the form
   /// Errors: `corrupt_data` for other bytes, or a form that is greater than `last_form`.
   [[nodiscard]] Result<std::pair<ByteReader, std::uint16_t>> opened(

@@ -131,17 +131,17 @@ Result<std::vector<std::byte>> encoded(const SurfelMap& map, const SurfelMap::Op
                                each = std::move(counts).finish(),
                                numbers = std::move(surfels).finish();
   ByteWriter out = kFormat.begun(form, code.size() + each.size() + numbers.size());
-  out.real(options.voxel);
-  out.integer(options.neighbours);
-  out.integer(std::uint32_t{options.planes_only});
-  for (Eigen::Index axis = 0; axis < 3; ++axis) out.integer(part.origin[axis]);
-  out.integer(static_cast<std::uint32_t>(kept));
-  out.integer(static_cast<std::uint32_t>(cubes.size()));
-  out.integer(static_cast<std::uint32_t>(code.size()));
-  out.bytes(code);
-  out.bytes(each);
-  out.bytes(numbers);
-  return std::move(out).finish();
+  out.number(options.voxel);
+  out.number(options.neighbours);
+  out.number(std::uint32_t{options.planes_only});
+  for (Eigen::Index axis = 0; axis < 3; ++axis) out.number(part.origin[axis]);
+  out.number(static_cast<std::uint32_t>(kept));
+  out.number(static_cast<std::uint32_t>(cubes.size()));
+  out.number(static_cast<std::uint32_t>(code.size()));
+  out.raw(code);
+  out.raw(each);
+  out.raw(numbers);
+  return StoredFormat::finished(std::move(out));
 }
 
 std::string text(const SurfelMap::Options& o) {
@@ -208,13 +208,13 @@ Result<StoredSurfels> decode(std::span<const std::byte> bytes, const SurfelMap::
   VANTAGE_TRY(auto opened, kFormat.opened(bytes, kSome));
   auto& [in, form] = opened;
   SurfelMap::Options options;
-  options.voxel = in.real();
-  options.neighbours = in.integer<std::uint32_t>();
-  const auto planes_only = in.integer<std::uint32_t>();
+  options.voxel = in.number<double>();
+  options.neighbours = in.number<std::uint32_t>();
+  const auto planes_only = in.number<std::uint32_t>();
   options.planes_only = planes_only == 1;
   Eigen::Vector3d origin;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    origin[axis] = static_cast<double>(in.integer<std::int64_t>());
+    origin[axis] = static_cast<double>(in.number<std::int64_t>());
   }
   if (planes_only > 1 || !ndt::is_origin(origin))
     return kFormat.corrupt("its head has values that no map has");
@@ -222,11 +222,11 @@ Result<StoredSurfels> decode(std::span<const std::byte> bytes, const SurfelMap::
     return fail(ErrorCode::invalid_input, "the stored map of surfels was made with " +
                                               text(options) + "; this matcher has " + text(wanted));
   }
-  const auto size = in.integer<std::uint32_t>(), cubes = in.integer<std::uint32_t>(),
-             code_size = in.integer<std::uint32_t>();
+  const auto size = in.number<std::uint32_t>(), cubes = in.number<std::uint32_t>(),
+             code_size = in.number<std::uint32_t>();
   const auto code = in.bytes(code_size);
   const std::size_t numbers_size = bytes_of_surfels(size, form);
-  if (!in.good() || in.left() < numbers_size) {
+  if (!in.ok() || in.left() < numbers_size) {
     return kFormat.corrupt("its parts do not have the sizes it says");
   }
   const auto each = in.bytes(in.left() - numbers_size), numbers = in.bytes(numbers_size);

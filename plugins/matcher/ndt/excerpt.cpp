@@ -59,11 +59,11 @@ namespace {
 ByteWriter begun(const VoxelMap& map, const VoxelMap::Part& part, std::uint16_t form,
                  std::size_t cells, std::size_t size) {
   ByteWriter out = kFormat.begun(form, size);
-  out.real(map.options().resolution);
-  out.real(map.options().eigenvalue_floor);
-  for (Eigen::Index axis = 0; axis < 3; ++axis) out.real(part.origin_voxel[axis]);
-  out.integer(map.options().min_points);
-  out.integer(static_cast<std::uint32_t>(cells));
+  out.number(map.options().resolution);
+  out.number(map.options().eigenvalue_floor);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) out.number(part.origin_voxel[axis]);
+  out.number(map.options().min_points);
+  out.number(static_cast<std::uint32_t>(cells));
   return out;
 }
 
@@ -77,11 +77,11 @@ std::vector<std::byte> encode(const VoxelMap& map, std::span<const std::uint32_t
     const Cell& cell = map.cells()[i];
     out.counted(key - before);
     out.counted(cell.points);
-    each_field(cell, [&](auto x) { out.integer(x); });
-    out.integer(cell.exponent);
+    each_field(cell, [&](auto x) { out.number(x); });
+    out.number(cell.exponent);
     before = key;
   }
-  return std::move(out).finish();
+  return StoredFormat::finished(std::move(out));
 }
 
 std::vector<std::byte> encode_some(const VoxelMap& map, std::span<const std::uint32_t> which,
@@ -108,13 +108,13 @@ std::vector<std::byte> encode_some(const VoxelMap& map, std::span<const std::uin
                                numbers = std::move(cells).finish();
   ByteWriter out = begun(map, part, kSome, kept.size(),
                          3 * sizeof(std::uint32_t) + code.size() + chosen.size() + numbers.size());
-  out.integer(static_cast<std::uint32_t>(keys.size()));
-  out.integer(static_cast<std::uint32_t>(code.size()));
-  out.integer(static_cast<std::uint32_t>(chosen.size()));
-  out.bytes(code);
-  out.bytes(chosen);
-  out.bytes(numbers);
-  return std::move(out).finish();
+  out.number(static_cast<std::uint32_t>(keys.size()));
+  out.number(static_cast<std::uint32_t>(code.size()));
+  out.number(static_cast<std::uint32_t>(chosen.size()));
+  out.raw(code);
+  out.raw(chosen);
+  out.raw(numbers);
+  return StoredFormat::finished(std::move(out));
 }
 
 namespace {
@@ -122,12 +122,11 @@ namespace {
 /// What follows the header of `encode_some`.
 Result<VoxelMap> decode_some(ByteReader& in, const VoxelOptions& options,
                              const Eigen::Vector3d& origin, std::uint32_t size) {
-  const auto voxels = in.integer<std::uint32_t>();
-  const auto code_size = in.integer<std::uint32_t>(), flags_size = in.integer<std::uint32_t>();
+  const auto voxels = in.number<std::uint32_t>();
+  const auto code_size = in.number<std::uint32_t>(), flags_size = in.number<std::uint32_t>();
   const auto code = in.bytes(code_size), flags = in.bytes(flags_size);
   const auto cells_bytes = in.bytes(bytes_of_cells(size));
-  if (!in.good() || in.left() != 0)
-    return kFormat.corrupt("its parts do not have the sizes it says");
+  if (!in.ok() || in.left() != 0) return kFormat.corrupt("its parts do not have the sizes it says");
   const auto occupied = decode_occupancy(code, voxels);
   if (!occupied) return kFormat.corrupt("its voxels cannot be decoded");
   if (size > voxels) return kFormat.corrupt("it keeps more voxels than are occupied");
@@ -166,17 +165,17 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
   VANTAGE_TRY(auto opened, kFormat.opened(bytes, kSome));
   auto& [in, form] = opened;
   VoxelOptions options;
-  options.resolution = in.real();
-  options.eigenvalue_floor = in.real();
+  options.resolution = in.number<double>();
+  options.eigenvalue_floor = in.number<double>();
   Eigen::Vector3d origin;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) origin[axis] = in.real();
-  options.min_points = in.integer<std::uint32_t>();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) origin[axis] = in.number<double>();
+  options.min_points = in.number<std::uint32_t>();
   if (!is_origin(origin)) return kFormat.corrupt("its origin is not a voxel");
   if (options != wanted) {
     return fail(ErrorCode::invalid_input, "the stored NDT map was made with " + text(options) +
                                               "; this matcher has " + text(wanted));
   }
-  const auto size = in.integer<std::uint32_t>();
+  const auto size = in.number<std::uint32_t>();
   if (form == kSome) return decode_some(in, options, origin, size);
   if (size > in.left() / kLeastCell) return kFormat.corrupt("it promises more voxels than it has");
 
@@ -187,11 +186,11 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
     const std::uint64_t step = in.counted();
     const std::uint64_t points = in.counted();
     Cell& cell = cells[i];
-    each_field(cell, [&](auto& x) { x = in.integer<std::remove_reference_t<decltype(x)>>(); });
-    cell.exponent = in.integer<std::uint8_t>();
+    each_field(cell, [&](auto& x) { x = in.number<std::remove_reference_t<decltype(x)>>(); });
+    cell.exponent = in.number<std::uint8_t>();
     cell.points = static_cast<std::uint32_t>(points);
     keys[i] = before + step;
-    const bool plausible = in.good() && step > 0 && keys[i] > before && is_voxel(keys[i]) &&
+    const bool plausible = in.ok() && step > 0 && keys[i] > before && is_voxel(keys[i]) &&
                            points == cell.points && points >= options.min_points &&
                            std::ranges::count(cell.diagonal, 0) == 0 &&
                            cell.exponent <= Cell::kMaxExponent;

@@ -1,13 +1,18 @@
 #include "common/folder_store.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <limits>
+#include <mutex>
+#include <span>
 #include <utility>
 
 #include "common/attachment.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/file_content.hpp"
 #include "vantage/plugin.hpp"
+#include "vantage/region_directory.hpp"
 
 namespace vantage::bundle_folder {
 
@@ -60,6 +65,13 @@ class FolderDirectory final : public RegionDirectory {
   BundleSummary summary_;
 };
 
+tl::unexpected<Error> unknown_region(std::uint32_t r, std::uint64_t regions, const fs::path& root) {
+  return fail(ErrorCode::not_found,
+              "the bundle has no region " + std::to_string(r) + ", only 0 to " +
+                  std::to_string(regions - 1),
+              at(root));
+}
+
 BundleHead head_of(const MapIndex& index, const RegionsReference& regions) {
   return {.map_points = index.map_points,
           .map_bounds = index.map_bounds,
@@ -69,6 +81,242 @@ BundleHead head_of(const MapIndex& index, const RegionsReference& regions) {
 
 /// As long as any in a text.
 constexpr auto kLongest = std::numeric_limits<std::uint64_t>::max();
+
+/// Behind a symbolic link, the folder itself is replaced, not the link.
+Result<fs::path> resolved(const fs::path& root) {
+  std::error_code error;
+  fs::path folder = fs::weakly_canonical(root, error);
+  if (error) return io::system_error(root, "the path cannot be resolved", error.value());
+  return folder;
+}
+
+/// Whether a bundle may be written to a place. Errors: `already_exists`.
+Result<void> may_write(const BundleFormat& format, const fs::path& root, bool overwrite) {
+  if (!there(root)) return {};
+  VANTAGE_CHECK(files_of_bundle(format, root));
+  if (overwrite) return {};
+  return fail(ErrorCode::already_exists,
+              "there is a bundle already; overwrite = true (vantage build --overwrite) replaces it",
+              at(root));
+}
+
+/// A bundle under construction.
+class FolderWriter final : public MapWriter {
+ public:
+  FolderWriter(const BundleFormat& format, fs::path root, bool overwrite, const MapIndex& index,
+               PartialFolder folder, std::unique_ptr<RegionFiles> regions)
+      : format_(format),
+        root_(std::move(root)),
+        overwrite_(overwrite),
+        index_(index),
+        folder_(std::move(folder)),
+        regions_(std::move(regions)),
+        files_(index.partition.size()),
+        done_(index.partition.size(), false) {}
+
+  [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
+    return guarded([&]() -> Result<void> {
+      const std::uint32_t r = region.value;
+      if (r >= done_.size()) return unknown_region(r, done_.size(), root_);
+      const Region& which = index_.partition.regions()[r];
+      if (done_[r]) {
+        return fail(ErrorCode::already_exists, "region '" + which.label + "' was already put");
+      }
+      auto file = regions_->write(folder_, region, region_file_name(format_, which), map);
+      if (!file) {
+        return fail(std::move(file).error().during("storing region '" + which.label + "'"));
+      }
+      files_[r] = *file;
+      done_[r] = true;
+      return {};
+    });
+  }
+
+  [[nodiscard]] Result<void> attach(std::string_view name,
+                                    std::span<const std::byte> bytes) noexcept override {
+    return guarded([&]() -> Result<void> {
+      VANTAGE_TRY(const std::string file, attachment_name(name));
+      return folder_.write_file(file, encode_attachment(format_, bytes));
+    });
+  }
+
+  [[nodiscard]] Result<void> commit() && noexcept override {
+    return guarded([&]() -> Result<void> {
+      const auto missing = std::find(done_.begin(), done_.end(), false);
+      if (missing != done_.end()) {
+        const auto r = static_cast<std::size_t>(missing - done_.begin());
+        return fail(ErrorCode::invalid_input,
+                    "commit before region '" + index_.partition.regions()[r].label + "' was put");
+      }
+      VANTAGE_CHECK(may_write(format_, root_, overwrite_));
+      VANTAGE_CHECK(finish_folder());
+      const fs::path partial = folder_.path();
+      VANTAGE_TRY(const auto replaced, put_in_place());
+      // The name has to survive a power cut, as the files do.
+      VANTAGE_CHECK(io::flush_name(root_ / kIndex));
+      VANTAGE_CHECK(io::flush_name(root_));
+      // It is not an error if parts of the old bundle cannot be removed.
+      if (!replaced.empty()) (void)remove_files(partial, replaced);
+      return {};
+    });
+  }
+
+ private:
+  /// All that the index names is written.
+  [[nodiscard]] Result<void> finish_folder() {
+    const std::vector<Region>& regions = index_.partition.regions();
+    std::vector<std::string> names;
+    for (const Region& region : regions) names.push_back(region_file_name(format_, region));
+    VANTAGE_CHECK(regions_->finish(folder_, files_, names));
+    RegionsReference reference;
+    VANTAGE_CHECK(folder_.write_file(kRegionsFile, [&](const Sink& sink) -> Result<void> {
+      VANTAGE_TRY(reference, write_packed(format_, regions, files_, sink));
+      return {};
+    }));
+    VANTAGE_TRY(const std::string json, to_json(format_, head_of(index_, reference)));
+    return folder_.finish(json);
+  }
+
+  /// Returns the files of a bundle that was there; they are in the partial folder now.
+  [[nodiscard]] Result<std::vector<std::string>> put_in_place() {
+    std::vector<std::string> replaced;
+    if (there(root_)) {
+      VANTAGE_TRY(replaced, files_of_bundle(format_, root_));
+      VANTAGE_CHECK(io::exchange(folder_.path(), root_));
+    } else {
+      VANTAGE_CHECK(io::rename_to_new(folder_.path(), root_));
+    }
+    folder_.release();
+    return replaced;
+  }
+
+  const BundleFormat& format_;
+  fs::path root_;
+  bool overwrite_;
+  MapIndex index_;
+  PartialFolder folder_;
+  std::unique_ptr<RegionFiles> regions_;
+  std::vector<RegionFile> files_;  // by RegionId
+  std::vector<bool> done_;         // by RegionId
+};
+
+/// Whether these are the same file, unchanged. No file is the same as none.
+bool same_file(const struct stat& a, const struct stat& b) noexcept {
+  const auto same = [](const timespec& x, const timespec& y) {
+    return x.tv_sec == y.tv_sec && x.tv_nsec == y.tv_nsec;
+  };
+  return a.st_ino != 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino && a.st_size == b.st_size &&
+         same(a.st_ctim, b.st_ctim) && same(a.st_mtim, b.st_mtim);
+}
+
+/// The file of a bundle's index as it is now; zeros if there is none.
+struct stat stat_of_index(const fs::path& root) {
+  struct stat file {};
+  if (::stat((root / kIndex).c_str(), &file) != 0) file = {};
+  return file;
+}
+
+class FolderReader final : public MapReader {
+ public:
+  FolderReader(const BundleFormat& format, fs::path root, ReadRegion read,
+               std::shared_ptr<const OpenIndex> index, const struct stat& file)
+      : format_(format),
+        root_(std::move(root)),
+        read_(read),
+        index_(std::move(index)),
+        file_(file) {}
+
+  [[nodiscard]] Result<MapIndex> index() const noexcept override {
+    return guarded([&] { return whole_index(*index_); });
+  }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
+      return std::make_unique<const FolderDirectory>(index_);
+    });
+  }
+
+  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
+    return guarded([&] {
+      return from_bundle([&]() -> Result<RegionMap> {
+        const std::uint64_t regions = index_->regions.totals().regions;
+        if (region.value >= regions) return unknown_region(region.value, regions, root_);
+        VANTAGE_TRY(const IndexedRegion one, index_->regions.entry(region.value));
+        const fs::path file = root_ / region_file_name(format_, one.region);
+        const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
+        if (!content) {
+          if (content.error().code != ErrorCode::not_found) return fail(content.error());
+          return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
+                      at(file));
+        }
+        return read_(content->view(), one.file, file);
+      });
+    });
+  }
+
+  [[nodiscard]] Result<std::vector<std::byte>> attachment(
+      std::string_view name) const noexcept override {
+    return guarded([&] {
+      return from_bundle([&]() -> Result<std::vector<std::byte>> {
+        const auto file_name = attachment_name(name);
+        if (!file_name) return fail(ErrorCode::not_found, file_name.error().message, at(root_));
+        const fs::path file = root_ / *file_name;
+        VANTAGE_TRY(const auto content,
+                    io::read_file(file, "a regular file", io::InputFile::Empty::accept));
+        return decode_attachment(format_, content.view(), file);
+      });
+    });
+  }
+
+  [[nodiscard]] Result<void> attach(std::string_view name,
+                                    std::span<const std::byte> bytes) const noexcept override {
+    return guarded([&]() -> Result<void> {
+      VANTAGE_TRY(const std::string file, attachment_name(name));
+      const std::string content = encode_attachment(format_, bytes);
+      return from_bundle([&] { return io::write_text_atomically(root_ / file, content); });
+    });
+  }
+
+ private:
+  /// What `read` reads from the bundle's files, if they were the bundle's to the end.
+  template <class Read>
+  [[nodiscard]] auto from_bundle(const Read& read) const -> decltype(read()) {
+    VANTAGE_TRY(std::uint64_t before, look());
+    for (;;) {
+      auto result = read();
+      VANTAGE_TRY(const std::uint64_t after, look());
+      if (after == before) return result;
+      before = after;
+    }
+  }
+
+  /// Counts how often the bundle's files were other ones: between equal numbers, they were the
+  /// same. Errors: those of open_index; `io_failure` if another bundle is there by now.
+  [[nodiscard]] Result<std::uint64_t> look() const {
+    const struct stat file = stat_of_index(root_);
+    {
+      const std::scoped_lock lock(mutex_);
+      if (same_file(file_, file)) return looks_;
+    }
+    VANTAGE_TRY(const OpenIndex now, open_index(format_, root_));
+    if (now.head.generation != index_->head.generation) {
+      return fail(ErrorCode::io_failure,
+                  "another bundle has been put in the place of the one that was opened: open it "
+                  "again",
+                  at(root_));
+    }
+    const std::scoped_lock lock(mutex_);
+    file_ = file;  // copied or touched, but the same
+    return ++looks_;
+  }
+
+  const BundleFormat& format_;
+  fs::path root_;
+  ReadRegion read_;
+  std::shared_ptr<const OpenIndex> index_;
+  mutable std::mutex mutex_;
+  mutable struct stat file_;         // when it was last looked at
+  mutable std::uint64_t looks_ = 0;  // at another file
+};
 
 }  // namespace
 
@@ -83,228 +331,44 @@ Result<void> FolderParams::validate() const {
   return fail_at({"root"}, "'root' must name a folder, not '" + root.string() + "'");
 }
 
-FolderStore::FolderStore(const BundleFormat& format, const FolderParams& params)
-    : format_(format), root_(params.folder()), overwrite_(params.overwrite) {}
-
-bool FolderStore::CachedIndex::is_of(const struct stat& file) const noexcept {
-  return index && device == file.st_dev && inode == file.st_ino && size == file.st_size &&
-         changed.tv_sec == file.st_ctim.tv_sec && changed.tv_nsec == file.st_ctim.tv_nsec &&
-         modified.tv_sec == file.st_mtim.tv_sec && modified.tv_nsec == file.st_mtim.tv_nsec;
-}
-
-void FolderStore::start(const MapIndex& /*index*/) {}
-
-Result<void> FolderStore::finish(PartialFolder& /*folder*/, std::vector<RegionFile>& /*files*/,
+Result<void> RegionFiles::finish(PartialFolder& /*folder*/, std::vector<RegionFile>& /*files*/,
                                  const std::vector<std::string>& /*names*/) {
   return {};
 }
 
+FolderStore::FolderStore(const BundleFormat& format, const FolderParams& params, ReadRegion read)
+    : format_(format), root_(params.folder()), overwrite_(params.overwrite), read_(read) {}
+
 Result<void> FolderStore::may_begin() const noexcept {
   return guarded([&]() -> Result<void> {
-    VANTAGE_TRY(const fs::path root, resolved_root());
-    return may_write(root);
+    VANTAGE_TRY(const fs::path root, resolved(root_));
+    return may_write(format_, root, overwrite_);
   });
 }
 
-Result<void> FolderStore::begin(const MapIndex& index) noexcept {
-  return guarded([&]() -> Result<void> {
-    if (writing_) return fail(ErrorCode::invalid_input, "a bundle has already been begun");
-    const std::size_t regions = index.partition.size();
-    if (regions == 0) return fail(ErrorCode::invalid_input, "a bundle needs a region");
+Result<std::unique_ptr<MapWriter>> FolderStore::begin(const MapIndex& index) const noexcept {
+  return guarded([&]() -> Result<std::unique_ptr<MapWriter>> {
+    if (index.partition.size() == 0) {
+      return fail(ErrorCode::invalid_input, "a bundle needs a region");
+    }
     VANTAGE_CHECK(to_json(format_, head_of(index, {kLongest, kLongest, kLongest})));
-
-    VANTAGE_TRY(fs::path root, resolved_root());
-    VANTAGE_CHECK(may_write(root));
+    VANTAGE_TRY(fs::path root, resolved(root_));
+    VANTAGE_CHECK(may_write(format_, root, overwrite_));
     fs::path partial = root;
     partial += ".partial";
     VANTAGE_TRY(PartialFolder folder, PartialFolder::create(format_, partial));
-    writing_ = std::make_unique<Writing>(Writing{.folder = std::move(folder),
-                                                 .root = std::move(root),
-                                                 .index = index,
-                                                 .files = std::vector<RegionFile>(regions),
-                                                 .done = std::vector<bool>(regions, false)});
-    start(index);
-    return {};
+    return std::make_unique<FolderWriter>(format_, std::move(root), overwrite_, index,
+                                          std::move(folder), region_files(index));
   });
 }
 
-Result<void> FolderStore::put(RegionId region, const RegionMap& map) noexcept {
-  return guarded([&]() -> Result<void> {
-    if (!writing_) return fail(ErrorCode::invalid_input, "put without begin");
-    const Partition& partition = writing_->index.partition;
-    const std::uint32_t r = region.value;
-    if (r >= partition.size()) return unknown_region(r, partition.size());
-    const Region& which = partition.regions()[r];
-    if (writing_->done[r]) {
-      return fail(ErrorCode::already_exists, "region '" + which.label + "' was already put");
-    }
-    auto file = write(writing_->folder, region, region_file_name(format_, which), map);
-    if (!file) {
-      return fail(std::move(file).error().during("storing region '" + which.label + "'"));
-    }
-    writing_->files[r] = *file;
-    writing_->done[r] = true;
-    return {};
+Result<std::unique_ptr<const MapReader>> FolderStore::open() const noexcept {
+  return guarded([&]() -> Result<std::unique_ptr<const MapReader>> {
+    const struct stat file = stat_of_index(root_);
+    VANTAGE_TRY(OpenIndex opened, open_index(format_, root_));
+    return std::make_unique<const FolderReader>(
+        format_, root_, read_, std::make_shared<const OpenIndex>(std::move(opened)), file);
   });
-}
-
-Result<void> FolderStore::attach(std::string_view name, std::span<const std::byte> bytes) noexcept {
-  return guarded([&]() -> Result<void> {
-    VANTAGE_TRY(const std::string file, attachment_name(name));
-    const std::string content = encode_attachment(format_, bytes);
-    if (writing_) return writing_->folder.write_file(file, content);
-    return from_bundle([&](const OpenIndex& /*there has to be one*/) {
-      return io::write_text_atomically(root_ / file, content);
-    });
-  });
-}
-
-Result<void> FolderStore::commit() noexcept {
-  return guarded([&]() -> Result<void> {
-    if (!writing_) return fail(ErrorCode::invalid_input, "commit without begin");
-    const auto missing = std::find(writing_->done.begin(), writing_->done.end(), false);
-    if (missing != writing_->done.end()) {
-      const auto r = static_cast<std::size_t>(missing - writing_->done.begin());
-      return fail(
-          ErrorCode::invalid_input,
-          "commit before region '" + writing_->index.partition.regions()[r].label + "' was put");
-    }
-    const fs::path& root = writing_->root;
-    VANTAGE_CHECK(may_write(root));
-    std::vector<std::string> names;
-    for (const Region& region : writing_->index.partition.regions()) {
-      names.push_back(region_file_name(format_, region));
-    }
-    VANTAGE_CHECK(finish(writing_->folder, writing_->files, names));
-    const std::vector<Region>& regions = writing_->index.partition.regions();
-    RegionsReference reference;
-    VANTAGE_CHECK(writing_->folder.write_file(kRegionsFile, [&](const Sink& sink) -> Result<void> {
-      VANTAGE_TRY(reference, write_packed(format_, regions, writing_->files, sink));
-      return {};
-    }));
-    VANTAGE_TRY(const std::string json, to_json(format_, head_of(writing_->index, reference)));
-    VANTAGE_CHECK(writing_->folder.finish(json));
-
-    const fs::path partial = writing_->folder.path();
-    if (there(root)) {
-      VANTAGE_TRY(const auto replaced, files_of_bundle(format_, root));
-      VANTAGE_CHECK(io::exchange(partial, root));
-      const Result<void> kept = keep(root);
-      // The new bundle is in place. It is not an error if parts of the old one cannot be removed.
-      if (kept) (void)remove_files(partial, replaced);
-      return kept;
-    }
-    VANTAGE_CHECK(io::rename_to_new(partial, root));
-    return keep(root);
-  });
-}
-
-/// The bundle has its name: makes the name survive a power cut, as its files do.
-Result<void> FolderStore::keep(const fs::path& root) {
-  writing_->folder.release();
-  const fs::path place = root;  // it may be that of `writing_`
-  writing_.reset();
-  {
-    // From now on this store reads what it has written, and nothing else.
-    const std::scoped_lock lock(mutex_);
-    cached_.index.reset();
-  }
-  VANTAGE_CHECK(io::flush_name(place / kIndex));
-  return io::flush_name(place);
-}
-
-Result<MapIndex> FolderStore::index() const noexcept {
-  return guarded([&]() -> Result<MapIndex> {
-    VANTAGE_TRY(const Current bundle, current());
-    return whole_index(*bundle.index);
-  });
-}
-
-Result<RegionMap> FolderStore::get(RegionId region) const noexcept {
-  return guarded([&] {
-    return from_bundle([&](const OpenIndex& index) -> Result<RegionMap> {
-      const std::uint64_t regions = index.regions.totals().regions;
-      if (region.value >= regions) return unknown_region(region.value, regions);
-      VANTAGE_TRY(const IndexedRegion one, index.regions.entry(region.value));
-      const fs::path file = root_ / region_file_name(format_, one.region);
-      const auto content = io::read_file(file, "a regular file", io::InputFile::Empty::accept);
-      if (!content) {
-        if (content.error().code != ErrorCode::not_found) return fail(content.error());
-        return fail(ErrorCode::corrupt_data, "the index names this file, but it is missing",
-                    at(file));
-      }
-      return read(content->view(), one.file, file);
-    });
-  });
-}
-
-Result<std::vector<std::byte>> FolderStore::attachment(std::string_view name) const noexcept {
-  return guarded([&] {
-    // Without a bundle there is nothing.
-    return from_bundle([&](const OpenIndex& /*index*/) -> Result<std::vector<std::byte>> {
-      const auto file_name = attachment_name(name);
-      if (!file_name) return fail(ErrorCode::not_found, file_name.error().message, at(root_));
-      const fs::path file = root_ / *file_name;
-      VANTAGE_TRY(const auto content,
-                  io::read_file(file, "a regular file", io::InputFile::Empty::accept));
-      return decode_attachment(format_, content.view(), file);
-    });
-  });
-}
-
-tl::unexpected<Error> FolderStore::unknown_region(std::uint32_t r, std::size_t regions) const {
-  return fail(ErrorCode::not_found,
-              "the bundle has no region " + std::to_string(r) + ", only 0 to " +
-                  std::to_string(regions - 1),
-              at(root_));
-}
-
-/// Behind a symbolic link, the folder itself is replaced, not the link.
-Result<fs::path> FolderStore::resolved_root() const {
-  std::error_code error;
-  fs::path root = fs::weakly_canonical(root_, error);
-  if (error) return io::system_error(root_, "the path cannot be resolved", error.value());
-  return root;
-}
-
-/// Whether a bundle may be written to a place. Errors: `already_exists`.
-Result<void> FolderStore::may_write(const fs::path& root) const {
-  if (!there(root)) return {};
-  VANTAGE_CHECK(files_of_bundle(format_, root));
-  if (overwrite_) return {};
-  return fail(ErrorCode::already_exists,
-              "there is a bundle already; overwrite = true (vantage build --overwrite) replaces it",
-              at(root));
-}
-
-Result<std::unique_ptr<const RegionDirectory>> FolderStore::directory() const noexcept {
-  return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
-    VANTAGE_TRY(Current bundle, current());
-    return std::make_unique<const FolderDirectory>(std::move(bundle.index));
-  });
-}
-
-Result<FolderStore::Current> FolderStore::current() const {
-  struct stat file {};
-  if (::stat((root_ / kIndex).c_str(), &file) == 0) {
-    const std::scoped_lock lock(mutex_);
-    if (cached_.is_of(file)) return Current{cached_.index, cached_.look};
-  }
-  VANTAGE_TRY(OpenIndex opened, open_index(format_, root_));
-  auto index = std::make_shared<const OpenIndex>(std::move(opened));
-  const std::scoped_lock lock(mutex_);
-  if (cached_.index) {
-    if (cached_.index->head.generation != index->head.generation) {
-      return fail(ErrorCode::io_failure,
-                  "another bundle has been put in the place of the one that was opened: open it "
-                  "again",
-                  at(root_));
-    }
-    index = cached_.index;  // copied or touched, but the same
-  }
-  cached_ = {file.st_dev,  file.st_ino, file.st_size,    file.st_ctim,
-             file.st_mtim, index,       cached_.look + 1};
-  return Current{std::move(index), cached_.look};
 }
 
 }  // namespace vantage::bundle_folder

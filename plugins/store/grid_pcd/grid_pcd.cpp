@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -15,7 +14,6 @@
 #include "vantage/kit/file_content.hpp"
 #include "vantage/kit/numbers.hpp"
 #include "vantage/plugin.hpp"
-#include "vantage/region_directory.hpp"
 
 namespace vantage::grid_pcd {
 namespace {
@@ -125,6 +123,53 @@ Result<Opened> open_folder(const fs::path& root) {
   return opened;
 }
 
+class GridReader final : public MapReader {
+ public:
+  GridReader(fs::path root, Opened opened) : root_(std::move(root)), opened_(std::move(opened)) {}
+
+  [[nodiscard]] Result<MapIndex> index() const noexcept override {
+    return guarded([&]() -> Result<MapIndex> { return opened_.index; });
+  }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return guarded([&] { return directory_of(opened_.index); });
+  }
+  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
+    return guarded([&]() -> Result<RegionMap> {
+      if (region.value >= opened_.files.size()) {
+        return error_at(root_, ErrorCode::not_found,
+                        "there is no region " + std::to_string(region.value) + "; there are " +
+                            std::to_string(opened_.files.size()));
+      }
+      const fs::path file = root_ / opened_.files[region.value];
+      auto content = io::read_file(file, "the map of a cell");
+      if (!content && content.error().code == ErrorCode::not_found) {
+        return error_at(file, ErrorCode::corrupt_data,
+                        "is missing; it was here when the folder was opened");
+      }
+      if (!content) return fail(std::move(content).error());
+      if (checksum_of(content->view()) != opened_.checksums[region.value]) {
+        return error_at(file, ErrorCode::corrupt_data, "has changed since the folder was opened");
+      }
+      RegionMap map;
+      VANTAGE_TRY(map.points, points_in(content->view(), file.string()));
+      return map;
+    });
+  }
+  /// `grid_meta_data` is the text of that file.
+  [[nodiscard]] Result<std::vector<std::byte>> attachment(
+      std::string_view name) const noexcept override {
+    return guarded([&]() -> Result<std::vector<std::byte>> {
+      if (name != kMetaDataAttachment) return MapReader::attachment(name);
+      const auto bytes = std::as_bytes(std::span(opened_.meta_data));
+      return std::vector<std::byte>(bytes.begin(), bytes.end());
+    });
+  }
+
+ private:
+  fs::path root_;
+  Opened opened_;
+};
+
 /// A folder of the program that the paper's authors have published.
 class GridPcd final : public MapStore {
  public:
@@ -142,61 +187,14 @@ class GridPcd final : public MapStore {
   explicit GridPcd(const Params& params) : root_(params.root) {}
 
   [[nodiscard]] Result<void> may_begin() const noexcept override { return only_reads(); }
-  [[nodiscard]] Result<void> begin(const MapIndex& /*index*/) noexcept override {
+  [[nodiscard]] Result<std::unique_ptr<MapWriter>> begin(
+      const MapIndex& /*index*/) const noexcept override {
     return only_reads();
   }
-  [[nodiscard]] Result<void> put(RegionId /*region*/, const RegionMap& /*map*/) noexcept override {
-    return only_reads();
-  }
-  [[nodiscard]] Result<void> attach(std::string_view /*name*/,
-                                    std::span<const std::byte> /*bytes*/) noexcept override {
-    return only_reads();
-  }
-  [[nodiscard]] Result<void> commit() noexcept override { return only_reads(); }
-
-  [[nodiscard]] Result<MapIndex> index() const noexcept override {
-    return guarded([&]() -> Result<MapIndex> {
-      VANTAGE_TRY(const auto opened, opened_once());
-      return opened->index;
-    });
-  }
-  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
-    return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
-      VANTAGE_TRY(const auto opened, opened_once());
-      return directory_of(opened->index);
-    });
-  }
-  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
-    return guarded([&]() -> Result<RegionMap> {
-      VANTAGE_TRY(const auto opened, opened_once());
-      if (region.value >= opened->files.size()) {
-        return error_at(root_, ErrorCode::not_found,
-                        "there is no region " + std::to_string(region.value) + "; there are " +
-                            std::to_string(opened->files.size()));
-      }
-      const fs::path file = root_ / opened->files[region.value];
-      auto content = io::read_file(file, "the map of a cell");
-      if (!content && content.error().code == ErrorCode::not_found) {
-        return error_at(file, ErrorCode::corrupt_data,
-                        "is missing; it was here when the folder was opened");
-      }
-      if (!content) return fail(std::move(content).error());
-      if (checksum_of(content->view()) != opened->checksums[region.value]) {
-        return error_at(file, ErrorCode::corrupt_data, "has changed since the folder was opened");
-      }
-      RegionMap map;
-      VANTAGE_TRY(map.points, points_in(content->view(), file.string()));
-      return map;
-    });
-  }
-  /// `grid_meta_data` is the text of that file.
-  [[nodiscard]] Result<std::vector<std::byte>> attachment(
-      std::string_view name) const noexcept override {
-    return guarded([&]() -> Result<std::vector<std::byte>> {
-      if (name != kMetaDataAttachment) return MapStore::attachment(name);
-      VANTAGE_TRY(const auto opened, opened_once());
-      const auto bytes = std::as_bytes(std::span(opened->meta_data));
-      return std::vector<std::byte>(bytes.begin(), bytes.end());
+  [[nodiscard]] Result<std::unique_ptr<const MapReader>> open() const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<const MapReader>> {
+      VANTAGE_TRY(Opened opened, open_folder(root_));
+      return std::make_unique<const GridReader>(root_, std::move(opened));
     });
   }
 
@@ -206,18 +204,7 @@ class GridPcd final : public MapStore {
                 "the store grid_pcd only reads; `vantage export grid` writes such a folder");
   }
 
-  [[nodiscard]] Result<std::shared_ptr<const Opened>> opened_once() const {
-    const std::scoped_lock lock(mutex_);
-    if (!opened_) {
-      VANTAGE_TRY(Opened opened, open_folder(root_));
-      opened_ = std::make_shared<const Opened>(std::move(opened));
-    }
-    return opened_;
-  }
-
   fs::path root_;
-  mutable std::mutex mutex_;
-  mutable std::shared_ptr<const Opened> opened_;
 };
 
 }  // namespace

@@ -9,6 +9,19 @@
 namespace vantage::pcd_tiles {
 namespace {
 
+class PcdFiles final : public bundle_folder::RegionFiles {
+ public:
+  [[nodiscard]] Result<RegionFile> write(bundle_folder::PartialFolder& folder, RegionId /*region*/,
+                                         const std::string& name, const RegionMap& map) override {
+    RegionFile file;
+    VANTAGE_CHECK(folder.write_file(name, [&](const Sink& sink) -> Result<void> {
+      VANTAGE_TRY(file, encode(map, sink));
+      return {};
+    }));
+    return file;
+  }
+};
+
 /// One PCD file per region, and an index.
 class PcdTiles final : public bundle_folder::FolderStore {
  public:
@@ -19,21 +32,12 @@ class PcdTiles final : public bundle_folder::FolderStore {
   static Result<std::unique_ptr<MapStore>> create(const Params& params) {
     return std::make_unique<PcdTiles>(params);
   }
-  explicit PcdTiles(const Params& params) : FolderStore(kFormat, params) {}
+  explicit PcdTiles(const Params& params) : FolderStore(kFormat, params, &decode) {}
 
  private:
-  [[nodiscard]] Result<RegionFile> write(bundle_folder::PartialFolder& folder, RegionId /*region*/,
-                                         const std::string& name, const RegionMap& map) override {
-    RegionFile file;
-    VANTAGE_CHECK(folder.write_file(name, [&](const Sink& sink) -> Result<void> {
-      VANTAGE_TRY(file, encode(map, sink));
-      return {};
-    }));
-    return file;
-  }
-  [[nodiscard]] Result<RegionMap> read(std::string_view content, const RegionFile& file,
-                                       const std::filesystem::path& path) const override {
-    return decode(content, file, path.string());
+  [[nodiscard]] std::unique_ptr<bundle_folder::RegionFiles> region_files(
+      const MapIndex& /*index*/) const override {
+    return std::make_unique<PcdFiles>();
   }
 };
 

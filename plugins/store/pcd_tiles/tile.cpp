@@ -130,9 +130,9 @@ Result<RegionFile> encode(const RegionMap& map, const Sink& sink) {
 }
 
 Result<RegionMap> decode(std::string_view content, const RegionFile& info,
-                         const std::string& file) {
+                         const std::filesystem::path& file) {
   const auto corrupt = [&](const std::string& reason) {
-    return fail(ErrorCode::corrupt_data, reason, SourceLocation{file, 0, 0});
+    return fail(ErrorCode::corrupt_data, reason, SourceLocation{file.string(), 0, 0});
   };
   if (content.size() != info.bytes) {
     return corrupt("the file has " + std::to_string(content.size()) + " bytes, expected " +

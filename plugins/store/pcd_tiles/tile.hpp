@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -23,7 +24,7 @@ using bundle_folder::RegionFile, bundle_folder::Sink;
 /// Checks every byte. Errors: `corrupt_data` for content that does not agree with `info`.
 /// @param file  the file's name in error messages
 [[nodiscard]] Result<RegionMap> decode(std::string_view content, const RegionFile& info,
-                                       const std::string& file);
+                                       const std::filesystem::path& file);
 
 /// The size of the file that `encode` would make for a map with these counts and this origin.
 /// Precondition: the counts are not above the limits.

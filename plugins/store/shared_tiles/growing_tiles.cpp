@@ -220,7 +220,7 @@ Result<std::string> GrowingTiles::parts_of(std::string_view put) {
     TilePart& part = parts.emplace_back(TilePart{.place = tiles_[share.tile].place,
                                                  .count = share.count,
                                                  .coding = share.coding,
-                                                 .selection = reader.take(share.selection_bytes)});
+                                                 .selection = reader.raw(share.selection_bytes)});
     VANTAGE_TRY(const TileHistory* const tile, history(share.tile));
     if (tile->over_after(header.put)) continue;
     const auto runs = read_selection(part.selection, part.coding, share.points, share.count);
@@ -228,7 +228,7 @@ Result<std::string> GrowingTiles::parts_of(std::string_view put) {
     part.coding = append_selection(code, tile->now(*runs, header.put), tile->points());
     part.selection = code;
   }
-  return encode_parts(parts, reader.take(reader.left()));
+  return encode_parts(parts, reader.raw(reader.left()));
 }
 
 }  // namespace vantage::shared_tiles

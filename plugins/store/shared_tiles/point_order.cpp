@@ -50,12 +50,12 @@ std::optional<std::vector<std::vector<PlacedPiece>>> read_order(
   std::uint64_t to = 0;
   ByteReader reader(code);
   while (reader.left() > 0) {
-    const std::uint64_t number = reader.leb();
+    const std::uint64_t number = reader.counted();
     const std::uint64_t part = number >> 1U;
     if (part >= counts.size()) return std::nullopt;
     std::uint32_t begin = next[part];
-    if ((number & 1U) != 0) begin += unfolded(static_cast<std::uint32_t>(reader.leb()));
-    const std::uint64_t count = reader.leb();
+    if ((number & 1U) != 0) begin += unfolded(static_cast<std::uint32_t>(reader.counted()));
+    const std::uint64_t count = reader.counted();
     if (!reader.ok() || count == 0 || begin >= counts[part] || count > counts[part] - begin ||
         count > all - to) {
       return std::nullopt;

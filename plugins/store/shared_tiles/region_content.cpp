@@ -73,16 +73,16 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
     return corrupt("the checksum of the file differs from the index: the file is damaged");
   }
   ByteReader reader(content);
-  if (reader.take(kTitle.size()) != kTitle) return corrupt("this is not a region of a bundle");
+  if (reader.raw(kTitle.size()) != kTitle) return corrupt("this is not a region of a bundle");
 
   RegionContent region;
   RegionMap& map = region.map;
-  const std::string_view xyz = reader.take(file.viewpoints * sizeof(ViewpointCoordinates));
+  const std::string_view xyz = reader.raw(file.viewpoints * sizeof(ViewpointCoordinates));
   const std::size_t width = width_of(file.max_views);
-  const std::string_view views = reader.take(file.points * width);
-  const std::string_view prepared = reader.take(file.prepared_bytes);
+  const std::string_view views = reader.raw(file.points * width);
+  const std::string_view prepared = reader.raw(file.prepared_bytes);
   if (!reader.ok()) return corrupt("the file is shorter than the counts of the index say");
-  (void)reader.take(reader.left() % kWord);
+  (void)reader.raw(reader.left() % kWord);
   map.viewpoints.resize(file.viewpoints);
   for (std::size_t i = 0; i < map.viewpoints.size(); ++i) {
     ViewpointCoordinates at;
@@ -117,8 +117,8 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
     sizes.push_back(header.selection_bytes);
     points += header.count;
   }
-  for (std::uint64_t i = 0; i < count; ++i) region.parts[i].selection = reader.take(sizes[i]);
-  region.order = reader.take(order_bytes);
+  for (std::uint64_t i = 0; i < count; ++i) region.parts[i].selection = reader.raw(sizes[i]);
+  region.order = reader.raw(order_bytes);
   if (!reader.ok() || reader.left() >= kWord) return corrupt("the list of tiles is damaged");
   if (points != file.points) {
     return corrupt("the tiles give " + std::to_string(points) + " points, expected " +

@@ -61,7 +61,7 @@ std::optional<std::vector<Run>> read_runs(std::string_view bytes, std::uint32_t 
   runs.reserve(bytes.size() / 2);
   std::uint64_t at = 0;
   while (reader.left() > 0) {
-    const std::uint64_t skipped = reader.leb(), taken = reader.leb();
+    const std::uint64_t skipped = reader.counted(), taken = reader.counted();
     if (!reader.ok() || skipped > points || taken > points) return std::nullopt;
     at += skipped;
     if (at + taken > points) return std::nullopt;

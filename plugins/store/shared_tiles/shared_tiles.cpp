@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 namespace vantage::shared_tiles {
 namespace {
 
+namespace fs = std::filesystem;
 using bundle_folder::PartialFolder, bundle_folder::RegionFile;
 
 constexpr const char* kTilesFile = "tiles.bin";
@@ -25,21 +27,62 @@ constexpr bundle_folder::BundleFormat kFormat{.store = "shared_tiles",
                                               .shared = kTilesFile,
                                               .scratch = kScratchFile};
 
-/// What a build knows of its regions before the commit.
-struct Build {
+/// What is written of the regions before the commit, and of the tiles at it.
+class SharedFiles final : public bundle_folder::RegionFiles {
+ public:
+  /// @param memory  for tiles [bytes]
+  SharedFiles(double tile_width, std::uint64_t memory, std::size_t regions)
+      : tiles_(tile_width, memory, scratch_), sums_(regions) {}
+
+  [[nodiscard]] Result<RegionFile> write(PartialFolder& folder, RegionId region,
+                                         const std::string& name, const RegionMap& map) override {
+    VANTAGE_TRY(RegionFile file, bundle_folder::checked(map));
+    for (const Point& p : map.points) {
+      if (tiles_.fits(p)) continue;
+      return fail(ErrorCode::invalid_input, "a point is too far from the map's origin for tiles");
+    }
+    if (failed_) return failed_before();
+    failed_ = true;  // if it ends here, points were counted that are not kept
+    const std::string head = encode_head(map, file);
+    VANTAGE_CHECK(folder.write_file(name, head));
+    VANTAGE_TRY(const std::string put, tiles_.put(folder, map.points));
+    VANTAGE_TRY(const Scratch::Place place, scratch_.add(folder, put));
+    puts_.push_back({region.value, place});
+    sums_[region.value] = sum_of(head);
+    failed_ = false;
+    file.bytes = head.size();
+    return file;
+  }
+
+  [[nodiscard]] Result<void> finish(PartialFolder& folder, std::vector<RegionFile>& files,
+                                    const std::vector<std::string>& names) override {
+    if (failed_) return failed_before();
+    VANTAGE_CHECK(tiles_.finish(folder, kTilesFile));
+    for (const Put& put : puts_) {
+      VANTAGE_TRY(const std::string kept, scratch_.read(put.place));
+      VANTAGE_TRY(const std::string parts, tiles_.parts_of(kept));
+      VANTAGE_CHECK(folder.append(names[put.region], parts));
+      files[put.region].bytes += parts.size();
+      files[put.region].checksum = sum_of(parts, sums_[put.region]).value();
+    }
+    return scratch_.remove(folder);
+  }
+
+ private:
   struct Put {
     std::uint32_t region;
     Scratch::Place place;
   };
 
-  Scratch scratch{kScratchFile};
-  GrowingTiles tiles;
-  std::vector<Put> puts;    // in their order: neighbours mostly follow each other
-  std::vector<Fnv1a> sums;  // of the first parts of the files, by region
-  enum class State { putting, finished, failed } state = State::putting;
+  [[nodiscard]] static tl::unexpected<Error> failed_before() {
+    return fail(ErrorCode::io_failure, "a part of the bundle could not be written: begin it again");
+  }
 
-  Build(double width, std::uint64_t memory, std::size_t regions)
-      : tiles(width, memory, scratch), sums(regions) {}
+  Scratch scratch_{kScratchFile};
+  GrowingTiles tiles_;
+  std::vector<Put> puts_;    // in their order: neighbours mostly follow each other
+  std::vector<Fnv1a> sums_;  // of the first parts of the files, by region
+  bool failed_ = false;
 };
 
 /// Every point once, in square tiles; a region says which points of which tiles it has.
@@ -63,66 +106,21 @@ class SharedTiles final : public bundle_folder::FolderStore {
     return std::make_unique<SharedTiles>(params);
   }
   explicit SharedTiles(const Params& params)
-      : FolderStore(kFormat, params),
+      : FolderStore(kFormat, params,
+                    [](std::string_view content, const RegionFile& file, const fs::path& path) {
+                      return read_region(content, file, path, path.parent_path() / kTilesFile);
+                    }),
         width_(params.tile_width),
         build_cache_(std::uint64_t{params.build_cache} * 1'000'000) {}
 
  private:
-  void start(const MapIndex& index) override {
-    build_ = std::make_unique<Build>(width_, build_cache_, index.partition.size());
-  }
-
-  [[nodiscard]] Result<RegionFile> write(PartialFolder& folder, RegionId region,
-                                         const std::string& name, const RegionMap& map) override {
-    VANTAGE_TRY(RegionFile file, bundle_folder::checked(map));
-    for (const Point& p : map.points) {
-      if (build_->tiles.fits(p)) continue;
-      return fail(ErrorCode::invalid_input, "a point is too far from the map's origin for tiles");
-    }
-    if (build_->state != Build::State::putting) return failed_before();
-    build_->state = Build::State::failed;  // if it ends here, points were counted that are not kept
-    const std::string head = encode_head(map, file);
-    VANTAGE_CHECK(folder.write_file(name, head));
-    VANTAGE_TRY(const std::string put, build_->tiles.put(folder, map.points));
-    VANTAGE_TRY(const Scratch::Place place, build_->scratch.add(folder, put));
-    build_->puts.push_back({region.value, place});
-    build_->sums[region.value] = sum_of(head);
-    build_->state = Build::State::putting;
-    file.bytes = head.size();
-    return file;
-  }
-
-  [[nodiscard]] Result<void> finish(PartialFolder& folder, std::vector<RegionFile>& files,
-                                    const std::vector<std::string>& names) override {
-    if (build_->state == Build::State::finished) return {};
-    if (build_->state == Build::State::failed) return failed_before();
-    build_->state = Build::State::failed;
-    VANTAGE_CHECK(build_->tiles.finish(folder, kTilesFile));
-    for (const Build::Put& put : build_->puts) {
-      VANTAGE_TRY(const std::string kept, build_->scratch.read(put.place));
-      VANTAGE_TRY(const std::string parts, build_->tiles.parts_of(kept));
-      VANTAGE_CHECK(folder.append(names[put.region], parts));
-      files[put.region].bytes += parts.size();
-      files[put.region].checksum = sum_of(parts, build_->sums[put.region]).value();
-    }
-    VANTAGE_CHECK(build_->scratch.remove(folder));
-    build_ = std::make_unique<Build>(width_, 0, 0);  // frees the memory
-    build_->state = Build::State::finished;
-    return {};
-  }
-
-  [[nodiscard]] Result<RegionMap> read(std::string_view content, const RegionFile& file,
-                                       const std::filesystem::path& path) const override {
-    return read_region(content, file, path, root() / kTilesFile);
-  }
-
-  [[nodiscard]] static tl::unexpected<Error> failed_before() {
-    return fail(ErrorCode::io_failure, "a part of the bundle could not be written: begin it again");
+  [[nodiscard]] std::unique_ptr<bundle_folder::RegionFiles> region_files(
+      const MapIndex& index) const override {
+    return std::make_unique<SharedFiles>(width_, build_cache_, index.partition.size());
   }
 
   double width_;
   std::uint64_t build_cache_;  // [bytes]
-  std::unique_ptr<Build> build_;
 };
 
 }  // namespace

@@ -61,7 +61,7 @@ bool decode_tile(StoredTile& tile) {
   const auto header = reader.number<TileHeader>();
   tile.origin = {header.origin[0], header.origin[1], header.origin[2]};
   if (header.points > tile.size / sizeof(TileCoordinates)) return false;
-  const std::string_view xyz = reader.take(header.points * sizeof(TileCoordinates));
+  const std::string_view xyz = reader.raw(header.points * sizeof(TileCoordinates));
   if (!reader.ok() || reader.left() >= kWord || !tile.origin.allFinite()) return false;
   tile.points = static_cast<std::uint32_t>(header.points);
   return finite(xyz);

@@ -8,81 +8,24 @@
 
 #include "breaks.hpp"
 #include "vantage/kit/directory_of.hpp"
-#include "vantage/region_directory.hpp"
 
 namespace vantage::broken {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Broken final : public MapStore {
+class BrokenReader final : public MapReader {
  public:
-  struct Params {
-    fs::path root;
-    static constexpr auto schema() {
-      return std::tuple{required("root", &Params::root, "", "folder of the bundle")};
-    }
-  };
-  static Result<std::unique_ptr<MapStore>> create(const Params& params) {
-    Table table;
-    table.entries.push_back({"root", Value{params.root.string(), {}}, {}});
-    if (breaks("S4")) table.entries.push_back({"overwrite", Value{true, {}}, {}});
-    VANTAGE_TRY(auto sound_store, sound<MapStore>("pcd_tiles", table));
-    return std::make_unique<Broken>(std::move(sound_store), params.root);
-  }
-  Broken(PluginPtr<MapStore> sound, fs::path root)
-      : sound_(std::move(sound)), root_(std::move(root)) {}
+  BrokenReader(std::shared_ptr<const MapStore> store, std::unique_ptr<const MapReader> sound)
+      : store_(std::move(store)), sound_(std::move(sound)) {}
 
-  [[nodiscard]] Result<void> may_begin() const noexcept override {
-    return guarded([&]() -> Result<void> {
-      if (breaks("S27")) return fail(ErrorCode::unsupported, "it only reads");
-      // It tries whether a folder can be made.
-      if (breaks("S26")) fs::create_directories(root_);
-      return sound_->may_begin();
-    });
-  }
-  [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
-    return guarded([&] { return begin_with(index); });
-  }
-  [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
-    return guarded([&] { return put_checked(region, map); });
-  }
-  [[nodiscard]] Result<void> attach(std::string_view name,
-                                    std::span<const std::byte> bytes) noexcept override {
-    return guarded([&] { return attach_checked(name, bytes); });
-  }
-  [[nodiscard]] Result<void> commit() noexcept override {
-    return guarded([&]() -> Result<void> {
-      if (breaks("S2") && std::exchange(committed_, false)) return {};
-      if (breaks("S12") && !begun_) return {};
-      if (breaks("S9")) {
-        for (std::uint32_t r = 0; r < regions_; ++r) {
-          if (!put_.contains(r)) VANTAGE_CHECK(sound_->put(RegionId{r}, {}));
-        }
-      }
-      VANTAGE_CHECK(sound_->commit());
-      begun_ = false;
-      put_.clear();
-      if (breaks("S14")) {
-        static std::atomic<int> builds = 0;
-        std::ofstream(root_.parent_path() / "history.txt") << "build " << ++builds << '\n';
-      }
-      return {};
-    });
-  }
-
-  [[nodiscard]] Result<MapIndex> index() const noexcept override {
-    return guarded([&]() -> Result<MapIndex> {
-      auto index = sound_->index();
-      if (breaks("S13") && !index) {
-        return fail(ErrorCode::io_failure, "index.json: no such file");
-      }
-      return index;
-    });
-  }
+  [[nodiscard]] Result<MapIndex> index() const noexcept override { return sound_->index(); }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     return guarded([&]() -> Result<RegionMap> {
-      if (breaks("S13")) VANTAGE_CHECK(index());
+      if (breaks("S12")) {  // what is there now
+        VANTAGE_TRY(const auto now, store_->open());
+        return now->get(region);
+      }
       // An end that is counted in.
       const auto index = breaks("S3") ? sound_->index() : Result<MapIndex>();
       if (breaks("S3") && index && region.value == index->regions.size()) --region.value;
@@ -114,25 +57,52 @@ class Broken final : public MapStore {
       return bytes;
     });
   }
-
- private:
-  [[nodiscard]] Result<void> begin_with(MapIndex index) {
-    if (breaks("S10")) {  // edges with six decimals
-      std::vector<Region> regions = index.partition.regions();
-      for (Region& region : regions) {
-        if (auto* box = std::get_if<HalfOpenBox>(&region.footprint); box && box->max.x() > 1.0) {
-          box->max = (box->max * 1e6).array().round() / 1e6;
-        }
-      }
-      VANTAGE_TRY(index.partition, Partition::from(std::move(regions)));
-    }
-    VANTAGE_CHECK(sound_->begin(index));
-    begun_ = true;
-    regions_ = index.partition.size();
-    put_.clear();
-    return {};
+  [[nodiscard]] Result<void> attach(std::string_view name,
+                                    std::span<const std::byte> bytes) const noexcept override {
+    if (breaks("S21")) return {};
+    return sound_->attach(name, bytes);
   }
 
+ private:
+  std::shared_ptr<const MapStore> store_;  // keeps the library of `sound_`
+  std::unique_ptr<const MapReader> sound_;
+  mutable std::atomic<int> inside_ = 0;
+};
+
+class BrokenWriter final : public MapWriter {
+ public:
+  BrokenWriter(std::shared_ptr<const MapStore> store, std::unique_ptr<MapWriter> sound,
+               std::size_t regions, fs::path folder)
+      : store_(std::move(store)),
+        sound_(std::move(sound)),
+        regions_(regions),
+        folder_(std::move(folder)) {}
+
+  [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
+    return guarded([&] { return put_checked(region, map); });
+  }
+  [[nodiscard]] Result<void> attach(std::string_view name,
+                                    std::span<const std::byte> bytes) noexcept override {
+    return guarded([&] { return attach_checked(name, bytes); });
+  }
+  [[nodiscard]] Result<void> commit() && noexcept override {
+    return guarded([&]() -> Result<void> {
+      if (committed_) return {};
+      if (breaks("S9")) {
+        for (std::uint32_t r = 0; r < regions_; ++r) {
+          if (!put_.contains(r)) VANTAGE_CHECK(sound_->put(RegionId{r}, {}));
+        }
+      }
+      VANTAGE_CHECK(std::move(*sound_).commit());
+      if (breaks("S14")) {
+        static std::atomic<int> builds = 0;
+        std::ofstream(folder_ / "history.txt") << "build " << ++builds << '\n';
+      }
+      return {};
+    });
+  }
+
+ private:
   [[nodiscard]] Result<void> put_checked(RegionId region, RegionMap map) {
     PointCloud& points = map.points;
     if (breaks("S7")) std::erase_if(points, [](const Point& p) { return !p.allFinite(); });
@@ -152,7 +122,7 @@ class Broken final : public MapStore {
     put_.insert(region.value);
     if (breaks("S2") && put_.size() == regions_) {
       committed_ = true;
-      return sound_->commit();
+      return std::move(*sound_).commit();
     }
     return {};
   }
@@ -165,21 +135,81 @@ class Broken final : public MapStore {
     if (breaks("S18") && name.find('_') != std::string_view::npos) {
       return fail(ErrorCode::unsupported, "a name has letters only");
     }
-    if (breaks("S21") && !begun_) return {};
-    if (breaks("S23")) std::ofstream(root_.parent_path() / name) << "attached";
+    if (breaks("S23")) std::ofstream(folder_ / name) << "attached";
     auto done = sound_->attach(name, bytes);
     if (done) return done;
     if (breaks("S20") && done.error().code == ErrorCode::already_exists) return {};
-    if (breaks("S22") && begun_ && done.error().code == ErrorCode::invalid_input) return {};
+    if (breaks("S22") && done.error().code == ErrorCode::invalid_input) return {};
     return done;
   }
 
-  PluginPtr<MapStore> sound_;
-  fs::path root_;
-  std::size_t regions_ = 0;
+  std::shared_ptr<const MapStore> store_;  // keeps the library of `sound_`
+  std::unique_ptr<MapWriter> sound_;
+  std::size_t regions_;
+  fs::path folder_;  // of the bundle's folder
   std::set<std::uint32_t> put_;
-  bool begun_ = false, committed_ = false;
-  mutable std::atomic<int> inside_ = 0;
+  bool committed_ = false;
+};
+
+class Broken final : public MapStore {
+ public:
+  struct Params {
+    fs::path root;
+    static constexpr auto schema() {
+      return std::tuple{required("root", &Params::root, "", "folder of the bundle")};
+    }
+  };
+  static Result<std::unique_ptr<MapStore>> create(const Params& params) {
+    Table table;
+    table.entries.push_back({"root", Value{params.root.string(), {}}, {}});
+    if (breaks("S4")) table.entries.push_back({"overwrite", Value{true, {}}, {}});
+    VANTAGE_TRY(auto sound_store, sound<MapStore>("pcd_tiles", table));
+    return std::make_unique<Broken>(std::move(sound_store), params.root);
+  }
+  Broken(PluginPtr<MapStore> sound, fs::path root)
+      : sound_(std::move(sound)), root_(std::move(root)) {}
+
+  [[nodiscard]] Result<void> may_begin() const noexcept override {
+    return guarded([&]() -> Result<void> {
+      if (breaks("S27")) return fail(ErrorCode::unsupported, "it only reads");
+      // It tries whether a folder can be made.
+      if (breaks("S26")) fs::create_directories(root_);
+      return sound_->may_begin();
+    });
+  }
+  [[nodiscard]] Result<std::unique_ptr<MapWriter>> begin(
+      const MapIndex& index) const noexcept override {
+    return guarded([&] { return begin_with(index); });
+  }
+  [[nodiscard]] Result<std::unique_ptr<const MapReader>> open() const noexcept override {
+    return guarded([&]() -> Result<std::unique_ptr<const MapReader>> {
+      auto reader = sound_->open();
+      if (reader) return std::make_unique<const BrokenReader>(sound_, *std::move(reader));
+      if (breaks("S13") && reader.error().code == ErrorCode::not_found) {
+        return fail(ErrorCode::io_failure, "index.json: no such file");
+      }
+      return fail(std::move(reader).error());
+    });
+  }
+
+ private:
+  [[nodiscard]] Result<std::unique_ptr<MapWriter>> begin_with(MapIndex index) const {
+    if (breaks("S10")) {  // edges with six decimals
+      std::vector<Region> regions = index.partition.regions();
+      for (Region& region : regions) {
+        if (auto* box = std::get_if<HalfOpenBox>(&region.footprint); box && box->max.x() > 1.0) {
+          box->max = (box->max * 1e6).array().round() / 1e6;
+        }
+      }
+      VANTAGE_TRY(index.partition, Partition::from(std::move(regions)));
+    }
+    VANTAGE_TRY(auto writer, sound_->begin(index));
+    return std::make_unique<BrokenWriter>(sound_, std::move(writer), index.partition.size(),
+                                          root_.parent_path());
+  }
+
+  std::shared_ptr<const MapStore> sound_;
+  fs::path root_;
 };
 
 }  // namespace

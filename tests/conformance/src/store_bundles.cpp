@@ -6,14 +6,32 @@
 #include <iterator>
 #include <utility>
 
+#include "clauses.hpp"
+
 namespace vantage::conformance {
 
 namespace fs = std::filesystem;
 
-PluginPtr<MapStore> Place::open(const Subject& subject) const {
+PluginPtr<MapStore> Place::store(const Subject& subject) const {
   auto store = subject.create<MapStore>(params_);
   if (!store) FAIL("cannot make the plugin: " << to_string(store.error()));
   return *std::move(store);
+}
+
+Reader Place::open(const Subject& subject) const {
+  const auto store = this->store(subject);
+  auto reader = store->open();
+  if (!reader) FAIL("the bundle cannot be opened: " << to_string(reader.error()));
+  if (!*reader) FAIL("open gave no reader and no error");
+  return in_library_of(store, *std::move(reader));
+}
+
+Writer Place::begin(const Subject& subject, const Bundle& bundle) const {
+  const auto store = this->store(subject);
+  auto writer = store->begin(bundle.index);
+  if (!writer) FAIL("the bundle cannot be begun: " << to_string(writer.error()));
+  if (!*writer) FAIL("begin gave no writer and no error");
+  return in_library_of(store, *std::move(writer));
 }
 
 MapIndex index_of(std::vector<Region> regions) {
@@ -64,27 +82,33 @@ void require(const Result<void>& done, const char* what) {
   if (!done) FAIL(what << ": " << to_string(done.error()));
 }
 
-void put_all(MapStore& store, const Bundle& bundle) {
+void put_all(MapWriter& writer, const Bundle& bundle) {
   for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
-    require(store.put(RegionId{r}, bundle.maps[r]), "put");
+    require(writer.put(RegionId{r}, bundle.maps[r]), "put");
   }
 }
 
-void write(MapStore& store, const Bundle& bundle) {
-  require(store.begin(bundle.index), "begin");
-  put_all(store, bundle);
-  require(store.commit(), "commit");
+void commit(Writer writer) { require(std::move(*writer).commit(), "commit"); }
+
+void finish(Writer writer, const Bundle& bundle) {
+  put_all(*writer, bundle);
+  commit(std::move(writer));
+}
+
+void check_refused(Writer writer, ErrorCode code) {
+  check_fails(std::move(*writer).commit(), code);
 }
 
 bool only_reads(const Subject& subject) {
   const Place place(subject);
-  const auto may = place.open(subject)->may_begin();
+  const auto may = place.store(subject)->may_begin();
   return !may && may.error().code == ErrorCode::unsupported;
 }
 
 bool place_bundle(const Subject& subject, const Place& place) {
   if (!only_reads(subject)) {
-    write(*place.open(subject), some_bundle(subject));
+    const Bundle bundle = some_bundle(subject);
+    finish(place.begin(subject, bundle), bundle);
     return true;
   }
   const fs::path bundle = subject.claims<StoreClaims>().bundle;
@@ -96,14 +120,14 @@ bool place_bundle(const Subject& subject, const Place& place) {
   return true;
 }
 
-MapIndex index_in(const MapStore& store) {
-  auto index = store.index();
+MapIndex index_in(const MapReader& reader) {
+  auto index = reader.index();
   if (!index) FAIL("the index is not read: " << to_string(index.error()));
   return *std::move(index);
 }
 
-RegionMap get(const MapStore& store, std::uint32_t region) {
-  auto map = store.get(RegionId{region});
+RegionMap get(const MapReader& reader, std::uint32_t region) {
+  auto map = reader.get(RegionId{region});
   if (!map) FAIL("region " << region << " is not read: " << to_string(map.error()));
   return *std::move(map);
 }
@@ -141,18 +165,18 @@ void check_points_kept(const PointCloud& put, const PointCloud& got, double prec
                 "a coordinate is off by " << worst << " m, claimed is " << precision << " m");
 }
 
-void check_kept(const Bundle& bundle, const MapStore& store, double precision) {
-  CHECK(index_in(store).partition.size() == bundle.maps.size());
+void check_kept(const Bundle& bundle, const MapReader& reader, double precision) {
+  CHECK(index_in(reader).partition.size() == bundle.maps.size());
   for (std::uint32_t r = 0; r < bundle.maps.size(); ++r) {
     CAPTURE(r);
-    const RegionMap got = get(store, r);
+    const RegionMap got = get(reader, r);
     check_points_kept(bundle.maps[r].points, got.points, precision);
     check_points_kept(bundle.maps[r].viewpoints, got.viewpoints, precision);
   }
 }
 
-void check_kept(const Subject& subject, const Bundle& bundle, const MapStore& store) {
-  check_kept(bundle, store, std::max(0.01, subject.claims<StoreClaims>().precision));
+void check_kept(const Subject& subject, const Bundle& bundle, const MapReader& reader) {
+  check_kept(bundle, reader, std::max(0.01, subject.claims<StoreClaims>().precision));
 }
 
 std::map<fs::path, std::string> files_below(const fs::path& folder) {

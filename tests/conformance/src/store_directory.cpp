@@ -1,4 +1,4 @@
-// S25: MapStore::directory.
+// S25: MapReader::directory.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -91,12 +91,12 @@ void directory_agrees(const Subject& subject) {
   if (only_reads(subject)) {
     if (!place_bundle(subject, place)) return;
   } else {
-    write(*place.open(subject), overlapping_regions(subject));
+    const Bundle bundle = overlapping_regions(subject);
+    finish(place.begin(subject, bundle), bundle);
   }
-  const auto store = place.open(subject);
-  const MapIndex index = index_in(*store);
-  const auto opened = store->directory();
-  if (!opened && opened.error().code == ErrorCode::unsupported) return;
+  const Reader reader = place.open(subject);
+  const MapIndex index = index_in(*reader);
+  const auto opened = reader->directory();
   if (!opened) FAIL("the directory is not read: " << to_string(opened.error()));
   const RegionDirectory& directory = **opened;
   check_summary(directory.summary(), index);

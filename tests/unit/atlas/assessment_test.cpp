@@ -193,7 +193,7 @@ TEST_CASE("the atlas says where a sensor is localized well, and is the same for 
       const auto report = assess(bundle, map);
       REQUIRE_MESSAGE(report, to_string(report.error()));
       CHECK(report->core_seconds > 0.0);
-      const auto bytes = bundle.store()->attachment(Atlas::kAttachment).value();
+      const auto bytes = bundle.reader().attachment(Atlas::kAttachment).value();
       if (first.empty()) first = bytes;
       CHECK(bytes == first);
       const auto atlas = atlas_of(bundle);
@@ -277,8 +277,7 @@ TEST_CASE("a store that keeps no attachments keeps no atlas") {
   const auto memory = std::make_shared<test::Memory>();
   plugins->store = test::in_process<test::MemoryStore, MapStore>(memory);
   REQUIRE(build_region_maps(map, path, *plugins, BuildParams::from(config)));
-  const auto bundle =
-      Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "in memory");
+  const auto bundle = test::bundle_in(memory);
   REQUIRE(bundle);
   const auto report = assess(*bundle, map);
   REQUIRE_FALSE(report);

@@ -102,8 +102,7 @@ TEST_CASE("a bundle of a store that keeps regions only has no atlas") {
   const auto memory = std::make_shared<test::Memory>();
   memory->index.partition = Partition::from({{"all", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
   memory->index.regions = {{}};
-  const auto bundle =
-      Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "in memory");
+  const auto bundle = test::bundle_in(memory);
   REQUIRE_MESSAGE(bundle, bundle.error().message);
   const auto atlas = Atlas::of_bundle(*bundle);
   REQUIRE(atlas);

@@ -9,8 +9,10 @@
 #include <span>
 #include <utility>
 
+#include "vantage/engine/bundle.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/ground_filter.hpp"
+#include "vantage/kit/directory_of.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"
 #include "vantage/scan_matcher.hpp"
@@ -97,19 +99,14 @@ struct Memory {
   std::atomic<int> gets = 0;
 };
 
-class MemoryStore final : public MapStore {
+class MemoryWriter final : public MapWriter {
  public:
-  explicit MemoryStore(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
-  [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
-    memory_->index = index;
-    memory_->begun = true;
-    return {};
-  }
+  explicit MemoryWriter(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
   [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
     memory_->maps[region.value] = map;
     return {};
   }
-  [[nodiscard]] Result<void> commit() noexcept override {
+  [[nodiscard]] Result<void> commit() && noexcept override {
     for (std::uint32_t r = 0; r < memory_->index.partition.size(); ++r) {
       memory_->index.regions.push_back({.points = memory_->maps[r].points.size(),
                                         .viewpoints = memory_->maps[r].viewpoints.size(),
@@ -120,7 +117,18 @@ class MemoryStore final : public MapStore {
     memory_->committed = true;
     return {};
   }
+
+ private:
+  std::shared_ptr<Memory> memory_;
+};
+
+class MemoryReader final : public MapReader {
+ public:
+  explicit MemoryReader(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
   [[nodiscard]] Result<MapIndex> index() const noexcept override { return memory_->index; }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return directory_of(memory_->index);
+  }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     ++memory_->gets;
     return memory_->maps.at(region.value);
@@ -129,6 +137,28 @@ class MemoryStore final : public MapStore {
  private:
   std::shared_ptr<Memory> memory_;
 };
+
+class MemoryStore final : public MapStore {
+ public:
+  explicit MemoryStore(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
+  [[nodiscard]] Result<std::unique_ptr<MapWriter>> begin(
+      const MapIndex& index) const noexcept override {
+    memory_->index = index;
+    memory_->begun = true;
+    return std::make_unique<MemoryWriter>(memory_);
+  }
+  [[nodiscard]] Result<std::unique_ptr<const MapReader>> open() const noexcept override {
+    return std::make_unique<const MemoryReader>(memory_);
+  }
+
+ private:
+  std::shared_ptr<Memory> memory_;
+};
+
+/// The bundle that a memory holds.
+inline Result<Bundle> bundle_in(std::shared_ptr<Memory> memory) {
+  return Bundle::of(in_process<MemoryReader, const MapReader>(std::move(memory)), "memory");
+}
 
 /// The truth that a TruthMatcher knows; the test moves it.
 struct Truth {

@@ -308,9 +308,9 @@ TEST_CASE("parameters that a file could not set are refused") {
   const World world;
   LocalizerParams params;
   params.search_pause = 0;
-  const auto opened = Localizer::open(
-      Bundle::of(test::in_process<test::MemoryStore, MapStore>(world.memory), "memory").value(),
-      test::in_process<test::TruthMatcher, ScanMatcher>(world.truth), {}, params);
+  const auto opened =
+      Localizer::open(test::bundle_in(world.memory).value(),
+                      test::in_process<test::TruthMatcher, ScanMatcher>(world.truth), {}, params);
   REQUIRE_FALSE(opened);
   CHECK(opened.error().code == ErrorCode::invalid_config);
   CHECK(opened.error().message.find("search_pause") != std::string::npos);
@@ -431,7 +431,7 @@ TEST_CASE("a bundle whose regions are all empty is refused") {
       test::Strips(2).partition(MapInMemory({}), {}, conformance::RangeSurvey({}, 1.0)).value();
   memory->index.regions.resize(2);
   const auto opened = Localizer::open(
-      Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
+      test::bundle_in(memory).value(),
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {},
       LocalizerParams{});
   CHECK(opened.error().message == "no region of the bundle holds any point");

@@ -39,25 +39,21 @@ struct Gate {
   }
 };
 
-class GatedStore final : public MapStore {
+class GatedReader final : public MapReader {
  public:
-  GatedStore(std::shared_ptr<test::Memory> memory, Gate& gate)
+  GatedReader(std::shared_ptr<test::Memory> memory, Gate& gate)
       : inner_(std::move(memory)), gate_(gate) {}
-  [[nodiscard]] Result<void> begin(const MapIndex& index) noexcept override {
-    return inner_.begin(index);
-  }
-  [[nodiscard]] Result<void> put(RegionId region, const RegionMap& map) noexcept override {
-    return inner_.put(region, map);
-  }
-  [[nodiscard]] Result<void> commit() noexcept override { return inner_.commit(); }
   [[nodiscard]] Result<MapIndex> index() const noexcept override { return inner_.index(); }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return inner_.directory();
+  }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     gate_.pass();
     return inner_.get(region);
   }
 
  private:
-  test::MemoryStore inner_;
+  test::MemoryReader inner_;
   Gate& gate_;
 };
 
@@ -72,7 +68,8 @@ LocalizerParams live_params() {
 /// A localizer whose searches wait at a gate.
 Localizer gated(const Posts& world, Gate& gate) {
   return Localizer::open(
-             Bundle::of(test::in_process<GatedStore, MapStore>(world.memory, gate), "memory")
+             Bundle::of(test::in_process<GatedReader, const MapReader>(world.memory, gate),
+                        "memory")
                  .value(),
              test::in_process<test::TruthMatcher, ScanMatcher>(world.truth),
              test::plugin<Relocalizer>("voxel_search"), live_params())

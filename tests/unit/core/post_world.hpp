@@ -32,23 +32,23 @@ struct PostWorld {
 
   explicit PostWorld(bool gap = false) {
     truth->scan = scan;
-    MemoryStore store(memory);
     const Partition partition =
         Strips(3).partition(MapInMemory({}), {}, conformance::RangeSurvey({}, 1.0)).value();
-    REQUIRE(store.begin(MapIndex{partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}));
+    const auto writer =
+        MemoryStore(memory).begin({partition, {}, {{0, -100, 0}, {30, 100, 5}}, 100, ""}).value();
     for (std::uint32_t r = 0; r < 3; ++r) {
       RegionMap map;
       if (!(gap && r == 1)) map.points = posts_of_map;
       for (int x = 0; x < 10; ++x) map.viewpoints.emplace_back(10.0 * r + x + 0.5, 0, 1);
-      REQUIRE(store.put(RegionId{r}, map));
+      REQUIRE(writer->put(RegionId{r}, map));
     }
-    REQUIRE(store.commit());
+    REQUIRE(std::move(*writer).commit());
   }
 
   [[nodiscard]] Localizer localizer(const LocalizerParams& params = {}) const {
-    auto opened = Localizer::open(
-        Bundle::of(in_process<MemoryStore, MapStore>(memory), "memory").value(),
-        in_process<TruthMatcher, ScanMatcher>(truth), plugin<Relocalizer>("voxel_search"), params);
+    auto opened =
+        Localizer::open(bundle_in(memory).value(), in_process<TruthMatcher, ScanMatcher>(truth),
+                        plugin<Relocalizer>("voxel_search"), params);
     REQUIRE_MESSAGE(opened, to_string(opened.error()));
     return *std::move(opened);
   }

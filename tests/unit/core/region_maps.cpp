@@ -33,13 +33,13 @@ struct Events {
   }
 };
 
-class CountingStore final : public MapStore {
+class CountingReader final : public MapReader {
  public:
-  explicit CountingStore(Events& events) : events_(events) {}
-  [[nodiscard]] Result<void> begin(const MapIndex&) noexcept override { return {}; }
-  [[nodiscard]] Result<void> put(RegionId, const RegionMap&) noexcept override { return {}; }
-  [[nodiscard]] Result<void> commit() noexcept override { return {}; }
+  explicit CountingReader(Events& events) : events_(events) {}
   [[nodiscard]] Result<MapIndex> index() const noexcept override { return MapIndex{}; }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return fail(ErrorCode::unsupported, "is not asked for");
+  }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     events_.gate_open.wait(false);
     const std::scoped_lock lock(events_.mutex);
@@ -89,7 +89,7 @@ class ReportingMatcher final : public ScanMatcher {
 
 struct Fixture {
   Events events;
-  PluginPtr<MapStore> store = test::in_process<CountingStore, MapStore>(events);
+  CountingReader bundle{events};
   PluginPtr<ScanMatcher> matcher = test::in_process<ReportingMatcher, ScanMatcher>(events);
 };
 
@@ -103,7 +103,7 @@ std::vector<RegionId> ids(std::initializer_list<std::uint32_t> values) {
 
 TEST_CASE("what was expected is taken without blocking, what was not is loaded by the taker") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {});
+  RegionMaps maps(f.bundle, f.matcher, {});
   maps.expect(ids({3, 1}));
   maps.wait_until_idle();
   CHECK(f.events.loaded() == std::vector<std::uint32_t>{3, 1});
@@ -124,7 +124,7 @@ TEST_CASE("what was expected is taken without blocking, what was not is loaded b
 
 TEST_CASE("without a background everything is loaded by the taker, once") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {.background = false});
+  RegionMaps maps(f.bundle, f.matcher, {.background = false});
   maps.expect(ids({3, 1}));
   maps.wait_until_idle();
   CHECK(f.events.loaded().empty());
@@ -135,7 +135,7 @@ TEST_CASE("without a background everything is loaded by the taker, once") {
 
 TEST_CASE("a region that is being loaded is waited for, not loaded twice") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {});
+  RegionMaps maps(f.bundle, f.matcher, {});
   f.events.gate_open = false;
   maps.expect(ids({5}));
   std::thread opener([&] {
@@ -154,7 +154,7 @@ TEST_CASE("a region that is being loaded is waited for, not loaded twice") {
 TEST_CASE("memory is bounded: what was used longest ago goes, what is expected stays") {
   Fixture f;
   {
-    RegionMaps maps(f.store, f.matcher, {.memory = 4 * kRegionBytes});
+    RegionMaps maps(f.bundle, f.matcher, {.memory = 4 * kRegionBytes});
     for (const std::uint32_t r : {0U, 1U, 2U, 0U, 3U}) REQUIRE(maps.take(RegionId{r}));
     CHECK(maps.statistics().bytes == 3 * kRegionBytes);  // one more was on its way
     CHECK_FALSE(maps.take(RegionId{0})->blocked);        // used again before 3 came
@@ -178,7 +178,7 @@ TEST_CASE("memory is bounded: what was used longest ago goes, what is expected s
 
 TEST_CASE("memory that targets take while they are used counts, and is given back at a take") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {.memory = 4 * kRegionBytes});
+  RegionMaps maps(f.bundle, f.matcher, {.memory = 4 * kRegionBytes});
   for (const std::uint32_t r : {0U, 1U, 2U}) REQUIRE(maps.take(RegionId{r}));
   f.events.grown_by = kRegionBytes / 2;
   CHECK(maps.statistics().bytes == 3 * (kRegionBytes + kRegionBytes / 2));
@@ -191,7 +191,7 @@ TEST_CASE("memory that targets take while they are used counts, and is given bac
 
 TEST_CASE("what is borrowed, and points on their way, count as well as what is kept") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {.memory = 6 * kRegionBytes, .background = false});
+  RegionMaps maps(f.bundle, f.matcher, {.memory = 6 * kRegionBytes, .background = false});
   for (const std::uint32_t r : {0U, 1U, 2U, 3U}) REQUIRE(maps.take(RegionId{r}));
   CHECK(maps.statistics().bytes == 4 * kRegionBytes);
   {
@@ -214,7 +214,7 @@ TEST_CASE("what is borrowed, and points on their way, count as well as what is k
 
 TEST_CASE("a region larger than the memory is kept while it is the last one taken") {
   Fixture f;
-  RegionMaps maps(f.store, f.matcher, {.memory = 10});
+  RegionMaps maps(f.bundle, f.matcher, {.memory = 10});
   const auto first = maps.take(RegionId{1});
   REQUIRE(first);
   CHECK_FALSE(maps.take(RegionId{1})->blocked);
@@ -227,7 +227,7 @@ TEST_CASE("a region larger than the memory is kept while it is the last one take
 TEST_CASE("a failure in the background shows when the region is taken, and passes") {
   Fixture f;
   f.events.broken = {4};
-  RegionMaps maps(f.store, f.matcher, {});
+  RegionMaps maps(f.bundle, f.matcher, {});
   maps.expect(ids({4, 5}));
   maps.wait_until_idle();
   CHECK(f.events.loaded() == std::vector<std::uint32_t>{4, 5});
@@ -245,7 +245,7 @@ TEST_CASE("a failure in the background shows when the region is taken, and passe
 TEST_CASE("10,000 random switches, expectations that come true and that do not, two takers") {
   Fixture f;
   constexpr std::uint32_t kRegions = 64;
-  RegionMaps maps(f.store, f.matcher, {.memory = 8 * kRegionBytes});
+  RegionMaps maps(f.bundle, f.matcher, {.memory = 8 * kRegionBytes});
   const auto drive = [&](unsigned seed) {
     std::mt19937 random(seed);
     std::uint32_t at = random() % kRegions;

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "support/bundles.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 #include "vantage/engine/atlas.hpp"
@@ -133,23 +134,23 @@ TEST_CASE("thinnings depend on the points, not on their order") {
 
 TEST_CASE("baselines have the index of places of their original, and not its atlas") {
   const test::TemporaryFolder folder;
-  const auto original =
+  const auto store =
       test::plugin<MapStore>("pcd_tiles", "root = \"" + (folder.path() / "bundle").string() + "\"");
   MapIndex index;
   index.partition = Partition::from({{"all", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
-  REQUIRE(original->begin(index));
-  REQUIRE(
-      original->put(RegionId{0}, {.points = {{0.5, 0.5, 0.5}}, .viewpoints = {}, .prepared = {}}));
+  auto writer = test::begun(store, index);
   const std::vector<std::byte> places(3, std::byte{7}), atlas(4, std::byte{8});
-  REQUIRE(original->attach("places", places));
-  REQUIRE(original->attach(Atlas::kAttachment, atlas));
-  REQUIRE(original->commit());
+  REQUIRE(writer->attach("places", places));
+  REQUIRE(writer->attach(Atlas::kAttachment, atlas));
+  test::finish(std::move(writer),
+               {{.points = {{0.5, 0.5, 0.5}}, .viewpoints = {}, .prepared = {}}});
+  const auto original = test::opened(store);
 
   const PointCloud map{{0.5, 0.5, 0.5}};
   const BaselineMaps maps(*original, original->index().value(), map, VisibilityConfig{});
-  const BaselineStore store(maps, Thinning::random);
-  CHECK(store.attachment("places").value() == places);
-  CHECK(store.attachment(Atlas::kAttachment).error().code == ErrorCode::not_found);
+  const BaselineReader baseline(maps, Thinning::random);
+  CHECK(baseline.attachment("places").value() == places);
+  CHECK(baseline.attachment(Atlas::kAttachment).error().code == ErrorCode::not_found);
 }
 
 TEST_CASE("voxel thinning copes with many points at one place") {

@@ -19,6 +19,7 @@
 #include "support/real_data.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/directory_of.hpp"
 
 namespace vantage {
 namespace {
@@ -27,23 +28,22 @@ namespace fs = std::filesystem;
 using Existing = io::OutputFolder::Existing;
 
 /// A bundle in memory.
-class MemoryStore final : public MapStore {
+class MemoryReader final : public MapReader {
  public:
-  MemoryStore(MapIndex index, std::vector<RegionMap> maps)
+  MemoryReader(MapIndex index, std::vector<RegionMap> maps)
       : index_(std::move(index)), maps_(std::move(maps)) {}
-  [[nodiscard]] Result<void> begin(const MapIndex&) noexcept override { return refuse(); }
-  [[nodiscard]] Result<void> put(RegionId, const RegionMap&) noexcept override { return refuse(); }
-  [[nodiscard]] Result<void> commit() noexcept override { return refuse(); }
   [[nodiscard]] Result<MapIndex> index() const noexcept override { return index_; }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return directory_of(index_);
+  }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     if (maps_[region.value].points.size() == 1 && std::isnan(maps_[region.value].points[0].x())) {
-      return refuse();
+      return fail(ErrorCode::io_failure, "the store fails");
     }
     return maps_[region.value];
   }
 
  private:
-  static tl::unexpected<Error> refuse() { return fail(ErrorCode::io_failure, "the store fails"); }
   MapIndex index_;
   std::vector<RegionMap> maps_;
 };
@@ -60,8 +60,9 @@ Bundle bundle_of(std::vector<RegionMap> maps) {
     index.map_points += maps[r].points.size();
   }
   index.partition = Partition::from(regions).value();
-  return Bundle::of(PluginPtr<MapStore>(new MemoryStore(std::move(index), std::move(maps)), {}),
-                    "memory")
+  return Bundle::of(
+             PluginPtr<const MapReader>(new MemoryReader(std::move(index), std::move(maps)), {}),
+             "memory")
       .value();
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "support/bundles.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -216,13 +217,9 @@ TEST_CASE("vantage export regions: a crafted bundle writes nothing outside of --
     MapIndex index;
     index.partition = Partition::from(std::move(regions)).value();
     const auto store = test::plugin<MapStore>("pcd_tiles", "root = '" + root.string() + "'");
-    REQUIRE(store->begin(index));
-    for (std::uint32_t r = 0; r < kRegions; ++r) {
-      RegionMap map;
-      if (r == 7) map.points.emplace_back(7.5, 0.5, 0.0);
-      REQUIRE(store->put(RegionId{r}, map));
-    }
-    REQUIRE(store->commit());
+    std::vector<RegionMap> maps(kRegions);
+    maps[7].points.emplace_back(7.5, 0.5, 0.0);
+    test::write_bundle(store, index, maps);
   }
   fs::create_directory(place);
   const auto out = place / "out";

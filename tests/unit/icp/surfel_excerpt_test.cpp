@@ -222,7 +222,7 @@ TEST_CASE("damage of surfels under a right checksum is an error or a map, never 
 TEST_CASE("the first bytes of stored surfels are what README.md says") {
   const Bytes bytes = some_bytes();
   CHECK(std::memcmp(bytes.data(), "VSFL\1\0\1\0", 8) == 0);
-  CHECK(ByteReader(std::span(bytes).subspan(8)).real() == 0.25);
+  CHECK(ByteReader(std::span<const std::byte>(bytes).subspan(8)).number<double>() == 0.25);
   CHECK(bytes[16] == std::byte{10});
   CHECK(bytes[20] == std::byte{0});
   CHECK(bytes[48] == std::byte{10});
@@ -393,7 +393,8 @@ TEST_CASE("what another matcher has stored is refused") {
   CHECK(refused_by("ndt", prepared_by("icp", map)) == ErrorCode::corrupt_data);
 }
 
-TEST_CASE("elements_at gives places and points of surfels, and refuses points that are not finite") {
+TEST_CASE(
+    "elements_at gives places and points of surfels, and refuses points that are not finite") {
   const auto whole = prepared_by("icp", yard_scene().map);
   const auto elements = whole->elements_at(yard_scene().map).value();
   REQUIRE(elements.size() == whole->elements());

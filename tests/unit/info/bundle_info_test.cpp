@@ -10,6 +10,7 @@
 
 #include "info/recording_info.hpp"
 #include "localizability/localizability.hpp"
+#include "support/bundles.hpp"
 #include "support/made_atlas.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
@@ -41,16 +42,15 @@ MapIndex strips() {
 /// A bundle of them in a folder.
 void write_strips(const std::filesystem::path& folder, std::span<const std::byte> atlas) {
   const auto store = test::plugin<MapStore>("pcd_tiles", "root = \"" + folder.string() + "\"");
-  REQUIRE(store->begin(strips()));
-  REQUIRE(store->put(
-      RegionId{0},
-      {.points = {{1, 2, 3}, {2, 2, 3}, {3, 2, 3}}, .viewpoints = {{5, 5, 1}}, .prepared = {}}));
-  REQUIRE(store->put(RegionId{1}, {}));
+  auto writer = test::begun(store, strips());
   if (!atlas.empty()) {
-    REQUIRE(store->attach(Atlas::kAttachment, atlas));
-    REQUIRE(store->attach(Bundle::kPlaceIndex, std::vector<std::byte>(7)));
+    REQUIRE(writer->attach(Atlas::kAttachment, atlas));
+    REQUIRE(writer->attach(Bundle::kPlaceIndex, std::vector<std::byte>(7)));
   }
-  REQUIRE(store->commit());
+  test::finish(
+      std::move(writer),
+      {{.points = {{1, 2, 3}, {2, 2, 3}, {3, 2, 3}}, .viewpoints = {{5, 5, 1}}, .prepared = {}},
+       {}});
 }
 
 BundleInfo info_with(std::optional<Atlas> atlas) {
@@ -226,10 +226,7 @@ TEST_CASE("info: a bundle of prepared maps, or of shared tiles, shows what it ho
   }
   SUBCASE("points") { west.points = {{1, 2, 3}, {2, 2, 3}, {3, 2, 3}}; }
   const auto store = test::plugin<MapStore>("shared_tiles", "root = \"" + place.string() + "\"");
-  REQUIRE(store->begin(index));
-  REQUIRE(store->put(RegionId{0}, west));
-  REQUIRE(store->put(RegionId{1}, {}));
-  REQUIRE(store->commit());
+  test::write_bundle(store, index, {west, {}});
   const auto info = inspect_bundle(place, test::built_plugins());
   REQUIRE_MESSAGE(info, to_string(info.error()));
   const std::string text = to_text(**info, {});
@@ -269,11 +266,7 @@ void write_shapes(const std::filesystem::path& folder) {
   storey.viewpoints = {{30, 2, 1}, {31, 2, 1}};
   storey.prepared = {.bytes = std::vector<std::byte>(100), .elements = 34};
   const auto store = test::plugin<MapStore>("pcd_tiles", "root = \"" + folder.string() + "\"");
-  REQUIRE(store->begin(index));
-  REQUIRE(store->put(RegionId{0}, hall));
-  REQUIRE(store->put(RegionId{1}, storey));
-  REQUIRE(store->put(RegionId{2}, {}));
-  REQUIRE(store->commit());
+  test::write_bundle(store, index, {hall, storey, {}});
 }
 
 TEST_CASE("info --regions: every region with what the bundle says of it") {

@@ -13,9 +13,7 @@ TEST_CASE("a map follows the pose of another localizer") {
   const test::PostWorld world;  // strips of 10 m along x
   std::vector<std::string> told;
   Notices notices([&](const std::string& text) { told.push_back(text); });
-  MapServer server(
-      Bundle::of(test::in_process<test::MemoryStore, MapStore>(world.memory), "memory").value(), {},
-      1.0, notices);
+  MapServer server(test::bundle_in(world.memory).value(), {}, 1.0, notices);
   const auto at = [&](double x, const char* frame = "map") {
     auto message = io::ros::write_pose_with_covariance(
         {.stamp = 7.0, .frame = frame}, test::at_x(x), io::ros::PoseCovariance::Zero());

@@ -33,9 +33,9 @@ Localizer localizer(const LocalizerParams& params = {}) {
   REQUIRE(partition);
   memory->index.partition = *partition;
   memory->maps[0] = {.points = {{0.0, 0.0, 0.0}}, .viewpoints = {}, .prepared = {}};
-  REQUIRE(test::MemoryStore(memory).commit());
+  REQUIRE(test::MemoryWriter(memory).commit());
   auto opened = Localizer::open(
-      Bundle::of(test::in_process<test::MemoryStore, MapStore>(memory), "memory").value(),
+      test::bundle_in(memory).value(),
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>()), {},
       params);
   REQUIRE_MESSAGE(opened, to_string(opened.error()));

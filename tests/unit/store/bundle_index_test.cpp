@@ -22,9 +22,8 @@ TEST_CASE("a bundle reads the same, whatever the number of its regions") {
     CAPTURE(plugin);
     const test::TemporaryFolder folder;
     const fs::path root = folder.path() / "bundle";
-    const auto open = [&] {
-      return test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
-    };
+    const auto store =
+        test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
     const auto write = [&](std::uint32_t count) {
       MapIndex index;
       std::vector<Region> regions;
@@ -37,22 +36,18 @@ TEST_CASE("a bundle reads the same, whatever the number of its regions") {
       index.map_bounds = {Point(0, 0, 0), Point(100, 100, 1)};
       index.map_points = count;
       index.config = "# made up";
-      const auto store = open();
-      REQUIRE(store->begin(index));
+      std::vector<RegionMap> maps(count);
       for (std::uint32_t r = 0; r < count; ++r) {
-        RegionMap map;
-        if (r % 10 != 3) map.points.emplace_back(r % 100 + 0.5, r / 100 + 0.5, 0.25);
-        REQUIRE(store->put(RegionId{r}, map));
+        if (r % 10 != 3) maps[r].points.emplace_back(r % 100 + 0.5, r / 100 + 0.5, 0.25);
       }
-      const auto committed = store->commit();
-      REQUIRE_MESSAGE(committed, to_string(committed.error()));
+      write_bundle(store, index, maps);
     };
     for (const std::uint32_t count : {1U, 25U, 4097U}) {
       CAPTURE(count);
       write(count);
       CHECK(fs::file_size(root / "index.json") < 1000);
-      const auto store = open();
-      const auto directory = store->directory();
+      const auto bundle = opened(store);
+      const auto directory = bundle->directory();
       REQUIRE_MESSAGE(directory, to_string(directory.error()));
       const std::uint32_t last = count - 1;
       CHECK((*directory)->summary().regions == count);
@@ -64,23 +59,23 @@ TEST_CASE("a bundle reads the same, whatever the number of its regions") {
       const Eigen::Vector2d inside(last % 100 + 0.5, last / 100 + 0.5);
       CHECK((*directory)->meeting({inside, inside}) == std::vector{RegionId{last}});
       CHECK((*directory)->entry(RegionId{count}).error().code == ErrorCode::not_found);
-      const auto index = store->index();
+      const auto index = bundle->index();
       REQUIRE_MESSAGE(index, to_string(index.error()));
       CHECK(index->partition.size() == count);
       CHECK(index->partition[RegionId{last}].label == "r" + std::to_string(last));
       CHECK(index->regions[0].points == 1);
-      CHECK(store->get(RegionId{0})->points == PointCloud{Point(0.5, 0.5, 0.25)});
-      CHECK(store->get(RegionId{last})->points == PointCloud{Point(inside.x(), inside.y(), 0.25)});
-      CHECK(store->get(RegionId{count}).error().code == ErrorCode::not_found);
-      if (count > 3) CHECK(store->get(RegionId{3})->points.empty());
+      CHECK(bundle->get(RegionId{0})->points == PointCloud{Point(0.5, 0.5, 0.25)});
+      CHECK(bundle->get(RegionId{last})->points == PointCloud{Point(inside.x(), inside.y(), 0.25)});
+      CHECK(bundle->get(RegionId{count}).error().code == ErrorCode::not_found);
+      if (count > 3) CHECK(bundle->get(RegionId{3})->points.empty());
     }
     // An index whose regions are another bundle's.
     const std::string json = read_text(root / "index.json");
     write(26);
     write_text(root / "index.json", json);
-    CHECK(open()->directory().error().code == ErrorCode::corrupt_data);
+    CHECK(store->open().error().code == ErrorCode::corrupt_data);
     fs::remove(root / "regions.idx");
-    CHECK(open()->directory().error().code == ErrorCode::corrupt_data);
+    CHECK(store->open().error().code == ErrorCode::corrupt_data);
   }
 }
 
@@ -92,9 +87,8 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   const auto corrupt = [&](const std::string& text, const std::string& because) {
     write_text(file, text);
     const auto store = pcd_tiles_at(root);
-    check_fails(store->index(), ErrorCode::corrupt_data, because);
-    check_fails(store->index(), ErrorCode::corrupt_data, file.string());
-    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
+    check_fails(store->open(), ErrorCode::corrupt_data, because);
+    check_fails(store->open(), ErrorCode::corrupt_data, file.string());
   };
   corrupt("", "not JSON");
   corrupt(std::string(100'000, '['), "not JSON");
@@ -149,18 +143,18 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   std::string other_layout = good;
   std::replace(other_layout.begin(), other_layout.end(), '\n', ' ');
   write_text(file, other_layout);
-  CHECK(pcd_tiles_at(root)->index());
+  CHECK(index_in(pcd_tiles_at(root)));
 
   // Cut anywhere it is no JSON, but for the newline at its end.
   for (std::size_t length = 0; length + 1 < good.size(); length += 13) {
     write_text(file, good.substr(0, length));
-    const auto index = pcd_tiles_at(root)->index();
+    const auto index = index_in(pcd_tiles_at(root));
     REQUIRE(!index);
     CHECK(index.error().code == ErrorCode::corrupt_data);
     CHECK(index.error().where->line > 0);
   }
   write_text(file, good);
-  CHECK(pcd_tiles_at(root)->index());
+  CHECK(index_in(pcd_tiles_at(root)));
 }
 
 TEST_CASE("an index that is nested without end is refused, wherever the nesting is") {
@@ -176,8 +170,9 @@ TEST_CASE("an index that is nested without end is refused, wherever the nesting 
          {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
           replaced(good, "\"version\": 5", "\"version\": " + deep), replaced(good, "77.7", deep)}) {
       write_text(file, text);
-      check_fails(pcd_tiles_at(root)->index(), ErrorCode::corrupt_data, "of at most 64 levels");
-      check_fails(pcd_tiles_at(root)->directory(), ErrorCode::corrupt_data, file.string());
+      const auto store = pcd_tiles_at(root);
+      check_fails(store->open(), ErrorCode::corrupt_data, "of at most 64 levels");
+      check_fails(store->open(), ErrorCode::corrupt_data, file.string());
     }
   }
 }
@@ -193,14 +188,12 @@ TEST_CASE("an index of more than 4 MiB is not read, and no build writes one") {
   CHECK(files().empty());
   index.config.resize(index.config.size() - 2000);
   write_bundle(pcd_tiles_at(root), index, sample_maps());
-  CHECK(pcd_tiles_at(root)->index()->config == index.config);
+  CHECK(index_in(pcd_tiles_at(root))->config == index.config);
   const std::string good = read_text(root / "index.json");
   write_text(root / "index.json", good + std::string(2000, '\n'));
-  for (const auto& error :
-       {pcd_tiles_at(root)->index().error(), pcd_tiles_at(root)->directory().error()}) {
-    CHECK(error.code == ErrorCode::corrupt_data);
-    CHECK(to_string(error).find("bytes, expected at most 4194304") != std::string::npos);
-    CHECK(to_string(error).find((root / "index.json").string()) != std::string::npos);
+  for (const std::string& part :
+       {std::string("bytes, expected at most 4194304"), (root / "index.json").string()}) {
+    check_fails(pcd_tiles_at(root)->open(), ErrorCode::corrupt_data, part);
   }
 }
 
@@ -218,16 +211,16 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
   // What is wrong by itself.
   const auto refused = [&](const auto& change, const std::string& because) {
     forge([&](All& all) { change(all[1]); });
-    const auto store = pcd_tiles_at(root);
+    const auto bundle = opened(pcd_tiles_at(root));
     for (const std::string& part : {because, std::string("the entry of region 1 at byte "),
                                     (root / "regions.idx").string()}) {
-      check_fails(store->get(RegionId{1}), ErrorCode::corrupt_data, part);
-      check_fails(store->index(), ErrorCode::corrupt_data, part);
-      const auto directory = store->directory();
+      check_fails(bundle->get(RegionId{1}), ErrorCode::corrupt_data, part);
+      check_fails(bundle->index(), ErrorCode::corrupt_data, part);
+      const auto directory = bundle->directory();
       REQUIRE_MESSAGE(directory, to_string(directory.error()));
       check_fails((*directory)->entry(RegionId{1}), ErrorCode::corrupt_data, part);
     }
-    CHECK(store->get(RegionId{2}));
+    CHECK(bundle->get(RegionId{2}));
     check_fails(pcd_tiles_at(root, true)->begin(sample_index()), ErrorCode::already_exists,
                 because);
   };
@@ -252,21 +245,21 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
 
   // What is wrong among the others.
   forge([](All& all) { all[1].region.label = all[2].region.label; });
-  check_fails(pcd_tiles_at(root)->index(), ErrorCode::corrupt_data,
+  check_fails(index_in(pcd_tiles_at(root)), ErrorCode::corrupt_data,
               "the regions are not a partition");
-  check_fails(pcd_tiles_at(root)->index(), ErrorCode::corrupt_data,
+  check_fails(index_in(pcd_tiles_at(root)), ErrorCode::corrupt_data,
               (root / "regions.idx").string());
 
   // What is wrong of the file: as many bytes with the padding, but others.
   forge([](All& all) { all[2].file.prepared_bytes += 1; });
-  CHECK(pcd_tiles_at(root)->get(RegionId{0}));
-  CHECK_FALSE(pcd_tiles_at(root)->get(RegionId{2})->prepared == sample_maps()[2].prepared);
+  CHECK(map_in(pcd_tiles_at(root), 0));
+  CHECK_FALSE(map_in(pcd_tiles_at(root), 2)->prepared == sample_maps()[2].prepared);
   forge([](All& all) { all[0].file.checksum ^= 1U; });
-  check_fails(pcd_tiles_at(root)->get(RegionId{0}), ErrorCode::corrupt_data, "checksum");
+  check_fails(map_in(pcd_tiles_at(root), 0), ErrorCode::corrupt_data, "checksum");
 
   // Fewer regions: a file that none names.
   forge([](All& all) { all.pop_back(); });
-  CHECK(pcd_tiles_at(root)->index()->partition.size() == 2);
+  CHECK(index_in(pcd_tiles_at(root))->partition.size() == 2);
   check_fails(pcd_tiles_at(root, true)->begin(sample_index()), ErrorCode::already_exists,
               "it also holds 'storey.2.pcd'");
 }
@@ -280,10 +273,7 @@ TEST_CASE("regions that are missing, cut off or another bundle's are corrupt_dat
   const auto refused = [&](const std::string& because) {
     const auto store = pcd_tiles_at(root);
     for (const std::string& part : {because, file.string()}) {
-      check_fails(store->directory(), ErrorCode::corrupt_data, part);
-      check_fails(store->index(), ErrorCode::corrupt_data, part);
-      check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, part);
-      check_fails(store->attachment("places"), ErrorCode::corrupt_data, part);
+      check_fails(store->open(), ErrorCode::corrupt_data, part);
     }
   };
   fs::remove(file);
@@ -300,10 +290,10 @@ TEST_CASE("regions that are missing, cut off or another bundle's are corrupt_dat
   refused("these are not the regions that the index names");
   fs::remove(file);
   fs::create_directory(file);
-  check_fails(pcd_tiles_at(root)->directory(), ErrorCode::io_failure, file.string());
+  check_fails(pcd_tiles_at(root)->open(), ErrorCode::io_failure, file.string());
   fs::remove(file);
   write_text(file, good);
-  CHECK(pcd_tiles_at(root)->get(RegionId{0}));
+  CHECK(map_in(pcd_tiles_at(root), 0));
 }
 
 TEST_CASE("an index with random damage never ends in a crash") {
@@ -319,7 +309,7 @@ TEST_CASE("an index with random damage never ends in a crash") {
       bad[random() % bad.size()] = "\"{}[]:,0a- \xff"[random() % 12];
     }
     write_text(root / "index.json", bad);
-    const auto index = pcd_tiles_at(root)->index();
+    const auto index = index_in(pcd_tiles_at(root));
     if (index) continue;
     ++refused;
     CHECK(index.error().code == ErrorCode::corrupt_data);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "support/bundles.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -52,17 +53,13 @@ class Folder {
   /// Opening the folder fails, and the message has these parts.
   void check_refused(std::initializer_list<std::string> parts,
                      ErrorCode code = ErrorCode::corrupt_data) const {
-    const auto index = store()->index();
-    REQUIRE_FALSE(index.has_value());
-    CHECK(index.error().code == code);
+    const auto opened = store()->open();
+    REQUIRE_FALSE(opened.has_value());
+    CHECK(opened.error().code == code);
     for (const std::string& part : parts) {
-      CHECK_MESSAGE(to_string(index.error()).find(part) != std::string::npos,
-                    to_string(index.error()));
+      CHECK_MESSAGE(to_string(opened.error()).find(part) != std::string::npos,
+                    to_string(opened.error()));
     }
-    const auto directory = store()->directory();
-    REQUIRE_FALSE(directory.has_value());
-    CHECK(to_string(directory.error()) == to_string(index.error()));
-    CHECK_FALSE(store()->get(RegionId{0}).has_value());
   }
 
  private:
@@ -71,8 +68,8 @@ class Folder {
 
 TEST_CASE("grid_pcd: the cells that have a file are the regions, by rows, with their points") {
   const Folder folder;
-  const auto store = folder.store();
-  const auto index = store->index();
+  const auto bundle = test::opened(folder.store());
+  const auto index = bundle->index();
   REQUIRE_MESSAGE(index, to_string(index.error()));
   REQUIRE(index->partition.size() == 3);
   const auto& regions = index->partition.regions();
@@ -90,24 +87,24 @@ TEST_CASE("grid_pcd: the cells that have a file are the regions, by rows, with t
   CHECK(index->map_bounds.max == Point(200, 11, 7));
   CHECK(index->config.empty());
 
-  const auto map = store->get(RegionId{0});
+  const auto map = bundle->get(RegionId{0});
   REQUIRE_MESSAGE(map, to_string(map.error()));
   CHECK(map->points == PointCloud{{-41, 11, 0}, {200, -70.5, 3}, {-41, 11, 0}});
-  CHECK(store->get(RegionId{2})->points[0] == Point(0.1F, 0.2F, -7));
-  const auto text = store->attachment("grid_meta_data");
+  CHECK(bundle->get(RegionId{2})->points[0] == Point(0.1F, 0.2F, -7));
+  const auto text = bundle->attachment("grid_meta_data");
   REQUIRE(text);
   CHECK(std::string(reinterpret_cast<const char*>(text->data()), text->size()) == kMetaData);
-  CHECK(store->attachment("places").error().code == ErrorCode::not_found);
+  CHECK(bundle->attachment("places").error().code == ErrorCode::not_found);
 }
 
 TEST_CASE("grid_pcd: no folder, no files of it, or one of both kinds") {
   const test::TemporaryFolder empty;
   const auto none = [](const fs::path& root) {
-    const auto index =
-        test::plugin<MapStore>("grid_pcd", "root = '" + root.string() + "'")->index();
-    REQUIRE_FALSE(index.has_value());
-    CHECK(index.error().code == ErrorCode::not_found);
-    CHECK(index.error().message.find("no grid_meta_data.yaml") != std::string::npos);
+    const auto opened =
+        test::open(test::plugin<MapStore>("grid_pcd", "root = '" + root.string() + "'"));
+    REQUIRE_FALSE(opened.has_value());
+    CHECK(opened.error().code == ErrorCode::not_found);
+    CHECK(opened.error().message.find("no grid_meta_data.yaml") != std::string::npos);
   };
   none(empty.path());
   none(empty.path() / "nowhere");
@@ -138,7 +135,7 @@ TEST_CASE("grid_pcd: a file with a wrong name is told") {
        {"grid_0_0.pcd.bak", "agrid_0_0.pcd", "grid_0_0.PCD", "notes.txt"}) {
     const Folder with_more;
     with_more.write(name, "what is no cell's file does not matter");
-    CHECK(with_more.store()->index());
+    CHECK(test::index_in(with_more.store()));
   }
 }
 
@@ -176,7 +173,7 @@ TEST_CASE("grid_pcd: the meta data says where it is wrong") {
   folder.write("grid_meta_data.yaml",
                "# the grid\r\ngrid_size: 2e1  # L\r\n\r\nmax_pt:\r\n\tx: 8.25\r\n\ty: 49.5\r\n"
                "min_pt:\r\n  y: 10\r\n  x: -41.5\r\n");
-  CHECK(folder.store()->index());
+  CHECK(test::index_in(folder.store()));
 }
 
 TEST_CASE("grid_pcd: a damaged file of a cell is told") {
@@ -218,7 +215,7 @@ TEST_CASE("grid_pcd: no damaged header or meta data crashes or reads past the en
       }
       if (round % 5 == 0) bad.resize(random() % bad.size());
       folder.write(name, bad);
-      const auto index = folder.store()->index();
+      const auto index = test::index_in(folder.store());
       if (index) CHECK(index->partition.size() == 3);
     }
   }
@@ -226,18 +223,17 @@ TEST_CASE("grid_pcd: no damaged header or meta data crashes or reads past the en
 
 TEST_CASE("grid_pcd: what changes or goes after the folder was opened is told, never mixed") {
   const Folder folder;
-  const auto store = folder.store();
-  REQUIRE(store->index());
+  const auto bundle = test::opened(folder.store());
   folder.write("grid_2_0.pcd", cell_file({{1, 2, 4}}));
-  const auto changed = store->get(RegionId{1});
+  const auto changed = bundle->get(RegionId{1});
   REQUIRE_FALSE(changed.has_value());
   CHECK(changed.error().code == ErrorCode::corrupt_data);
   CHECK(changed.error().message == "has changed since the folder was opened");
   fs::remove(folder.path("grid_2_0.pcd"));
-  const auto gone = store->get(RegionId{1});
+  const auto gone = bundle->get(RegionId{1});
   REQUIRE_FALSE(gone.has_value());
   CHECK(gone.error().message.find("is missing") == 0);
-  CHECK(store->get(RegionId{0}));
+  CHECK(bundle->get(RegionId{0}));
 }
 
 TEST_CASE("grid_pcd only reads") {

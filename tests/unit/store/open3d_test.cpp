@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "support/bundles.hpp"
 #include "support/plugins.hpp"
 #include "support/real_data.hpp"
 
@@ -21,9 +22,7 @@ TEST_CASE("Open3D reads the points of a region's file, with views and with more 
         test::plugin<MapStore>("pcd_tiles", "root = '" + (folder.path() / "bundle").string() + "'");
     MapIndex index;
     index.partition = Partition::from({{"map", HalfOpenBox{{0, 0}, {9, 9}}, {}}}).value();
-    REQUIRE(store->begin(index));
-    REQUIRE(store->put(RegionId{0}, map));
-    REQUIRE(store->commit());
+    test::write_bundle(store, index, {map});
 
     open3d::geometry::PointCloud read;
     REQUIRE(open3d::io::ReadPointCloud((folder.path() / "bundle" / "map.pcd").string(), read));

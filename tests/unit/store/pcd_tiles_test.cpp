@@ -36,7 +36,7 @@ TEST_CASE("the index comes back exactly") {
   const test::TemporaryFolder folder;
   const MapIndex written = sample_index();
   write_bundle(pcd_tiles_at(folder.path() / "bundle"), written, sample_maps());
-  const auto read = pcd_tiles_at(folder.path() / "bundle")->index();
+  const auto read = index_in(pcd_tiles_at(folder.path() / "bundle"));
   REQUIRE_MESSAGE(read, to_string(read.error()));
   CHECK(read->config == written.config);
   CHECK(read->map_points == written.map_points);
@@ -72,7 +72,7 @@ TEST_CASE("random partition edges come back bit for bit") {
   MapIndex index;
   index.partition = Partition::from(regions).value();
   write_bundle(pcd_tiles_at(folder.path() / "bundle"), index, std::vector<RegionMap>(501));
-  const auto read = pcd_tiles_at(folder.path() / "bundle")->index();
+  const auto read = index_in(pcd_tiles_at(folder.path() / "bundle"));
   REQUIRE_MESSAGE(read, to_string(read.error()));
   CHECK(read->partition.regions() == regions);
   CHECK(read->map_bounds.empty());  // of no points: infinite the wrong way round
@@ -88,7 +88,7 @@ TEST_CASE("points come back in their order, to the stated precision, far from th
       const RegionMap written{
           random_cloud(2000, centre, extent), random_cloud(300, centre, extent), {}};
       write_bundle(pcd_tiles_at(folder.path() / "b"), index, {written});
-      const auto read = pcd_tiles_at(folder.path() / "b")->get(RegionId{0});
+      const auto read = map_in(pcd_tiles_at(folder.path() / "b"), 0);
       REQUIRE_MESSAGE(read, to_string(read.error()));
       const double rounding = centre.cwiseAbs().maxCoeff() * 0x1p-52;
       const double precision = std::max(extent, 1.0) * 0x1p-24 + rounding;
@@ -103,9 +103,9 @@ TEST_CASE("a region without points, with one, and with equal ones") {
   const Point p(5e6 + 0.125, -7.5, 0.25);
   const std::vector<RegionMap> maps{{}, {{p}, {p}, {}}, {{p, p, p}, {p, p}, {}}};
   write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), maps);
-  const auto store = pcd_tiles_at(folder.path() / "b");
+  const auto bundle = opened(pcd_tiles_at(folder.path() / "b"));
   for (std::uint32_t r = 0; r < 3; ++r) {
-    const auto read = store->get(RegionId{r});
+    const auto read = bundle->get(RegionId{r});
     REQUIRE_MESSAGE(read, to_string(read.error()));
     CHECK(read->points == maps[r].points);
     CHECK(read->viewpoints == maps[r].viewpoints);
@@ -145,7 +145,7 @@ TEST_CASE("viewpoints and prepared bytes lie behind the points, in the same file
   std::memcpy(xyz, content.data() + data, sizeof xyz);
   CHECK(std::vector<float>(xyz, xyz + 6) == std::vector<float>{0, 0, 0, 0.5F, 0, -5});
   CHECK(content.substr(data + 24) == std::string("\1\2\3\4\5\0\0\0", 8));
-  CHECK(pcd_tiles_at(folder.path() / "b")->get(RegionId{0})->prepared == prepared);
+  CHECK(map_in(pcd_tiles_at(folder.path() / "b"), 0)->prepared == prepared);
 }
 
 TEST_CASE("views are a field of the PCD") {
@@ -163,25 +163,24 @@ TEST_CASE("views are a field of the PCD") {
   std::uint32_t views = 0;
   std::memcpy(&views, content.data() + data + 28, sizeof views);
   CHECK(views == 70'000);
-  const auto store = pcd_tiles_at(folder.path() / "b");
-  CHECK(store->get(RegionId{0})->points == with.points);
-  CHECK(store->get(RegionId{0})->viewpoints == with.viewpoints);
-  CHECK(store->get(RegionId{0})->views == with.views);
-  CHECK(store->get(RegionId{2})->views.empty());
-  CHECK(store->index()->regions[0].max_views == 70'000);
-  CHECK(store->index()->regions[2].max_views == 0);
+  const auto bundle = opened(pcd_tiles_at(folder.path() / "b"));
+  CHECK(bundle->get(RegionId{0})->points == with.points);
+  CHECK(bundle->get(RegionId{0})->viewpoints == with.viewpoints);
+  CHECK(bundle->get(RegionId{0})->views == with.views);
+  CHECK(bundle->get(RegionId{2})->views.empty());
+  CHECK(bundle->index()->regions[0].max_views == 70'000);
+  CHECK(bundle->index()->regions[2].max_views == 0);
 }
 
 TEST_CASE("views that are not one for each point, or 0, are refused") {
   const test::TemporaryFolder folder;
-  const auto store = pcd_tiles_at(folder.path() / "b");
-  REQUIRE(store->begin(sample_index()));
+  const auto writer = begun(pcd_tiles_at(folder.path() / "b"), sample_index());
   RegionMap map = points_alone({{2, 3, 4}, {4, 3, 4}});
   map.views = {1};
-  check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input,
+  check_fails(writer->put(RegionId{0}, map), ErrorCode::invalid_input,
               "the region map has 1 views for 2 points");
   map.views = {1, 0};
-  check_fails(store->put(RegionId{0}, map), ErrorCode::invalid_input,
+  check_fails(writer->put(RegionId{0}, map), ErrorCode::invalid_input,
               "a point of the region map is seen from 0 viewpoints");
   CHECK(files_in(folder.path() / "b.partial").size() == 1);  // no file of a map that is refused
 }
@@ -192,15 +191,15 @@ TEST_CASE("viewpoints and prepared bytes are kept without points") {
   const std::vector<RegionMap> maps{
       {{}, viewpoints, some_prepared(7, 1)}, {{}, {}, some_prepared(8, 0)}, {{}, viewpoints, {}}};
   write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), maps);
-  const auto store = pcd_tiles_at(folder.path() / "b");
+  const auto bundle = opened(pcd_tiles_at(folder.path() / "b"));
   for (std::uint32_t r = 0; r < 3; ++r) {
-    const auto read = store->get(RegionId{r});
+    const auto read = bundle->get(RegionId{r});
     REQUIRE_MESSAGE(read, to_string(read.error()));
     CHECK(read->points.empty());
     CHECK(worst(read->viewpoints, maps[r].viewpoints) < 4e-6);  // about their own centre
     CHECK(read->prepared == maps[r].prepared);
   }
-  const auto index = store->index();
+  const auto index = bundle->index();
   REQUIRE(index);
   CHECK_FALSE(index->regions[0].empty());
   CHECK(index->regions[2].empty());
@@ -218,56 +217,48 @@ TEST_CASE("equal input gives equal bytes") {
 TEST_CASE("missing folders above the bundle are created, and removed again without a commit") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "out" / "deep" / "bundle";
-  {
-    const auto store = pcd_tiles_at(root);
-    REQUIRE(store->begin(sample_index()));
-  }
+  { const auto writer = begun(pcd_tiles_at(root), sample_index()); }
   CHECK(files_in(folder.path()).empty());
   write_bundle(pcd_tiles_at(root.string() + "/"), sample_index(), sample_maps());
-  CHECK(pcd_tiles_at(root)->index());
+  CHECK(index_in(pcd_tiles_at(root)));
 }
 
 TEST_CASE("before the commit there is no bundle, and without one nothing is left") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   {
-    const auto store = pcd_tiles_at(root);
-    REQUIRE(store->begin(sample_index()));
-    REQUIRE(store->put(RegionId{0}, sample_maps()[0]));
+    const auto writer = begun(pcd_tiles_at(root), sample_index());
+    REQUIRE(writer->put(RegionId{0}, sample_maps()[0]));
     CHECK(!fs::exists(root));
     CHECK(fs::exists(root.string() + ".partial"));
-    check_fails(store->index(), ErrorCode::not_found, root.string());
-    check_fails(store->get(RegionId{0}), ErrorCode::not_found, root.string());
+    check_fails(pcd_tiles_at(root)->open(), ErrorCode::not_found, root.string());
   }
   CHECK(files_in(folder.path()).empty());
 }
 
-TEST_CASE("begin, put and commit in the wrong order are errors") {
+TEST_CASE("a wrong put and an early commit are errors") {
   const test::TemporaryFolder folder;
   const auto store = pcd_tiles_at(folder.path() / "bundle");
-  check_fails(store->put(RegionId{0}, {}), ErrorCode::invalid_input, "without begin");
-  check_fails(store->commit(), ErrorCode::invalid_input, "without begin");
   check_fails(store->begin({}), ErrorCode::invalid_input, "needs a region");
-  REQUIRE(store->begin(sample_index()));
-  check_fails(store->begin(sample_index()), ErrorCode::invalid_input, "already been begun");
-  REQUIRE(store->put(RegionId{1}, {}));
-  check_fails(store->put(RegionId{1}, {}), ErrorCode::already_exists, "storey.1");
-  check_fails(store->put(RegionId{3}, {}), ErrorCode::not_found, "no region 3");
-  check_fails(store->commit(), ErrorCode::invalid_input, "x+000_y+000");
-  REQUIRE(store->put(RegionId{0}, {}));
-  REQUIRE(store->put(RegionId{2}, {}));
-  REQUIRE(store->commit());
-  check_fails(store->commit(), ErrorCode::invalid_input, "without begin");
+  {
+    const auto writer = begun(store, sample_index());
+    check_fails(store->begin(sample_index()), ErrorCode::already_exists, "right now");
+    REQUIRE(writer->put(RegionId{1}, {}));
+    check_fails(writer->put(RegionId{1}, {}), ErrorCode::already_exists, "storey.1");
+    check_fails(writer->put(RegionId{3}, {}), ErrorCode::not_found, "no region 3");
+    check_fails(std::move(*writer).commit(), ErrorCode::invalid_input, "x+000_y+000");
+  }
+  CHECK(files_in(folder.path()).empty());
+  write_bundle(store, sample_index(), std::vector<RegionMap>(3));
   check_fails(store->begin(sample_index()), ErrorCode::already_exists, "overwrite");
 }
 
 TEST_CASE("points that float32 cannot hold are refused and leave the region to be put") {
   const test::TemporaryFolder folder;
-  const auto store = pcd_tiles_at(folder.path() / "bundle");
-  REQUIRE(store->begin(sample_index()));
+  const auto writer = begun(pcd_tiles_at(folder.path() / "bundle"), sample_index());
   const auto refused = [&](const PointCloud& points, const PointCloud& viewpoints,
                            const std::string& because) {
-    check_fails(store->put(RegionId{0}, {points, viewpoints, {}}), ErrorCode::invalid_input,
+    check_fails(writer->put(RegionId{0}, {points, viewpoints, {}}), ErrorCode::invalid_input,
                 because);
   };
   const Point p(1, 2, 3);
@@ -278,9 +269,9 @@ TEST_CASE("points that float32 cannot hold are refused and leave the region to b
   refused({{-1e39, 0, 0}, {1e39, 0, 0}}, {}, "float32");
   refused({}, {{-1e39, 0, 0}, {1e39, 0, 0}}, "float32");
   refused({p}, {p, {1e39, 0, 0}}, "float32");
-  check_fails(store->put(RegionId{0}, {{p}, {}, {.bytes = {}, .elements = 1}}),
+  check_fails(writer->put(RegionId{0}, {{p}, {}, {.bytes = {}, .elements = 1}}),
               ErrorCode::invalid_input, "no bytes");
-  CHECK(store->put(RegionId{0}, {{p}, {p}, {}}));
+  CHECK(writer->put(RegionId{0}, {{p}, {p}, {}}));
 }
 
 TEST_CASE("a configuration that is not UTF-8 is refused before anything is written") {
@@ -301,15 +292,17 @@ TEST_CASE("a bundle that is there is not touched without overwrite") {
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
 
-/// Whether a store that had read from another bundle reads nothing of this one.
-void check_replaced(const PluginPtr<MapStore>& reader) {
+/// Whether a reader of `regions` regions reads nothing of the bundle that is there now.
+void check_replaced(const MapReader& reader, std::size_t regions) {
   const std::string because = "another bundle has been put in the place of the one that was opened";
-  check_fails(reader->index(), ErrorCode::io_failure, because);
-  check_fails(reader->directory(), ErrorCode::io_failure, because);
   for (const std::uint32_t r : {0U, 1U, 2U}) {
-    check_fails(reader->get(RegionId{r}), ErrorCode::io_failure, because);
+    check_fails(reader.get(RegionId{r}), ErrorCode::io_failure, because);
   }
-  check_fails(reader->attachment("places"), ErrorCode::io_failure, because);
+  check_fails(reader.attachment("places"), ErrorCode::io_failure, because);
+  check_fails(reader.attach("atlas", {}), ErrorCode::io_failure, because);
+  const auto index = reader.index();  // it holds the file open
+  REQUIRE_MESSAGE(index, to_string(index.error()));
+  CHECK(index->partition.size() == regions);
 }
 
 TEST_CASE("overwrite replaces a bundle at the commit and not before") {
@@ -319,11 +312,10 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   MapIndex other;
   other.partition = Partition::from({{"new", HalfOpenBox{{0, 0}, {1, 1}}, {}}}).value();
 
-  const auto reader = pcd_tiles_at(root);
+  const auto reader = opened(pcd_tiles_at(root));
   REQUIRE(reader->get(RegionId{2}));
   {
-    const auto abandoned = pcd_tiles_at(root, true);
-    REQUIRE(abandoned->begin(other));
+    const auto abandoned = begun(pcd_tiles_at(root, true), other);
     REQUIRE(abandoned->put(RegionId{0}, points_alone({{1, 2, 3}})));
     CHECK(reader->get(RegionId{2}));
     CHECK(reader->index()->partition.size() == 3);
@@ -334,19 +326,16 @@ TEST_CASE("overwrite replaces a bundle at the commit and not before") {
   write_bundle(pcd_tiles_at(root, true), other, {points_alone({{1, 2, 3}})});
   CHECK(files_in(root) == std::vector<std::string>{"index.json", "new.pcd", "regions.idx"});
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
-  const auto again = pcd_tiles_at(root);
+  const auto again = opened(pcd_tiles_at(root));
   CHECK(again->index()->partition.size() == 1);
   CHECK(again->get(RegionId{0})->points == PointCloud{{1, 2, 3}});
   check_fails(again->get(RegionId{2}), ErrorCode::not_found, "no region 2");
-  check_replaced(reader);
+  check_replaced(*reader, 3);
 
-  // Who replaces a bundle itself knows that it did.
   const auto owner = pcd_tiles_at(root, true);
-  CHECK(owner->index()->partition.size() == 1);
   write_bundle(owner, sample_index(), sample_maps());
-  CHECK(owner->index()->partition.size() == 3);
-  CHECK(owner->get(RegionId{2})->points.size() == 10);
-  check_replaced(again);
+  CHECK(map_in(owner, 2)->points.size() == 10);
+  check_replaced(*again, 1);
 }
 
 /// A rebuilt bundle that differs in one point only.
@@ -362,30 +351,27 @@ void check_reader_of_rebuilt(const char* plugin, std::size_t regions) {
     boxes.push_back({"r" + std::to_string(r), HalfOpenBox{{x, 0}, {x + 1, 1}}, {}});
   }
   index.partition = Partition::from(std::move(boxes)).value();
-  const auto open = [&] {
-    return test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
-  };
+  const auto store =
+      test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
   const auto build = [&](double height, const std::string& attached) {
-    const auto store = open();
-    REQUIRE(store->begin(index));
+    auto writer = begun(store, index);
     for (std::uint32_t r = 0; r < regions; ++r) {
-      REQUIRE(store->put(RegionId{r}, points_alone({{0.5 + r, 0.5, r == 1 ? height : 1.0}})));
+      REQUIRE(writer->put(RegionId{r}, points_alone({{0.5 + r, 0.5, r == 1 ? height : 1.0}})));
     }
-    REQUIRE(store->attach("places", std::as_bytes(std::span(attached))));
-    REQUIRE(store->commit());
+    REQUIRE(writer->attach("places", std::as_bytes(std::span(attached))));
+    commit(std::move(writer));
   };
   build(2.0, "before");
-  const auto reader = open();
+  const auto reader = opened(store);
   const auto directory = reader->directory();
   REQUIRE_MESSAGE(directory, to_string(directory.error()));
   CHECK(reader->get(RegionId{1})->points.front().z() == 2.0);
   // Another bundle with the same regions, and another point in a region that is not asked for.
   build(3.0, "after");
-  check_replaced(reader);
+  check_replaced(*reader, regions);
   CHECK((*directory)->entry(RegionId{1})->summary.points == 1);  // of the old one
-  check_fails(reader->attach("atlas", {}), ErrorCode::io_failure, "another bundle");
   CHECK(fs::exists(root / "places.dat"));
-  CHECK(open()->get(RegionId{1})->points.front().z() == 3.0);
+  CHECK(map_in(store, 1)->points.front().z() == 3.0);
   // The old one again, from a copy: to the reader it is the one that it opened.
   build(2.0, "before");
   CHECK(reader->get(RegionId{1})->points.front().z() == 2.0);
@@ -406,18 +392,18 @@ TEST_CASE("a bundle that is replaced all the time gives the old one or an error,
     CAPTURE(plugin);
     const test::TemporaryFolder folder;
     const fs::path root = folder.path() / "bundle";
-    const auto open = [&] {
-      return test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
-    };
+    const auto store =
+        test::plugin<MapStore>(plugin, "root = '" + root.string() + "'\noverwrite = true");
     const auto build = [&](double z) {
-      const auto store = open();
       const std::string attached(100, z == 1.0 ? 'a' : 'b');
-      bool done = store->begin(sample_index()).has_value();
+      const auto writer = store->begin(sample_index());
+      bool done = writer.has_value();
       for (std::uint32_t r = 0; done && r < 3; ++r) {
-        done = store->put(RegionId{r}, points_alone(PointCloud(50, Point(0, 0, z)))).has_value();
+        done =
+            (*writer)->put(RegionId{r}, points_alone(PointCloud(50, Point(0, 0, z)))).has_value();
       }
-      done = done && store->attach("places", std::as_bytes(std::span(attached)));
-      return done && store->commit();
+      done = done && (*writer)->attach("places", std::as_bytes(std::span(attached)));
+      return done && std::move(**writer).commit();
     };
     REQUIRE(build(1.0));
     std::atomic<bool> stop{false};
@@ -429,10 +415,15 @@ TEST_CASE("a bundle that is replaced all the time gives the old one or an error,
     });
     int read = 0, refused = 0, mixed = 0;
     for (int round = 0; round < 2000 && (round < 200 || refused < 20 || read < 20); ++round) {
-      const auto reader = open();
+      const auto open = store->open();
+      if (!open) {
+        CHECK(open.error().code != ErrorCode::corrupt_data);  // nothing is damaged
+        continue;
+      }
+      const auto& reader = *open;
       const auto first = reader->get(RegionId{0});
       if (!first) {
-        CHECK(first.error().code != ErrorCode::corrupt_data);  // nothing is damaged
+        CHECK(first.error().code != ErrorCode::corrupt_data);
         continue;
       }
       const double z = first->points.front().z();
@@ -515,7 +506,7 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
       write_text(root / "notes.txt", "mine");
       refused("notes.txt");
       CHECK(read_text(root / "notes.txt") == "mine");
-      CHECK(pcd_tiles_at(root)->get(RegionId{0}));
+      CHECK(map_in(pcd_tiles_at(root), 0));
     }
   }
 }
@@ -525,14 +516,13 @@ TEST_CASE("a bundle that gets a foreign file while its successor is written is k
   const fs::path root = folder.path() / "bundle";
   write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   {
-    const auto store = pcd_tiles_at(root, true);
-    REQUIRE(store->begin(sample_index()));
-    for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(store->put(RegionId{r}, {}));
+    const auto writer = begun(pcd_tiles_at(root, true), sample_index());
+    for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(writer->put(RegionId{r}, {}));
     write_text(root / "notes.txt", "mine");
-    check_fails(store->commit(), ErrorCode::already_exists, "notes.txt");
+    check_fails(std::move(*writer).commit(), ErrorCode::already_exists, "notes.txt");
   }
   CHECK(read_text(root / "notes.txt") == "mine");
-  CHECK(pcd_tiles_at(root)->get(RegionId{0})->points.size() == 1000);
+  CHECK(map_in(pcd_tiles_at(root), 0)->points.size() == 1000);
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
 
@@ -540,11 +530,10 @@ TEST_CASE("something that takes the bundle's name while it is written is kept") 
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   {
-    const auto store = pcd_tiles_at(root, true);
-    REQUIRE(store->begin(sample_index()));
-    for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(store->put(RegionId{r}, {}));
+    const auto writer = begun(pcd_tiles_at(root, true), sample_index());
+    for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(writer->put(RegionId{r}, {}));
     fs::create_directory(root);
-    check_fails(store->commit(), ErrorCode::already_exists, "not a bundle");
+    check_fails(std::move(*writer).commit(), ErrorCode::already_exists, "not a bundle");
   }
   CHECK(files_in(folder.path()) == std::vector<std::string>{"bundle"});
 }
@@ -556,7 +545,7 @@ TEST_CASE("a bundle behind a symbolic link is replaced where it is") {
   write_bundle(pcd_tiles_at(folder.path() / "link", true), sample_index(),
                std::vector<RegionMap>(3));
   CHECK(fs::is_symlink(folder.path() / "link"));
-  CHECK(pcd_tiles_at(folder.path() / "real")->get(RegionId{0})->points.empty());
+  CHECK(map_in(pcd_tiles_at(folder.path() / "real"), 0)->points.empty());
   CHECK(files_in(folder.path()) == std::vector<std::string>{"link", "real"});
 }
 
@@ -566,9 +555,8 @@ TEST_CASE("what a killed run has left is cleared by the next one") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {  // ends without destructors, as a killed program does
-    const auto store = pcd_tiles_at(root);
-    const bool begun = store->begin(sample_index()) && store->put(RegionId{0}, sample_maps()[0]);
-    _exit(begun ? 0 : 1);
+    const auto writer = begun(pcd_tiles_at(root), sample_index());
+    _exit(writer->put(RegionId{0}, sample_maps()[0]) ? 0 : 1);
   }
   int status = 0;
   waitpid(child, &status, 0);
@@ -614,23 +602,21 @@ TEST_CASE("the folder of a bundle under construction is only cleared if it is on
 TEST_CASE("two writers of one bundle do not get in each other's way") {
   const test::TemporaryFolder folder;
   const auto first = pcd_tiles_at(folder.path() / "b"), second = pcd_tiles_at(folder.path() / "b");
-  REQUIRE(first->begin(sample_index()));
+  auto writer = begun(first, sample_index());
   check_fails(second->begin(sample_index()), ErrorCode::already_exists, "right now");
-  for (std::uint32_t r = 0; r < 3; ++r) REQUIRE(first->put(RegionId{r}, sample_maps()[r]));
-  REQUIRE(first->commit());
-  CHECK(second->get(RegionId{0}));
+  finish(std::move(writer), sample_maps());
+  CHECK(map_in(second, 0));
 }
 
 TEST_CASE("no bundle and no region are not_found") {
   const test::TemporaryFolder folder;
-  check_fails(pcd_tiles_at(folder.path() / "none")->index(), ErrorCode::not_found, "none");
-  check_fails(pcd_tiles_at(folder.path() / "none")->get(RegionId{0}), ErrorCode::not_found, "none");
+  check_fails(pcd_tiles_at(folder.path() / "none")->open(), ErrorCode::not_found, "none");
   fs::create_directory(folder.path() / "empty");
-  check_fails(pcd_tiles_at(folder.path() / "empty")->index(), ErrorCode::not_found, "index.json");
+  check_fails(pcd_tiles_at(folder.path() / "empty")->open(), ErrorCode::not_found, "index.json");
   write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), sample_maps());
-  check_fails(pcd_tiles_at(folder.path() / "b")->get(RegionId{3}), ErrorCode::not_found, "0 to 2");
-  check_fails(pcd_tiles_at(folder.path() / "b")->get(RegionId{4'294'967'295U}),
-              ErrorCode::not_found, "no region");
+  check_fails(map_in(pcd_tiles_at(folder.path() / "b"), 3), ErrorCode::not_found, "0 to 2");
+  check_fails(map_in(pcd_tiles_at(folder.path() / "b"), 4'294'967'295U), ErrorCode::not_found,
+              "no region");
 }
 
 TEST_CASE("a damaged region file is corrupt_data that names the file") {
@@ -638,11 +624,11 @@ TEST_CASE("a damaged region file is corrupt_data that names the file") {
   const fs::path root = folder.path() / "bundle", file = root / "x+000_y+000.pcd";
   write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   const std::string good = read_text(file);
-  const auto store = pcd_tiles_at(root);
+  const auto bundle = opened(pcd_tiles_at(root));
   const auto corrupt = [&](const std::string& because) {
-    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, because);
-    check_fails(store->get(RegionId{0}), ErrorCode::corrupt_data, file.string());
-    CHECK(store->get(RegionId{2}));  // the others are as good as before
+    check_fails(bundle->get(RegionId{0}), ErrorCode::corrupt_data, because);
+    check_fails(bundle->get(RegionId{0}), ErrorCode::corrupt_data, file.string());
+    CHECK(bundle->get(RegionId{2}));  // the others are as good as before
   };
   SUBCASE("missing") {
     fs::remove(file);
@@ -687,7 +673,7 @@ TEST_CASE("a damaged region file is corrupt_data that names the file") {
                                    : behind + random() % (bad.size() - behind);
       bad[at] = static_cast<char>(bad[at] ^ (1 << (random() % 8)));
       write_text(other, bad);
-      check_fails(store->get(RegionId{2}), ErrorCode::corrupt_data, "checksum");
+      check_fails(bundle->get(RegionId{2}), ErrorCode::corrupt_data, "checksum");
     }
   }
   SUBCASE("the file of another region") {
@@ -702,15 +688,15 @@ TEST_CASE("a region loads without touching the files of the others") {
   write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   fs::remove(root / "storey.1.pcd");
   write_text(root / "storey.2.pcd", "damaged");
-  const auto store = pcd_tiles_at(root);
-  const auto index = store->index();
+  const auto bundle = opened(pcd_tiles_at(root));
+  const auto index = bundle->index();
   REQUIRE_MESSAGE(index, to_string(index.error()));
   CHECK(index->partition.size() == 3);
-  const auto map = store->get(RegionId{0});
+  const auto map = bundle->get(RegionId{0});
   REQUIRE_MESSAGE(map, to_string(map.error()));
   CHECK(map->points.size() == 1000);
-  check_fails(store->get(RegionId{1}), ErrorCode::corrupt_data, "missing");
-  check_fails(store->get(RegionId{2}), ErrorCode::corrupt_data, "bytes");
+  check_fails(bundle->get(RegionId{1}), ErrorCode::corrupt_data, "missing");
+  check_fails(bundle->get(RegionId{2}), ErrorCode::corrupt_data, "bytes");
 }
 
 TEST_CASE("a region of many blocks comes back whole, and thousands of regions do") {
@@ -730,11 +716,11 @@ TEST_CASE("a region of many blocks comes back whole, and thousands of regions do
   maps[1999] = {random_cloud(3, {1, 2, 3}, 1.0), random_cloud(9, {1, 2, 3}, 1.0),
                 some_prepared(1'000'001, 5)};
   write_bundle(pcd_tiles_at(folder.path() / "bundle"), index, maps);
-  const auto store = pcd_tiles_at(folder.path() / "bundle");
-  REQUIRE(store->index());
-  CHECK(store->index()->partition.regions() == index.partition.regions());
+  const auto bundle = opened(pcd_tiles_at(folder.path() / "bundle"));
+  REQUIRE(bundle->index());
+  CHECK(bundle->index()->partition.regions() == index.partition.regions());
   for (const std::uint32_t r : {0U, 100U, 101U, 102U, 103U, 104U, 105U, 106U, 1998U, 1999U}) {
-    const auto map = store->get(RegionId{r});
+    const auto map = bundle->get(RegionId{r});
     REQUIRE_MESSAGE(map, to_string(map.error()));
     CHECK(worst(map->points, maps[r].points) < 2e-6);
     CHECK(worst(map->viewpoints, maps[r].viewpoints) < 2e-6);
@@ -748,20 +734,19 @@ TEST_CASE("a folder in the place of a file is an error") {
   write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
   fs::remove(root / "storey.2.pcd");
   fs::create_directory(root / "storey.2.pcd");
-  check_fails(pcd_tiles_at(root)->get(RegionId{2}), ErrorCode::io_failure, "regular file");
+  check_fails(map_in(pcd_tiles_at(root), 2), ErrorCode::io_failure, "regular file");
 }
 
 TEST_CASE("a put that fails leaves no bundle") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "bundle";
   {
-    const auto store = pcd_tiles_at(root);
-    REQUIRE(store->begin(sample_index()));
+    const auto writer = begun(pcd_tiles_at(root), sample_index());
     fs::create_directory(root.string() + ".partial/storey.1.pcd");  // nothing can be written there
-    check_fails(store->put(RegionId{1}, sample_maps()[2]), ErrorCode::io_failure, "storey.1.pcd");
-    REQUIRE(store->put(RegionId{0}, {}));
-    REQUIRE(store->put(RegionId{2}, {}));
-    check_fails(store->commit(), ErrorCode::invalid_input, "storey.1");
+    check_fails(writer->put(RegionId{1}, sample_maps()[2]), ErrorCode::io_failure, "storey.1.pcd");
+    REQUIRE(writer->put(RegionId{0}, {}));
+    REQUIRE(writer->put(RegionId{2}, {}));
+    check_fails(std::move(*writer).commit(), ErrorCode::invalid_input, "storey.1");
   }
   CHECK(files_in(folder.path()).empty());
 }
@@ -770,15 +755,15 @@ TEST_CASE("threads read one bundle at once") {
   const test::TemporaryFolder folder;
   const auto maps = sample_maps();
   write_bundle(pcd_tiles_at(folder.path() / "b"), sample_index(), maps);
-  const auto store = pcd_tiles_at(folder.path() / "b");
-  const PointCloud expected = pcd_tiles_at(folder.path() / "b")->get(RegionId{0})->points;
+  const auto bundle = opened(pcd_tiles_at(folder.path() / "b"));
+  const PointCloud expected = map_in(pcd_tiles_at(folder.path() / "b"), 0)->points;
   std::vector<int> equal(4);
   std::vector<std::thread> threads;
   for (int& count : equal) {
     threads.emplace_back([&] {
       for (int n = 0; n < 50; ++n) {
-        const auto map = store->get(RegionId{0});
-        count += map && map->points == expected && store->index() ? 1 : 0;
+        const auto map = bundle->get(RegionId{0});
+        count += map && map->points == expected && bundle->index() ? 1 : 0;
       }
     });
   }

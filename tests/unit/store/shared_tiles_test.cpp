@@ -61,16 +61,20 @@ std::vector<RegionMap> views_of_map(const PointCloud& map, std::size_t regions) 
   return maps;
 }
 
-void check_all(const PluginPtr<MapStore>& store, const std::vector<RegionMap>& maps) {
+void check_all(const MapReader& bundle, const std::vector<RegionMap>& maps) {
   for (std::uint32_t r = 0; r < maps.size(); ++r) {
     CAPTURE(r);
-    const auto read = store->get(RegionId{r});
+    const auto read = bundle.get(RegionId{r});
     REQUIRE_MESSAGE(read, to_string(read.error()));
     CHECK(read->points == maps[r].points);
     CHECK(read->viewpoints == maps[r].viewpoints);
     CHECK(read->views == maps[r].views);
     CHECK(read->prepared == maps[r].prepared);
   }
+}
+
+void check_all(const PluginPtr<MapStore>& store, const std::vector<RegionMap>& maps) {
+  check_all(*opened(store), maps);
 }
 
 void check_same_files(const fs::path& a, const fs::path& b) {
@@ -93,7 +97,7 @@ TEST_CASE("shared_tiles: a point of many regions is stored once") {
   std::sort(files.begin(), files.end());
   CHECK(files_in(root) == files);
   CHECK(files_in(folder.path()) == std::vector<std::string>{"b"});
-  const auto index = shared_store_at(root)->index();
+  const auto index = index_in(shared_store_at(root));
   REQUIRE(index);
   CHECK(index->regions[3].points == maps[3].points.size());
   CHECK(index->regions[3].bytes == fs::file_size(root / "r3.region"));
@@ -133,13 +137,12 @@ TEST_CASE("shared_tiles: any order of points comes back, also if regions contrad
   check_all(shared_store_at(folder.path() / "one"), maps);
 
   // The bytes do not depend on the order of the puts.
-  const auto store = shared_store_at(folder.path() / "two");
-  REQUIRE(store->begin(index));
+  auto writer = begun(shared_store_at(folder.path() / "two"), index);
   std::vector<std::uint32_t> order(maps.size());
   for (std::uint32_t r = 0; r < order.size(); ++r) order[r] = r;
   std::shuffle(order.begin(), order.end(), random);
-  for (const std::uint32_t r : order) REQUIRE(store->put(RegionId{r}, maps[r]));
-  REQUIRE(store->commit());
+  for (const std::uint32_t r : order) REQUIRE(writer->put(RegionId{r}, maps[r]));
+  commit(std::move(writer));
   check_same_files(folder.path() / "one", folder.path() / "two");
 }
 
@@ -171,19 +174,19 @@ TEST_CASE("shared_tiles: views and prepared bytes are kept for each region") {
   check_all(shared_store_at(root), maps);
 }
 
-TEST_CASE("shared_tiles: many threads read one store") {
+TEST_CASE("shared_tiles: many threads read one bundle") {
   const test::TemporaryFolder folder;
   const fs::path root = folder.path() / "b";
   const auto maps = views_of_map(lattice_map(20'000), 6);
   write_bundle(shared_store_at(root, "tile_width = 3.5"), index_of_regions(6), maps);
-  const auto store = shared_store_at(root);
+  const auto bundle = opened(shared_store_at(root));
   std::vector<int> right(4, 0);
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < right.size(); ++t) {
     threads.emplace_back([&, t] {
       for (std::uint32_t k = 0; k < 12; ++k) {
         const auto r = static_cast<std::uint32_t>((k + t) % 6);
-        const auto read = store->get(RegionId{r});
+        const auto read = bundle->get(RegionId{r});
         right[t] += read && read->points == maps[r].points ? 1 : 0;
       }
     });
@@ -198,8 +201,8 @@ TEST_CASE("shared_tiles: a bundle that takes another's place is read from its ow
   const auto before = views_of_map(lattice_map(2'000), 3);
   const auto after = views_of_map(lattice_map(2'000, 9), 3);
   write_bundle(shared_store_at(root), index_of_regions(3), before);
-  const auto reader = shared_store_at(root);
-  check_all(reader, before);
+  const auto reader = opened(shared_store_at(root));
+  check_all(*reader, before);
   write_bundle(shared_store_at(root, "overwrite = true"), index_of_regions(3), after);
   check_all(shared_store_at(root), after);
   for (const std::uint32_t r : {0U, 1U, 2U}) {
@@ -217,7 +220,7 @@ TEST_CASE("shared_tiles: damage is corrupt_data that names the file and the regi
                            const std::string& reason, const std::string& region) {
     const std::string good = read_text(root / file);
     write_text(root / file, content);
-    const auto read = shared_store_at(root)->get(RegionId{1});
+    const auto read = map_in(shared_store_at(root), 1);
     check_fails(read, ErrorCode::corrupt_data, reason);
     check_fails(read, ErrorCode::corrupt_data, (root / file).string());
     check_fails(read, ErrorCode::corrupt_data, region);
@@ -238,10 +241,9 @@ TEST_CASE("shared_tiles: damage is corrupt_data that names the file and the regi
   refused("tiles.bin", "", "but the file ends after", "region 'r1'");
   check_all(shared_store_at(root), maps);
   fs::remove(root / "tiles.bin");
-  check_fails(shared_store_at(root)->get(RegionId{0}), ErrorCode::corrupt_data,
-              "the file is missing");
+  check_fails(map_in(shared_store_at(root), 0), ErrorCode::corrupt_data, "the file is missing");
   fs::remove(root / "r0.region");
-  check_fails(shared_store_at(root)->get(RegionId{0}), ErrorCode::corrupt_data, "r0.region");
+  check_fails(map_in(shared_store_at(root), 0), ErrorCode::corrupt_data, "r0.region");
 }
 
 /// The content of a region's file behind its title, for a region without views and prepared bytes.
@@ -310,12 +312,12 @@ TEST_CASE("shared_tiles: a region names each tile once, and tiles share no bytes
   REQUIRE(sound.parts.size() == 3);
   REQUIRE(sound.content() == good);
   forge(root, 0, good, map.size());
-  CHECK(shared_store_at(root)->get(RegionId{0})->points == map);
+  CHECK(map_in(shared_store_at(root), 0)->points == map);
   const auto refused = [&](const auto& change, std::uint64_t points) {
     ForgedRegion forged = sound;
     change(forged);
     forge(root, 0, forged.content(), points);
-    const auto read = shared_store_at(root)->get(RegionId{0});
+    const auto read = map_in(shared_store_at(root), 0);
     check_fails(read, ErrorCode::corrupt_data, "the list of tiles is damaged");
     check_fails(read, ErrorCode::corrupt_data, (root / "r0.region").string());
   };
@@ -344,7 +346,7 @@ TEST_CASE("shared_tiles: forged regions with sound checksums are refused or read
     }
     if (n % 10 == 0) bad.resize(random() % bad.size() / 8 * 8);
     forge(root, 1, bad, maps[1].points.size());
-    const auto read = shared_store_at(root)->get(RegionId{1});
+    const auto read = map_in(shared_store_at(root), 1);
     if (read) {
       CHECK(read->points.size() == maps[1].points.size());
       continue;
@@ -381,19 +383,19 @@ TEST_CASE("shared_tiles: a map may lie at any height, and its tiles may be as wi
       const auto index = index_of_regions(maps.size());
       const std::string params = "tile_width = " + std::string(width);
       write_bundle(shared_store_at(folder.path() / "one", params), index, maps);
-      const auto back = shared_store_at(folder.path() / "one");
+      const auto back = opened(shared_store_at(folder.path() / "one"));
       for (std::uint32_t r = 0; r < maps.size(); ++r) {
         const auto read = back->get(RegionId{r});
         REQUIRE_MESSAGE(read, to_string(read.error()));
         CHECK(worst(read->points, maps[r].points) < 120e3 * 0x1p-25 + 1e-6);  // README: precision
       }
       // Whatever the order of the puts, the points are in the one canonical order.
-      const auto store = shared_store_at(folder.path() / "two", params + "\nbuild_cache = 0");
-      REQUIRE(store->begin(index));
+      auto writer =
+          begun(shared_store_at(folder.path() / "two", params + "\nbuild_cache = 0"), index);
       for (auto r = static_cast<std::uint32_t>(maps.size()); r-- > 0;) {
-        REQUIRE(store->put(RegionId{r}, maps[r]));
+        REQUIRE(writer->put(RegionId{r}, maps[r]));
       }
-      REQUIRE(store->commit());
+      commit(std::move(writer));
       check_same_files(folder.path() / "one", folder.path() / "two");
     }
   }
@@ -414,16 +416,15 @@ TEST_CASE("shared_tiles: what a killed build has left is cleared by the next one
 
 TEST_CASE("shared_tiles: points that no tile can hold are refused and leave the region to be put") {
   const test::TemporaryFolder folder;
-  const auto store = shared_store_at(folder.path() / "b");
-  REQUIRE(store->begin(index_of_regions(1)));
-  check_fails(store->put(RegionId{0}, points_alone({{1e20, 0, 0}})), ErrorCode::invalid_input,
+  auto writer = begun(shared_store_at(folder.path() / "b"), index_of_regions(1));
+  check_fails(writer->put(RegionId{0}, points_alone({{1e20, 0, 0}})), ErrorCode::invalid_input,
               "too far from the map's origin");
-  check_fails(store->put(RegionId{0}, points_alone({{0, 0, 1e38}})), ErrorCode::invalid_input,
+  check_fails(writer->put(RegionId{0}, points_alone({{0, 0, 1e38}})), ErrorCode::invalid_input,
               "too far from the map's origin");
-  check_fails(store->put(RegionId{0}, points_alone({{0, std::nan(""), 0}})),
+  check_fails(writer->put(RegionId{0}, points_alone({{0, std::nan(""), 0}})),
               ErrorCode::invalid_input, "not finite");
-  CHECK(store->put(RegionId{0}, points_alone({{1, 2, 3}})));
-  CHECK(store->commit());
+  CHECK(writer->put(RegionId{0}, points_alone({{1, 2, 3}})));
+  commit(std::move(writer));
 }
 
 TEST_CASE("shared_tiles: bundles of the two stores are not mistaken for each other") {
@@ -431,7 +432,7 @@ TEST_CASE("shared_tiles: bundles of the two stores are not mistaken for each oth
   const fs::path root = folder.path() / "b";
   write_bundle(shared_store_at(root), index_of_regions(1), {points_alone({{1, 2, 3}})});
   const auto other = test::plugin<MapStore>("pcd_tiles", "root = '" + root.string() + "'");
-  check_fails(other->index(), ErrorCode::corrupt_data, "'format' must be 'vantage pcd_tiles'");
+  check_fails(other->open(), ErrorCode::corrupt_data, "'format' must be 'vantage pcd_tiles'");
   check_fails(other->begin(index_of_regions(1)), ErrorCode::already_exists, "not a bundle");
 }
 

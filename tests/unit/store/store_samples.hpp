@@ -12,12 +12,15 @@
 #include <vector>
 
 #include "common/partial_folder.hpp"
+#include "support/bundles.hpp"
 #include "support/plugins.hpp"
 
 /// What the tests of stores put into bundles, and how they look at them.
 namespace vantage::store_samples {
 
 namespace fs = std::filesystem;
+using test::begun, test::commit, test::finish, test::index_in, test::map_in, test::opened,
+    test::write_bundle;
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -67,14 +70,6 @@ inline std::vector<RegionMap> sample_maps() {
 inline PluginPtr<MapStore> pcd_tiles_at(const fs::path& root, bool overwrite = false) {
   return test::plugin<MapStore>(
       "pcd_tiles", "root = '" + root.string() + "'\noverwrite = " + (overwrite ? "true" : "false"));
-}
-
-inline void write_bundle(const PluginPtr<MapStore>& store, const MapIndex& index,
-                         const std::vector<RegionMap>& maps) {
-  auto done = store->begin(index);
-  for (std::uint32_t r = 0; done && r < maps.size(); ++r) done = store->put(RegionId{r}, maps[r]);
-  if (done) done = store->commit();
-  REQUIRE_MESSAGE(done, to_string(done.error()));
 }
 
 inline std::vector<std::string> files_in(const fs::path& folder) {

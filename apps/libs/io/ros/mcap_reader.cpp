@@ -5,11 +5,11 @@
 #include <unordered_map>
 
 #include "io/ros/bag_readers.hpp"
-#include "io/ros/byte_reader.hpp"
 #include "io/ros/chunked_reader.hpp"
 #include "io/ros/crc32.hpp"
 #include "io/ros/mcap_summary.hpp"
 #include "io/text.hpp"
+#include "vantage/kit/byte_io.hpp"
 
 namespace vantage::io::ros {
 namespace {
@@ -53,14 +53,14 @@ class McapReader final : public ChunkedReader {
     constexpr std::uint64_t kLongestHead = 256;  // the name of a compression is a word
     VANTAGE_TRY(const std::string_view bytes, window().view(chunk.offset, kLongestHead));
     ByteReader reader(bytes);
-    const auto operation = reader.integer<std::uint8_t>();
-    const auto body = reader.integer<std::uint64_t>();
-    static_cast<void>(reader.bytes(16));  // the times, which the messages also contain
+    const auto operation = reader.number<std::uint8_t>();
+    const auto body = reader.number<std::uint64_t>();
+    static_cast<void>(reader.raw(16));  // the times, which the messages also contain
     Packed packed;
-    packed.unpacked = reader.integer<std::uint64_t>();
-    const auto checksum = reader.integer<std::uint32_t>();
-    const std::string_view name = reader.text();
-    packed.size = reader.integer<std::uint64_t>();
+    packed.unpacked = reader.number<std::uint64_t>();
+    const auto checksum = reader.number<std::uint32_t>();
+    const std::string_view name = reader.text<std::uint32_t>();
+    packed.size = reader.number<std::uint64_t>();
     packed.offset = chunk.offset + reader.offset();
     if (!reader.ok() && chunk.is_cut) {
       content.bytes = {};
@@ -99,8 +99,8 @@ class McapReader final : public ChunkedReader {
     while (reader.left() != 0) {
       const std::size_t at = reader.offset();
       const auto here = [&content, at] { return place(content, at); };
-      const auto operation = reader.integer<std::uint8_t>();
-      const std::string_view body = reader.bytes(reader.integer<std::uint64_t>());
+      const auto operation = reader.number<std::uint8_t>();
+      const std::string_view body = reader.raw(reader.number<std::uint64_t>());
       if (!reader.ok()) {
         if (chunk.is_cut) return {};
         return damaged(fmt::format("the record at {} goes on after the chunk's end", here()));
@@ -123,10 +123,10 @@ class McapReader final : public ChunkedReader {
   template <class Place>
   [[nodiscard]] Result<Message> message_of(std::string_view body, const Place& place) const {
     ByteReader reader(body);
-    const auto channel = reader.integer<std::uint16_t>();
-    static_cast<void>(reader.integer<std::uint32_t>());  // sequence
-    const auto log_time = reader.integer<std::uint64_t>();
-    static_cast<void>(reader.integer<std::uint64_t>());  // publish_time
+    const auto channel = reader.number<std::uint16_t>();
+    static_cast<void>(reader.number<std::uint32_t>());  // sequence
+    const auto log_time = reader.number<std::uint64_t>();
+    static_cast<void>(reader.number<std::uint64_t>());  // publish_time
     if (!reader.ok()) {
       return damaged(fmt::format("the message at {} has {} bytes, expected at least {}", place(),
                                  body.size(), kMessageHead));
@@ -148,8 +148,8 @@ class McapReader final : public ChunkedReader {
 
   [[nodiscard]] Result<void> add_schema(std::string_view body, const std::string& place) {
     ByteReader reader(body);
-    const auto number = reader.integer<std::uint16_t>();
-    const std::string_view name = reader.text();
+    const auto number = reader.number<std::uint16_t>();
+    const std::string_view name = reader.text<std::uint32_t>();
     if (!reader.ok() || number == 0) {
       return damaged(fmt::format("the schema at {} has no number or no name", place));
     }
@@ -163,11 +163,11 @@ class McapReader final : public ChunkedReader {
 
   [[nodiscard]] Result<void> add_channel(std::string_view body, const std::string& place) {
     ByteReader reader(body);
-    const auto number = reader.integer<std::uint16_t>();
-    const auto schema = reader.integer<std::uint16_t>();
+    const auto number = reader.number<std::uint16_t>();
+    const auto schema = reader.number<std::uint16_t>();
     Topic described;
-    described.name = reader.text();
-    described.encoding_name = reader.text();
+    described.name = reader.text<std::uint32_t>();
+    described.encoding_name = reader.text<std::uint32_t>();
     described.encoding = encoding_of(described.encoding_name);
     if (!reader.ok()) {
       return damaged(

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "io/ros/byte_reader.hpp"
 #include "io/ros/crc32.hpp"
+#include "vantage/kit/byte_io.hpp"
 
 namespace vantage::io::ros::mcap {
 namespace {
@@ -59,13 +59,13 @@ class SummaryReader {
 
   [[nodiscard]] Result<void> add_statistics(std::string_view body, std::uint64_t at) {
     ByteReader reader(body);
-    static_cast<void>(reader.bytes(8 + 2 + 4 + 4 + 4));  // counts of other records
-    summary_.chunk_count = reader.integer<std::uint32_t>();
-    static_cast<void>(reader.bytes(16));  // times
-    ByteReader counts(reader.text());
+    static_cast<void>(reader.raw(8 + 2 + 4 + 4 + 4));  // counts of other records
+    summary_.chunk_count = reader.number<std::uint32_t>();
+    static_cast<void>(reader.raw(16));  // times
+    ByteReader counts(reader.text<std::uint32_t>());
     while (counts.left() != 0 && counts.ok()) {
-      const auto channel = counts.integer<std::uint16_t>();
-      summary_.messages[channel] = counts.integer<std::uint64_t>();
+      const auto channel = counts.number<std::uint16_t>();
+      summary_.messages[channel] = counts.number<std::uint64_t>();
     }
     if (reader.ok() && counts.ok()) return {};
     return damaged(fmt::format("the statistics at byte {} end too early", at));
@@ -73,19 +73,19 @@ class SummaryReader {
 
   [[nodiscard]] Result<void> add_chunk(std::string_view body, std::uint64_t at) {
     ByteReader reader(body);
-    const auto first = reader.integer<std::uint64_t>();
-    const auto last = reader.integer<std::uint64_t>();
+    const auto first = reader.number<std::uint64_t>();
+    const auto last = reader.number<std::uint64_t>();
     Chunk chunk;
-    chunk.offset = reader.integer<std::uint64_t>();
-    chunk.size = reader.integer<std::uint64_t>();
-    ByteReader indices(reader.text());
+    chunk.offset = reader.number<std::uint64_t>();
+    chunk.size = reader.number<std::uint64_t>();
+    ByteReader indices(reader.text<std::uint32_t>());
     std::vector<std::uint32_t> channels;
     while (indices.left() != 0 && indices.ok()) {
-      channels.push_back(indices.integer<std::uint16_t>());
-      static_cast<void>(indices.integer<std::uint64_t>());  // where its message index is
+      channels.push_back(indices.number<std::uint16_t>());
+      static_cast<void>(indices.number<std::uint64_t>());  // where its message index is
     }
-    const auto index_size = reader.integer<std::uint64_t>();
-    const std::string_view compression = reader.text();
+    const auto index_size = reader.number<std::uint64_t>();
+    const std::string_view compression = reader.text<std::uint32_t>();
     if (!reader.ok() || !indices.ok()) {
       return damaged(fmt::format("the chunk index at byte {} ends too early", at));
     }
@@ -132,8 +132,8 @@ Result<std::optional<RecordHead>> head_at(FileWindow& window, std::uint64_t offs
   VANTAGE_TRY(const std::string_view bytes, window.view(offset, kRecordHead));
   ByteReader reader(bytes);
   RecordHead head;
-  head.operation = reader.integer<std::uint8_t>();
-  head.body = reader.integer<std::uint64_t>();
+  head.operation = reader.number<std::uint8_t>();
+  head.body = reader.number<std::uint64_t>();
   if (!reader.ok()) return std::nullopt;
   return head;
 }
@@ -145,15 +145,15 @@ Result<Footer> read_footer(const InputFile& file, FileWindow& window) {
   VANTAGE_TRY(const std::string_view bytes,
               window.view(footer.offset, kFooterSize + kMagic.size()));
   ByteReader reader(bytes);
-  const auto operation = reader.integer<std::uint8_t>();
-  const auto body = reader.integer<std::uint64_t>();
+  const auto operation = reader.number<std::uint8_t>();
+  const auto body = reader.number<std::uint64_t>();
   if (operation != kFooter || body != kFooterSize - kRecordHead || !bytes.ends_with(kMagic)) {
     return footer;
   }
   footer.is_there = true;
-  footer.summary = reader.integer<std::uint64_t>();
-  static_cast<void>(reader.integer<std::uint64_t>());  // summary_offset_start
-  footer.checksum = reader.integer<std::uint32_t>();
+  footer.summary = reader.number<std::uint64_t>();
+  static_cast<void>(reader.number<std::uint64_t>());  // summary_offset_start
+  footer.checksum = reader.number<std::uint32_t>();
   return footer;
 }
 

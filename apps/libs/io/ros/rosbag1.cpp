@@ -5,10 +5,10 @@
 #include <unordered_map>
 
 #include "io/ros/bag_readers.hpp"
-#include "io/ros/byte_reader.hpp"
 #include "io/ros/chunked_reader.hpp"
 #include "io/ros/rosbag1_records.hpp"
 #include "io/text.hpp"
+#include "vantage/kit/byte_io.hpp"
 
 namespace vantage::io::ros {
 namespace {
@@ -150,7 +150,7 @@ class Rosbag1Reader final : public ChunkedReader {
   [[nodiscard]] Result<std::pair<Reading, RecordHead>> look_at(std::uint64_t offset) {
     constexpr std::uint64_t kLargestHeader = 1 << 20;
     VANTAGE_TRY(std::string_view bytes, window().view(offset, 4));
-    const std::uint64_t header = ByteReader(bytes).integer<std::uint32_t>();
+    const std::uint64_t header = ByteReader(bytes).number<std::uint32_t>();
     std::pair<Reading, RecordHead> found;
     if (header > kLargestHeader) {
       found.first = Reading::damaged;
@@ -291,8 +291,8 @@ class Rosbag1Reader final : public ChunkedReader {
     chunk.topics.emplace();
     ByteReader reader(data);
     while (reader.left() != 0) {
-      const auto known = connections_.find(reader.integer<std::uint32_t>());
-      const std::uint64_t messages = reader.integer<std::uint32_t>();
+      const auto known = connections_.find(reader.number<std::uint32_t>());
+      const std::uint64_t messages = reader.number<std::uint32_t>();
       if (messages == 0) continue;
       if (known == connections_.end()) {
         return damaged(

@@ -4,8 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "io/ros/byte_reader.hpp"
-
+#include "vantage/kit/byte_io.hpp"
 /// The records of rosbag1 2.0: http://wiki.ros.org/Bags/Format/2.0
 namespace vantage::io::ros::rosbag1 {
 
@@ -27,7 +26,7 @@ class Fields {
   [[nodiscard]] static std::optional<Fields> parse(std::string_view bytes) {
     ByteReader reader(bytes);
     while (reader.left() != 0) {
-      const std::string_view field = reader.text();
+      const std::string_view field = reader.text<std::uint32_t>();
       if (!reader.ok() || field.find('=') == std::string_view::npos) return std::nullopt;
     }
     Fields fields;
@@ -38,7 +37,7 @@ class Fields {
   [[nodiscard]] std::optional<std::string_view> text(std::string_view name) const {
     ByteReader reader(bytes_);
     while (reader.left() != 0) {
-      const std::string_view field = reader.text();
+      const std::string_view field = reader.text<std::uint32_t>();
       if (field.starts_with(name) && field.substr(name.size()).starts_with('=')) {
         return field.substr(name.size() + 1);
       }
@@ -49,7 +48,7 @@ class Fields {
   [[nodiscard]] std::optional<Integer> integer(std::string_view name) const {
     const auto value = text(name);
     if (!value || value->size() != sizeof(Integer)) return std::nullopt;
-    return ByteReader(*value).integer<Integer>();
+    return ByteReader(*value).number<Integer>();
   }
   /// Seconds and nanoseconds [ns].
   [[nodiscard]] std::optional<std::int64_t> time(std::string_view name) const {
@@ -76,8 +75,8 @@ enum class Reading : std::uint8_t { good, cut, damaged };
 /// Returns `cut` if the head extends beyond `bytes`.
 [[nodiscard]] inline Reading read_head(std::string_view bytes, RecordHead& head) {
   ByteReader reader(bytes);
-  const std::string_view header = reader.text();
-  head.data_size = reader.integer<std::uint32_t>();
+  const std::string_view header = reader.text<std::uint32_t>();
+  head.data_size = reader.number<std::uint32_t>();
   head.data_offset = reader.offset();
   if (!reader.ok()) return Reading::cut;
   const auto fields = Fields::parse(header);

@@ -22,7 +22,7 @@
 
 /// Grows by one whenever an interface, or a type that crosses the plugin boundary, changes.
 #ifndef VANTAGE_INTERFACE_VERSION
-#define VANTAGE_INTERFACE_VERSION 13
+#define VANTAGE_INTERFACE_VERSION 14
 #endif
 
 namespace vantage {
@@ -85,7 +85,9 @@ struct PluginManifest {
 /// The exception at hand, as an `internal` error that names the plugin in which `code` is.
 [[nodiscard]] VANTAGE_API tl::unexpected<Error> caught_in(const void* code) noexcept;
 
-extern "C" __attribute__((visibility("hidden"))) void* __dso_handle;  // each library has its own
+// Each library has its own; the name is the compiler's.
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
+extern "C" __attribute__((visibility("hidden"))) void* __dso_handle;
 
 /// Turns an exception into an error. No exception may cross the plugin boundary, and every
 /// interface method is noexcept. The body of each method therefore goes into a call of `guarded`:

@@ -64,7 +64,7 @@ struct BuildParams {
   SelectionParams selection;     ///< for BuildPlugins::selector
   bool views = false;            ///< whether points are stored with their view counts
   std::string effective_config;  ///< stored in the bundle
-  /// Bytes that the bundle keeps by name, see MapStore::attach. A store of regions only leaves
+  /// Bytes that the bundle keeps by name, see MapWriter::attach. A store of regions only leaves
   /// them.
   std::vector<std::pair<std::string, std::vector<std::byte>>> attachments;
 

@@ -58,7 +58,8 @@ class VANTAGE_API BundleBuild {
   [[nodiscard]] Result<ShardedBuild> sharded(const MapParts& map, PointsView trajectory,
                                              ShardedBuildOptions options);
 
-  /// The index of the bundle; call it after `run`. Errors: those of MapStore::index.
+  /// The index of the bundle; call it after `run`. Errors: those of MapStore::open and
+  /// MapReader::index.
   [[nodiscard]] Result<MapIndex> index() const;
 
  private:

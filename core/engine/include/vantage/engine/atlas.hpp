@@ -75,7 +75,7 @@ struct VANTAGE_API Atlas {
   std::vector<Site> sites;  ///< in the order of their regions
 
   /// The atlas of a bundle; none if it was not assessed.
-  /// Errors: those of MapStore::attachment; `corrupt_data` for bytes that `encode` does not make,
+  /// Errors: those of MapReader::attachment; `corrupt_data` for bytes that `encode` does not make,
   /// or for a site in a region that the bundle does not have.
   [[nodiscard]] static Result<std::optional<Atlas>> of_bundle(const Bundle& bundle);
 

@@ -18,8 +18,10 @@
 
 namespace vantage {
 
-/// A bundle of region maps, open for reading: its store, its regions and the configuration that
-/// built it. Copies share the store. Thread safety: all methods may run on one object from many
+struct OpenBundle;
+
+/// A bundle of region maps, open for reading: its regions, and the configuration that built it.
+/// Copies share the reader. Thread safety: all methods may run on one object from many
 /// threads at once.
 class VANTAGE_API Bundle {
  public:
@@ -39,19 +41,20 @@ class VANTAGE_API Bundle {
   /// for a bundle that was built differently, with the key and both values.
   [[nodiscard]] static Result<Bundle> open(const Config& config, const PluginLoader& plugins,
                                            std::string_view job);
-  /// Uses a store that was opened elsewhere.
+  /// A bundle that was opened elsewhere.
   /// @param name  the bundle's name in errors
-  /// Errors: those of MapStore::directory.
-  [[nodiscard]] static Result<Bundle> of(PluginPtr<MapStore> store, std::string name);
+  /// Errors: those of MapReader::directory.
+  [[nodiscard]] static Result<Bundle> of(PluginPtr<const MapReader> reader, std::string name);
 
   /// The path or configuration file from which the bundle was opened, or the name given to `of`.
   [[nodiscard]] const std::string& name() const noexcept;
   /// The regions, each read when it is asked for.
   [[nodiscard]] const std::shared_ptr<const RegionDirectory>& directory() const noexcept;
   /// All regions at once, read when they are first asked for. Of a large bundle, that takes time
-  /// and memory. Errors: those of MapStore::index.
+  /// and memory. Errors: those of MapReader::index.
   [[nodiscard]] Result<std::shared_ptr<const MapIndex>> index() const;
-  [[nodiscard]] const PluginPtr<MapStore>& store() const noexcept;
+  /// For as long as a copy of the bundle lives.
+  [[nodiscard]] const MapReader& reader() const noexcept;
   /// The configuration that built the bundle, without the settings that may differ at run time.
   /// None if the bundle holds no configuration that this version can read.
   [[nodiscard]] const std::optional<Config>& built_with() const noexcept;
@@ -59,10 +62,10 @@ class VANTAGE_API Bundle {
   /// The name of the index of places, in which a relocalizer searches, among the attachments.
   static constexpr const char* kPlaceIndex = "places";
   /// The relocalizer that made the index of places, with all its parameters; none if the bundle
-  /// keeps no index. Errors: those of MapStore::attachment, except `not_found`.
+  /// keeps no index. Errors: those of MapReader::attachment, except `not_found`.
   [[nodiscard]] Result<std::optional<PluginChoice>> indexed_by() const;
 
-  /// The map of one region. Errors: those of MapStore::get.
+  /// The map of one region. Errors: those of MapReader::get.
   [[nodiscard]] Result<RegionMap> get(RegionId region) const;
   /// The region with this label; otherwise, if `id` is a number, the region with this id.
   /// Errors: `not_found`, with a suggestion.
@@ -88,9 +91,7 @@ class VANTAGE_API Bundle {
  private:
   struct State;
   explicit Bundle(std::shared_ptr<const State> state);
-  [[nodiscard]] static Result<Bundle> from(PluginPtr<MapStore> store,
-                                           std::shared_ptr<const RegionDirectory> directory,
-                                           std::string name);
+  [[nodiscard]] static Result<Bundle> from(OpenBundle&& opened, std::string name);
   std::shared_ptr<const State> state_;
 };
 

@@ -34,7 +34,7 @@ struct VANTAGE_API PredictedErrors {
   std::vector<std::vector<PredictedError>> regions;  ///< by their numbers
 
   /// Those of a bundle; none if no selector chose its elements.
-  /// Errors: those of MapStore::attachment; `corrupt_data` for bytes that `encode` does not make.
+  /// Errors: those of MapReader::attachment; `corrupt_data` for bytes that `encode` does not make.
   [[nodiscard]] static Result<std::optional<PredictedErrors>> of_bundle(const Bundle& bundle);
 
   [[nodiscard]] std::vector<std::byte> encode() const;

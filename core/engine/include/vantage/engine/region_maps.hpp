@@ -29,9 +29,9 @@ struct ReadyRegion {
 };
 
 /// Makes a region ready for matching, from its prepared map if one is stored, otherwise from its
-/// points. Errors: those of MapStore::get, ScanMatcher::restore and ScanMatcher::prepare.
+/// points. Errors: those of MapReader::get, ScanMatcher::restore and ScanMatcher::prepare.
 [[nodiscard]] VANTAGE_API Result<std::shared_ptr<const ReadyRegion>> make_ready(
-    const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher, RegionId region);
+    const MapReader& bundle, const PluginPtr<ScanMatcher>& matcher, RegionId region);
 
 /// Region maps at run time: the maps that were needed last and those that will be needed soon,
 /// within a memory limit. A separate thread loads the expected maps. Taking a region that is ready
@@ -50,8 +50,8 @@ class VANTAGE_API RegionMaps {
     bool background = true;  ///< false: `expect` does nothing
   };
 
-  /// @param store, matcher  must outlive the object
-  RegionMaps(const PluginPtr<MapStore>& store, const PluginPtr<ScanMatcher>& matcher,
+  /// @param bundle, matcher  must outlive the object
+  RegionMaps(const MapReader& bundle, const PluginPtr<ScanMatcher>& matcher,
              const Options& options);
   RegionMaps(const RegionMaps&) = delete;
   RegionMaps& operator=(const RegionMaps&) = delete;

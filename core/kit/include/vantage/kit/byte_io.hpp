@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -9,35 +9,38 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 
-/// Bytes of the engine's own files.
+/// Values in bytes: little endian, one after the other.
 namespace vantage {
 
-/// Appends values as they are in memory.
+static_assert(std::endian::native == std::endian::little, "the files are little endian");
+
 class ByteWriter {
  public:
+  /// @param expected  about how many bytes will come
+  explicit ByteWriter(std::size_t expected = 0) { bytes_.reserve(expected); }
+
+  void raw(std::span<const std::byte> bytes) {
+    const std::size_t before = bytes_.size();
+    bytes_.resize(before + bytes.size());
+    if (!bytes.empty()) std::memcpy(bytes_.data() + before, bytes.data(), bytes.size());
+  }
+  void raw(std::string_view text) { raw(std::as_bytes(std::span(text))); }
+  /// Its length, and the text.
   void text(std::string_view text) {
-    number(static_cast<std::uint64_t>(text.size()));
+    number(std::uint64_t{text.size()});
     raw(text);
   }
-  void raw(std::string_view text) {
-    const auto* const begin = reinterpret_cast<const std::byte*>(text.data());
-    bytes_.insert(bytes_.end(), begin, begin + text.size());
-  }
-  template <class Number>
-  void number(Number value) {
-    std::array<char, sizeof(Number)> as_bytes;
-    std::memcpy(as_bytes.data(), &value, sizeof(value));
-    raw({as_bytes.data(), as_bytes.size()});
-  }
-  void numbers(std::span<const double> values) {
-    for (const double value : values) number(value);
-  }
+  template <class T>
+  requires std::is_trivially_copyable_v<T>
+  void number(const T& value) { raw(std::as_bytes(std::span(&value, 1))); }
+  void numbers(std::span<const double> values) { raw(std::as_bytes(values)); }
   void point(const Point& point) { numbers({point.data(), 3}); }
   /// Seven bits a byte, lowest first; the eighth bit says that more follow.
   void counted(std::uint64_t value) {
@@ -48,74 +51,87 @@ class ByteWriter {
     numbers({pose.rotation.coeffs().data(), 4});
     numbers({pose.translation.data(), 3});
   }
+  [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
   [[nodiscard]] std::vector<std::byte> take() && { return std::move(bytes_); }
 
  private:
   std::vector<std::byte> bytes_;
 };
 
-/// Reads what ByteWriter wrote. The first failure stays: everything after it reads as zero.
+/// Takes values from the front of bytes, which are borrowed. After the first that is not there, it
+/// is not `ok` any more, and everything is 0 or empty.
 class ByteReader {
  public:
-  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit ByteReader(std::string_view bytes) noexcept : bytes_(bytes) {}
+  explicit ByteReader(std::span<const std::byte> bytes) noexcept
+      : bytes_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
 
   [[nodiscard]] bool ok() const noexcept { return ok_; }
-  [[nodiscard]] bool at_end() const noexcept { return bytes_.empty(); }
+  [[nodiscard]] std::size_t left() const noexcept { return ok_ ? bytes_.size() - at_ : 0; }
+  /// Of the next byte.
+  [[nodiscard]] std::size_t offset() const noexcept { return at_; }
+  void check(bool holds) noexcept { ok_ = ok_ && holds; }
 
-  std::string text() { return raw(count(1)); }
-  std::string raw(std::size_t length) {
-    if (length > bytes_.size()) ok_ = false;
+  [[nodiscard]] std::string_view raw(std::uint64_t size) noexcept {
+    check(size <= left());
     if (!ok_) return {};
-    std::string text(reinterpret_cast<const char*>(bytes_.data()), length);
-    bytes_ = bytes_.subspan(length);
-    return text;
+    at_ += size;
+    return bytes_.substr(at_ - size, size);
+  }
+  [[nodiscard]] std::span<const std::byte> bytes(std::uint64_t size) noexcept {
+    return std::as_bytes(std::span(raw(size)));
+  }
+  /// A text behind its length.
+  template <class Length = std::uint64_t>
+  [[nodiscard]] std::string_view text() noexcept {
+    return raw(number<Length>());
   }
   /// A number of things that follow, of at least so many bytes each.
-  std::size_t count(std::size_t least_bytes) {
+  [[nodiscard]] std::size_t count(std::size_t least_bytes) noexcept {
     const auto n = number<std::uint64_t>();
-    if (n > bytes_.size() / least_bytes) ok_ = false;
+    check(n <= left() / least_bytes);
     return ok_ ? static_cast<std::size_t>(n) : 0;
   }
-  template <class Number>
-  Number number() {
-    if (sizeof(Number) > bytes_.size()) ok_ = false;
-    if (!ok_) return {};
-    Number value;
-    std::memcpy(&value, bytes_.data(), sizeof(value));
-    bytes_ = bytes_.subspan(sizeof(value));
+  template <class T>
+  requires std::is_trivially_copyable_v<T>
+  [[nodiscard]] T number() noexcept {
+    T value{};
+    const std::string_view taken = raw(sizeof value);
+    if (ok_) std::memcpy(&value, taken.data(), sizeof value);
     return value;
   }
-  std::uint64_t counted() {
+  /// See ByteWriter::counted.
+  [[nodiscard]] std::uint64_t counted() noexcept {
     std::uint64_t value = 0;
     for (unsigned shift = 0; shift < 64 && ok_; shift += 7) {
       const auto next = std::uint64_t{number<std::uint8_t>()};
       value |= (next & 0x7FU) << shift;
-      if (next < 0x80U) return value;
+      if (next < 0x80U) return ok_ ? value : 0;
     }
     ok_ = false;
     return 0;
   }
   /// A finite number of at least `least`.
-  double real(double least = std::numeric_limits<double>::lowest()) {
+  [[nodiscard]] double real(double least = std::numeric_limits<double>::lowest()) noexcept {
     const auto value = number<double>();
-    if (!std::isfinite(value) || value < least) ok_ = false;
+    check(std::isfinite(value) && value >= least);
     return ok_ ? value : 0.0;
   }
-  Point point() {
+  [[nodiscard]] Point point() noexcept {
     const double x = real(), y = real(), z = real();
     return {x, y, z};
   }
-  Pose pose() {
+  [[nodiscard]] Pose pose() noexcept {
     Pose pose;
     for (Eigen::Index i = 0; i < 4; ++i) pose.rotation.coeffs()[i] = real();
     pose.translation = point();
-    if (ok_ && !is_valid(pose)) ok_ = false;
+    check(is_valid(pose));
     return ok_ ? pose : Pose{};
   }
-  void check(bool holds) { ok_ = ok_ && holds; }
 
  private:
-  std::span<const std::byte> bytes_;
+  std::string_view bytes_;
+  std::size_t at_ = 0;
   bool ok_ = true;
 };
 

@@ -52,22 +52,22 @@ struct Reach {
 /// The `count` candidates nearest to a viewpoint; result as above.
 [[nodiscard]] IndexList radius_crop(const Reach& candidates, std::size_t count);
 
-/// Replacements for the region maps of a store. Each has as many points as the original, chosen by
+/// Replacements for the region maps of a bundle. Each has as many points as the original, chosen by
 /// a Thinning from the points within reach. The first `get` of a region makes its replacements for
 /// all thinnings and keeps them. Thread safety: `get` may run from several threads at once.
 class BaselineMaps {
  public:
-  /// @param original  the store; borrowed
+  /// @param original  the bundle; borrowed
   /// @param index     the index of `original`
   /// @param map       the wide-area map, map frame [m]; borrowed
-  BaselineMaps(const MapStore& original, MapIndex index, PointsView map,
+  BaselineMaps(const MapReader& original, MapIndex index, PointsView map,
                VisibilityConfig visibility)
       : original_(original),
         index_(std::move(index)),
         map_(map),
         visibility_(std::move(visibility)) {}
 
-  [[nodiscard]] const MapStore& original() const noexcept { return original_; }
+  [[nodiscard]] const MapReader& original() const noexcept { return original_; }
   [[nodiscard]] const MapIndex& index() const noexcept { return index_; }
   [[nodiscard]] Result<RegionMap> get(RegionId region, Thinning thinning) const;
   /// Whether the region's own map has all points within reach, so that there is nothing to choose.
@@ -77,7 +77,7 @@ class BaselineMaps {
   using Chosen = std::array<IndexList, kThinnings.size()>;
   [[nodiscard]] Chosen choose(RegionId region, const RegionMap& original) const;
 
-  const MapStore& original_;
+  const MapReader& original_;
   MapIndex index_;
   PointsView map_;
   VisibilityConfig visibility_;
@@ -85,16 +85,14 @@ class BaselineMaps {
   mutable std::map<std::uint32_t, Chosen> made_;  // by RegionId
 };
 
-/// The maps of one thinning as a read-only store, which a localizer can own.
-class BaselineStore final : public MapStore {
+/// The maps of one thinning as a bundle, which a localizer can own.
+class BaselineReader final : public MapReader {
  public:
   /// @param maps  borrowed
-  BaselineStore(const BaselineMaps& maps, Thinning thinning) : maps_(maps), thinning_(thinning) {}
+  BaselineReader(const BaselineMaps& maps, Thinning thinning) : maps_(maps), thinning_(thinning) {}
 
-  Result<void> begin(const MapIndex&) noexcept override;
-  Result<void> put(RegionId, const RegionMap&) noexcept override;
-  Result<void> commit() noexcept override;
   [[nodiscard]] Result<MapIndex> index() const noexcept override;
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override;
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override;
   /// That of the original, such as the index of places of the wide-area map. Without it, the first
   /// search would make the maps of all regions to index them. The atlas is of the original's maps.
