@@ -17,7 +17,8 @@ class BundleWriter {
  public:
   /// Begins the bundle, and keeps the index of places. All arguments are borrowed.
   /// Errors: those of the store.
-  [[nodiscard]] static Result<BundleWriter> begin(const BuildPlan& plan, const BuildPlugins& plugins,
+  [[nodiscard]] static Result<BundleWriter> begin(const BuildPlan& plan,
+                                                  const BuildPlugins& plugins,
                                                   const BuildParams& params);
 
   /// Stores a region, and counts what it cost.
