@@ -76,8 +76,7 @@ bool decode(ByteReader from, StoredPart& part) {
   from.check(counts.empty() || counts.size() == part.ranks.size());
   for (std::uint32_t& views : counts) views = static_cast<std::uint32_t>(from.counted());
   region.prepared.elements = from.number<std::uint64_t>();
-  const std::string_view bytes = from.text();
-  const auto prepared = std::as_bytes(std::span(bytes));
+  const auto prepared = from.bytes(from.count(1));
   region.prepared.bytes.assign(prepared.begin(), prepared.end());
   region.errors = read_predicted_errors(from);
   return from.ok() && from.left() == 0;

@@ -160,10 +160,9 @@ Result<BuildPlan> decode_plan(std::span<const std::byte> bytes, const BuildIdent
     plan.viewpoints.push_back(read_points(from));
     if (!from.ok()) return no_plan("is malformed");
   }
-  const std::string_view index = from.text();
+  const auto place_index = from.bytes(from.count(1));
   if (!from.ok() || from.left() != 0) return no_plan("is malformed");
   VANTAGE_TRY(plan.partition, Partition::from(std::move(regions)));
-  const auto place_index = std::as_bytes(std::span(index));
   plan.place_index.assign(place_index.begin(), place_index.end());
   return plan;
 }

@@ -22,7 +22,7 @@ struct OpenBundle {
 /// A bundle with the directory of its reader. Errors: those of MapReader::directory.
 [[nodiscard]] Result<OpenBundle> with_directory(PluginPtr<const MapReader> reader);
 
-/// The store's bundle. The error says what to do if there is none.
+/// Opens the bundle of a store. Where no bundle is, the error says how to make one.
 [[nodiscard]] Result<OpenBundle> open_in(const PluginPtr<MapStore>& store);
 
 /// The bundle at a path, opened by the store that made it; see Bundle::open.

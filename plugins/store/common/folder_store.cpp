@@ -209,7 +209,7 @@ bool same_file(const struct stat& a, const struct stat& b) noexcept {
          same(a.st_ctim, b.st_ctim) && same(a.st_mtim, b.st_mtim);
 }
 
-/// The file of a bundle's index as it is now; zeros if there is none.
+/// What the system says of a bundle's index now; all zeros if the folder holds no index.
 struct stat stat_of_index(const fs::path& root) {
   struct stat file {};
   if (::stat((root / kIndex).c_str(), &file) != 0) file = {};

@@ -58,9 +58,8 @@ class RegionFiles {
 using ReadRegion = Result<RegionMap> (*)(std::string_view content, const RegionFile& file,
                                          const std::filesystem::path& path);
 
-/// A store that keeps a bundle in a folder. It does all but the files of the regions: index,
-/// attachments, checks of what is put when, and the commit. A store derives from it and says how a
-/// region is written and read.
+/// A store that keeps a bundle in a folder. It writes the index and the attachments, checks each
+/// put, and commits. A store derives from it and says how a region is written and read.
 class FolderStore : public MapStore {
  public:
   [[nodiscard]] Result<void> may_begin() const noexcept final;

@@ -22,7 +22,7 @@ class BrokenReader final : public MapReader {
   [[nodiscard]] Result<MapIndex> index() const noexcept override { return sound_->index(); }
   [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
     return guarded([&]() -> Result<RegionMap> {
-      if (breaks("S12")) {  // what is there now
+      if (breaks("S12")) {  // reads the bundle that is there by now
         VANTAGE_TRY(const auto now, store_->open());
         return now->get(region);
       }

@@ -63,7 +63,7 @@ class SummaryReader {
     summary_.chunk_count = reader.number<std::uint32_t>();
     static_cast<void>(reader.raw(16));  // times
     ByteReader counts(reader.text<std::uint32_t>());
-    while (counts.left() != 0 && counts.ok()) {
+    while (counts.left() != 0) {
       const auto channel = counts.number<std::uint16_t>();
       summary_.messages[channel] = counts.number<std::uint64_t>();
     }
@@ -80,7 +80,7 @@ class SummaryReader {
     chunk.size = reader.number<std::uint64_t>();
     ByteReader indices(reader.text<std::uint32_t>());
     std::vector<std::uint32_t> channels;
-    while (indices.left() != 0 && indices.ok()) {
+    while (indices.left() != 0) {
       channels.push_back(indices.number<std::uint16_t>());
       static_cast<void>(indices.number<std::uint64_t>());  // where its message index is
     }

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "vantage/kit/byte_io.hpp"
+
 /// The records of rosbag1 2.0: http://wiki.ros.org/Bags/Format/2.0
 namespace vantage::io::ros::rosbag1 {
 
