@@ -22,16 +22,14 @@ namespace fs = std::filesystem;
 
 Result<std::uint64_t> sum_of_file(const fs::path& file) {
   VANTAGE_TRY(const io::FileContent content, io::read_file(file, "a library"));
-  Fnv1a sum;
-  sum.add(sum.add_words(content.view()));
-  return sum.value();
+  return checksum_of(content.view());
 }
 
 /// The libraries that decide: that of builds, the engine, and that of values and regions.
 Result<std::uint64_t> sum_of_program() {
   const auto core = static_cast<std::string (*)(const Value&)>(&to_toml);
   const auto engine = static_cast<Result<Config> (*)(const Table&)>(&parse_config);
-  Fnv1a sum;
+  Checksum sum;
   for (const void* const within :
        {reinterpret_cast<const void*>(&sum_of_file), reinterpret_cast<const void*>(engine),
         reinterpret_cast<const void*>(core)}) {
@@ -62,7 +60,7 @@ void leave_out(Table& table, std::string_view key) {
 }
 
 /// A file or folder: where it is, and its size and time. It is read by shards only.
-void add_file(Fnv1a& sum, const Value* named) {
+void add_file(Checksum& sum, const Value* named) {
   const auto* const text = named != nullptr ? std::get_if<std::string>(&named->data) : nullptr;
   if (text == nullptr) return;
   std::error_code ignored;
@@ -81,7 +79,7 @@ struct ConfigIdentity {
 
 ConfigIdentity identity_of(const BuildParams& params) {
   std::string text = params.effective_config;
-  Fnv1a values, recording;
+  Checksum values, recording;
   if (auto table = parse_toml(text, "")) {
     leave_out(*table, "map");
     for (Entry& entry : table->entries) {
@@ -106,7 +104,7 @@ ConfigIdentity identity_of(const BuildParams& params) {
 }  // namespace
 
 std::uint64_t BuildIdentity::key() const noexcept {
-  Fnv1a sum;
+  Checksum sum;
   for (const auto& [name, value] : parts) {
     sum.add(name);
     sum.add(value);
@@ -116,7 +114,7 @@ std::uint64_t BuildIdentity::key() const noexcept {
 
 Result<BuildIdentity> identity_of(std::uint64_t map_key, PointsView trajectory,
                                   const BuildPlugins& plugins, const BuildParams& params) {
-  Fnv1a driven;
+  Checksum driven;
   for (const Point& p : trajectory) {
     for (const double x : {p.x(), p.y(), p.z()}) driven.add(std::bit_cast<std::uint64_t>(x));
   }

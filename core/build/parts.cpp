@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The last two characters are the version. The key follows.
-constexpr std::string_view kPartsFormat = "vparts03";
+constexpr std::string_view kPartsFormat = "vparts04";
 constexpr std::uint64_t kHead = kPartsFormat.size() + sizeof(std::uint64_t);
 // Region, size of the content, checksum of all three.
 constexpr std::uint64_t kRecordHead = 3 * sizeof(std::uint64_t);
@@ -31,10 +31,10 @@ tl::unexpected<Error> parts_error(ErrorCode code, std::string message, const fs:
 
 /// Of all that a record says: a content under the number of another region is damage, too.
 std::uint64_t sum_of_record(std::uint64_t region, std::span<const std::byte> bytes) {
-  Fnv1a sum;
+  Checksum sum;
   sum.add(region);
   sum.add(std::uint64_t{bytes.size()});
-  sum.add(sum.add_words({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+  sum.add(bytes);
   return sum.value();
 }
 

@@ -13,13 +13,7 @@ namespace vantage {
 namespace {
 
 // The last two characters are the version.
-constexpr std::string_view kPlanFormat = "vplan_02";
-
-std::uint64_t checksum_of(std::span<const std::byte> bytes) {
-  Fnv1a sum;
-  sum.add({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  return sum.value();
-}
+constexpr std::string_view kPlanFormat = "vplan_03";
 
 void write(ByteWriter& to, const Eigen::Vector2d& xy) { to.numbers({xy.data(), 2}); }
 

@@ -250,7 +250,7 @@ def regions_of(bundle):
         return values if len(values) > 1 else values[0]
 
     title, version, count = struct.unpack_from("<16sQQ", data, len(data) - 4096)
-    assert (title, version) == (b"vantage regions\n", 2)
+    assert (title, version) == (b"vantage regions\n", 3)
     regions = []
     for number in range(count):
         assert take("I") == number

@@ -77,7 +77,7 @@ class Bundle {
     index.map_points = 40;
     index.config = "schema = 1\n# \"quoted\"\n";
     write_bundle(opened, index, maps());
-    bundle_folder::BundleFormat format{.store = store, .version = 3, .extension = ".region"};
+    bundle_folder::BundleFormat format{.store = store, .version = 4, .extension = ".region"};
     if (store == kFormat.store) format = kFormat;
     const auto bundle = value_of(bundle_folder::open_index(format, root()));
     for (const auto& region : value_of(bundle.regions.all())) files.push_back(region.file);

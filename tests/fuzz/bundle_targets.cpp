@@ -80,8 +80,6 @@ fs::path file_of(const std::string& name, std::string_view content) {
   return path / name;
 }
 
-std::uint64_t sum_of_words(std::string_view bytes) { return shared_tiles::sum_of(bytes).value(); }
-
 std::string sealed_regions(std::string_view input) {
   using namespace packed;  // NOLINT(google-build-using-namespace)
   std::string bytes(input);
@@ -89,7 +87,7 @@ std::string sealed_regions(std::string_view input) {
   if (pages == 0 || bytes.size() % kPage != 0) return bytes;
   const auto last = word_at<Summary>(bytes, (pages - 1) * kPage);
   const std::uint64_t first = pages_for(last.entries_bytes, kPage);
-  Fnv1a content;
+  Checksum content;
   for (std::uint64_t r = 0; r < last.regions; ++r) {
     const auto offset = [&](std::uint64_t k) {
       return (first + k / kOffsets) * kPage + k % kOffsets * 8;
@@ -99,7 +97,7 @@ std::string sealed_regions(std::string_view input) {
     const auto end = word_at<std::uint64_t>(bytes, offset(r + 1));
     if (begin > end || end > bytes.size() || end - begin < 8) break;
     const auto entry = std::string_view(bytes).substr(begin, end - begin - 8);
-    const std::uint64_t sum = sum_of_entry(entry);
+    const std::uint64_t sum = checksum_of(entry);
     put_at(bytes, end - 8, sum);
     content.add(sum);
   }
@@ -114,13 +112,10 @@ std::string sealed_regions(std::string_view input) {
 
 /// A record's number and size, and its content.
 std::uint64_t sum_of_record(std::string_view head, std::string_view content) {
-  Fnv1a sum;
+  Checksum sum;
   sum.add(word_at<std::uint64_t>(head, 0));
   sum.add(word_at<std::uint64_t>(head, 8));
-  sum = shared_tiles::sum_of(content, sum);
-  for (const char c : content.substr(content.size() / 8 * 8)) {
-    sum.add(std::uint64_t{static_cast<unsigned char>(c)});
-  }
+  sum.add(content);
   return sum.value();
 }
 
@@ -158,7 +153,7 @@ std::string with_sums_of_tiles(std::string content, const RegionFile& file,
     const auto offset = word_at<std::uint64_t>(content, at);
     const auto bytes = word_at<std::uint64_t>(content, at + 8);
     if (offset > tiles.size() || bytes > tiles.size() - offset) continue;
-    put_at(content, at + 16, sum_of_words(tiles.substr(offset, bytes)));
+    put_at(content, at + 16, checksum_of(tiles.substr(offset, bytes)));
   }
   return content;
 }
@@ -189,9 +184,7 @@ Outcome read_regions(std::string_view input) {
 
 Outcome read_plan(std::string_view input) {
   std::string bytes(input);
-  Fnv1a sum;
-  sum.add(bytes);
-  const std::uint64_t value = sum.value();
+  const std::uint64_t value = checksum_of(bytes);
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
   return outcome_in_input(decode_plan(std::as_bytes(std::span(bytes)), kFuzzedBuild));
 }
@@ -224,7 +217,7 @@ Outcome read_pack(std::string_view input) {
   const std::string_view pack = take_sized(input);
   if (index.size() >= 8 && index.size() % 8 == 0) {
     put_at(index, index.size() - 8,
-           sum_of_words(std::string_view(index).substr(0, index.size() - 8)));
+           checksum_of(std::string_view(index).substr(0, index.size() - 8)));
   }
   file_of("points_0000.pack", pack);
   const fs::path folder = file_of("index.vtiles", index).parent_path();
@@ -240,7 +233,7 @@ Outcome read_shared_region(std::string_view input) {
   std::string content(take_sized(input));
   content = with_sums_of_tiles(std::move(content), *file, input);
   file->bytes = content.size();
-  file->checksum = sum_of_words(content);
+  file->checksum = checksum_of(content);
   const fs::path tiles = file_of("tiles.bin", input);
   return outcome_of(
       shared_tiles::read_region(content, *file, tiles.parent_path() / "r.region", tiles));
@@ -250,15 +243,11 @@ Outcome read_pcd_region(std::string_view input) {
   auto file = region_file(input);
   if (!file) return too_short();
   file->bytes = pcd_tiles::file_size(*file);
-  // The checksum is over the words behind the header.
+  // The checksum is over what is behind the header.
   constexpr std::string_view kHeaderEnds = "DATA binary\n";
   const std::size_t header = input.find(kHeaderEnds);
   if (header != std::string_view::npos) {
-    Fnv1a sum;
-    for (std::size_t at = header + kHeaderEnds.size(); at + 4 <= input.size(); at += 4) {
-      sum.add(word_at<std::uint32_t>(input, at));
-    }
-    file->checksum = sum.value();
+    file->checksum = checksum_of(input.substr(header + kHeaderEnds.size()));
   }
   return outcome_of(pcd_tiles::decode(input, *file, kFuzzedFile));
 }

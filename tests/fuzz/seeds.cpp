@@ -268,11 +268,7 @@ std::vector<std::string> map_projector() {
 }
 
 std::vector<std::string> places() {
-  // Version 1: two voxels in a box of 7 x 7 x 7.
-  std::string version1 = "vplaces1" + std::string(32, '\0') + std::string("\0\xD6\x02", 3);
-  for (const std::size_t edge : {20U, 24U, 28U}) version1[edge] = 7;
-  version1[32] = 2;
-  std::vector<std::string> indexes{version1};
+  std::vector<std::string> indexes;
   for (const PointCloud& map : {cloud(), PointCloud{{0.0, 0.0, 0.0}, {400.0, 300.0, 30.0}}}) {
     const std::vector<std::byte> bytes = voxel_search::PlaceIndex::of(map).value().encode();
     indexes.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());

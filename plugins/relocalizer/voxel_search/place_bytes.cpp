@@ -18,8 +18,7 @@ namespace vantage::voxel_search {
 namespace {
 
 using Format = std::array<char, 8>;
-constexpr Format kPlacesFormat{'v', 'p', 'l', 'a', 'c', 'e', 's', '2'};
-constexpr Format kPlacesFormat1{'v', 'p', 'l', 'a', 'c', 'e', 's', '1'};
+constexpr Format kPlacesFormat{'v', 'p', 'l', 'a', 'c', 'e', 's', '3'};
 constexpr int kWidth = 64;  // of a strip of voxels
 
 /// What the bytes of an index begin with.
@@ -31,9 +30,9 @@ struct Header {
 static_assert(sizeof(Header) == 40);
 
 /// The checksum of a header, to which the rows of voxels are added in the order of their coding.
-/// It follows the header since version 2.
-Fnv1a checksum_of(const Header& header) {
-  Fnv1a sum;
+/// It follows the header.
+Checksum checksum_of(const Header& header) {
+  Checksum sum;
   for (const auto& numbers : {header.first, header.extent}) {
     for (const std::int32_t number : numbers) sum.add(std::uint32_t(number));
   }
@@ -47,37 +46,13 @@ tl::unexpected<Error> no_index(const char* reason) {
 
 using Keys = std::vector<std::uint64_t>;
 
-/// Version 1 holds the differences of ascending keys, seven bits a byte, the lowest first; the last
-/// byte of each is below 128.
-Result<Keys> read_differences(const Header& header, std::span<const std::byte> bytes) {
-  std::uint64_t end = 1;
-  for (const std::int32_t edge : header.extent) end *= std::uint64_t(edge);
-  if (header.voxels > bytes.size()) return no_index("is cut off");
-  Keys keys(header.voxels);
-  std::uint64_t key = 0;
-  std::size_t at = 0;
-  for (std::uint64_t& next : keys) {
-    unsigned shift = 0;
-    for (bool more = true; more; shift += 7U, ++at) {
-      if (at == bytes.size() || shift > 56U) return no_index("is cut off");
-      key += (std::to_integer<std::uint64_t>(bytes[at]) & 127U) << shift;
-      more = (bytes[at] & std::byte{128}) != std::byte{0};
-    }
-    if (key >= end) return no_index("names a voxel outside its extent");
-    if (&next != keys.data() && key <= *(&next - 1)) return no_index("names a voxel twice");
-    next = key;
-  }
-  if (at != bytes.size()) return no_index("has bytes after its end");
-  return keys;
-}
-
-/// Version 2 holds the rows of voxels as VoxelRows codes them, strip by strip.
+/// Reads the rows of voxels as VoxelRows codes them, strip by strip.
 Result<Keys> read_rows(const Header& header, std::span<const std::byte> bytes) {
   std::uint64_t checksum = 0;
   if (bytes.size() < sizeof(checksum)) return no_index("is cut off");
   std::memcpy(&checksum, bytes.data(), sizeof(checksum));
   const auto [width, height, layers] = header.extent;
-  Fnv1a sum = checksum_of(header);
+  Checksum sum = checksum_of(header);
   BitDecoder decoder(bytes.subspan(sizeof(checksum)));
   VoxelRows rows(decoder, height);
   Keys keys;
@@ -115,7 +90,7 @@ std::vector<std::byte> PlaceIndex::encode() const {
   header.first = {first.x(), first.y(), first.z()};
   header.extent = {extent.x(), extent.y(), extent.z()};
   for (const std::uint64_t word : bits_) header.voxels += std::uint64_t(std::popcount(word));
-  Fnv1a sum = checksum_of(header);
+  Checksum sum = checksum_of(header);
   constexpr int shift = kMargin % kWidth;
   static_assert(shift != 0);
   BitEncoder encoder;
@@ -145,8 +120,7 @@ Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
   Header header;
   if (bytes.size() < sizeof(header)) return no_index("is cut off");
   std::memcpy(&header, bytes.data(), sizeof(header));
-  const bool is_version1 = header.format == kPlacesFormat1;
-  if (!is_version1 && header.format != kPlacesFormat) return no_index("is of another version");
+  if (header.format != kPlacesFormat) return no_index("is of another version");
   const Eigen::Vector3i first(header.first[0], header.first[1], header.first[2]);
   const Eigen::Vector3i extent(header.extent[0], header.extent[1], header.extent[2]);
   if ((extent.array() < 1).any() || (extent.array() > kMostVoxels).any() ||
@@ -158,8 +132,7 @@ Result<PlaceIndex> PlaceIndex::decode(std::span<const std::byte> bytes) {
     return no_index("claims a size that its voxels do not need");
   }
   bytes = bytes.subspan(sizeof(header));
-  VANTAGE_TRY(const Keys keys,
-              is_version1 ? read_differences(header, bytes) : read_rows(header, bytes));
+  VANTAGE_TRY(const Keys keys, read_rows(header, bytes));
   return from(keys, first, extent);
 }
 

@@ -17,12 +17,6 @@ std::string title_of(const BundleFormat& format) {
   return "vantage " + std::string(format.store) + " attachment\n";
 }
 
-std::uint64_t sum_of_attachment(std::string_view content) {
-  Fnv1a sum;
-  sum.add(content);
-  return sum.value();
-}
-
 }  // namespace
 
 Result<std::string> attachment_name(std::string_view name) {
@@ -38,7 +32,7 @@ Result<std::string> attachment_name(std::string_view name) {
 std::string encode_attachment(const BundleFormat& format, std::span<const std::byte> bytes) {
   std::string content = title_of(format);
   content.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const std::uint64_t sum = sum_of_attachment(content);
+  const std::uint64_t sum = checksum_of(content);
   content.append(reinterpret_cast<const char*>(&sum), sizeof(sum));
   return content;
 }
@@ -55,7 +49,7 @@ Result<std::vector<std::byte>> decode_attachment(const BundleFormat& format,
   if (content.size() < title.size() + sizeof(sum)) return corrupt("the file is cut off");
   const std::string_view body = content.substr(0, content.size() - sizeof(sum));
   std::memcpy(&sum, content.data() + body.size(), sizeof(sum));
-  if (sum != sum_of_attachment(body)) return corrupt("the checksum does not fit the content");
+  if (sum != checksum_of(body)) return corrupt("the checksum does not fit the content");
   const auto bytes = std::as_bytes(std::span(body.substr(title.size())));
   return std::vector<std::byte>(bytes.begin(), bytes.end());
 }

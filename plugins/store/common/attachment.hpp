@@ -10,8 +10,8 @@
 #include "common/bundle_format.hpp"
 #include "vantage/result.hpp"
 
-/// The file `<name>.dat` of an attachment: a line that says what it is, the bytes, and the FNV-1a
-/// checksum of both (8 bytes, little endian).
+/// The file `<name>.dat` of an attachment: a line that says what it is, the bytes, and the XXH64 of
+/// both (8 bytes, little endian).
 namespace vantage::bundle_folder {
 
 inline constexpr std::string_view kAttachment = ".dat";

@@ -22,7 +22,7 @@ struct RegionFile {
   std::uint64_t prepared_bytes = 0;  ///< of the prepared map, without the padding
   Point origin = Point::Zero();      ///< map frame [m]; the file holds coordinates relative to it
   std::uint64_t bytes = 0;           ///< of the whole file
-  std::uint64_t checksum = 0;        ///< FNV-1a, 64 bit; the store says over what
+  std::uint64_t checksum = 0;        ///< XXH64; the store says over what
   std::uint32_t max_views = 0;       ///< 0: the points have no view counts
 
   [[nodiscard]] RegionSummary summary() const noexcept {

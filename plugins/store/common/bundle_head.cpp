@@ -37,13 +37,11 @@ std::string hexadecimal(std::uint64_t x) {
   return std::string(16 - length, '0') + std::string(text, length);
 }
 
-/// FNV-1a, 64 bit, of everything in an index except its checksum, whatever the layout.
+/// Of everything in an index except its checksum, whatever the layout.
 /// Precondition: valid UTF-8 throughout.
-std::uint64_t checksum_of(Json index) {
+std::uint64_t generation_of(Json index) {
   index.erase(kChecksum);
-  Fnv1a sum;
-  sum.add(index.dump());
-  return sum.value();
+  return checksum_of(index.dump());
 }
 
 /// A text from outside, for a message: in quotes, and with escapes for what is not printable.
@@ -178,7 +176,7 @@ Result<std::string> to_json(const BundleFormat& format, const BundleHead& head) 
             {"config", head.config}};
   std::string text;
   try {
-    json[kChecksum] = hexadecimal(checksum_of(json));
+    json[kChecksum] = hexadecimal(generation_of(json));
     text = json.dump(1) + "\n";
   } catch (const Json::type_error&) {
     return fail(ErrorCode::invalid_input, "the configuration text is not valid UTF-8");
@@ -214,7 +212,7 @@ Result<BundleHead> from_json(const BundleFormat& format, std::string_view text,
   // Last: what is wrong by itself has a message that says more.
   reader.checksum(kChecksum, head.generation);
   reader.member(kChecksum, [&] {
-    if (head.generation == checksum_of(json)) return;
+    if (head.generation == generation_of(json)) return;
     reader.refuse(" is not that of the rest: the index is damaged or was edited");
   });
   if (reader.error()) return fail(*reader.error());

@@ -30,7 +30,7 @@ struct Summary {
       bytes, max_views;
   std::array<double, 4> extent;  // least x, y, largest x, y
 };
-inline constexpr std::uint64_t kVersion = 2;
+inline constexpr std::uint64_t kVersion = 3;
 
 /// A page of the tree begins with this.
 struct Node {
@@ -84,23 +84,11 @@ struct Layout {
   }
 };
 
-/// Of the words of a page, and of its number: a page that lies in the place of another is damage.
+/// Of a page, and of its number: a page that lies in the place of another is damage.
 [[nodiscard]] inline std::uint64_t sum_of_page(const char* content, std::uint64_t number) noexcept {
-  Fnv1a sum;
+  Checksum sum;
   sum.add(number);
-  sum.add_words({content, kContent});
-  return sum.value();
-}
-
-[[nodiscard]] inline std::uint64_t sum_of_entry(std::string_view bytes) noexcept {
-  Fnv1a sum;
-  sum.add(bytes);
-  return sum.value();
-}
-
-[[nodiscard]] inline std::uint64_t hash_of_label(std::string_view label) noexcept {
-  Fnv1a sum;
-  sum.add(label);
+  sum.add(std::string_view(content, kContent));
   return sum.value();
 }
 

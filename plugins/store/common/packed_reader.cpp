@@ -99,7 +99,7 @@ Result<IndexedRegion> PackedIndex::decode(std::string_view bytes, std::uint32_t 
   };
   if (bytes.size() < sizeof(std::uint64_t)) return damaged(" is damaged");
   const std::string_view content = bytes.substr(0, bytes.size() - sizeof(std::uint64_t));
-  if (packed::get<std::uint64_t>(bytes.data() + content.size()) != sum_of_entry(content)) {
+  if (packed::get<std::uint64_t>(bytes.data() + content.size()) != checksum_of(content)) {
     return damaged(" is damaged");
   }
   EntryReader reader(content);
@@ -168,7 +168,7 @@ Result<std::vector<RegionId>> PackedIndex::meeting(const Bounds2& area) const {
 }
 
 Result<std::optional<RegionId>> PackedIndex::find(std::string_view label) const {
-  const std::uint64_t wanted = hash_of_label(label);
+  const std::uint64_t wanted = checksum_of(label);
   Page page;
   std::uint64_t in_page = ~std::uint64_t{0};
   const auto at = [&](std::uint64_t k) -> Result<Label> {
@@ -190,7 +190,7 @@ Result<std::optional<RegionId>> PackedIndex::find(std::string_view label) const 
     if (here.region >= totals_.regions) return corrupt("a page of labels is damaged");
     VANTAGE_TRY(const IndexedRegion region, entry(here.region));
     if (region.region.label == label) return RegionId{here.region};
-    if (hash_of_label(region.region.label) != wanted) return corrupt("a page of labels is damaged");
+    if (checksum_of(region.region.label) != wanted) return corrupt("a page of labels is damaged");
   }
   return std::nullopt;
 }
@@ -230,7 +230,7 @@ Result<void> PackedIndex::check_tree(std::span<const IndexedRegion> regions) con
 Result<void> PackedIndex::check_labels(std::span<const IndexedRegion> regions) const {
   std::vector<Label> labels;
   for (std::uint32_t r = 0; r < regions.size(); ++r) {
-    labels.push_back({.hash = hash_of_label(regions[r].region.label), .region = r, .unused = 0});
+    labels.push_back({.hash = checksum_of(regions[r].region.label), .region = r, .unused = 0});
   }
   std::ranges::sort(labels, {}, [](const Label& l) { return std::pair(l.hash, l.region); });
   Page page;
@@ -246,7 +246,7 @@ Result<void> PackedIndex::check_labels(std::span<const IndexedRegion> regions) c
 
 /// Whether the last page says the checksum of all before it.
 Result<void> PackedIndex::check_content() const {
-  Fnv1a content;
+  Checksum content;
   VANTAGE_TRY(std::uint64_t end, offset_of(0));
   if (end != 0) return corrupt("the table of entries is damaged");
   for (std::uint64_t r = 1; r <= totals_.regions; ++r) {

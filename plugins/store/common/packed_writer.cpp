@@ -17,14 +17,14 @@ std::string encode(const BundleFormat& format, IndexedRegion one, std::uint32_t 
   writer.put(number);
   describe(writer, format, one);
   std::string bytes = std::move(writer).take();
-  put(bytes, sum_of_entry(bytes));
+  put(bytes, checksum_of(bytes));
   return bytes;
 }
 
 /// Pages one after another, numbered through the file.
 class Pages {
  public:
-  Pages(const Sink& sink, std::uint64_t first, Fnv1a& content)
+  Pages(const Sink& sink, std::uint64_t first, Checksum& content)
       : sink_(sink), next_(first), content_(content) {}
   [[nodiscard]] std::uint64_t next() const noexcept { return next_; }
   [[nodiscard]] Result<void> write(std::string content) {
@@ -47,7 +47,7 @@ class Pages {
  private:
   const Sink& sink_;
   std::uint64_t next_;
-  Fnv1a& content_;
+  Checksum& content_;
 };
 
 Child around(std::span<const Child> children) {
@@ -143,7 +143,7 @@ Result<RegionsReference> write_packed(const BundleFormat& format, std::span<cons
   std::vector<std::uint64_t> offsets;
   std::vector<Child> leaves;
   std::vector<Label> labels;
-  Fnv1a content;
+  Checksum content;
   std::uint64_t end = 0;
   for (std::uint32_t r = 0; r < regions.size(); ++r) {
     const Bounds2 box = bounds_of(regions[r].footprint);
@@ -151,7 +151,7 @@ Result<RegionsReference> write_packed(const BundleFormat& format, std::span<cons
     offsets.push_back(end);
     leaves.push_back(
         {.box = {box.min.x(), box.min.y(), box.max.x(), box.max.y()}, .region = r, .unused = 0});
-    labels.push_back({.hash = hash_of_label(regions[r].label), .region = r, .unused = 0});
+    labels.push_back({.hash = checksum_of(regions[r].label), .region = r, .unused = 0});
     const std::string bytes = encode(format, {regions[r], files[r]}, r);
     content.add(get<std::uint64_t>(bytes.data() + bytes.size() - sizeof(std::uint64_t)));
     VANTAGE_CHECK(sink(bytes));

@@ -26,12 +26,6 @@ tl::unexpected<Error> error_at(const fs::path& place, ErrorCode code, std::strin
   return fail(code, std::move(message), SourceLocation{place.string(), 0, 0});
 }
 
-std::uint64_t checksum_of(std::string_view content) {
-  Fnv1a sum;
-  sum.add(sum.add_words(content));
-  return sum.value();
-}
-
 /// A folder whose files were all read once.
 struct Opened {
   MapIndex index;

@@ -6,6 +6,6 @@
 namespace vantage::pcd_tiles {
 
 inline constexpr bundle_folder::BundleFormat kFormat{
-    .store = "pcd_tiles", .version = 5, .extension = ".pcd", .file_size = &file_size};
+    .store = "pcd_tiles", .version = 6, .extension = ".pcd", .file_size = &file_size};
 
 }  // namespace vantage::pcd_tiles

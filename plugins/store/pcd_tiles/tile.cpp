@@ -31,12 +31,6 @@ std::string header(const RegionFile& info) {
          "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA binary\n";
 }
 
-/// The checksum of whole words of 32 bits. @param sum  of the data before
-Fnv1a sum_of_words(std::string_view data, Fnv1a sum = {}) noexcept {
-  sum.add_words<std::uint32_t>(data);
-  return sum;
-}
-
 constexpr std::size_t kWord = 4;  // [bytes]
 
 /// Rounds up to the next whole word.
@@ -57,7 +51,7 @@ class SummedSink {
   explicit SummedSink(const Sink& sink) : sink_(sink) {}
 
   [[nodiscard]] Result<void> write(std::string_view words) {
-    sum_ = sum_of_words(words, sum_);
+    sum_.add(words);
     return sink_(words);
   }
   /// @param views  one count per point, or none
@@ -92,7 +86,7 @@ class SummedSink {
 
  private:
   const Sink& sink_;
-  Fnv1a sum_;
+  Checksum sum_;
 };
 
 /// @param data   of at least `count` points
@@ -148,7 +142,7 @@ Result<RegionMap> decode(std::string_view content, const RegionFile& info,
     return corrupt("there are " + std::to_string(data.size()) + " bytes of data, expected " +
                    std::to_string(data_size(info)));
   }
-  if (sum_of_words(data).value() != info.checksum) {
+  if (checksum_of(data) != info.checksum) {
     return corrupt("the checksum of the data differs from the index: the file is damaged");
   }
   RegionMap map;

@@ -6,7 +6,6 @@
 #include <type_traits>
 
 #include "vantage/kit/byte_io.hpp"
-#include "vantage/kit/checksum.hpp"
 
 /// Numbers in files: little endian, and LEB128 (seven bits a byte, the lowest first; the highest
 /// bit says that more follow).
@@ -27,11 +26,5 @@ inline void append_leb(std::string& to, std::uint64_t value) {
 
 /// Fills up with zeros to whole words.
 inline void pad(std::string& text) { text.resize((text.size() + kWord - 1) / kWord * kWord, '\0'); }
-
-/// The checksum of whole words; of what is left over, none. @param sum  of the data before
-[[nodiscard]] inline Fnv1a sum_of(std::string_view data, Fnv1a sum = {}) noexcept {
-  sum.add_words(data);
-  return sum;
-}
 
 }  // namespace vantage::shared_tiles

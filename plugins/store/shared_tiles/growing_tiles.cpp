@@ -9,6 +9,7 @@
 #include "bytes.hpp"
 #include "point_order.hpp"
 #include "vantage/kit/canonical_order.hpp"
+#include "vantage/kit/checksum.hpp"
 
 namespace vantage::shared_tiles {
 namespace {
@@ -188,7 +189,7 @@ Result<void> GrowingTiles::finish(bundle_folder::PartialFolder& folder, const st
                                    static_cast<double>(tile.square[0]) * width_);
       const std::string code = encode_tile(growing->points(), corner, width_);
       VANTAGE_CHECK(sink(code));
-      tile.place = {.offset = offset, .bytes = code.size(), .checksum = sum_of(code).value()};
+      tile.place = {.offset = offset, .bytes = code.size(), .checksum = checksum_of(code)};
       offset += code.size();
       const std::vector<std::uint32_t>& births = growing->births();
       VANTAGE_TRY(tile.scratch, scratch_.add(folder, {reinterpret_cast<const char*>(births.data()),

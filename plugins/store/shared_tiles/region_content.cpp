@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "bytes.hpp"
+#include "vantage/kit/checksum.hpp"
 
 namespace vantage::shared_tiles {
 namespace {
@@ -69,7 +70,7 @@ Result<RegionContent> decode_region(std::string_view content, const bundle_folde
     return corrupt("the file has " + std::to_string(content.size()) + " bytes, expected " +
                    std::to_string(file.bytes));
   }
-  if (sum_of(content).value() != file.checksum) {
+  if (checksum_of(content) != file.checksum) {
     return corrupt("the checksum of the file differs from the index: the file is damaged");
   }
   ByteReader reader(content);

@@ -7,6 +7,7 @@
 #include "bytes.hpp"
 #include "point_order.hpp"
 #include "region_content.hpp"
+#include "vantage/kit/checksum.hpp"
 #include "vantage/kit/file_content.hpp"
 
 namespace vantage::shared_tiles {
@@ -46,7 +47,7 @@ Result<StoredTile> read_tile(const TilePlace& place, const io::InputFile& file) 
   tile.size = place.bytes;
   const std::span<char> bytes(tile.bytes.get(), place.bytes);
   VANTAGE_CHECK(file.read(place.offset, bytes));
-  if (sum_of({bytes.data(), bytes.size()}).value() != place.checksum) {
+  if (checksum_of({bytes.data(), bytes.size()}) != place.checksum) {
     return corrupt_tile(place, file,
                         "has another checksum than the region says: the file is damaged");
   }

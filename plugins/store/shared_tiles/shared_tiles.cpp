@@ -11,6 +11,7 @@
 #include "region_content.hpp"
 #include "region_reader.hpp"
 #include "scratch.hpp"
+#include "vantage/kit/checksum.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage::shared_tiles {
@@ -22,7 +23,7 @@ using bundle_folder::PartialFolder, bundle_folder::RegionFile;
 constexpr const char* kTilesFile = "tiles.bin";
 constexpr const char* kScratchFile = "scratch.tmp";
 constexpr bundle_folder::BundleFormat kFormat{.store = "shared_tiles",
-                                              .version = 3,
+                                              .version = 4,
                                               .extension = ".region",
                                               .shared = kTilesFile,
                                               .scratch = kScratchFile};
@@ -48,7 +49,7 @@ class SharedFiles final : public bundle_folder::RegionFiles {
     VANTAGE_TRY(const std::string put, tiles_.put(folder, map.points));
     VANTAGE_TRY(const Scratch::Place place, scratch_.add(folder, put));
     puts_.push_back({region.value, place});
-    sums_[region.value] = sum_of(head);
+    sums_[region.value].add(head);
     failed_ = false;
     file.bytes = head.size();
     return file;
@@ -63,7 +64,8 @@ class SharedFiles final : public bundle_folder::RegionFiles {
       VANTAGE_TRY(const std::string parts, tiles_.parts_of(kept));
       VANTAGE_CHECK(folder.append(names[put.region], parts));
       files[put.region].bytes += parts.size();
-      files[put.region].checksum = sum_of(parts, sums_[put.region]).value();
+      sums_[put.region].add(parts);
+      files[put.region].checksum = sums_[put.region].value();
     }
     return scratch_.remove(folder);
   }
@@ -80,8 +82,8 @@ class SharedFiles final : public bundle_folder::RegionFiles {
 
   Scratch scratch_{kScratchFile};
   GrowingTiles tiles_;
-  std::vector<Put> puts_;    // in their order: neighbours mostly follow each other
-  std::vector<Fnv1a> sums_;  // of the first parts of the files, by region
+  std::vector<Put> puts_;       // in their order: neighbours mostly follow each other
+  std::vector<Checksum> sums_;  // of the first parts of the files, by region
   bool failed_ = false;
 };
 

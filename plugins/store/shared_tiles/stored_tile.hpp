@@ -17,7 +17,7 @@ static_assert(sizeof(TileCoordinates) == 12);
 struct TilePlace {
   std::uint64_t offset = 0;    ///< in the file [bytes]
   std::uint64_t bytes = 0;     ///< whole words
-  std::uint64_t checksum = 0;  ///< FNV-1a, 64 bit, over words of 64 bits
+  std::uint64_t checksum = 0;  ///< XXH64 of its bytes
 };
 
 /// The points of a square of the map.

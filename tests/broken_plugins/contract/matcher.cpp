@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "breaks.hpp"
+#include "vantage/kit/checksum.hpp"
 
 namespace vantage::broken {
 namespace {
@@ -39,13 +40,6 @@ PointCloud around(PointsView points, PointsView seen) {
     if (voxels.contains(voxel_of(p))) kept.push_back(p);
   }
   return kept;
-}
-
-/// FNV-1a, 64 bit.
-std::uint64_t checksum_of(std::span<const std::byte> bytes) {
-  std::uint64_t sum = 0xcbf29ce484222325U;
-  for (const std::byte b : bytes) sum = (sum ^ std::to_integer<unsigned>(b)) * 0x100000001b3U;
-  return sum;
 }
 
 constexpr std::size_t kPoint = 3 * sizeof(double), kHead = sizeof(std::uint64_t);

@@ -79,9 +79,8 @@ TEST_CASE("a forged plan with a sound checksum is an error or a plan, never a cr
       forged[16 + random() % (forged.size() - 16)] = static_cast<std::byte>(random());
     }
     if (round % 5 == 0) forged.resize(16 + random() % (forged.size() - 16));
-    Fnv1a sum;
-    sum.add({reinterpret_cast<const char*>(forged.data()), forged.size()});
-    for (std::uint64_t value = sum.value(), k = 0; k < 8; ++k, value >>= 8U) {
+    for (std::uint64_t value = checksum_of(std::span<const std::byte>(forged)), k = 0; k < 8;
+         ++k, value >>= 8U) {
       forged.push_back(static_cast<std::byte>(value & 0xffU));
     }
     const auto decoded = decode_plan(forged, kIdentity);
@@ -249,16 +248,10 @@ TEST_CASE("regions whose numbers are swapped in a file of parts are damaged") {
 
 /// What PartWriter puts before a content.
 std::string sealed_record(std::uint64_t region, const std::string& content) {
-  Fnv1a sum;
+  Checksum sum;
   sum.add(region);
   sum.add(std::uint64_t{content.size()});
-  std::size_t at = 0;
-  for (; at + 8 <= content.size(); at += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, content.data() + at, sizeof word);
-    sum.add(word);
-  }
-  for (; at < content.size(); ++at) sum.add(static_cast<unsigned char>(content[at]));
+  sum.add(content);
   std::string head;
   for (const std::uint64_t word : {region, std::uint64_t{content.size()}, sum.value()}) {
     head.append(reinterpret_cast<const char*>(&word), sizeof word);

@@ -197,9 +197,7 @@ void relabel(const fs::path& file, const std::string& from, const std::string& n
   const std::size_t begin = bytes.find(from) - kBefore, end = bytes.find(next) - kBefore;
   REQUIRE(begin < end);
   bytes.replace(begin + kBefore, to.size(), to);
-  Fnv1a sum;
-  sum.add(std::string_view(bytes).substr(begin, end - begin - 8));
-  const std::uint64_t value = sum.value();
+  const std::uint64_t value = checksum_of(std::string_view(bytes).substr(begin, end - begin - 8));
   bytes.replace(end - 8, 8, reinterpret_cast<const char*>(&value), 8);
   test::write_text(file, bytes);
 }

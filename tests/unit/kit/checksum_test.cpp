@@ -2,51 +2,52 @@
 
 #include <doctest/doctest.h>
 
-#include <cstring>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace vantage {
 namespace {
 
-std::uint64_t sum_of(std::string_view bytes) {
-  Fnv1a sum;
-  sum.add(bytes);
-  return sum.value();
+TEST_CASE("a checksum is XXH64: the values that `xxhsum -H1` prints") {
+  CHECK(checksum_of(std::string_view()) == 0xef46db3751d8e999U);
+  CHECK(checksum_of(std::string_view("a")) == 0xd24ec4f1a98c6e5bU);
+  CHECK(checksum_of(std::string_view("abc")) == 0x44bc2cf5ad770999U);
+  CHECK(Checksum().value() == 0xef46db3751d8e999U);
 }
 
-TEST_CASE("FNV-1a has the values that its authors published") {
-  CHECK(sum_of("") == 0xcbf29ce484222325U);
-  CHECK(sum_of("a") == 0xaf63dc4c8601ec8cU);
-  CHECK(sum_of("foobar") == 0x85944171f73967e8U);
-}
-
-TEST_CASE("a checksum of parts is that of the whole, and a byte above 127 is not negative") {
-  Fnv1a parts;
-  parts.add("foo");
-  parts.add(std::string_view("bar"));
-  CHECK(parts.value() == sum_of("foobar"));
-  Fnv1a byte;
-  byte.add(std::uint64_t{0xff});
-  CHECK(byte.value() == sum_of("\xff"));
-}
-
-TEST_CASE("words are added as a loop over them would, and the rest is given back") {
-  const std::string_view text = "0123456789abcdefghi";
-  for (std::size_t size = 0; size <= text.size(); ++size) {
-    const std::string_view bytes = text.substr(0, size);
-    Fnv1a words, halves, loop, half_loop;
-    CHECK(words.add_words(bytes) == bytes.substr(size / 8 * 8));
-    CHECK(halves.add_words<std::uint32_t>(bytes) == bytes.substr(size / 4 * 4));
-    for (std::size_t at = 0; at + 4 <= size; at += 4) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, bytes.data() + at, 4);
-      half_loop.add(word);
-      if (at % 8 != 0 || at + 8 > size) continue;
-      std::memcpy(&word, bytes.data() + at, 8);
-      loop.add(word);
-    }
-    CHECK(words.value() == loop.value());
-    CHECK(halves.value() == half_loop.value());
+TEST_CASE("a checksum of pieces is that of the whole, wherever it is cut") {
+  std::string text;
+  for (int k = 0; k < 100; ++k) text.push_back(static_cast<char>(7 * k));
+  const std::string_view whole = text;
+  for (std::size_t cut = 0; cut <= whole.size(); ++cut) {
+    Checksum pieces;
+    pieces.add(whole.substr(0, cut));
+    const Checksum copied = pieces;
+    pieces.add(whole.substr(cut));
+    CHECK(pieces.value() == checksum_of(whole));
+    CHECK(copied.value() == checksum_of(whole.substr(0, cut)));
   }
+}
+
+TEST_CASE("a number is added as its eight bytes, the lowest first") {
+  Checksum number;
+  number.add(std::uint64_t{0x8070605040302010});
+  CHECK(number.value() == checksum_of(std::string_view("\x10\x20\x30\x40\x50\x60\x70\x80")));
+}
+
+TEST_CASE("every changed byte of a text changes its checksum, and so does a change of two") {
+  std::string text = "regions of a city, one after another, in pages with checksums";
+  const std::uint64_t good = checksum_of(std::string_view(text));
+  for (char& byte : text) {
+    for (int bit = 0; bit < 8; ++bit) {
+      byte = static_cast<char>(byte ^ (1 << bit));
+      CHECK(checksum_of(std::string_view(text)) != good);
+      byte = static_cast<char>(byte ^ (1 << bit));
+    }
+  }
+  std::swap(text[3], text[11]);
+  CHECK(checksum_of(std::string_view(text)) != good);
 }
 
 }  // namespace

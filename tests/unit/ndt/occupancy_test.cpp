@@ -14,7 +14,6 @@
 
 #include "excerpt.hpp"
 #include "vantage/kit/bit_coder.hpp"
-#include "vantage/kit/checksum.hpp"
 
 namespace vantage::occupancy {
 namespace {
@@ -114,9 +113,11 @@ std::vector<Set> sets() {
 }
 
 std::uint64_t hash_of(const Bytes& bytes) {
-  Fnv1a hash;
-  for (const std::byte byte : bytes) hash.add(std::to_integer<std::uint64_t>(byte));
-  return hash.value();
+  std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a, with which kHashes was made
+  for (const std::byte byte : bytes) {
+    hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001b3U;
+  }
+  return hash;
 }
 
 /// A map with cells of any numbers.

@@ -95,15 +95,15 @@ TEST_CASE("a damaged index is corrupt_data that names the file and what was expe
   corrupt("[]", "the index must be an object, found array");
   corrupt("{}", "no member 'format'");
   corrupt(replaced(good, "vantage pcd_tiles", "vantage other"), "'format' must be");
-  for (const std::string older : {"1", "2", "3", "4"}) {
-    corrupt(replaced(good, "\"version\": 5", "\"version\": " + older),
+  for (const std::string older : {"1", "2", "3", "4", "5"}) {
+    corrupt(replaced(good, "\"version\": 6", "\"version\": " + older),
             "'version' is " + older +
-                ", and 5 is needed: the bundle was built by an older version; remove it and build "
+                ", and 6 is needed: the bundle was built by an older version; remove it and build "
                 "it again");
   }
-  corrupt(replaced(good, "\"version\": 5", "\"version\": 6"), "a newer version");
-  for (const std::string odd : {"0", "-2", "2.0", "\"2\"", "\"5\"", "null", "[2]"}) {
-    corrupt(replaced(good, "\"version\": 5", "\"version\": " + odd), "'version' must be 5, not");
+  corrupt(replaced(good, "\"version\": 6", "\"version\": 7"), "a newer version");
+  for (const std::string odd : {"0", "-2", "2.0", "\"2\"", "\"6\"", "null", "[2]"}) {
+    corrupt(replaced(good, "\"version\": 6", "\"version\": " + odd), "'version' must be 6, not");
   }
   corrupt(replaced(good, "\"regions\"", "\"region\""), "no member 'regions'");
   corrupt(replaced(good, "\"regions\": {", "\"regions\": [], \"x\": {"),
@@ -168,7 +168,7 @@ TEST_CASE("an index that is nested without end is refused, wherever the nesting 
   for (const std::string& deep : {arrays, objects}) {
     for (const std::string& text :
          {deep, replaced(good, "\"format\"", "\"more\": " + deep + ", \"format\""),
-          replaced(good, "\"version\": 5", "\"version\": " + deep), replaced(good, "77.7", deep)}) {
+          replaced(good, "\"version\": 6", "\"version\": " + deep), replaced(good, "77.7", deep)}) {
       write_text(file, text);
       const auto store = pcd_tiles_at(root);
       check_fails(store->open(), ErrorCode::corrupt_data, "of at most 64 levels");

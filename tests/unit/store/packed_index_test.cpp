@@ -235,7 +235,7 @@ class Forgery {
   }
   /// The bytes, with checksums.
   [[nodiscard]] std::string sealed() {
-    Fnv1a content;
+    Checksum content;
     const std::uint64_t first = layout().first_offsets;
     for (std::uint64_t r = 1; r <= summary().regions; ++r) {
       const auto end = at<std::uint64_t>(first + r / packed::kOffsets, r % packed::kOffsets * 8);

@@ -496,7 +496,7 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
     SUBCASE("a bundle that an older version has built") {
       write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
       const std::string index =
-          replaced(read_text(root / "index.json"), "\"version\": 5", "\"version\": 4");
+          replaced(read_text(root / "index.json"), "\"version\": 6", "\"version\": 5");
       write_text(root / "index.json", index);
       refused("built by an older version; remove it and build it again");
       CHECK(read_text(root / "index.json") == index);

@@ -284,18 +284,12 @@ static_assert(sizeof(ForgedRegion::Part) == 40);
 /// Puts a region's file into a bundle, with the checksums that it needs.
 void forge(const fs::path& root, std::uint32_t region, const std::string& content,
            std::uint64_t points) {
-  Fnv1a sum;
-  for (std::size_t i = 0; i + 8 <= content.size(); i += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, content.data() + i, sizeof word);
-    sum.add(word);
-  }
   constexpr bundle_folder::BundleFormat kFormat{
-      .store = "shared_tiles", .version = 3, .extension = ".region"};
+      .store = "shared_tiles", .version = 4, .extension = ".region"};
   forge_regions(kFormat, root, [&](std::vector<bundle_folder::IndexedRegion>& regions) {
     bundle_folder::RegionFile& file = regions[region].file;
     file.bytes = content.size();
-    file.checksum = sum.value();
+    file.checksum = checksum_of(content);
     file.points = points;
   });
   write_text(root / ("r" + std::to_string(region) + ".region"), content);

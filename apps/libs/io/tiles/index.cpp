@@ -10,7 +10,7 @@ namespace vantage::io::tiles {
 namespace {
 
 constexpr std::uint64_t kIndexMagic = 0x53454c4954475456ULL;  // "VTGTILES"
-constexpr std::uint64_t kIndexVersion = 1;
+constexpr std::uint64_t kIndexVersion = 2;
 constexpr std::uint64_t kHeadWords = 17;
 constexpr std::uint64_t kTileWords = 6;
 constexpr std::uint64_t kCellWords = 2;

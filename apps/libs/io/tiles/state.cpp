@@ -15,7 +15,7 @@ namespace vantage::io::tiles {
 namespace {
 
 constexpr std::uint64_t kStateMagic = 0x5453454c49544756ULL;  // "VGTILEST"
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::uint64_t kStateVersion = 2;
 
 void put_text(WordWriter& words, const std::string& text) {
   words.put(std::uint64_t{text.size()});

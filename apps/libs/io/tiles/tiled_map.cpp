@@ -253,7 +253,7 @@ Precision TiledMap::precision() const noexcept {
   return content_->index.coordinate_size == sizeof(float) ? Precision::float32 : Precision::float64;
 }
 std::uint64_t TiledMap::checksum() const noexcept {
-  Fnv1a sum;
+  Checksum sum;
   for (const StoredTile& tile : content_->index.tiles) {
     sum.add(tiles::packed(tile.index.x, tile.index.y));
     sum.add(tile.points);

@@ -12,7 +12,7 @@
 #include "vantage/kit/file_content.hpp"
 #include "vantage/result.hpp"
 
-/// Files of 64-bit words, little endian. The last word is the FNV-1a checksum of all words before.
+/// Files of 64-bit words, little endian. The last word is the checksum (XXH64) of all words before.
 namespace vantage::io::tiles {
 
 static_assert(std::endian::native == std::endian::little, "words are written as they are");
@@ -66,7 +66,7 @@ class WordWriter {
   }
 
   OutputFile file_;
-  Fnv1a sum_;
+  Checksum sum_;
   Result<void> written_;
   std::array<std::uint64_t, 512> buffer_{};
   std::size_t used_ = 0;
@@ -124,7 +124,7 @@ class WordReader64 {
   }
 
   InputFile file_;
-  Fnv1a sum_;
+  Checksum sum_;
   std::array<std::uint64_t, 512> buffer_{};
   std::size_t at_ = 0, filled_ = 0;
   std::uint64_t read_ = 0;

@@ -1,37 +1,30 @@
 #pragma once
 
-#include <concepts>
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <cstring>
+#include <span>
 #include <string_view>
 
 namespace vantage {
 
-/// FNV-1a, 64 bit (Fowler, Noll and Vo). Every step is a bijection of the state and of what is
-/// added, so a single wrong byte or word always changes the value.
-class Fnv1a {
+/// XXH64 (Collet), with seed 0. Bytes that are added piece by piece have the sum of the whole. The
+/// same bytes have the same sum on every machine: `xxhsum -H1` prints it.
+class Checksum {
  public:
-  /// Adds a byte, or a word of up to 64 bits as one step.
-  constexpr void add(std::uint64_t word) noexcept { value_ = (value_ ^ word) * 0x100000001b3ULL; }
-  /// Adds bytes, one step each.
-  constexpr void add(std::string_view bytes) noexcept {
-    for (const char c : bytes) add(static_cast<unsigned char>(c));
-  }
-  /// Adds the whole words of bytes, one step each: faster than byte by byte.
-  /// @return  the bytes that are left over
-  template <std::unsigned_integral Word = std::uint64_t>
-  std::string_view add_words(std::string_view bytes) noexcept {
-    for (; bytes.size() >= sizeof(Word); bytes.remove_prefix(sizeof(Word))) {
-      Word word = 0;
-      std::memcpy(&word, bytes.data(), sizeof word);
-      add(std::uint64_t{word});
-    }
-    return bytes;
-  }
-  [[nodiscard]] constexpr std::uint64_t value() const noexcept { return value_; }
+  Checksum() noexcept;
+  void add(std::string_view bytes) noexcept;
+  void add(std::span<const std::byte> bytes) noexcept;
+  /// Adds the eight bytes of a number, the lowest first.
+  void add(std::uint64_t number) noexcept;
+  [[nodiscard]] std::uint64_t value() const noexcept;
 
  private:
-  std::uint64_t value_ = 0xcbf29ce484222325ULL;
+  alignas(std::uint64_t) std::array<std::byte, 88> state_;  // of xxHash
 };
+
+/// The checksum of bytes that are there as a whole.
+[[nodiscard]] std::uint64_t checksum_of(std::string_view bytes) noexcept;
+[[nodiscard]] std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept;
 
 }  // namespace vantage
