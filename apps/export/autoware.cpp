@@ -113,7 +113,7 @@ Result<void> write_metadata(const fs::path& folder, const io::AutowareTiles& til
 Result<AutowareReport> export_autoware(const Bundle& bundle, const AutowareOptions& options,
                                        const fs::path& out, io::OutputFolder::Existing existing,
                                        const Bundle::Progress& progress) {
-  VANTAGE_TRY(auto folder, io::OutputFolder::create(out, existing));
+  VANTAGE_TRY(auto folder, io::OutputFolder::create(kind_of_export(), out, existing));
   UnionOfMaps all;
   VANTAGE_CHECK(bundle.for_each_region(
       [&](RegionId, const RegionMap& map) {

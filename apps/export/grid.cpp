@@ -162,7 +162,7 @@ Result<GridReport> export_grid(const Bundle& bundle, const std::optional<Point>&
   if (!kept) {
     VANTAGE_TRY(grid, grid_of(bundle));
   }
-  VANTAGE_TRY(auto folder, io::OutputFolder::create(out, existing));
+  VANTAGE_TRY(auto folder, io::OutputFolder::create(kind_of_export(), out, existing));
   std::vector<std::string> files;
   Bounds3 viewpoints;
   const auto take = [&](RegionId region, const RegionMap& map) -> Result<void> {

@@ -58,18 +58,13 @@ Result<void> check_prefix(const std::string& prefix) {
                           "'");
 }
 
+/// Whether an earlier export may be replaced. This is checked first, because an export may take
+/// long. Errors: those of OutputFolder::check.
 Result<io::OutputFolder::Existing> existing(const Options& options) {
-  if (!options.overwrite) {
-    std::error_code ignored;
-    if (fs::exists(fs::symlink_status(options.out, ignored))) {
-      return fail(ErrorCode::already_exists,
-                  "exists already; --overwrite replaces an earlier export",
-                  SourceLocation{options.out.string(), 0, 0});
-    }
-    return io::OutputFolder::Existing::refuse;
-  }
-  VANTAGE_CHECK(exporting::check_replaceable(options.out));
-  return io::OutputFolder::Existing::replace;
+  const auto existing =
+      options.overwrite ? io::OutputFolder::Existing::replace : io::OutputFolder::Existing::refuse;
+  VANTAGE_CHECK(io::OutputFolder::check(exporting::kind_of_export(), options.out, existing));
+  return existing;
 }
 
 /// Opens the bundle in a folder, or the bundle that a configuration names.

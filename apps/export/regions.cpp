@@ -36,7 +36,7 @@ Result<void> write(const fs::path& path, CloudFormat format, const RegionMap& ma
 Result<RegionsReport> export_regions(const Bundle& bundle, CloudFormat format, const fs::path& out,
                                      io::OutputFolder::Existing existing,
                                      const Bundle::Progress& progress) {
-  VANTAGE_TRY(auto folder, io::OutputFolder::create(out, existing));
+  VANTAGE_TRY(auto folder, io::OutputFolder::create(kind_of_export(), out, existing));
   RegionsReport report;
   report.regions_without_points = bundle.regions_without_points();
   std::vector<std::string> files;

@@ -22,9 +22,7 @@ Result<std::set<std::string>> files_of_export(const fs::path& folder) {
   const fs::path path = folder / kSidecar;
   auto text = io::read_file(path, "what an export writes");
   if (!text && text.error().code == ErrorCode::not_found) {
-    return error_at(
-        folder, ErrorCode::already_exists,
-        std::string("is not an earlier export, so it is not replaced: it holds no ") + kSidecar);
+    return fail(ErrorCode::already_exists, std::string("it holds no ") + kSidecar);
   }
   if (!text) return fail(std::move(text).error());
   VANTAGE_TRY(const auto json, parse_json<nlohmann::json>(text->view(), path.string(),
@@ -53,22 +51,20 @@ Result<void> write_sidecar(const fs::path& folder, nlohmann::ordered_json conten
       content.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-Result<void> check_replaceable(const fs::path& folder) {
-  std::error_code error;
-  if (fs::symlink_status(folder, error).type() == fs::file_type::not_found) return {};
-  if (!fs::is_directory(folder, error)) return {};  // OutputFolder reports what is wrong
-  VANTAGE_TRY(const auto names, files_of_export(folder));
-  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
-       it.increment(error)) {
-    if (it->is_directory(error) && !it->is_symlink(error)) continue;
-    const std::string name = it->path().lexically_relative(folder).generic_string();
-    if (names.contains(name)) continue;
-    return error_at(it->path(), ErrorCode::already_exists,
-                    "is not a file of the earlier export, so its folder is not replaced");
-  }
-  if (!error) return {};
-  return error_at(folder, ErrorCode::io_failure,
-                  "the folder cannot be listed (" + error.message() + ")");
+io::FolderKind kind_of_export() {
+  return {.what = "an earlier export",
+          .overwrite = "--overwrite",
+          .check = [](const fs::path& folder, auto names) -> Result<void> {
+            VANTAGE_TRY(const auto exported, files_of_export(folder));
+            std::error_code ignored;
+            for (const std::string& name : names) {
+              if (exported.contains(name)) continue;
+              if (fs::symlink_status(folder / name, ignored).type() != fs::file_type::directory) {
+                return io::it_holds(name);
+              }
+            }
+            return {};
+          }};
 }
 
 }  // namespace vantage::exporting

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vantage/kit/atomic_folder.hpp"
 #include "vantage/region_directory.hpp"
 
 namespace vantage::exporting {
@@ -18,8 +19,7 @@ inline constexpr const char* kSidecar = "vantage_export.json";
                                          const std::vector<std::string>& files,
                                          const BundleSummary& bundle);
 
-/// Checks that a folder may be replaced: it does not exist, or it is an earlier export and holds
-/// nothing else. Errors: `already_exists`; `corrupt_data` for a damaged sidecar.
-[[nodiscard]] Result<void> check_replaceable(const std::filesystem::path& folder);
+/// What the folder of an export holds: the sidecar and the files that it lists.
+[[nodiscard]] io::FolderKind kind_of_export();
 
 }  // namespace vantage::exporting

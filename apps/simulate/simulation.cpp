@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "simulate/world.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/atomic_folder.hpp"
 
 namespace vantage::simulation {
 namespace {
@@ -36,76 +38,29 @@ tl::unexpected<Error> cannot(const std::string& what, const fs::path& path,
               SourceLocation{path.string(), 0, 0});
 }
 
-/// A directory that gets its name only when it is complete.
-class OutputDirectory {
- public:
-  [[nodiscard]] static Result<OutputDirectory> create(const fs::path& out, bool overwrite) {
-    std::error_code error;
-    fs::path target = fs::absolute(out, error).lexically_normal();
-    if (!target.has_filename()) target = target.parent_path();  // "out/"
-    if (!target.has_filename()) {
-      return fail(ErrorCode::invalid_input, "does not name a new directory",
-                  SourceLocation{out.string(), 0, 0});
-    }
-    VANTAGE_CHECK(check_free(target, overwrite));
-    fs::path partial = target;
-    partial += ".partial";
-    fs::remove_all(partial, error);  // left by a run that was interrupted
-    if (error) return cannot("remove the remains of an interrupted run", partial, error);
-    fs::create_directories(partial, error);
-    if (error) return cannot("create the directory", partial, error);
-    return OutputDirectory(std::move(target), std::move(partial), overwrite);
+/// Whether simulate() makes a file or folder of this name.
+bool is_own(std::string_view name) {
+  for (const std::string_view one : {"map", "map.pcd", "scans", "scans/times.txt", "reference.tum",
+                                     "odometry.tum", "imu.csv", "events.csv", kWorldFile}) {
+    if (name == one) return true;
   }
+  const std::size_t slash = name.find('/');
+  return (name.starts_with("map/") || name.starts_with("scans/")) && name.ends_with(".pcd") &&
+         name.find('/', slash + 1) == std::string_view::npos;
+}
 
-  OutputDirectory(OutputDirectory&& other) noexcept
-      : target_(std::move(other.target_)),
-        partial_(std::exchange(other.partial_, {})),
-        overwrite_(other.overwrite_) {}
-  OutputDirectory& operator=(OutputDirectory&&) = delete;
-  ~OutputDirectory() {
-    std::error_code ignored;
-    if (!partial_.empty()) fs::remove_all(partial_, ignored);
-  }
-
-  [[nodiscard]] const fs::path& path() const { return partial_; }
-
-  [[nodiscard]] Result<void> commit() && {
-    std::error_code error;
-    VANTAGE_CHECK(check_free(target_, overwrite_));
-    if (overwrite_) {
-      fs::remove_all(target_, error);
-      if (error) return cannot("remove the directory that is to be overwritten", target_, error);
-    }
-    fs::rename(partial_, target_, error);
-    if (error) return cannot("rename " + partial_.string(), target_, error);
-    partial_.clear();
-    return {};
-  }
-
- private:
-  OutputDirectory(fs::path target, fs::path partial, bool overwrite)
-      : target_(std::move(target)), partial_(std::move(partial)), overwrite_(overwrite) {}
-
-  [[nodiscard]] static Result<void> check_free(const fs::path& target, bool overwrite) {
-    std::error_code error;
-    if (fs::symlink_status(target, error).type() == fs::file_type::not_found) return {};
-    const SourceLocation where{target.string(), 0, 0};
-    if (!overwrite) {
-      return fail(ErrorCode::already_exists,
-                  "exists already; name a new directory, or replace it with --overwrite", where);
-    }
-    const bool is_ours = fs::is_directory(target, error) &&
-                         (fs::exists(target / kWorldFile, error) || fs::is_empty(target, error));
-    if (is_ours) return {};
-    return fail(ErrorCode::already_exists,
-                std::string("is not the result of a simulation (it has no ") + kWorldFile +
-                    "), so it is not overwritten",
-                where);
-  }
-
-  fs::path target_, partial_;
-  bool overwrite_;
-};
+io::FolderKind kind_of_output() {
+  return {.what = "the result of a simulation",
+          .overwrite = "--overwrite",
+          .check = [](const fs::path& /*folder*/, auto names) -> Result<void> {
+            for (const std::string& name : names) {
+              if (!is_own(name)) return io::it_holds(name);
+            }
+            if (names.empty() || std::ranges::count(names, kWorldFile) > 0) return {};
+            return fail(ErrorCode::already_exists, std::string("it has no ") + kWorldFile);
+          },
+          .may_hold = is_own};
+}
 
 /// float32 if it moves no point of the box by a millimetre or more.
 io::Precision precision_for(const Bounds3& bounds) {
@@ -298,7 +253,10 @@ Result<void> write_drive(const World& world, const Drive& drive, const WorldPara
 
 Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool overwrite,
                          Extent extent, const StageProgress& progress) {
-  VANTAGE_TRY(auto directory, OutputDirectory::create(out, overwrite));
+  VANTAGE_TRY(auto directory,
+              io::OutputFolder::create(kind_of_output(), out,
+                                       overwrite ? io::OutputFolder::Existing::replace
+                                                 : io::OutputFolder::Existing::refuse));
   // Holes are on the driven path, which needs rays to be found.
   const bool drives = extent == Extent::drive || params.map.holes > 0;
   VANTAGE_TRY(const World world, World::create(params, Day::map, drives ? Rays::yes : Rays::no));
@@ -312,7 +270,7 @@ Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool ov
     VANTAGE_CHECK(write_drive(world, *drive, params, directory.path(), summary, progress));
   }
   VANTAGE_CHECK(io::write_text_atomically(directory.path() / kWorldFile, to_world_file(params)));
-  VANTAGE_CHECK(std::move(directory).commit());
+  VANTAGE_CHECK(directory.commit());
   return summary;
 }
 

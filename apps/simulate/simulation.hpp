@@ -50,7 +50,7 @@ enum class Extent : std::uint8_t {
 /// - `events.csv`: one line per scan with its stamp, 1 for the first scan after a kidnap, and 1 for
 ///   a sensor above a hole of the map
 /// - `world.toml`: all values that made it
-/// The directory appears completely or not at all: it is written as `<out>.partial` and renamed.
+/// The directory appears completely or not at all: see io::OutputFolder.
 /// Files are the same for any number of threads.
 /// @param overwrite  replace `out` if it is the result of an earlier simulation
 /// Errors: `already_exists`; `io_failure`; those of World and of the writers.

@@ -1,7 +1,6 @@
 #include "build/parts.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -165,9 +164,7 @@ std::vector<std::byte> head_of_file(std::uint64_t key) {
 /// network file systems, several processes build the same regions, each into its own file.
 Result<void> check_idle(const fs::path& file) {
   const io::Descriptor other = io::Descriptor::of(file, O_RDWR);
-  if (!other.open() || ::flock(other.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
-    return {};
-  }
+  if (!other.open() || io::lock_file(other, io::Wait::no) != EWOULDBLOCK) return {};
   return parts_error(ErrorCode::already_exists, "another process is building this shard", file);
 }
 
@@ -231,7 +228,7 @@ Result<PartWriter> PartWriter::create(const fs::path& folder, const Shard& shard
   }
   writer.path_ = std::move(file);
   writer.end_ = kHead;
-  (void)::flock(writer.file_.get(), LOCK_EX | LOCK_NB);
+  (void)io::lock_file(writer.file_, io::Wait::no);
   VANTAGE_CHECK(write_all(writer.file_, head_of_file(key), 0, writer.path_));
   return writer;
 }

@@ -2,7 +2,6 @@
 #include "vantage/kit/map_parts.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,7 +91,7 @@ Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
   // One process makes the plan, and others wait for it. Where locks do not work, several make it:
   // they get the same bytes, and each puts them in place as a whole.
   const io::Descriptor lock = io::Descriptor::of(options.parts / kPartsMarker, O_RDWR);
-  if (lock.open()) (void)::flock(lock.get(), LOCK_EX);
+  if (lock.open()) (void)io::lock_file(lock, io::Wait::yes);
   const fs::path file = options.parts / kPlan;
   std::error_code error;
   if (!fs::exists(file, error)) {

@@ -3,28 +3,57 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "checks/notes.hpp"
 #include "vantage/build/bundle_build.hpp"
-#include "vantage/kit/atomic_folder.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage::building {
 namespace {
 
 namespace fs = std::filesystem;
 
+/// A folder that goes with this object.
+class TemporaryFolder {
+ public:
+  /// Errors: `io_failure`.
+  [[nodiscard]] static Result<TemporaryFolder> create() {
+    std::error_code error;
+    std::string path = (fs::temp_directory_path(error) / "vantage-check-XXXXXX").string();
+    if (error || ::mkdtemp(path.data()) == nullptr) {
+      return io::system_error(path, "no temporary folder can be created",
+                              error ? error.value() : errno);
+    }
+    return TemporaryFolder(std::move(path));
+  }
+  TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  TemporaryFolder& operator=(TemporaryFolder&&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const fs::path& path() const noexcept { return path_; }
+
+ private:
+  explicit TemporaryFolder(fs::path path) : path_(std::move(path)) {}
+
+  fs::path path_;
+};
+
 /// A bundle of the whole map, for as long as scans are tried in it.
 class WholeMap {
  public:
   static Result<WholeMap> build(Config config, const WideAreaMap& map,
                                 const PluginLoader& plugins) {
-    const fs::path place = fs::temp_directory_path() / fmt::format("vantage-check-{}", getpid());
-    VANTAGE_TRY(io::OutputFolder folder,
-                io::OutputFolder::create(place, io::OutputFolder::Existing::refuse));
+    VANTAGE_TRY(TemporaryFolder folder, TemporaryFolder::create());
     config.partitioner = PluginChoice{};
     config.partitioner->plugin = "whole_map";
     config.visibility = VisibilityConfig{};
@@ -43,10 +72,10 @@ class WholeMap {
   [[nodiscard]] const Bundle& bundle() const { return bundle_; }
 
  private:
-  WholeMap(io::OutputFolder folder, Config config, Bundle bundle)
+  WholeMap(TemporaryFolder folder, Config config, Bundle bundle)
       : folder_(std::move(folder)), config_(std::move(config)), bundle_(std::move(bundle)) {}
 
-  io::OutputFolder folder_;
+  TemporaryFolder folder_;
   Config config_;
   Bundle bundle_;
 };

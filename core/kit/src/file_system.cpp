@@ -1,6 +1,7 @@
 #include "vantage/kit/file_system.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -69,6 +70,14 @@ int read_all(const Descriptor& file, std::size_t offset, std::span<char> bytes,
 
 int flush_content(const Descriptor& file) noexcept {
   return ::fdatasync(file.get()) == 0 ? 0 : errno;
+}
+
+int lock_file(const Descriptor& file, Wait wait) noexcept {
+  int result = 0;
+  do {
+    result = ::flock(file.get(), wait == Wait::yes ? LOCK_EX : LOCK_EX | LOCK_NB);
+  } while (result != 0 && errno == EINTR);
+  return result == 0 ? 0 : errno;
 }
 
 Result<std::vector<std::string>> names_in(const std::filesystem::path& folder) {

@@ -82,32 +82,17 @@ BundleHead head_of(const MapIndex& index, const RegionsReference& regions) {
 /// As long as any in a text.
 constexpr auto kLongest = std::numeric_limits<std::uint64_t>::max();
 
-/// Behind a symbolic link, the folder itself is replaced, not the link.
-Result<fs::path> resolved(const fs::path& root) {
-  std::error_code error;
-  fs::path folder = fs::weakly_canonical(root, error);
-  if (error) return io::system_error(root, "the path cannot be resolved", error.value());
-  return folder;
-}
-
-/// Whether a bundle may be written to a place. Errors: `already_exists`.
-Result<void> may_write(const BundleFormat& format, const fs::path& root, bool overwrite) {
-  if (!there(root)) return {};
-  VANTAGE_CHECK(files_of_bundle(format, root));
-  if (overwrite) return {};
-  return fail(ErrorCode::already_exists,
-              "there is a bundle already; overwrite = true (vantage build --overwrite) replaces it",
-              at(root));
+io::OutputFolder::Existing existing(bool overwrite) {
+  return overwrite ? io::OutputFolder::Existing::replace : io::OutputFolder::Existing::refuse;
 }
 
 /// A bundle under construction.
 class FolderWriter final : public MapWriter {
  public:
-  FolderWriter(const BundleFormat& format, fs::path root, bool overwrite, const MapIndex& index,
+  FolderWriter(const BundleFormat& format, fs::path root, const MapIndex& index,
                PartialFolder folder, std::unique_ptr<RegionFiles> regions)
       : format_(format),
         root_(std::move(root)),
-        overwrite_(overwrite),
         index_(index),
         folder_(std::move(folder)),
         regions_(std::move(regions)),
@@ -148,16 +133,8 @@ class FolderWriter final : public MapWriter {
         return fail(ErrorCode::invalid_input,
                     "commit before region '" + index_.partition.regions()[r].label + "' was put");
       }
-      VANTAGE_CHECK(may_write(format_, root_, overwrite_));
       VANTAGE_CHECK(finish_folder());
-      const fs::path partial = folder_.path();
-      VANTAGE_TRY(const auto replaced, put_in_place());
-      // The name has to survive a power cut, as the files do.
-      VANTAGE_CHECK(io::flush_name(root_ / kIndex));
-      VANTAGE_CHECK(io::flush_name(root_));
-      // It is not an error if parts of the old bundle cannot be removed.
-      if (!replaced.empty()) (void)remove_files(partial, replaced);
-      return {};
+      return folder_.commit();
     });
   }
 
@@ -174,25 +151,11 @@ class FolderWriter final : public MapWriter {
       return {};
     }));
     VANTAGE_TRY(const std::string json, to_json(format_, head_of(index_, reference)));
-    return folder_.finish(json);
-  }
-
-  /// Returns the files of a bundle that was there; they are in the partial folder now.
-  [[nodiscard]] Result<std::vector<std::string>> put_in_place() {
-    std::vector<std::string> replaced;
-    if (there(root_)) {
-      VANTAGE_TRY(replaced, files_of_bundle(format_, root_));
-      VANTAGE_CHECK(io::exchange(folder_.path(), root_));
-    } else {
-      VANTAGE_CHECK(io::rename_to_new(folder_.path(), root_));
-    }
-    folder_.release();
-    return replaced;
+    return folder_.write_file(kIndex, json);
   }
 
   const BundleFormat& format_;
   fs::path root_;
-  bool overwrite_;
   MapIndex index_;
   PartialFolder folder_;
   std::unique_ptr<RegionFiles> regions_;
@@ -340,10 +303,8 @@ FolderStore::FolderStore(const BundleFormat& format, const FolderParams& params,
     : format_(format), root_(params.folder()), overwrite_(params.overwrite), read_(read) {}
 
 Result<void> FolderStore::may_begin() const noexcept {
-  return guarded([&]() -> Result<void> {
-    VANTAGE_TRY(const fs::path root, resolved(root_));
-    return may_write(format_, root, overwrite_);
-  });
+  return guarded(
+      [&] { return io::OutputFolder::check(kind_of(format_), root_, existing(overwrite_)); });
 }
 
 Result<std::unique_ptr<MapWriter>> FolderStore::begin(const MapIndex& index) const noexcept {
@@ -352,13 +313,9 @@ Result<std::unique_ptr<MapWriter>> FolderStore::begin(const MapIndex& index) con
       return fail(ErrorCode::invalid_input, "a bundle needs a region");
     }
     VANTAGE_CHECK(to_json(format_, head_of(index, {kLongest, kLongest, kLongest})));
-    VANTAGE_TRY(fs::path root, resolved(root_));
-    VANTAGE_CHECK(may_write(format_, root, overwrite_));
-    fs::path partial = root;
-    partial += ".partial";
-    VANTAGE_TRY(PartialFolder folder, PartialFolder::create(format_, partial));
-    return std::make_unique<FolderWriter>(format_, std::move(root), overwrite_, index,
-                                          std::move(folder), region_files(index));
+    VANTAGE_TRY(PartialFolder folder, PartialFolder::create(format_, root_, existing(overwrite_)));
+    return std::make_unique<FolderWriter>(format_, root_, index, std::move(folder),
+                                          region_files(index));
   });
 }
 

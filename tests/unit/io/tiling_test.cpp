@@ -127,6 +127,7 @@ TEST_CASE("tiling: what a killed run was writing is no part of the result") {
   const TilingWorld world;
   const io::TilingOptions options = little(world.path("map"));
   fs::create_directory(world.path("map.partial"));
+  put(world.path("map.partial") / ".vantage-partial", "");
   put(world.path("map.partial") / ".vantage-17-0.tmp", "half a sta");
   put(world.path("map.partial") / "state.vtiles", "damaged");
   put(world.path("map.partial") / "points_0999.pack", "of other input");
@@ -252,7 +253,7 @@ TEST_CASE("tiling: refusals leave nothing behind") {
   tiling_refused(good, with([](auto& o) { o.memory = 1000; }), Code::invalid_input, "",
                  "expected 4 MiB");
   tiling_refused(good, with([](auto& o) { o.out = "."; }), Code::invalid_input, "", "folder");
-  tiling_refused(good, with([&](auto& o) { o.out = path("no/map"); }), Code::not_found, "no/map",
+  tiling_refused(good, with([&](auto& o) { o.out = path("a.pcd/map"); }), Code::io_failure, "a.pcd",
                  "cannot be created");
 
   put(path("empty.pcd"),

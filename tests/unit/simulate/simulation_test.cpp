@@ -195,9 +195,18 @@ TEST_CASE("nothing is lost and nothing half-written stays behind") {
   SUBCASE("the remains of an interrupted run do not disturb") {
     fs::create_directories(scratch.path() / "out.partial/scans");
     write_text(scratch.path() / "out.partial/scans/999999.pcd", "half");
+    write_text(scratch.path() / "out.partial/.vantage-partial", "");
     REQUIRE(simulate(params, scratch.path() / "out"));
     CHECK_FALSE(fs::exists(scratch.path() / "out.partial"));
     CHECK_FALSE(fs::exists(scratch.path() / "out/scans/999999.pcd"));
+  }
+  SUBCASE("a folder of the user with the name of such remains is left alone") {
+    fs::create_directories(scratch.path() / "out.partial/scans");
+    write_text(scratch.path() / "out.partial/scans/mine.pcd", "mine");
+    const auto refused = simulate(params, scratch.path() / "out");
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == ErrorCode::already_exists);
+    CHECK(read_text(scratch.path() / "out.partial/scans/mine.pcd") == "mine");
   }
 }
 

@@ -261,7 +261,7 @@ TEST_CASE("forged regions are refused, whatever their checksums say") {
   forge([](All& all) { all.pop_back(); });
   CHECK(index_in(pcd_tiles_at(root))->partition.size() == 2);
   check_fails(pcd_tiles_at(root, true)->begin(sample_index()), ErrorCode::already_exists,
-              "it also holds 'storey.2.pcd'");
+              "it holds 'storey.2.pcd'");
 }
 
 TEST_CASE("regions that are missing, cut off or another bundle's are corrupt_data") {

@@ -592,8 +592,15 @@ TEST_CASE("the folder of a bundle under construction is only cleared if it is on
     write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
     CHECK(!fs::exists(partial));
   }
-  SUBCASE("a whole bundle, left by a run killed at its end") {
+  SUBCASE("a whole bundle of that name") {
     write_bundle(pcd_tiles_at(partial), sample_index(), sample_maps());
+    check_fails(pcd_tiles_at(root)->begin(sample_index()), ErrorCode::already_exists,
+                partial.string());
+    CHECK(map_in(pcd_tiles_at(partial), 0));
+  }
+  SUBCASE("a whole bundle that was replaced, left by a run killed at its end") {
+    write_bundle(pcd_tiles_at(partial), sample_index(), sample_maps());
+    write_text(partial / ".vantage-partial", "");
     write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
     CHECK(!fs::exists(partial));
   }

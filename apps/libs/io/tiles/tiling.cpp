@@ -13,10 +13,10 @@
 
 #include "io/cloud_chunks.hpp"
 #include "io/tiles/cell_table.hpp"
+#include "io/tiles/folder_kind.hpp"
 #include "io/tiles/index.hpp"
 #include "io/tiles/placer.hpp"
 #include "io/tiles/state.hpp"
-#include "io/tiles/work_folder.hpp"
 
 namespace vantage::io {
 namespace {
@@ -29,7 +29,6 @@ using tiles::Job;
 using tiles::Placer;
 using tiles::State;
 using tiles::StoredTile;
-using tiles::WorkFolder;
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
 constexpr std::uint64_t kBlock = 2 * kMiB;                // CloudChunks's, and small things [bytes]
@@ -62,7 +61,7 @@ Result<std::uint64_t> cells_a_side(double tile_size) {
 /// One run, which may continue an earlier one.
 class Tiling {
  public:
-  Tiling(std::span<const fs::path> files, const TilingOptions& options, WorkFolder folder)
+  Tiling(std::span<const fs::path> files, const TilingOptions& options, OutputFolder folder)
       : files_(files), options_(options), folder_(std::move(folder)) {}
 
   [[nodiscard]] Result<TilingReport> run(Job job) {
@@ -76,7 +75,7 @@ class Tiling {
     }
     VANTAGE_CHECK(tiles::write_index(folder_.path() / tiles::kIndexFile, index_));
     VANTAGE_TRY(TilingReport done, report());
-    VANTAGE_CHECK(folder_.publish(options_.overwrite));
+    VANTAGE_CHECK(folder_.commit());
     return done;
   }
 
@@ -377,7 +376,7 @@ class Tiling {
 
   std::span<const fs::path> files_;
   const TilingOptions& options_;
-  WorkFolder folder_;
+  OutputFolder folder_;
   State state_;
   std::vector<Cell> cells_;  // of a state that was read; later in index_
   std::optional<CellTable> table_;
@@ -395,17 +394,15 @@ Result<TilingReport> tile_clouds(std::span<const fs::path> files, const TilingOp
   Job job;
   VANTAGE_TRY(job.cells_a_side, cells_a_side(options.tile_size));
   job.pack_size = options.pack_size;
-  const fs::path normal = options.out.lexically_normal();
-  const fs::path out = normal.has_filename() ? normal : normal.parent_path();
-  if (out.empty() || out.filename() == "." || out.filename() == "..") {
-    return invalid(fmt::format("'{}' does not name a folder to make", options.out.string()));
-  }
-  VANTAGE_CHECK(tiles::check_target(out, options.overwrite));
+  const auto existing =
+      options.overwrite ? OutputFolder::Existing::replace : OutputFolder::Existing::refuse;
+  VANTAGE_CHECK(OutputFolder::check(tiles::tiled_map_kind(), options.out, existing));
   for (const fs::path& file : files) {
     VANTAGE_TRY(auto input, tiles::examine(file));
     job.inputs.push_back(std::move(input));
   }
-  VANTAGE_TRY(WorkFolder folder, WorkFolder::open(out));
+  VANTAGE_TRY(OutputFolder folder,
+              OutputFolder::create(tiles::tiled_map_kind(), options.out, existing));
   return Tiling(files, options, std::move(folder)).run(std::move(job));
 }
 

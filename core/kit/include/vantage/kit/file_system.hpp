@@ -59,6 +59,12 @@ class Descriptor {
 /// Makes what was written to a file survive a power cut. Returns 0, or an errno value.
 [[nodiscard]] int flush_content(const Descriptor& file) noexcept;
 
+enum class Wait : bool { no, yes };
+
+/// Locks a file for this process, until its descriptor is closed. Returns 0, or an errno value:
+/// EWOULDBLOCK if another process has the lock.
+[[nodiscard]] int lock_file(const Descriptor& file, Wait wait) noexcept;
+
 /// The names of the files and folders in a folder, sorted. Errors: `io_failure`.
 [[nodiscard]] Result<std::vector<std::string>> names_in(const std::filesystem::path& folder);
 

@@ -67,8 +67,7 @@ struct TilingReport {
 /// @param files  as map_files gives them; tiled maps may be among them
 /// Errors: `invalid_input` for no finite point, a wrong tile size, a coordinate beyond +-10.7
 /// million km in x or y, and a memory limit that is too small for a file that must be read as a
-/// whole, or for the cells; `already_exists` for `out` without `overwrite`, for one that is no
-/// tiled map, and if another process works in the partial folder; `io_failure`, also for a disk
+/// whole, or for the cells; those of OutputFolder::create for `out`; `io_failure`, also for a disk
 /// that is full or has too little room, and for a file that changes meanwhile; those of
 /// read_point_cloud.
 [[nodiscard]] Result<TilingReport> tile_clouds(std::span<const std::filesystem::path> files,
