@@ -74,7 +74,7 @@ class Run {
     const PointCloud& viewpoints = plan_.viewpoints[which_[k]];
     const auto inside = inside_.begin.empty() ? std::span<const std::uint32_t>{} : inside_[k];
     const RegionProgress of_region(meter_, viewpoints.size());
-    auto built = sight_.observable(inside, viewpoints, &of_region).and_then([&](auto&& observable) {
+    auto built = sight_.observable(inside, viewpoints, &of_region).and_then([&](auto observable) {
       return condenser_.thin(std::move(observable), viewpoints);
     });
     if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report

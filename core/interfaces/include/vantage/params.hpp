@@ -103,27 +103,27 @@ template <class T>
 
 /// The type of a member without its `std::optional`.
 template <class T>
-struct value_type {
+struct ValueType {
   using type = T;
 };
 template <class T>
-struct value_type<std::optional<T>> {
+struct ValueType<std::optional<T>> {
   using type = T;
 };
 
 /// The type of an array's elements; for any other type, the type itself. Arrays of arrays are not
 /// supported.
 template <class T>
-struct element_type {
+struct ElementType {
   using type = T;
 };
 template <class T>
-struct element_type<std::vector<T>> {
+struct ElementType<std::vector<T>> {
   static_assert(!IsVector<T>::value && !IsEigenVector<T>::value);
   using type = T;
 };
 template <int N>
-struct element_type<Eigen::Matrix<double, N, 1>> {
+struct ElementType<Eigen::Matrix<double, N, 1>> {
   using type = double;
 };
 
@@ -162,7 +162,7 @@ template <class T>
 
 template <class T>
 [[nodiscard]] std::string type_of() {
-  return type_text(value_kind<typename element_type<T>::type>(), is_array<T>, length_of<T>());
+  return type_text(value_kind<typename ElementType<T>::type>(), is_array<T>, length_of<T>());
 }
 
 /// The part of a range that type T can hold, if T is an integer. TOML's own integers have 64 bits.
@@ -359,8 +359,8 @@ std::vector<ParameterDoc> describe() {
   const Params defaults{};
   const auto add = [&](const auto& field) {
     using Member = std::remove_cvref_t<decltype(defaults.*field.member)>;
-    using Held = typename detail::value_type<Member>::type;
-    using Element = typename detail::element_type<Held>::type;
+    using Held = typename detail::ValueType<Member>::type;
+    using Element = typename detail::ElementType<Held>::type;
     ParameterDoc doc{.key = std::string(field.key),
                      .type = detail::type_of<Held>(),
                      .unit = std::string(field.unit),
