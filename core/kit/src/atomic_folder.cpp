@@ -103,8 +103,8 @@ Result<Descriptor> locked(const fs::path& folder, const std::string& what) {
     return system_error(marker, "the file cannot be locked", reason);
   }
   // Whoever had the lock may have put the folder in its place since it was opened.
-  struct stat mine {
-  }, now{};
+  struct stat mine {};
+  struct stat now {};
   if (reason == 0 && ::fstat(file.get(), &mine) == 0 && ::stat(marker.c_str(), &now) == 0 &&
       mine.st_ino == now.st_ino && mine.st_dev == now.st_dev) {
     return file;
