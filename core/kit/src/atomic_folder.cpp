@@ -66,7 +66,8 @@ Result<Names> names_of_finished(const FolderKind& kind, const fs::path& folder) 
 
 std::string reason_of(const Error& error) { return error.where ? to_string(error) : error.message; }
 
-/// The names in what is there and may be replaced.
+/// All names in the folder that the new one replaces; nothing if there is no such folder. Errors:
+/// `already_exists` for what must not be replaced.
 Result<std::optional<Names>> replaceable(const FolderKind& kind, const fs::path& target,
                                          OutputFolder::Existing existing) {
   if (!may_be_there(target)) return std::nullopt;
@@ -102,7 +103,7 @@ Result<Descriptor> locked(const fs::path& folder, const std::string& what) {
     ::unlink(marker.c_str());
     return system_error(marker, "the file cannot be locked", reason);
   }
-  // Whoever had the lock may have put the folder in its place since it was opened.
+  // The process that held the lock may have moved the folder after this one opened the file.
   struct stat mine {};
   struct stat now {};
   if (reason == 0 && ::fstat(file.get(), &mine) == 0 && ::stat(marker.c_str(), &now) == 0 &&
@@ -125,6 +126,20 @@ void remove_folder(const fs::path& folder, const Names& names, Descriptor lock) 
   fs::remove(folder / kMarker, ignored);
   lock.close();  // before the folder goes: a network file system keeps the file while it is open
   fs::remove(folder, ignored);
+}
+
+enum class Clear : bool { temporary_files, all };
+
+/// Removes what is in a folder, but for the marker. Errors: `io_failure`.
+Result<void> clear_folder(const fs::path& folder, Clear what) {
+  VANTAGE_TRY(const Names names, names_below(folder));
+  std::error_code error;
+  for (const std::string& name : names) {
+    if (name == kMarker || (what == Clear::temporary_files && !is_of_any_kind(name))) continue;
+    fs::remove(folder / name, error);
+    if (error) return system_error(folder / name, "cannot be removed", error.value());
+  }
+  return {};
 }
 
 Result<fs::path> resolved(const fs::path& path) {
@@ -177,16 +192,9 @@ Result<OutputFolder> OutputFolder::create(FolderKind kind, const fs::path& path,
   folder.path_ = std::move(partial);
   folder.kind_ = std::move(kind);
   folder.existing_ = existing;
-  if (folder.kind_.progress.empty()) {
-    VANTAGE_CHECK(folder.clear());
-    return folder;
-  }
-  VANTAGE_TRY(const Names names, names_below(folder.path_));
-  std::error_code error;
-  for (const std::string& name : names) {  // of a run that was killed while it wrote
-    if (name != kMarker && is_of_any_kind(name)) fs::remove(folder.path_ / name, error);
-    if (error) return system_error(folder.path_ / name, "cannot be removed", error.value());
-  }
+  // What a killed run was writing goes even if the rest is continued.
+  const Clear what = folder.kind_.progress.empty() ? Clear::all : Clear::temporary_files;
+  VANTAGE_CHECK(clear_folder(folder.path_, what));
   return folder;
 }
 
@@ -214,15 +222,7 @@ OutputFolder::~OutputFolder() {
   }
 }
 
-Result<void> OutputFolder::clear() const {
-  VANTAGE_TRY(const Names names, names_below(path_));
-  std::error_code error;
-  for (const std::string& name : names) {
-    if (name != kMarker) fs::remove(path_ / name, error);
-    if (error) return system_error(path_ / name, "cannot be removed", error.value());
-  }
-  return {};
-}
+Result<void> OutputFolder::clear() const { return clear_folder(path_, Clear::all); }
 
 Result<void> OutputFolder::commit() {
   VANTAGE_CHECK(flush_folder(path_));
