@@ -61,8 +61,7 @@ Result<void> check_prefix(const std::string& prefix) {
 /// Whether an earlier export may be replaced. This is checked first, because an export may take
 /// long. Errors: those of OutputFolder::check.
 Result<io::OutputFolder::Existing> existing(const Options& options) {
-  const auto existing =
-      options.overwrite ? io::OutputFolder::Existing::replace : io::OutputFolder::Existing::refuse;
+  const auto existing = io::OutputFolder::existing(options.overwrite);
   VANTAGE_CHECK(io::OutputFolder::check(exporting::kind_of_export(), options.out, existing));
   return existing;
 }

@@ -253,10 +253,8 @@ Result<void> write_drive(const World& world, const Drive& drive, const WorldPara
 
 Result<Summary> simulate(const WorldParams& params, const fs::path& out, bool overwrite,
                          Extent extent, const StageProgress& progress) {
-  VANTAGE_TRY(auto directory,
-              io::OutputFolder::create(kind_of_output(), out,
-                                       overwrite ? io::OutputFolder::Existing::replace
-                                                 : io::OutputFolder::Existing::refuse));
+  VANTAGE_TRY(auto directory, io::OutputFolder::create(kind_of_output(), out,
+                                                       io::OutputFolder::existing(overwrite)));
   // Holes are on the driven path, which needs rays to be found.
   const bool drives = extent == Extent::drive || params.map.holes > 0;
   VANTAGE_TRY(const World world, World::create(params, Day::map, drives ? Rays::yes : Rays::no));

@@ -82,10 +82,6 @@ BundleHead head_of(const MapIndex& index, const RegionsReference& regions) {
 /// As long as any in a text.
 constexpr auto kLongest = std::numeric_limits<std::uint64_t>::max();
 
-io::OutputFolder::Existing existing(bool overwrite) {
-  return overwrite ? io::OutputFolder::Existing::replace : io::OutputFolder::Existing::refuse;
-}
-
 /// A bundle under construction.
 class FolderWriter final : public MapWriter {
  public:
@@ -303,8 +299,9 @@ FolderStore::FolderStore(const BundleFormat& format, const FolderParams& params,
     : format_(format), root_(params.folder()), overwrite_(params.overwrite), read_(read) {}
 
 Result<void> FolderStore::may_begin() const noexcept {
-  return guarded(
-      [&] { return io::OutputFolder::check(kind_of(format_), root_, existing(overwrite_)); });
+  return guarded([&] {
+    return io::OutputFolder::check(kind_of(format_), root_, io::OutputFolder::existing(overwrite_));
+  });
 }
 
 Result<std::unique_ptr<MapWriter>> FolderStore::begin(const MapIndex& index) const noexcept {
@@ -313,7 +310,8 @@ Result<std::unique_ptr<MapWriter>> FolderStore::begin(const MapIndex& index) con
       return fail(ErrorCode::invalid_input, "a bundle needs a region");
     }
     VANTAGE_CHECK(to_json(format_, head_of(index, {kLongest, kLongest, kLongest})));
-    VANTAGE_TRY(PartialFolder folder, PartialFolder::create(format_, root_, existing(overwrite_)));
+    VANTAGE_TRY(PartialFolder folder,
+                PartialFolder::create(format_, root_, io::OutputFolder::existing(overwrite_)));
     return std::make_unique<FolderWriter>(format_, root_, index, std::move(folder),
                                           region_files(index));
   });

@@ -394,8 +394,7 @@ Result<TilingReport> tile_clouds(std::span<const fs::path> files, const TilingOp
   Job job;
   VANTAGE_TRY(job.cells_a_side, cells_a_side(options.tile_size));
   job.pack_size = options.pack_size;
-  const auto existing =
-      options.overwrite ? OutputFolder::Existing::replace : OutputFolder::Existing::refuse;
+  const auto existing = OutputFolder::existing(options.overwrite);
   VANTAGE_CHECK(OutputFolder::check(tiles::tiled_map_kind(), options.out, existing));
   for (const fs::path& file : files) {
     VANTAGE_TRY(auto input, tiles::examine(file));

@@ -37,6 +37,10 @@ struct FolderKind {
 class OutputFolder {
  public:
   enum class Existing : bool { refuse, replace };
+  /// @param overwrite  whether the user asked to replace what is there
+  [[nodiscard]] static constexpr Existing existing(bool overwrite) noexcept {
+    return overwrite ? Existing::replace : Existing::refuse;
+  }
 
   /// Whether a folder may get this name. Errors: those of create(), but for what is in
   /// `<name>.partial`.
