@@ -145,18 +145,23 @@ std::vector<Missed> missed(const PredictedErrors& predicted, double target) {
 /// Over all regions.
 struct ErrorsOfAll {
   std::size_t places = 0;
-  double median = 0.0, p95 = 0.0;  // [m]
+  double expected = 0.0;           // median [m]
+  double median = 0.0, p95 = 0.0;  // of what is promised [m]
   std::size_t unjudged = 0;        // regions without a place
 };
 ErrorsOfAll errors_of_all(const PredictedErrors& predicted) {
   ErrorsOfAll of;
-  std::vector<float> all;
+  std::vector<float> expected, all;
   for (const auto& region : predicted.regions) {
     if (region.empty()) ++of.unjudged;
-    for (const PredictedError& at : region) all.push_back(at.error);
+    for (const PredictedError& at : region) {
+      expected.push_back(at.expected);
+      all.push_back(at.error);
+    }
   }
   of.places = all.size();
   if (all.empty()) return of;
+  of.expected = error_kept_by(0.5, std::move(expected));
   of.median = error_kept_by(0.5, all);
   of.p95 = error_kept_by(PredictedErrors::kShare, std::move(all));
   return of;
@@ -174,7 +179,8 @@ Lines lines_of(const PredictedErrors& predicted, const BundleInfo& info) {
                                   : fmt::format("; {} without a place that sees anything",
                                                 cli::counted(all.unjudged, "region"));
   if (all.places == 0) return {{"predicted error [m]", "none" + without}};
-  Lines lines{{"predicted error [m]",
+  Lines lines{{"expected error [m]", metres(all.expected) + " median"},
+              {"predicted error [m]",
                fmt::format("{} median, at most {} at 95 % of {}{}", metres(all.median),
                            metres(all.p95), cli::counted(all.places, "place"), without)}};
   if (!info.target_error) return lines;
@@ -198,6 +204,7 @@ nlohmann::ordered_json json_of(const PredictedErrors& predicted, const BundleInf
   const ErrorsOfAll all = errors_of_all(predicted);
   const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nullptr; };
   nlohmann::ordered_json json{{"places", all.places},
+                              {"expected", all.places > 0 ? number(all.expected) : nullptr},
                               {"median", all.places > 0 ? number(all.median) : nullptr},
                               {"p95", all.places > 0 ? number(all.p95) : nullptr},
                               {"target", nullptr}};

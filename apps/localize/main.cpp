@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <iostream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "checks/notes.hpp"
@@ -17,6 +18,7 @@
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/atlas.hpp"
+#include "vantage/engine/predicted_errors.hpp"
 #include "vantage/evaluation/clock_offset.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run_files.hpp"
@@ -91,6 +93,16 @@ std::vector<std::string> remarks_on(const RunInfo& run, const RunSummary& s) {
     remarks.push_back(
         fmt::format("{} began outside every region that has a map; the last map was kept",
                     cli::counted(outside, "scan")));
+  }
+  if (const auto& met = s.predictions) {
+    remarks.push_back(fmt::format("{} of {} keep what the bundle promises for 95 % of scans",
+                                  cli::grouped(met->kept), cli::counted(met->errors, "error")));
+    if (met->places > 2) {
+      remarks.back() += fmt::format(
+          "; over {} places of 10 m, expected and measured errors have a "
+          "rank correlation of {:.2f}",
+          met->places, met->rank_correlation);
+    }
   }
   return remarks;
 }
@@ -224,6 +236,8 @@ Result<void> run(const Options& options) {
     VANTAGE_CHECK(set_clock(inputs, options.imu_offset, bundle, config, plugins));
   }
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
+  VANTAGE_TRY(auto predicted, PredictedErrors::of_bundle(bundle));
+  if (predicted) inputs.predicted = std::make_shared<PredictedErrors>(*std::move(predicted));
   if (!options.common.quiet) {
     VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
     VANTAGE_TRY(const std::string index, note_on_index(bundle, config));

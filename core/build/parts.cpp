@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The last two characters are the version. The key follows.
-constexpr std::string_view kPartsFormat = "vparts04";
+constexpr std::string_view kPartsFormat = "vparts05";
 constexpr std::uint64_t kHead = kPartsFormat.size() + sizeof(std::uint64_t);
 // Region, size of the content, checksum of all three.
 constexpr std::uint64_t kRecordHead = 3 * sizeof(std::uint64_t);

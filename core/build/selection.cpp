@@ -19,33 +19,6 @@ namespace {
 /// Recorded scans count if they are so near to a viewpoint [m].
 constexpr double kNear = 5.0;
 
-/// Places that no choice was made at: recorded scans that are left, then places between those of
-/// the choice and the viewpoints next to them.
-/// @param chosen    of `places`
-/// @param recorded  so many first places have scans
-std::vector<ScanPlace> others(std::span<const ScanPlace> places, std::size_t recorded,
-                              std::span<const std::size_t> chosen) {
-  constexpr double kApart = 1.0;  // [m]
-  std::vector<ScanPlace> others;
-  std::vector<bool> taken(places.size(), false);
-  for (const std::size_t k : chosen) taken[k] = true;
-  for (std::size_t k = 0; k < recorded; ++k) {
-    if (!taken[k]) others.push_back(places[k]);
-  }
-  for (const std::size_t k : chosen) {
-    const Point* next = nullptr;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = recorded; i < places.size(); ++i) {
-      const double squared = (places[i].at - places[k].at).squaredNorm();
-      if (squared < kApart * kApart || squared >= least) continue;
-      least = squared;
-      next = &places[i].at;
-    }
-    if (next != nullptr) others.push_back({0.5 * (places[k].at + *next), nullptr});
-  }
-  return others;
-}
-
 /// So many of the places, spread as far as they go: each is the one farthest from those before it.
 /// The first is the one nearest to their middle. The `preferred` first ones go before all others.
 std::vector<std::size_t> spread(std::span<const ScanPlace> places, std::size_t preferred,
@@ -106,24 +79,34 @@ Result<void> check_order(std::span<const std::uint32_t> order, std::size_t eleme
                                        " elements, not " + std::to_string(wanted));
 }
 
-/// The error of a scan's position while elements are added, if a third of its view is covered:
-/// the worst of three thirds.
-class CoveredScan {
+/// The error of a scan's position while elements are added: with its whole view, and with a third
+/// of it covered, the worst of three thirds.
+class ScanErrors {
  public:
   /// @param at  of the sensor [m]
-  explicit CoveredScan(const Point& at) : at_(at) {}
+  explicit ScanErrors(const Point& at) : at_(at) {}
 
   void add(const Pull& pull, const MapElement& element) {
     const PullTerm term = term_of(pull);
-    for_each_open_to(element, [&](std::size_t covered) { errors_[covered].add(term); });
+    const Point to = element.middle - at_;
+    const double turn = std::atan2(to.y(), to.x()) / (2.0 * std::numbers::pi) + 0.5;
+    const auto third = std::min(static_cast<std::size_t>(turn * kThirds), kThirds - 1);
+    for (std::size_t covered = 0; covered < kThirds; ++covered) {
+      if (covered != third) covered_[covered].add(term);
+    }
+    whole_.add(term);
   }
 
-  /// What 95 % of such scans keep [m]; infinite if the elements do not hold the pose.
+  /// The root mean square of such scans [m]; infinite if the elements do not hold the pose.
+  [[nodiscard]] float expected() const { return static_cast<float>(std::sqrt(whole_.squared())); }
+
+  /// What 95 % of such scans keep with a third covered [m]; infinite if the elements do not hold
+  /// the pose.
   [[nodiscard]] float kept() const {
-    // Times their root mean square. Chosen on two campuses, with a third covered.
-    constexpr double kKept = 2.4;
+    // Times their root mean square. Chosen on the demo's campus.
+    constexpr double kKept = 1.7;
     double worst = 0.0;
-    for (const PositionError& error : errors_) {
+    for (const PositionError& error : covered_) {
       worst = std::max(worst, error.squared());
       if (std::isinf(worst)) break;
     }
@@ -133,19 +116,9 @@ class CoveredScan {
  private:
   static constexpr std::size_t kThirds = 3;
 
-  /// Calls use(covered) for the thirds that do not cover an element.
-  template <class Use>
-  void for_each_open_to(const MapElement& element, const Use& use) const {
-    const Point to = element.middle - at_;
-    const double turn = std::atan2(to.y(), to.x()) / (2.0 * std::numbers::pi) + 0.5;
-    const auto third = std::min(static_cast<std::size_t>(turn * kThirds), kThirds - 1);
-    for (std::size_t covered = 0; covered < kThirds; ++covered) {
-      if (covered != third) use(covered);
-    }
-  }
-
   Point at_;
-  std::array<PositionError, kThirds> errors_;
+  PositionError whole_;
+  std::array<PositionError, kThirds> covered_;
 };
 
 /// How many of the first elements are enough.
@@ -154,15 +127,15 @@ struct Enough {
   bool keeps = false;  ///< the target; else so many have the least error
 };
 Enough enough_of(std::span<const std::uint32_t> order, std::span<const MapElement> elements,
-                 const Views& judges, double target) {
-  std::vector<CoveredScan> scans(judges.places.begin(), judges.places.end());
+                 const Views& views, double target) {
+  std::vector<ScanErrors> scans(views.places.begin(), views.places.end());
   std::vector<float> kept;  // of each scan
-  for (const CoveredScan& scan : scans) kept.push_back(scan.kept());
+  for (const ScanErrors& scan : scans) kept.push_back(scan.kept());
   Enough enough{order.size(), false};
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t n = 0; n < order.size() && !scans.empty(); ++n) {
     for (std::size_t s = 0; s < scans.size(); ++s) {
-      const auto& pulls = judges.pulls[s];
+      const auto& pulls = views.pulls[s];
       const auto pull = std::ranges::lower_bound(pulls, order[n], {}, &Pull::element);
       if (pull == pulls.end() || pull->element != order[n]) continue;
       scans[s].add(*pull, elements[order[n]]);
@@ -177,19 +150,22 @@ Enough enough_of(std::span<const std::uint32_t> order, std::span<const MapElemen
   return enough;
 }
 
-/// What to expect where the judges are, with the kept elements and with all.
-std::vector<PredictedError> predicted(const Views& judges, std::span<const MapElement> elements,
+/// What to expect of scans like these, with the kept elements and with all.
+std::vector<PredictedError> predicted(const Views& views, std::span<const MapElement> elements,
                                       std::span<const std::uint32_t> kept) {
   std::vector<bool> is_kept(elements.size(), false);
   for (const std::uint32_t element : kept) is_kept[element] = true;
   std::vector<PredictedError> predicted;
-  for (std::size_t s = 0; s < judges.pulls.size(); ++s) {
-    CoveredScan all(judges.places[s]), some(judges.places[s]);
-    for (const Pull& pull : judges.pulls[s]) {
+  for (std::size_t s = 0; s < views.pulls.size(); ++s) {
+    ScanErrors all(views.places[s]), some(views.places[s]);
+    for (const Pull& pull : views.pulls[s]) {
       all.add(pull, elements[pull.element]);
       if (is_kept[pull.element]) some.add(pull, elements[pull.element]);
     }
-    predicted.push_back({.place = judges.places[s], .error = some.kept(), .whole = all.kept()});
+    predicted.push_back({.place = views.places[s],
+                         .expected = some.expected(),
+                         .error = some.kept(),
+                         .whole = all.kept()});
   }
   return predicted;
 }
@@ -306,24 +282,16 @@ Result<Selected> Selection::chosen(PointsView seen, std::span<const Point> viewp
   for (const Point& p : viewpoints) places.push_back({p, nullptr});
   const auto some = spread(places, recorded, params_.places);
   VANTAGE_TRY(const Views views, views_from(places, some, own_number));
-  // A choice looks good to the scans that it was made with: others judge it.
-  const std::vector<ScanPlace> between = others(places, recorded, some);
-  const auto unused = static_cast<std::size_t>(
-      std::ranges::count_if(between, [](const ScanPlace& place) { return place.scan != nullptr; }));
-  VANTAGE_TRY(Views judges,
-              views_from(between, spread(between, unused, (params_.places + 3) / 4), own_number));
-  if (judges.pulls.empty()) judges = views;
   const Excerpts excerpts(whole_, numbers, in_target);
   VANTAGE_TRY(const Room room, room_for(excerpts));
-  VANTAGE_TRY(std::vector<std::uint32_t> order,
-              ordered({.elements = elements, .scans = views.pulls}, judges, room.elements));
+  VANTAGE_TRY(std::vector<std::uint32_t> order, ordered(elements, views, room.elements));
   VANTAGE_TRY(PreparedMap prepared, excerpts.of(order));
   while (params_.max_bytes && order.size() > 1 && prepared.bytes.size() > *params_.max_bytes) {
     const auto over = static_cast<double>(prepared.bytes.size() - *params_.max_bytes) / room.each;
     order.resize(order.size() - std::min(order.size() - 1, static_cast<std::size_t>(over) + 1));
     VANTAGE_TRY(prepared, excerpts.of(order));
   }
-  return Selected{.prepared = std::move(prepared), .errors = predicted(judges, elements, order)};
+  return Selected{.prepared = std::move(prepared), .errors = predicted(views, elements, order)};
 }
 
 Result<Selection::Room> Selection::room_for(const Excerpts& excerpts) const {
@@ -347,16 +315,16 @@ Result<Selection::Room> Selection::room_for(const Excerpts& excerpts) const {
       .each = each};
 }
 
-Result<std::vector<std::uint32_t>> Selection::ordered(const RegionElements& region,
-                                                      const Views& judges, std::size_t most) const {
+Result<std::vector<std::uint32_t>> Selection::ordered(std::span<const MapElement> elements,
+                                                      const Views& views, std::size_t most) const {
   // A target is often reached with few elements, and many take long to order.
   constexpr std::size_t kFirst = 512, kTimes = 4;
   std::size_t wanted = params_.target_error ? std::min(most, kFirst) : most;
   while (true) {
-    VANTAGE_TRY(auto order, selector_.order(region, wanted));
-    VANTAGE_CHECK(check_order(order, region.elements.size(), wanted));
+    VANTAGE_TRY(auto order, selector_.order({.elements = elements, .scans = views.pulls}, wanted));
+    VANTAGE_CHECK(check_order(order, elements.size(), wanted));
     if (!params_.target_error) return order;
-    const Enough enough = enough_of(order, region.elements, judges, *params_.target_error);
+    const Enough enough = enough_of(order, elements, views, *params_.target_error);
     // If the last half has not helped, more will not.
     if (enough.keeps || wanted == most || 2 * enough.elements <= wanted) {
       order.resize(enough.elements);

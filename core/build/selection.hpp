@@ -21,7 +21,7 @@ namespace vantage {
 /// What is kept of a region's prepared map.
 struct Selected {
   PreparedMap prepared;
-  std::vector<PredictedError> errors = {};  ///< at the places that judge the choice
+  std::vector<PredictedError> errors = {};  ///< at the places of the choice
 };
 
 /// The numbers of a region's elements in the target, and in the region; ascending.
@@ -74,10 +74,9 @@ class Selection {
   };
   [[nodiscard]] Result<Room> room_for(const Excerpts& excerpts) const;
   /// Asks the selector for its order, and cuts it off where the first elements keep the target.
-  /// @param judges  pulls of the scans that decide whether they do
   /// @param most    no more elements than these
-  [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(const RegionElements& region,
-                                                           const Views& judges,
+  [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(std::span<const MapElement> elements,
+                                                           const Views& views,
                                                            std::size_t most) const;
   /// The recorded scans near a region.
   [[nodiscard]] std::vector<ScanPlace> recorded_near(std::span<const Point> viewpoints) const;

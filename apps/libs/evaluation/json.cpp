@@ -88,6 +88,14 @@ Json to_json(const RunInfo& run, const RunSummary& s) {
     json["errors_within_1_2_3_sigma"] = {{"translation", s.within_sigmas_translation},
                                          {"rotation", s.within_sigmas_rotation}};
   }
+  if (s.predictions) {
+    json["predictions"] = {
+        {"errors", s.predictions->errors},
+        {"kept", s.predictions->kept},
+        {"places", s.predictions->places},
+        {"rank_correlation",
+         s.predictions->places > 2 ? Json(s.predictions->rank_correlation) : Json()}};
+  }
   return json;
 }
 

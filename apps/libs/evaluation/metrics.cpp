@@ -50,6 +50,10 @@ Value score(const RunScan& s, double ScanScore::*member) {
 Value error(const RunScan& s, double PoseError::*member) {
   return s.error ? Value((*s.error).*member) : Value();
 }
+Value predicted(const RunScan& s, float PredictedError::*member) {
+  const Value x = s.predicted ? Value((*s.predicted).*member) : Value();
+  return x && std::isfinite(*x) ? x : Value();  // without a limit, nothing is said
+}
 /// Whether the pose is farther than this from the reference.
 Value beyond(const RunScan& s, double metres, double degrees) {
   if (!s.error) return {};
@@ -209,6 +213,15 @@ constexpr std::array kMetrics{
     Metric{"error_deg", "error", &kAngle, 3, kLess, G::error, "mean rmse median p95 max", "",
            "angle from the reference",
            [](const RunScan& s) { return error(s, &PoseError::degrees); }, kTrackedOnly},
+    Metric{"expected_m", "error expected", &kLength, 2, kLess, G::error, "mean", "",
+           "root mean square of the errors that the bundle expects where the sensor is; only of "
+           "maps that a selector chose",
+           [](const RunScan& s) { return predicted(s, &PredictedError::expected); },
+           kTrackedOnly | kNotInOldFiles},
+    Metric{"promised_m", "error promised", &kLength, 2, kLess, G::error, "mean", "",
+           "the error that 95 % of such scans keep, even with a third of their view covered",
+           [](const RunScan& s) { return predicted(s, &PredictedError::error); },
+           kTrackedOnly | kNotInOldFiles},
     Metric{"held_bytes", "maps in memory", &kBytes, 2, kLess, G::map, "max", "",
            "memory of all maps that are ready to match against",
            [](const RunScan& s) { return count(s.report.held_bytes); }},

@@ -213,6 +213,10 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
       done.prediction_error = error_of(done.report.T_map_scan_predicted, *done.reference);
     }
   }
+  if (inputs.predicted && done.report.has_pose) {
+    const Pose& at = done.reference ? *done.reference : done.report.T_map_scan;
+    done.predicted = inputs.predicted->at(done.report.region, at.translation);
+  }
   VANTAGE_TRY(DirectoryEntry entry, localizer.regions().entry(done.report.region));
   done.region = std::move(entry.region.label);
   done.map = entry.summary;

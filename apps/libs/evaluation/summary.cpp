@@ -61,6 +61,38 @@ std::array<double, 3> RunSummarizer::WithinSigmas::shares() const {
   return shares;
 }
 
+void RunSummarizer::Predictions::add(const RunScan& scan) {
+  constexpr double kWidth = 10.0;  // of a place [m]
+  if (!is_tracked(scan) || !scan.error || !scan.predicted) return;
+  const double error = scan.error->metres, expected = scan.predicted->expected,
+               promised = scan.predicted->error;
+  if (!std::isfinite(expected) || !std::isfinite(promised)) return;
+  ++errors_;
+  if (error <= promised) ++kept_;
+  const Point at = scan.reference->translation / kWidth;
+  Place& place = places_[{static_cast<std::int64_t>(std::floor(at.x())),
+                          static_cast<std::int64_t>(std::floor(at.y()))}];
+  place.expected += expected * expected;
+  place.measured += error * error;
+  ++place.errors;
+}
+
+std::optional<PredictionsMet> RunSummarizer::Predictions::met() const {
+  constexpr std::size_t kFewest = 10;
+  if (errors_ == 0) return std::nullopt;
+  std::vector<double> expected, measured;
+  for (const auto& [at, place] : places_) {
+    if (place.errors < kFewest) continue;
+    const auto n = static_cast<double>(place.errors);
+    expected.push_back(std::sqrt(place.expected / n));
+    measured.push_back(std::sqrt(place.measured / n));
+  }
+  return PredictionsMet{.errors = errors_,
+                        .kept = kept_,
+                        .places = expected.size(),
+                        .rank_correlation = rank_correlation(expected, measured)};
+}
+
 RunSummarizer::RunSummarizer(std::optional<std::filesystem::path> folder)
     : values_(column_of(kPlaces), std::move(folder)) {}
 
@@ -79,6 +111,7 @@ Result<void> RunSummarizer::add(const RunScan& scan) {
   if (is_tracked(scan)) ++tracked_;
   translation_.add(scan, &PoseError::translation, 0);
   rotation_.add(scan, &PoseError::rotation, 3);
+  predictions_.add(scan);
   return {};
 }
 
@@ -120,6 +153,7 @@ Result<RunSummary> RunSummarizer::summary() const {
   VANTAGE_TRY(s.relative_10m, relative_errors(10.0));
   s.within_sigmas_translation = translation_.shares();
   s.within_sigmas_rotation = rotation_.shares();
+  s.predictions = predictions_.met();
   return s;
 }
 

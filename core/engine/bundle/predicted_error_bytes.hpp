@@ -14,6 +14,7 @@ inline void write(ByteWriter& to, std::span<const PredictedError> errors) {
   to.counted(errors.size());
   for (const PredictedError& at : errors) {
     to.point(at.place);
+    to.number(at.expected);
     to.number(at.error);
     to.number(at.whole);
   }
@@ -24,9 +25,11 @@ inline std::vector<PredictedError> read_predicted_errors(ByteReader& from) {
   // Each is pushed when it was read: a forged number of them takes no memory.
   for (std::uint64_t left = from.counted(); left > 0 && from.ok(); --left) {
     PredictedError at{.place = from.point()};
-    at.error = from.number<float>();
-    at.whole = from.number<float>();
-    from.check(at.error >= 0.0F && at.whole >= 0.0F);  // infinite where nothing holds the pose
+    for (float PredictedError::*one :
+         {&PredictedError::expected, &PredictedError::error, &PredictedError::whole}) {
+      at.*one = from.number<float>();
+      from.check(at.*one >= 0.0F);  // infinite where nothing holds the pose
+    }
     errors.push_back(at);
   }
   return errors;

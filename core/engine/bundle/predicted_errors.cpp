@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "bundle/predicted_error_bytes.hpp"
 
@@ -33,6 +34,27 @@ Result<std::optional<PredictedErrors>> PredictedErrors::of_bundle(const Bundle& 
   }
   VANTAGE_TRY(PredictedErrors errors, decode(*bytes, bundle.directory()->summary().regions));
   return std::optional<PredictedErrors>(std::move(errors));
+}
+
+std::optional<PredictedError> PredictedErrors::at(RegionId region, const Point& position) const {
+  constexpr std::size_t kNearest = 4;
+  std::vector<PredictedError> near = regions.at(region.value);
+  if (near.empty()) return std::nullopt;
+  const auto some = near.begin() + static_cast<std::ptrdiff_t>(std::min(kNearest, near.size()));
+  std::ranges::partial_sort(near, some, {}, [&](const PredictedError& one) {
+    const Point& p = one.place;
+    return std::tuple((p - position).squaredNorm(), p.x(), p.y(), p.z());
+  });
+  near.erase(some, near.end());
+  const auto mean = [&](float PredictedError::*which) {
+    double squares = 0.0;
+    for (const PredictedError& one : near) squares += std::pow(one.*which, 2.0);
+    return static_cast<float>(std::sqrt(squares / static_cast<double>(near.size())));
+  };
+  return PredictedError{.place = position,
+                        .expected = mean(&PredictedError::expected),
+                        .error = mean(&PredictedError::error),
+                        .whole = mean(&PredictedError::whole)};
 }
 
 double error_kept_by(double share, std::vector<float> errors) {

@@ -150,12 +150,13 @@ TEST_CASE("info: a bundle with an atlas") {
 
 TEST_CASE("info: what a selector's elements are expected to do") {
   BundleInfo info = info_with({});
-  info.predicted =
-      PredictedErrors{{{{{1, 1, 1}, 0.004F, 0.003F}, {{2, 2, 1}, 0.031F, 0.012F}}, {}}};
+  info.predicted = PredictedErrors{
+      {{{{1, 1, 1}, 0.001F, 0.004F, 0.003F}, {{2, 2, 1}, 0.009F, 0.031F, 0.012F}}, {}}};
   CHECK(has(
       to_text(info, {}),
       "predicted error [m]  0.004 median, at most 0.031 at 95 % of 2 places; 1 region without a "
       "place that sees anything\n"));
+  CHECK(has(to_text(info, {}), "expected error [m]   0.001 median\n"));
   CHECK_FALSE(has(to_text(info, {}), "target"));
   info.target_error = 0.02;
   CHECK(has(to_text(info, {}),

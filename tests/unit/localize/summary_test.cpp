@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -156,6 +157,58 @@ TEST_CASE("a summary and its files hold no more memory after 100,000 scans than 
   }
   // Of each 512 numbers, their place in the file is remembered: 1.5 bytes a scan.
   CHECK(::mallinfo2().uordblks < before + 300'000);
+}
+
+TEST_CASE("a summary says whether errors are as predicted, and at the places where they are") {
+  Run run = drive(60, [](std::size_t, Pose truth) { return truth; });
+  CHECK_FALSE(summarize(run).predictions);
+  CHECK_FALSE(to_json(run, summarize(run)).contains("predictions"));
+  // Twelve squares of 10 m: 2 m a scan, and each square is passed twice.
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const auto square = static_cast<double>(i / 5);
+    run.scans[i].error = PoseError{.metres = 0.01 * (square + 1.0)};
+    run.scans[i].predicted = PredictedError{.expected = 0.001F * static_cast<float>(square + 1.0),
+                                            .error = i == 0 ? 0.005F : 0.2F};
+  }
+  const std::vector<RunScan> once = run.scans;
+  run.scans.insert(run.scans.end(), once.begin(), once.end());
+  const auto met = [&] {
+    const auto predictions = summarize(run).predictions;
+    REQUIRE(predictions);
+    return *predictions;
+  };
+  CHECK(met().errors == 120);
+  CHECK(met().kept == 118);
+  CHECK(met().places == 12);
+  CHECK(met().rank_correlation == doctest::Approx(1.0));
+  CHECK(to_json(run, summarize(run))["predictions"]["rank_correlation"] == doctest::Approx(1.0));
+  CHECK(summarize(run)["expected_m"].mean == doctest::Approx(0.0065));
+  SUBCASE("the other way round") {
+    for (RunScan& scan : run.scans) scan.predicted->expected = 1.0F - scan.predicted->expected;
+    CHECK(met().rank_correlation == doctest::Approx(-1.0));
+  }
+  SUBCASE("a scan that is not tracked does not count, nor does a promise without a limit") {
+    run.scans[7].report.tracking = Tracking::uncertain;
+    run.scans[8].predicted->error = std::numeric_limits<float>::infinity();
+    CHECK(met().errors == 118);
+    CHECK(met().places == 11);  // the square of both is left with eight errors
+  }
+  SUBCASE("too few places to say more") {
+    run.scans.resize(10);
+    const auto json = to_json(run, summarize(run))["predictions"];
+    CHECK(json["errors"] == 10);
+    CHECK(json["places"] == 0);
+    CHECK(json["rank_correlation"].is_null());
+  }
+}
+
+TEST_CASE("rank correlation") {
+  const std::vector a{1.0, 2.0, 3.0, 4.0}, b{2.0, 1.0, 4.0, 3.0}, equal{5.0, 5.0, 5.0, 5.0};
+  CHECK(rank_correlation(a, a) == doctest::Approx(1.0));
+  CHECK(rank_correlation(a, b) == doctest::Approx(0.6));
+  CHECK(rank_correlation(a, equal) == 0.0);
+  // Equal values share the mean of their ranks: 1, 2.5, 2.5, 4.
+  CHECK(rank_correlation(a, std::vector{1.0, 2.0, 2.0, 3.0}) == doctest::Approx(0.94868));
 }
 
 TEST_CASE("a folder that cannot hold the values is named") {

@@ -43,7 +43,7 @@ struct LocatedScan {
 struct SelectionParams {
   std::optional<std::uint32_t> max_bytes;  ///< of a region; not with `share`
   std::optional<double> share;             ///< of a region's elements
-  /// No more are kept than it takes for this error at 95 % of the places that judge the choice [m].
+  /// No more are kept than it takes for this error at 95 % of the places of its scans [m].
   std::optional<double> target_error;
   std::size_t places = 16;  ///< scans that a region's choice is made with
   /// Scans of the map's own recording. Those near a region are taken before virtual ones.

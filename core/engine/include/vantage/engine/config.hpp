@@ -176,12 +176,10 @@ struct SelectorConfig {
                  Range{.min = 0.0, .max = 1.0, .min_open = true}),
         optional("target_error", &SelectorConfig::target_error, "m",
                  "no more elements are kept than it takes for this error of the position, as the "
-                 "build predicts it, at 95 % of the places that judge the choice",
+                 "build predicts it, at 95 % of the places of its scans",
                  positive),
-        optional(
-            "places", &SelectorConfig::places, "",
-            "scans in and around a region that the choice is made with; a fourth as many judge it",
-            at_least(1)),
+        optional("places", &SelectorConfig::places, "",
+                 "scans in and around a region that the choice is made with", at_least(1)),
         optional("scans", &SelectorConfig::scans, "",
                  "the recording that the map was made of; without it, scans are virtual"),
         optional("poses", &SelectorConfig::poses, "",

@@ -7,23 +7,26 @@
 
 #include "vantage/api.hpp"
 #include "vantage/engine/bundle.hpp"
+#include "vantage/partition.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
 
-/// What 95 % of scans at a place are expected to keep, even with a third of their view covered: the
-/// distance of their positions from the truth [m]. Infinite if the elements do not hold the pose.
+/// How far scans' positions at a place are from the truth [m]. Infinite if the elements do not hold
+/// the pose.
 struct PredictedError {
   Point place = Point::Zero();  ///< of the sensor, map frame [m]
-  float error = 0.0F;           ///< with the elements that are kept
-  float whole = 0.0F;           ///< with all elements of the region
+  float expected = 0.0F;        ///< root mean square, with the elements that are kept
+  /// What 95 % of scans keep, even with a third of their view covered: with the kept elements, and
+  /// with all elements of the region.
+  float error = 0.0F, whole = 0.0F;
 
   friend bool operator==(const PredictedError&, const PredictedError&) = default;
 };
 
 /// What a build expects of the maps whose elements a selector chose: the bias and the spread of the
-/// position, at places that judge the choice. The choice was made with others, where there are any.
+/// position, where the scans were taken that the choice was made with.
 struct VANTAGE_API PredictedErrors {
   /// The name of their bytes in a bundle.
   static constexpr const char* kAttachment = "predicted_errors";
@@ -36,6 +39,10 @@ struct VANTAGE_API PredictedErrors {
   /// Those of a bundle; none if no selector chose its elements.
   /// Errors: those of MapReader::attachment; `corrupt_data` for bytes that `encode` does not make.
   [[nodiscard]] static Result<std::optional<PredictedErrors>> of_bundle(const Bundle& bundle);
+
+  /// What a region's map promises at a position: the root mean squares over the places nearest to
+  /// it, so that they say more than one. Nothing without a place.
+  [[nodiscard]] std::optional<PredictedError> at(RegionId region, const Point& position) const;
 
   [[nodiscard]] std::vector<std::byte> encode() const;
   /// @param regions  the number of regions

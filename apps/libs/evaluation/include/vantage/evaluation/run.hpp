@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/localizer.hpp"
 #include "vantage/engine/plugin_loader.hpp"
+#include "vantage/engine/predicted_errors.hpp"
 #include "vantage/io/imu_io.hpp"
 #include "vantage/io/opened_scans.hpp"
 #include "vantage/io/pose_priors.hpp"
@@ -44,6 +46,8 @@ struct RunInputs {
   std::optional<io::PosePriors> priors = {};
   /// What the sensor's inertial measurement unit says.
   std::optional<io::ImuRecording> imu = {};
+  /// What the bundle promises, for RunScan::predicted.
+  std::shared_ptr<const PredictedErrors> predicted = {};
 };
 
 /// The samples of the IMU; none without one.
@@ -73,8 +77,10 @@ struct RunScan {
   std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
   std::optional<PoseError> prediction_error = {};  ///< of the pose before matching
-  std::string region = {};                         ///< label of the region in use
-  RegionSummary map = {};                          ///< of that region, from the bundle's index
+  /// Of the map in use, where the sensor is. None for a map that no selector made.
+  std::optional<PredictedError> predicted = {};
+  std::string region = {};             ///< label of the region in use
+  RegionSummary map = {};              ///< of that region, from the bundle's index
   std::uint64_t wide_area_points = 0;  ///< points of the map from which the bundle was built
   AlertLimit alert_limit = {};         ///< of the run
 };

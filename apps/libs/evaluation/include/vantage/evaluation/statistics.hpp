@@ -11,6 +11,10 @@ struct Statistics {
   double sum = 0, mean = 0, rmse = 0, std = 0, min = 0, median = 0, p95 = 0, p99 = 0, max = 0;
 };
 
+/// Spearman's rank correlation; 0 if all values of one are equal.
+/// @param a  one number for each of `b`
+[[nodiscard]] double rank_correlation(std::span<const double> a, std::span<const double> b);
+
 [[nodiscard]] Statistics statistics_of(std::span<const double> sample);
 
 /// The value below which a share of a sample lies, linear between neighbours.

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -19,6 +21,13 @@ struct RelativeErrors {
   Statistics m, deg;
 };
 
+/// How the errors of tracked scans compare with what their maps promise.
+struct PredictionsMet {
+  std::size_t errors = 0, kept = 0;  ///< and of those, errors that keep the promise
+  std::size_t places = 0;            ///< squares of 10 m with 10 errors or more
+  double rank_correlation = 0.0;     ///< over them, of expected and measured root mean squares
+};
+
 /// The numbers of a run that people compare.
 struct RunSummary {
   std::size_t scans = 0, tracked = 0;
@@ -27,6 +36,8 @@ struct RunSummary {
   RelativeErrors relative_10m;  ///< to the first scan 10 m on along the reference; both tracked
   /// Share of the errors along map axes within 1, 2 and 3 of the standard deviations claimed.
   std::array<double, 3> within_sigmas_translation{}, within_sigmas_rotation{};
+
+  std::optional<PredictionsMet> predictions = {};  ///< none without errors or predictions
 
   /// The statistics of the metric with this key, over the scans that have a value; empty if there
   /// is no such metric.
@@ -55,6 +66,20 @@ class RunSummarizer {
     void add(const RunScan& scan, Eigen::Vector3d PoseError::*error, Eigen::Index first);
     [[nodiscard]] std::array<double, 3> shares() const;
   };
+  /// The predicted and measured errors of the scans, place by place.
+  class Predictions {
+   public:
+    void add(const RunScan& scan);
+    [[nodiscard]] std::optional<PredictionsMet> met() const;
+
+   private:
+    struct Place {
+      double expected = 0.0, measured = 0.0;  // sums of squares [m^2]
+      std::size_t errors = 0;
+    };
+    std::map<std::array<std::int64_t, 2>, Place> places_;
+    std::size_t errors_ = 0, kept_ = 0;
+  };
   /// @param step  distance along the reference's path between the scans that are compared [m]; 0:
   ///              the next scan
   [[nodiscard]] Result<RelativeErrors> relative_errors(double step) const;
@@ -63,6 +88,7 @@ class RunSummarizer {
   ColumnSpool values_;  // of each metric, and then of the way and the poses
   std::size_t scans_ = 0, tracked_ = 0;
   WithinSigmas translation_, rotation_;
+  Predictions predictions_;
 };
 
 /// The summary of a run that is in memory.
