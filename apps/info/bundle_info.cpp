@@ -179,10 +179,11 @@ Lines lines_of(const PredictedErrors& predicted, const BundleInfo& info) {
                                   : fmt::format("; {} without a place that sees anything",
                                                 cli::counted(all.unjudged, "region"));
   if (all.places == 0) return {{"predicted error [m]", "none" + without}};
-  Lines lines{{"expected error [m]", metres(all.expected) + " median"},
-              {"predicted error [m]",
-               fmt::format("{} median, at most {} at 95 % of {}{}", metres(all.median),
-                           metres(all.p95), cli::counted(all.places, "place"), without)}};
+  Lines lines{
+      {"predicted error [m]",
+       fmt::format("{} expected and {} promised (medians), at most {} promised at 95 % of {}{}",
+                   metres(all.expected), metres(all.median), metres(all.p95),
+                   cli::counted(all.places, "place"), without)}};
   if (!info.target_error) return lines;
   const std::vector<Missed> some = missed(predicted, *info.target_error);
   std::string text = fmt::format("missed in {}", cli::counted(some.size(), "region"));

@@ -88,9 +88,7 @@ class ScanErrors {
 
   void add(const Pull& pull, const MapElement& element) {
     const PullTerm term = term_of(pull);
-    const Point to = element.middle - at_;
-    const double turn = std::atan2(to.y(), to.x()) / (2.0 * std::numbers::pi) + 0.5;
-    const auto third = std::min(static_cast<std::size_t>(turn * kThirds), kThirds - 1);
+    const std::size_t third = third_of(element.middle - at_);
     for (std::size_t covered = 0; covered < kThirds; ++covered) {
       if (covered != third) covered_[covered].add(term);
     }
@@ -115,6 +113,13 @@ class ScanErrors {
 
  private:
   static constexpr std::size_t kThirds = 3;
+
+  /// The third of the view that a direction lies in: 60 degrees to both sides of the map's x axis,
+  /// to the right, or to the left.
+  [[nodiscard]] static std::size_t third_of(const Point& to) {
+    if (std::abs(to.y()) < std::numbers::sqrt3 * to.x()) return 0;
+    return to.y() < 0.0 ? 1 : 2;
+  }
 
   Point at_;
   PositionError whole_;

@@ -175,13 +175,15 @@ struct Row {
   std::string recording, way, size;
   std::string settings = {};  // what else decides about it
   std::size_t draws = 0, scans = 0;
-  std::size_t tracked = 0, lost = 0;                       // of the worst draw
-  double bytes = 0.0, align_ms = 0.0, build_s = 0.0;       // means of the draws
-  double error = 0.0, least = 0.0, most = 0.0, p95 = 0.0;  // mean, and its range over draws [cm]
+  std::size_t tracked = 0, lost = 0;                  // of the worst draw
+  double bytes = 0.0, align_ms = 0.0, build_s = 0.0;  // means of the draws
+  // Of the draws that tracked a scan: their number, the mean error and its range over them [cm].
+  std::size_t draws_tracked = 0;
+  double error = 0.0, least = 0.0, most = 0.0, p95 = 0.0;
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Row, recording, way, size, settings, draws, scans,
-                                                tracked, lost, bytes, align_ms, build_s, error,
-                                                least, most, p95)
+                                                tracked, lost, bytes, align_ms, build_s,
+                                                draws_tracked, error, least, most, p95)
 
 /// Rows that were measured before, in a file of one JSON object a line; new ones are added to it.
 class KnownRows {
@@ -235,12 +237,16 @@ struct Drawn {
 };
 
 void print(const Row& row) {
-  std::string error = fmt::format("{:.2f}", row.error);
-  if (row.draws > 1) error += fmt::format(" ({:.2f} to {:.2f})", row.least, row.most);
+  std::string error = "-", p95 = "-";
+  if (row.draws_tracked > 0) {
+    error = fmt::format("{:.2f}", row.error);
+    if (row.draws_tracked > 1) error += fmt::format(" ({:.2f} to {:.2f})", row.least, row.most);
+    p95 = fmt::format("{:.2f}", row.p95);
+  }
   print_row({row.way, row.size, cli::grouped(static_cast<std::uint64_t>(row.bytes + 0.5)),
-             std::move(error), fmt::format("{:.2f}", row.p95),
-             fmt::format("{} of {}", row.tracked, row.scans), std::to_string(row.lost),
-             fmt::format("{:.2f}", row.align_ms), fmt::format("{:.1f}", row.build_s)});
+             std::move(error), std::move(p95), fmt::format("{} of {}", row.tracked, row.scans),
+             std::to_string(row.lost), fmt::format("{:.2f}", row.align_ms),
+             fmt::format("{:.1f}", row.build_s)});
 }
 
 class Bench {
@@ -274,12 +280,15 @@ class Bench {
     for (const Overrides& overrides : size.draws) {
       VANTAGE_TRY(const Drawn drawn, draw(way.file, overrides));
       const RunSummary& run = drawn.summary;
-      const double error = 1e2 * run["error_m"].mean;
       const bool first = row.scans == 0;
-      row.error += share * error;
-      row.least = first ? error : std::min(row.least, error);
-      row.most = std::max(row.most, error);
-      row.p95 += share * 1e2 * run["error_m"].p95;
+      if (run.tracked > 0) {
+        const double error = 1e2 * run["error_m"].mean;
+        row.least = row.draws_tracked == 0 ? error : std::min(row.least, error);
+        row.most = std::max(row.most, error);
+        const double weight = 1.0 / static_cast<double>(++row.draws_tracked);
+        row.error = std::lerp(row.error, error, weight);
+        row.p95 = std::lerp(row.p95, 1e2 * run["error_m"].p95, weight);
+      }
       row.bytes += share * run["map_bytes"].mean;
       row.align_ms += share * run["align_ms"].mean;
       row.build_s += share * drawn.build_seconds;
@@ -391,7 +400,7 @@ Panel panel_of(const Measured& measured) {
   for (const Line& line : measured.lines) {
     if (line.name == "cells: surface") all_cells = &line.rows.front();
     for (const Row& row : line.rows) {
-      if (row.tracked == 0) continue;
+      if (row.draws_tracked == 0) continue;
       least = std::min(least, row.least);
       most = std::max(most, row.most);
     }
@@ -401,7 +410,7 @@ Panel panel_of(const Measured& measured) {
     for (const Line& line : measured.lines) {
       if (line.name != name) continue;
       for (const Row& row : line.rows) {
-        if (row.tracked == 0) continue;
+        if (row.draws_tracked == 0) continue;
         curve.marks.push_back(
             {row.bytes, row.error, "", row.least, row.most, row.tracked < row.scans});
       }
@@ -415,7 +424,7 @@ Panel panel_of(const Measured& measured) {
   std::erase_if(panel.x.ticks, [](const Tick& tick) {
     return in_bytes(tick.value).front() != '1' && tick.value > 2e3 && tick.value < 1e7;
   });
-  panel.y.ticks = logarithmic(0.9 * least, std::min(most, kMostTimes * measured.whole.error),
+  panel.y.ticks = logarithmic(0.7 * least, std::min(most, kMostTimes * measured.whole.error),
                               [](double cm) { return fmt::format("{:g}", cm); });
   return panel;
 }

@@ -192,6 +192,24 @@ TEST_CASE("a bundle without points, no map and no error still make a page") {
   CHECK(markup_of(page).find("60 of 60 scans lost") != std::string::npos);
 }
 
+TEST_CASE("each configuration has a mark over the bytes of its maps, if its error is known") {
+  Evaluation e = made_evaluation({.configs = {"wide", "cells"}, .baselines = false});
+  const auto figure_of = [&] {
+    const std::string markup = markup_of(page_of(e));
+    const auto begin = markup.find("id=\"error-bytes\"");
+    if (begin == std::string::npos) return std::string();
+    return markup.substr(begin, markup.find("</figure>", begin) - begin);
+  };
+  CHECK(figure_of().find(">wide<") != std::string::npos);
+  CHECK(figure_of().find(">cells<") != std::string::npos);
+  for (RouteRun& run : e.configs.front().routes) {
+    for (RunScan& scan : run.run.scans) scan.error.reset();
+    run.summary = summarize(run.run);
+  }
+  CHECK(figure_of().find(">wide<") == std::string::npos);
+  CHECK(figure_of().find(">cells<") != std::string::npos);
+}
+
 std::size_t times(const std::string& text, const std::string& part) {
   std::size_t n = 0;
   for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;

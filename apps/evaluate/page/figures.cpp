@@ -174,6 +174,37 @@ std::vector<std::string> cumulative_of_baselines(const Evaluation& e, const Axis
   return panels;
 }
 
+/// What the bytes of a map buy: each configuration as a mark, its mean error over the mean size of
+/// the maps in use. Nothing for routes on which nothing was measured.
+std::vector<std::string> errors_by_bytes(const Evaluation& e) {
+  std::vector<LinePanel> panels;
+  std::vector<double> bytes, errors;
+  for (std::size_t route = 0; route < e.routes.size(); ++route) {
+    LinePanel panel{title_of(e, "What bytes buy", route), {}, {}, {}};
+    for (const MapRun& r : runs_of(e, route)) {
+      const Eigen::Vector2d at(1e-3 * r.run->summary["map_bytes"].mean,
+                               1e2 * r.run->summary["error_m"].mean);
+      if (!r.own() || at.minCoeff() <= 0.0) continue;
+      panel.curves.push_back({name_of(r), look_of(r), {at}, true});
+      bytes.push_back(at.x());
+      errors.push_back(at.y());
+    }
+    panels.push_back(std::move(panel));
+  }
+  std::vector<std::string> drawn;
+  if (bytes.empty()) return drawn;
+  const auto axis = [](const char* label, const std::vector<double>& sample) {
+    const auto [low, high] = std::ranges::minmax(sample);
+    return report::logarithmic_axis(label, low, high);
+  };
+  for (LinePanel& panel : panels) {
+    panel.x = axis("map in use [kB]", bytes);
+    panel.y = axis("mean error [cm]", errors);
+    drawn.push_back(to_svg(panel, 560.0, 210.0));
+  }
+  return drawn;
+}
+
 bool has_reference(const Evaluation& e) { return !everything(e, "error_m").empty(); }
 
 constexpr const char* kReading =
@@ -246,6 +277,12 @@ std::string error_figures(const Evaluation& e) {
   figures += report::figure(cumulative_of_configs(e, x),
                             "Share of tracked scans with an error below x. Further left is better.",
                             "error-cumulative");
+  if (const auto panels = errors_by_bytes(e); !panels.empty()) {
+    figures += report::figure(
+        panels,
+        "Mean error over the mean size of the maps in use. Further down and left is better.",
+        "error-bytes");
+  }
   std::string against;
   if (const auto panels = cumulative_of_baselines(e, x); !panels.empty()) {
     against = report::figure(

@@ -154,9 +154,9 @@ TEST_CASE("info: what a selector's elements are expected to do") {
       {{{{1, 1, 1}, 0.001F, 0.004F, 0.003F}, {{2, 2, 1}, 0.009F, 0.031F, 0.012F}}, {}}};
   CHECK(has(
       to_text(info, {}),
-      "predicted error [m]  0.004 median, at most 0.031 at 95 % of 2 places; 1 region without a "
+      "predicted error [m]  0.001 expected and 0.004 promised (medians), at most 0.031 promised at "
+      "95 % of 2 places; 1 region without a "
       "place that sees anything\n"));
-  CHECK(has(to_text(info, {}), "expected error [m]   0.001 median\n"));
   CHECK_FALSE(has(to_text(info, {}), "target"));
   info.target_error = 0.02;
   CHECK(has(to_text(info, {}),
@@ -166,7 +166,7 @@ TEST_CASE("info: what a selector's elements are expected to do") {
   CHECK(has(to_text(info, {}), "target of 0.04 m     kept in all regions\n"));
   CHECK(to_json(info)["predicted_error"]["regions_missing_it"] == 0);
   info.predicted->regions[0][1].error = std::numeric_limits<float>::infinity();
-  CHECK(has(to_text(info, {}), "at most unbounded at 95 %"));
+  CHECK(has(to_text(info, {}), "at most unbounded promised at 95 %"));
   CHECK(to_json(info)["predicted_error"]["p95"].is_null());
   info.predicted = PredictedErrors{{{}, {}}};
   CHECK(has(to_text(info, {}),
