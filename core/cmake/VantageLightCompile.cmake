@@ -1,7 +1,7 @@
 # How sources are compiled that spend their time elsewhere: those of programs, which only call libraries, and those
 # of tests. What GCC takes for uninitialized, or for outside an array, depends on the level, so it is no error here.
 set(vantage_light_options
-  "$<$<NOT:$<CONFIG:Debug>>:-O1>" -Wno-error=maybe-uninitialized -Wno-error=array-bounds)
+  "$<$<NOT:$<CONFIG:Debug>>:-O1>" "$<$<CXX_COMPILER_ID:GNU>:-Wno-error=maybe-uninitialized;-Wno-error=array-bounds>")
 
 # vantage_precompile_headers(<target> SOURCE <file> LIBRARIES <target>... HEADERS <header>...)
 # An object library whose precompiled headers executables with vantage_light_options may REUSE_FROM. Headers of the

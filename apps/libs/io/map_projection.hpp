@@ -11,7 +11,7 @@
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
-namespace GeographicLib {
+namespace GeographicLib {  // NOLINT(readability-identifier-naming)
 class Geoid;
 }
 

@@ -6,7 +6,8 @@ namespace vantage::io::ros {
 
 double seconds_from(std::int64_t nanoseconds) noexcept {
   constexpr std::int64_t kPerSecond = 1'000'000'000;
-  return static_cast<double>(nanoseconds / kPerSecond) +
+  const std::int64_t whole = nanoseconds / kPerSecond;
+  return static_cast<double>(whole) +
          static_cast<double>(nanoseconds % kPerSecond) / static_cast<double>(kPerSecond);
 }
 
