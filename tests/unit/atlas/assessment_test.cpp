@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 #include "support/plugins.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"

@@ -4,7 +4,7 @@
 
 #include "io/ros/message_writers.hpp"
 #include "live/publisher.hpp"
-#include "post_world.hpp"
+#include "support/post_world.hpp"
 
 namespace vantage::live {
 namespace {

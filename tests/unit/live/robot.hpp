@@ -11,7 +11,7 @@
 
 #include "io/ros/message_writers.hpp"
 #include "live/session.hpp"
-#include "post_world.hpp"
+#include "support/post_world.hpp"
 
 namespace vantage::live::test_world {
 

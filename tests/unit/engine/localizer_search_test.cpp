@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "fakes.hpp"
-#include "post_world.hpp"
+#include "support/fakes.hpp"
+#include "support/post_world.hpp"
 #include "vantage/engine/localizer.hpp"
 
 using namespace vantage;

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 
 using namespace vantage;
 

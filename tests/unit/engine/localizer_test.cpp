@@ -6,8 +6,8 @@
 #include <limits>
 #include <thread>
 
-#include "fakes.hpp"
-#include "post_world.hpp"
+#include "support/fakes.hpp"
+#include "support/post_world.hpp"
 #include "vantage/conformance/range_survey.hpp"
 #include "vantage/kit/map_in_memory.hpp"
 

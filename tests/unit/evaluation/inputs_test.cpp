@@ -10,9 +10,9 @@
 #include "support/bags/cloud_bags.hpp"
 #include "support/bags/imu_messages.hpp"
 #include "support/bags/nav_sat_fix.hpp"
+#include "support/fakes.hpp"
 #include "support/real_data.hpp"
 #include "terminal/input_options.hpp"
-#include "unit/core/fakes.hpp"
 
 using namespace vantage;
 

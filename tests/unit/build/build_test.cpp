@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 
 using namespace vantage;
 

@@ -5,7 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "build/plan.hpp"
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 #include "support/real_data.hpp"
 
 namespace vantage {

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 using namespace vantage;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 #include "support/plugins.hpp"
 #include "vantage/conformance/range_survey.hpp"
 #include "vantage/engine/localizer.hpp"

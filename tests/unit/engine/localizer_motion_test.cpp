@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include "fakes.hpp"
-#include "post_world.hpp"
+#include "support/fakes.hpp"
+#include "support/post_world.hpp"
 #include "vantage/engine/localizer.hpp"
 
 using namespace vantage;

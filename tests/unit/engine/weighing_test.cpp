@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 
 using namespace vantage;
 

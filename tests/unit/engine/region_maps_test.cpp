@@ -8,7 +8,7 @@
 #include <set>
 #include <thread>
 
-#include "fakes.hpp"
+#include "support/fakes.hpp"
 
 using namespace vantage;
 
