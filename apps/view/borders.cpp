@@ -91,7 +91,7 @@ Terrain::Terrain(PointsView points) {
   heights_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), kNone);
   for (const Point& p : points) {
     const auto [x, y] = cell_of(p.head<2>());
-    double& height = heights_[static_cast<std::size_t>(y * columns_ + x)];
+    double& height = heights_[index_of(x, y)];
     height = std::min(height, p.z());
   }
   // A stray point below the ground must not pull a line down, so the median of the cell and its
@@ -100,12 +100,12 @@ Terrain::Terrain(PointsView points) {
   std::vector<double> around, all;
   for (int y = 0; y < rows_; ++y) {
     for (int x = 0; x < columns_; ++x) {
-      const auto i = static_cast<std::size_t>(y * columns_ + x);
+      const std::size_t i = index_of(x, y);
       if (lowest[i] == kNone) continue;
       around.clear();
       for (int v = std::max(0, y - 1); v <= std::min(rows_ - 1, y + 1); ++v) {
         for (int u = std::max(0, x - 1); u <= std::min(columns_ - 1, x + 1); ++u) {
-          const double z = lowest[static_cast<std::size_t>(v * columns_ + u)];
+          const double z = lowest[index_of(u, v)];
           if (z != kNone) around.push_back(z);
         }
       }
@@ -120,6 +120,11 @@ Terrain::Terrain(PointsView points) {
   fallback_ = *middle;
 }
 
+std::size_t Terrain::index_of(int x, int y) const noexcept {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
+         static_cast<std::size_t>(x);
+}
+
 std::pair<int, int> Terrain::cell_of(const Eigen::Vector2d& xy) const noexcept {
   const Eigen::Vector2d cell = (xy - origin_) / cell_;
   return {static_cast<int>(std::clamp(cell.x(), 0.0, columns_ - 1.0)),
@@ -128,7 +133,7 @@ std::pair<int, int> Terrain::cell_of(const Eigen::Vector2d& xy) const noexcept {
 
 const double* Terrain::at(int x, int y) const noexcept {
   if (x < 0 || y < 0 || x >= columns_ || y >= rows_) return nullptr;
-  const double& height = heights_[static_cast<std::size_t>(y * columns_ + x)];
+  const double& height = heights_[index_of(x, y)];
   return height == kNone ? nullptr : &height;
 }
 

@@ -26,6 +26,7 @@ class Terrain {
 
  private:
   [[nodiscard]] std::pair<int, int> cell_of(const Eigen::Vector2d& xy) const noexcept;
+  [[nodiscard]] std::size_t index_of(int x, int y) const noexcept;
   [[nodiscard]] const double* at(int x, int y) const noexcept;
   double cell_ = 1.0;
   double fallback_ = 0.0;

@@ -23,7 +23,8 @@ std::optional<Size> parse_size(std::string_view text) {
 Picture scaled_down(const Picture& picture, int factor) {
   Picture small{{picture.size.width / factor, picture.size.height / factor}, {}};
   const auto at = [&](int x, int y, int channel) {
-    return picture.rgb[static_cast<std::size_t>((y * picture.size.width + x) * 3 + channel)];
+    const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.size.width);
+    return picture.rgb[(row + static_cast<std::size_t>(x)) * 3 + static_cast<std::size_t>(channel)];
   };
   small.rgb.reserve(static_cast<std::size_t>(small.size.width * small.size.height) * 3);
   const unsigned area = static_cast<unsigned>(factor * factor);

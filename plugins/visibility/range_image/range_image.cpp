@@ -77,7 +77,10 @@ class Scene final : public VisibilityScene {
   [[nodiscard]] Workspace make_workspace() const { return {.image = {sensor_, occlusion_}}; }
 
   void look_from(const Point& viewpoint, Workspace& workspace, IndexSet& seen) const {
-    auto& [image, candidates, seen_here] = workspace;
+    // Not a structured binding: clang 14 cannot capture one.
+    auto& image = workspace.image;
+    auto& candidates = workspace.candidates;
+    auto& seen_here = workspace.seen;
     image.clear();
     candidates.clear();
     seen_here.clear();

@@ -125,7 +125,7 @@ class CountingMatcher final : public ScanMatcher {
 TEST_CASE("a bundle keeps points, what the matcher makes of the whole map around them, or both") {
   const PointCloud map = map_with_a_gap();
   const auto built = [&](StoredContent content) {
-    const auto memory = std::make_shared<test::Memory>();
+    auto memory = std::make_shared<test::Memory>();
     auto p = plugins(memory);
     p.matcher = test::in_process<CountingMatcher, ScanMatcher>();
     auto with = params();

@@ -259,7 +259,9 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
 
     CHECK(merged->committed);
     REQUIRE(merged->maps.size() == whole->maps.size());
-    for (const auto& [region, map] : whole->maps) {
+    for (const auto& of_whole : whole->maps) {
+      const auto& region = of_whole.first;
+      const auto& map = of_whole.second;
       CAPTURE(region);
       CHECK(merged->maps[region].points == map.points);
       CHECK(merged->maps[region].viewpoints == map.viewpoints);

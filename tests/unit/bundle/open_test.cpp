@@ -153,14 +153,14 @@ TEST_CASE("a bundle that [store] names: a missing table says what needs it") {
 TEST_CASE(
     "a build knows where its bundle goes, and whether it may, whatever the store calls that") {
   const test::TemporaryFolder folder;
-  for (const auto& [plugin, key] :
-       {std::pair{"pcd_tiles", "root"}, std::pair{"one_file", "file"}}) {
+  for (const auto& store : {std::pair{"pcd_tiles", "root"}, std::pair{"one_file", "file"}}) {
+    const std::string plugin = store.first, key = store.second;
     CAPTURE(plugin);
     const fs::path place = folder.path() / plugin;
     auto config = parse_toml(test::to_text({.matcher = ""}), "").and_then(parse_config);
     REQUIRE_MESSAGE(config, to_string(config.error()));
     config->store->plugin = plugin;
-    config->store->params = test::table(std::string(key) + " = \"" + place.string() + "\"");
+    config->store->params = test::table(key + " = \"" + place.string() + "\"");
     const auto prepared = [&] {
       auto build = BundleBuild::prepare(*config, two_stores());
       REQUIRE_MESSAGE(build, to_string(build.error()));
@@ -173,7 +173,7 @@ TEST_CASE(
     REQUIRE(build.run(test::small_square(), {}));
     CHECK(fs::exists(place));
     const auto again = prepared().may_begin();
-    if (plugin == std::string("one_file")) continue;  // it does not tell before it begins
+    if (plugin == "one_file") continue;  // it does not tell before it begins
     REQUIRE_FALSE(again.has_value());
     CHECK(again.error().code == ErrorCode::already_exists);
     config->store->params = test::table("overwrite = true\nroot = \"" + place.string() + "/\"");

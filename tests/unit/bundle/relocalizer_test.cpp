@@ -64,7 +64,7 @@ plugin = "ndt"
 
 class World {
  public:
-  explicit World(std::vector<std::string> overrides) {
+  explicit World(const std::vector<std::string>& overrides) {
     test::write_text(folder_.path() / "map.toml", kConfig);
     auto build = BundleBuild::prepare(config(overrides), with_columns());
     REQUIRE_MESSAGE(build, to_string(build.error()));

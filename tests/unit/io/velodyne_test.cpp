@@ -71,7 +71,7 @@ std::vector<bool> complete(const std::vector<Spin>& spins) {
   return flags;
 }
 
-void check_refused(std::string bytes, ErrorCode code, const std::string& expected) {
+void check_refused(const std::string& bytes, ErrorCode code, const std::string& expected) {
   SpinAssembler assembler("file.pcap");
   const auto added = assembler.add({.stamp = 1.0, .data = bytes, .offset = 4711});
   REQUIRE_FALSE(added.has_value());
