@@ -26,6 +26,9 @@ struct Map {
   const float* zz = nullptr;
   std::uint32_t nothing = 0;  ///< the number of that extra Gaussian
   bool has_bare = false;      ///< some voxels are known to be occupied, but have no Gaussian
+  /// Only for maps with bare voxels: for each slot of `blocks`, the voxels that have a Gaussian or
+  /// share a face with one that has. In the others of a block, nothing needs to be looked up.
+  const std::uint64_t* near = nullptr;
 };
 
 /// Kinds of points of a scan in a map with bare voxels: in an occupied voxel, or only beside one.
@@ -34,7 +37,7 @@ inline constexpr std::size_t kKinds = 2;
 
 /// The voxels that a point is compared with, as steps from its own voxel.
 struct Search {
-  std::uint32_t size = 0;
+  std::uint32_t size = 0;  ///< up to 7: its own voxel, and those that share a face with it
   std::int32_t steps[27][3] = {};
   float offsets[27][3] = {};  ///< the same steps as floating point
   bool within_edge = false;   ///< only Gaussians whose mean is nearer than a voxel's edge

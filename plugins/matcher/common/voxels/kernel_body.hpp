@@ -125,8 +125,14 @@ class Lookup {
       for (std::uint32_t s = 0; s < search_.size; ++s) last_[s] = map_.nothing;
       return;
     }
-    const std::uint64_t own = key_of_shifted(ux, uy, uz) >> 6U;
+    const std::uint64_t own_key = key_of_shifted(ux, uy, uz), own = own_key >> 6U;
     const Block& own_block = block_at(map_.blocks, own);
+    const std::uint64_t bit = std::uint64_t{1} << (own_key & 63U);
+    if (has_nothing_near(own_block, bit)) {
+      for (std::uint32_t s = 0; s < search_.size; ++s) last_[s] = map_.nothing;
+      kind_ = 0;
+      return;
+    }
     bool beside = false;
     for (std::uint32_t s = 0; s < search_.size; ++s) {
       const std::uint64_t key =
@@ -140,7 +146,6 @@ class Lookup {
       beside |= ((block.voxels | block.bare) >> (key & 63U) & 1U) != 0;
     }
     if (!map_.has_bare) return;
-    const std::uint64_t bit = std::uint64_t{1} << (key_of_shifted(ux, uy, uz) & 63U);
     if (((own_block.voxels | own_block.bare) & bit) != 0) {
       kind_ = 0;
       compared_ = (own_block.voxels & bit) != 0;
@@ -148,6 +153,14 @@ class Lookup {
       kind_ = 1;
       compared_ = found_ > 0.0F;
     }
+  }
+
+  /// Whether a voxel is occupied, and nothing that the search finds from there has a Gaussian.
+  bool has_nothing_near(const Block& block, std::uint64_t bit) const {
+    constexpr std::uint32_t kFaces = 7;
+    return map_.near != nullptr && search_.size <= kFaces &&
+           ((block.voxels | block.bare) & bit) != 0 &&
+           (map_.near[&block - map_.blocks.slots] & bit) == 0;
   }
 
   const Map& map_;
