@@ -17,11 +17,11 @@ namespace {
 class Car {
  public:
   Car() {
-    const Finished made =
-        test::run("vantage-simulate", {VANTAGE_SOURCE_DIR "/configs/simulate/motion.toml", "--out",
-                                       path("world"), "--quiet", "--set", "seed=23", "--set",
-                                       "drive.speed=8", "--set", "drive.still_start=0", "--set",
-                                       "drive.stops=0", "--set", "imu.clock_offset=0.35"});
+    const Finished made = test::run(
+        "vantage-simulate",
+        {std::string(VANTAGE_SOURCE_DIR) + "/configs/simulate/motion.toml", "--out", path("world"),
+         "--quiet", "--set", "seed=23", "--set", "drive.speed=8", "--set", "drive.still_start=0",
+         "--set", "drive.stops=0", "--set", "imu.clock_offset=0.35"});
     REQUIRE_MESSAGE(made.exit_code == 0, made.err);
     write_text(path("config.toml"), to_text(whole_world()));
     const Finished built = test::run("vantage-build", {path("config.toml"), "--quiet"});

@@ -68,7 +68,7 @@ TEST_CASE("shards: an atlas has the same bytes, whether the map is in memory or 
     arguments.emplace_back("-q");
     must_run("vantage-assess", arguments);
     auto after = test::bytes_of(town.path("bundle"));
-    const std::string atlas = after["atlas.dat"];
+    std::string atlas = after["atlas.dat"];
     after.erase("atlas.dat");
     CHECK(after == files);
     return atlas;

@@ -29,7 +29,8 @@ struct MatchingParams : StepParams {
   template <class Params>
   [[nodiscard]] static constexpr auto fields() {
     const auto of = []<class T>(T MatchingParams::*member) -> T Params::* { return member; };
-    constexpr std::tuple own{
+    // Not constexpr: clang 14 does not take the lambda for a constant in a template.
+    const std::tuple own{
         optional("map_voxel", of(&MatchingParams::map_voxel), "m",
                  "the map is thinned to one centroid per voxel of this edge; 0: no thinning",
                  non_negative),
