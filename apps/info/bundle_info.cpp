@@ -147,13 +147,13 @@ struct ErrorsOfAll {
   std::size_t places = 0;
   double expected = 0.0;           // median [m]
   double median = 0.0, p95 = 0.0;  // of what is promised [m]
-  std::size_t unjudged = 0;        // regions without a place
+  std::size_t without_place = 0;   // regions without a place
 };
 ErrorsOfAll errors_of_all(const PredictedErrors& predicted) {
   ErrorsOfAll of;
   std::vector<float> expected, all;
   for (const auto& region : predicted.regions) {
-    if (region.empty()) ++of.unjudged;
+    if (region.empty()) ++of.without_place;
     for (const PredictedError& at : region) {
       expected.push_back(at.expected);
       all.push_back(at.error);
@@ -174,10 +174,10 @@ std::string metres(double error) {
 /// What the build expects of the elements that a selector kept.
 Lines lines_of(const PredictedErrors& predicted, const BundleInfo& info) {
   const ErrorsOfAll all = errors_of_all(predicted);
-  const std::string without = all.unjudged == 0
+  const std::string without = all.without_place == 0
                                   ? std::string()
                                   : fmt::format("; {} without a place that sees anything",
-                                                cli::counted(all.unjudged, "region"));
+                                                cli::counted(all.without_place, "region"));
   if (all.places == 0) return {{"predicted error [m]", "none" + without}};
   Lines lines{
       {"predicted error [m]",

@@ -95,12 +95,18 @@ std::vector<std::string> remarks_on(const RunInfo& run, const RunSummary& s) {
                     cli::counted(outside, "scan")));
   }
   if (const auto& met = s.predictions) {
-    remarks.push_back(fmt::format("{} of {} keep what the bundle promises for 95 % of scans",
-                                  cli::grouped(met->kept), cli::counted(met->errors, "error")));
+    remarks.push_back(fmt::format("{} of {} {} what the bundle promises for 95 % of scans",
+                                  cli::grouped(met->kept), cli::counted(met->errors, "error"),
+                                  cli::form(met->errors, "keeps", "keep")));
+    if (met->unpromised > 0) {
+      remarks.back() +=
+          fmt::format("; {} {} promised nothing", cli::counted(met->unpromised, "scan"),
+                      cli::form(met->unpromised, "was", "were"));
+    }
     if (met->places > 2) {
       remarks.back() += fmt::format(
-          "; over {} places of 10 m, expected and measured errors have a "
-          "rank correlation of {:.2f}",
+          "; over {} places of 10 m, expected and measured errors have a rank "
+          "correlation of {:.2f}",
           met->places, met->rank_correlation);
     }
   }

@@ -20,8 +20,8 @@ class PositionError {
 
   /// The expected squared error [m^2]; infinite if the elements do not hold the pose.
   [[nodiscard]] double squared() const {
-    // The factor. What the bias at a place tells nothing of the next one goes into it, too. With
-    // `ndt` on the demo's campus, scans' errors are then as predicted.
+    // The factor. It also covers the bias at other places, of which the bias at this one says
+    // nothing. Chosen with `ndt` on the demo's campus, where errors are then as predicted.
     constexpr double kNoise = 0.31;
     const Eigen::LLT<Matrix6> factored(hessian_);
     if (factored.info() != Eigen::Success) return std::numeric_limits<double>::infinity();

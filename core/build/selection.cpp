@@ -212,8 +212,7 @@ Selection::Selection(const MatchTarget& whole, const Selector& selector,
       nanoseconds_(nanoseconds(preparing_.seconds())) {}
 
 double Selection::reach(const BuildParams& params) {
-  // A place between a recorded scan and a viewpoint is outside the viewpoints by half of kNear.
-  return std::min(params.max_range, Surfaces::kFarthestReturn) + Surfaces::kMargin + 0.5 * kNear;
+  return std::min(params.max_range, Surfaces::kFarthestReturn) + Surfaces::kMargin;
 }
 
 Result<Views> Selection::views_from(std::span<const ScanPlace> places,

@@ -281,7 +281,20 @@ TEST_CASE(
     MESSAGE(std::string(selector) << ": mean error " << summary["error_m"]["mean"].get<double>()
                                   << " m");
     CHECK(summary["error_m"]["mean"] < 0.05);
+    CHECK(summary["predictions"]["errors"] == test::Street::kScans);
+    CHECK(summary["expected_m"]["mean"] > 0.0);
+    CHECK(summary["expected_m"]["mean"] < summary["promised_m"]["mean"]);
+    CHECK(localized.out.find("what the bundle promises for 95 % of scans") != std::string::npos);
   }
+  const auto judged = test::run(
+      "vantage-evaluate",
+      {config, "--scans", street.path("scans"), "--reference", street.path("reference.tum"),
+       "--out", street.path("judged"), "--quiet", "--no-baselines", "--gate", "promised=1m",
+       "--set", "store.content=prepared", "--set", "selector.plugin=contribution", "--set",
+       "selector.max_bytes=" + std::to_string(kBytes), "--set",
+       "store.params.root=" + street.path("contribution1")});
+  CHECK_MESSAGE(judged.exit_code == 0, judged.err);
+  CHECK(judged.out.find("pass  c: promised ") != std::string::npos);
   const auto wrong = test::run("vantage-build", {config, "--set", "selector.plugin=random", "--set",
                                                  "selector.max_bytes=4000"});
   CHECK(wrong.exit_code != 0);
@@ -326,6 +339,9 @@ TEST_CASE(
   CHECK(capped.elements < all.elements / 5);  // of each region, a tenth and less than one more
   CHECK(all.predicted["target"].is_null());
   CHECK(all.predicted["places"] > 0);
+  CHECK(all.predicted["expected"] > 0.0);
+  CHECK(all.predicted["expected"] < all.predicted["median"]);
+  CHECK(capped.predicted["expected"] > all.predicted["expected"]);
   CHECK(loose.predicted["target"] == 0.05);
   CHECK(capped.predicted["regions_missing_it"] > 0);
   const auto& worst = capped.predicted["worst_regions"][0];

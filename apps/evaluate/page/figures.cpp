@@ -198,6 +198,7 @@ std::vector<std::string> errors_by_bytes(const Evaluation& e) {
     return report::logarithmic_axis(label, low, high);
   };
   for (LinePanel& panel : panels) {
+    if (panel.curves.empty()) continue;
     panel.x = axis("map in use [kB]", bytes);
     panel.y = axis("mean error [cm]", errors);
     drawn.push_back(to_svg(panel, 560.0, 210.0));

@@ -92,6 +92,7 @@ Json to_json(const RunInfo& run, const RunSummary& s) {
     json["predictions"] = {
         {"errors", s.predictions->errors},
         {"kept", s.predictions->kept},
+        {"unpromised", s.predictions->unpromised},
         {"places", s.predictions->places},
         {"rank_correlation",
          s.predictions->places > 2 ? Json(s.predictions->rank_correlation) : Json()}};

@@ -215,13 +215,14 @@ constexpr std::array kMetrics{
            [](const RunScan& s) { return error(s, &PoseError::degrees); }, kTrackedOnly},
     Metric{"expected_m", "error expected", &kLength, 2, kLess, G::error, "mean", "",
            "root mean square of the errors that the bundle expects where the sensor is; only of "
-           "maps that a selector chose",
+           "maps whose elements a selector chose",
            [](const RunScan& s) { return predicted(s, &PredictedError::expected); },
-           kTrackedOnly | kNotInOldFiles},
+           kOwnMaps | kTrackedOnly | kNotInOldFiles},
     Metric{"promised_m", "error promised", &kLength, 2, kLess, G::error, "mean", "",
-           "the error that 95 % of such scans keep, even with a third of their view covered",
+           "the error that the bundle promises for 95 % of scans where the sensor is, even with a "
+           "third of their view covered",
            [](const RunScan& s) { return predicted(s, &PredictedError::error); },
-           kTrackedOnly | kNotInOldFiles},
+           kOwnMaps | kTrackedOnly | kNotInOldFiles},
     Metric{"held_bytes", "maps in memory", &kBytes, 2, kLess, G::map, "max", "",
            "memory of all maps that are ready to match against",
            [](const RunScan& s) { return count(s.report.held_bytes); }},

@@ -66,7 +66,10 @@ void RunSummarizer::Predictions::add(const RunScan& scan) {
   if (!is_tracked(scan) || !scan.error || !scan.predicted) return;
   const double error = scan.error->metres, expected = scan.predicted->expected,
                promised = scan.predicted->error;
-  if (!std::isfinite(expected) || !std::isfinite(promised)) return;
+  if (!std::isfinite(expected) || !std::isfinite(promised)) {
+    ++unpromised_;
+    return;
+  }
   ++errors_;
   if (error <= promised) ++kept_;
   const Point at = scan.reference->translation / kWidth;
@@ -79,7 +82,7 @@ void RunSummarizer::Predictions::add(const RunScan& scan) {
 
 std::optional<PredictionsMet> RunSummarizer::Predictions::met() const {
   constexpr std::size_t kFewest = 10;
-  if (errors_ == 0) return std::nullopt;
+  if (errors_ + unpromised_ == 0) return std::nullopt;
   std::vector<double> expected, measured;
   for (const auto& [at, place] : places_) {
     if (place.errors < kFewest) continue;
@@ -89,6 +92,7 @@ std::optional<PredictionsMet> RunSummarizer::Predictions::met() const {
   }
   return PredictionsMet{.errors = errors_,
                         .kept = kept_,
+                        .unpromised = unpromised_,
                         .places = expected.size(),
                         .rank_correlation = rank_correlation(expected, measured)};
 }

@@ -7,9 +7,16 @@
 #include "bundle/predicted_error_bytes.hpp"
 
 namespace vantage {
+namespace {
+
+// "vpred_02" as a number: of what the bytes say.
+constexpr std::uint64_t kFormat = 0x3230'5f64'6572'7076;
+
+}  // namespace
 
 std::vector<std::byte> PredictedErrors::encode() const {
   ByteWriter to;
+  to.number(kFormat);
   to.number(std::uint64_t{regions.size()});
   for (const auto& region : regions) write(to, region);
   return std::move(to).take();
@@ -18,6 +25,10 @@ std::vector<std::byte> PredictedErrors::encode() const {
 Result<PredictedErrors> PredictedErrors::decode(std::span<const std::byte> bytes,
                                                 std::size_t regions) {
   ByteReader from(bytes);
+  if (from.number<std::uint64_t>() != kFormat || !from.ok()) {
+    return fail(ErrorCode::corrupt_data,
+                "the bundle's predicted errors are of another version: build the bundle again");
+  }
   PredictedErrors errors;
   from.check(from.count(1) == regions);
   if (from.ok()) errors.regions.resize(regions);

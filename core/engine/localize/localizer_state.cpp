@@ -129,7 +129,8 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
     }
     VANTAGE_TRY(one.map, maps.borrow(choice.region));
     one.region = choice.region;
-    Sweep own = h == 0 ? std::move(sweep) : Sweep(predicted);
+    Sweep of_rival = h == 0 ? Sweep() : predicted;
+    Sweep& own = h == 0 ? sweep : of_rival;
     const Stopwatch stopwatch;
     VANTAGE_TRY(SweepMatch match, match_sweep(*one.map->target, *one.motion, inputs, params, own));
     one.shown = match.motion;
@@ -139,7 +140,6 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
     if (h == 0) {
       report.seconds_align = stopwatch.seconds();
       report.passes = match.passes;
-      sweep = std::move(own);
     }
     follow_rivals(h, std::move(match.rivals), report.scan_points);
   }

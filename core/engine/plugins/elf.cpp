@@ -89,7 +89,7 @@ std::string defect(const std::filesystem::path& file) {
     return "is built for another processor";
   }
   if (in && header.e_type != ET_DYN) return "is not a shared library (its ELF type is another)";
-  const std::string cut =
+  std::string cut =
       "is cut short: its ELF headers promise more than its " + std::to_string(size) + " bytes";
   if (!in || header.e_phentsize != sizeof(ElfW(Phdr))) return cut;
   std::vector<ElfW(Phdr)> segments(header.e_phnum);
@@ -122,7 +122,8 @@ Inspection inspect(const std::filesystem::path& path) {
   const auto names = file.array<char>(dynstr.sh_offset, dynstr.sh_size);
   if (!symbols || !names) return found;
   found.has_symbols = true;
-  static constexpr std::string_view kSymbol("vantage_plugin", 15);  // with its terminating zero
+  static constexpr char kName[] = "vantage_plugin";
+  static constexpr std::string_view kSymbol(kName, sizeof(kName));  // with its terminating zero
   for (const auto& symbol : *symbols) {
     if (symbol.st_shndx == SHN_UNDEF || symbol.st_name > names->size() ||
         names->size() - symbol.st_name < kSymbol.size() ||

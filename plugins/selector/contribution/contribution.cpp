@@ -233,7 +233,7 @@ class Left {
 /// Elements that fix the poses of scans, and whose errors cancel.
 struct Contribution {
   std::uint32_t candidates = 64;
-  double noise = 0.1;  // as that of the build's predictions
+  double noise = 0.1;
   double power = 0.5;
   std::uint64_t seed = 17;
 

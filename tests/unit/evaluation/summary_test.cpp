@@ -191,6 +191,7 @@ TEST_CASE("a summary says whether errors are as predicted, and at the places whe
     run.scans[7].report.tracking = Tracking::uncertain;
     run.scans[8].predicted->error = std::numeric_limits<float>::infinity();
     CHECK(met().errors == 118);
+    CHECK(met().unpromised == 1);
     CHECK(met().places == 11);  // the square of both is left with eight errors
   }
   SUBCASE("too few places to say more") {

@@ -40,8 +40,8 @@ struct VANTAGE_API PredictedErrors {
   /// Errors: those of MapReader::attachment; `corrupt_data` for bytes that `encode` does not make.
   [[nodiscard]] static Result<std::optional<PredictedErrors>> of_bundle(const Bundle& bundle);
 
-  /// What a region's map promises at a position: the root mean squares over the places nearest to
-  /// it, so that they say more than one. Nothing without a place.
+  /// What a region's map promises at a position: root mean squares over the four nearest places,
+  /// because one says little. Nothing without a place.
   [[nodiscard]] std::optional<PredictedError> at(RegionId region, const Point& position) const;
 
   [[nodiscard]] std::vector<std::byte> encode() const;

@@ -24,6 +24,7 @@ struct RelativeErrors {
 /// How the errors of tracked scans compare with what their maps promise.
 struct PredictionsMet {
   std::size_t errors = 0, kept = 0;  ///< and of those, errors that keep the promise
+  std::size_t unpromised = 0;        ///< further errors, where the elements do not hold a pose
   std::size_t places = 0;            ///< squares of 10 m with 10 errors or more
   double rank_correlation = 0.0;     ///< over them, of expected and measured root mean squares
 };
@@ -78,7 +79,7 @@ class RunSummarizer {
       std::size_t errors = 0;
     };
     std::map<std::array<std::int64_t, 2>, Place> places_;
-    std::size_t errors_ = 0, kept_ = 0;
+    std::size_t errors_ = 0, kept_ = 0, unpromised_ = 0;
   };
   /// @param step  distance along the reference's path between the scans that are compared [m]; 0:
   ///              the next scan
