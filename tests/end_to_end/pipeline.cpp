@@ -281,7 +281,10 @@ TEST_CASE(
     MESSAGE(std::string(selector) << ": mean error " << summary["error_m"]["mean"].get<double>()
                                   << " m");
     CHECK(summary["error_m"]["mean"] < 0.05);
-    CHECK(summary["predictions"]["errors"] == test::Street::kScans);
+    const auto& predictions = summary["predictions"];
+    CHECK(predictions["errors"] > test::Street::kScans / 2);
+    CHECK(predictions["errors"].get<int>() + predictions["unpromised"].get<int>() ==
+          summary["scans"]["tracked"]);
     CHECK(summary["expected_m"]["mean"] > 0.0);
     CHECK(summary["expected_m"]["mean"] < summary["promised_m"]["mean"]);
     CHECK(localized.out.find("what the bundle promises for 95 % of scans") != std::string::npos);
@@ -344,8 +347,12 @@ TEST_CASE(
   CHECK(capped.predicted["expected"] > all.predicted["expected"]);
   CHECK(loose.predicted["target"] == 0.05);
   CHECK(capped.predicted["regions_missing_it"] > 0);
-  const auto& worst = capped.predicted["worst_regions"][0];
-  REQUIRE(worst["p95"].is_number());
+  // Without a limit where the few elements of a region do not hold the pose.
+  const auto& missing = capped.predicted["worst_regions"];
+  const auto found = std::ranges::find_if(
+      missing, [](const nlohmann::json& region) { return region["p95"].is_number(); });
+  REQUIRE(found != missing.end());
+  const auto& worst = *found;
   REQUIRE(worst["p95_with_all_elements"].is_number());
   CHECK(worst["p95"] > worst["p95_with_all_elements"]);
   const auto text = test::run("vantage-info", {street.path("capped")});

@@ -196,7 +196,7 @@ TEST_CASE("each configuration has a mark over the bytes of its maps, if its erro
   Evaluation e = made_evaluation({.configs = {"wide", "cells"}, .baselines = false});
   const auto figure_of = [&] {
     const std::string markup = markup_of(page_of(e));
-    const auto begin = markup.find("id=\"error-bytes\"");
+    const auto begin = markup.find("data-file=\"error-bytes");
     if (begin == std::string::npos) return std::string();
     return markup.substr(begin, markup.find("</figure>", begin) - begin);
   };
