@@ -163,7 +163,8 @@ Result<VoxelMap> decode_some(ByteReader& in, const VoxelOptions& options,
 
 Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wanted) {
   VANTAGE_TRY(auto opened, kFormat.opened(bytes, kSome));
-  auto& [in, form] = opened;
+  auto& in = opened.first;  // not a structured binding: clang 14 cannot capture one
+  const auto& form = opened.second;
   VoxelOptions options;
   options.resolution = in.number<double>();
   options.eigenvalue_floor = in.number<double>();

@@ -251,7 +251,7 @@ class NdtTarget final : public MatchTarget {
   /// Goes most of the way straight from the guess. If that leads far away or to a place where the
   /// scan does not fit, goes through the coarse levels too, and takes the better of both ways.
   [[nodiscard]] Rough nearer(PointsView scan, const Pose& guess, Scratch& scratch) const {
-    const Rough straight = closer(scan, {guess}, scratch);
+    Rough straight = closer(scan, {guess}, scratch);
     if (pyramid_.empty() || !overlaps(straight, scan) || is_believed(straight, guess)) {
       return straight;
     }
@@ -280,9 +280,9 @@ class NdtTarget final : public MatchTarget {
     options.stride = std::max<std::size_t>(1, scan.size() / kCoarsePoints);
     options.translation_epsilon *= kCoarseEpsilon;
     options.rotation_epsilon *= kCoarseEpsilon;
-    const Rough here{start,
-                     objective_.derivatives(start.T_local_scan, scratch.finest, extent_of(options)),
-                     options.stride};
+    Rough here{start,
+               objective_.derivatives(start.T_local_scan, scratch.finest, extent_of(options)),
+               options.stride};
     if (!overlaps(here, scan)) return here;
     const Minimum minimum =
         minimize(objective_, start.T_local_scan, here.at, options, scratch.finest);
