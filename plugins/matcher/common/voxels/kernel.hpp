@@ -37,7 +37,7 @@ inline constexpr std::size_t kKinds = 2;
 
 /// The voxels that a point is compared with, as steps from its own voxel.
 struct Search {
-  std::uint32_t size = 0;  ///< up to 7: its own voxel, and those that share a face with it
+  std::uint32_t size = 0;
   std::int32_t steps[27][3] = {};
   float offsets[27][3] = {};  ///< the same steps as floating point
   bool within_edge = false;   ///< only Gaussians whose mean is nearer than a voxel's edge

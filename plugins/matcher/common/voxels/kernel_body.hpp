@@ -77,7 +77,8 @@ inline Distributions gather(const Map& map, const std::uint32_t* of) {
 /// Looks up the Gaussians of the voxels that points of this batch have entered.
 class Lookup {
  public:
-  Lookup(const Map& map, const Search& search) : map_(map), search_(search) {}
+  Lookup(const Map& map, const Search& search)
+      : map_(map), search_(search), near_(search.size <= kFaces ? map.near : nullptr) {}
 
   void refill(Batch& batch, Gaussians* lists, const std::int32_t (&now)[3][kBatch]) {
     for (std::size_t lane = 0; lane < kBatch; ++lane) {
@@ -121,17 +122,13 @@ class Lookup {
     const std::uint32_t uz = static_cast<std::uint32_t>(z) + static_cast<std::uint32_t>(kHalfRange);
     const bool inside =
         ux - 1U < kIndexEnd - 1U && uy - 1U < kIndexEnd - 1U && uz - 1U < kIndexEnd - 1U;
-    if (!inside) {
-      for (std::uint32_t s = 0; s < search_.size; ++s) last_[s] = map_.nothing;
-      return;
-    }
+    if (!inside) return find_nothing();
     const std::uint64_t own_key = key_of_shifted(ux, uy, uz), own = own_key >> 6U;
     const Block& own_block = block_at(map_.blocks, own);
     const std::uint64_t bit = std::uint64_t{1} << (own_key & 63U);
     if (has_nothing_near(own_block, bit)) {
-      for (std::uint32_t s = 0; s < search_.size; ++s) last_[s] = map_.nothing;
       kind_ = 0;
-      return;
+      return find_nothing();
     }
     bool beside = false;
     for (std::uint32_t s = 0; s < search_.size; ++s) {
@@ -155,16 +152,20 @@ class Lookup {
     }
   }
 
+  void find_nothing() {
+    for (std::uint32_t s = 0; s < search_.size; ++s) last_[s] = map_.nothing;
+  }
   /// Whether a voxel is occupied, and nothing that the search finds from there has a Gaussian.
   bool has_nothing_near(const Block& block, std::uint64_t bit) const {
-    constexpr std::uint32_t kFaces = 7;
-    return map_.near != nullptr && search_.size <= kFaces &&
-           ((block.voxels | block.bare) & bit) != 0 &&
-           (map_.near[&block - map_.blocks.slots] & bit) == 0;
+    return near_ != nullptr && ((block.voxels | block.bare) & bit) != 0 &&
+           (near_[&block - map_.blocks.slots] & bit) == 0;
   }
 
+  // A search of so many steps finds no more than a voxel and those that share a face with it.
+  static constexpr std::uint32_t kFaces = 7;
   const Map& map_;
   const Search& search_;
+  const std::uint64_t* near_;  // Map::near, if it covers the search
   std::int32_t x_ = kUnknown, y_ = kUnknown, z_ = kUnknown;
   float found_ = 0.0F;
   std::size_t kind_ = kKinds;
