@@ -146,7 +146,7 @@ std::vector<Missed> missed(const PredictedErrors& predicted, double target) {
 struct ErrorsOfAll {
   std::size_t places = 0;
   double expected = 0.0;           // median [m]
-  double median = 0.0, p95 = 0.0;  // of what is promised [m]
+  double median = 0.0, p95 = 0.0;  // of the promised errors [m]
   std::size_t without_place = 0;   // regions without a place
 };
 ErrorsOfAll errors_of_all(const PredictedErrors& predicted) {

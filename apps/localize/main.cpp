@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "checks/notes.hpp"
@@ -242,8 +241,7 @@ Result<void> run(const Options& options) {
     VANTAGE_CHECK(set_clock(inputs, options.imu_offset, bundle, config, plugins));
   }
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
-  VANTAGE_TRY(auto predicted, PredictedErrors::of_bundle(bundle));
-  if (predicted) inputs.predicted = std::make_shared<PredictedErrors>(*std::move(predicted));
+  VANTAGE_TRY(const auto predicted, PredictedErrors::of_bundle(bundle));
   if (!options.common.quiet) {
     VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
     VANTAGE_TRY(const std::string index, note_on_index(bundle, config));
@@ -262,7 +260,8 @@ Result<void> run(const Options& options) {
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));
   }
-  const auto take = [&](const io::StampedScan& scan, const RunScan& result) -> Result<void> {
+  const auto take = [&](const io::StampedScan& scan, RunScan&& result) -> Result<void> {
+    if (predicted) predict(result, *predicted);
     if (recorder) VANTAGE_CHECK(recorder->add(scan, result));
     survey.offer(scan);
     if (!writer) {

@@ -74,7 +74,7 @@ class Selection {
   };
   [[nodiscard]] Result<Room> room_for(const Excerpts& excerpts) const;
   /// Asks the selector for its order, and cuts it off where the first elements keep the target.
-  /// @param most    no more elements than these
+  /// @param most  no more elements than these
   [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(std::span<const MapElement> elements,
                                                            const Views& views,
                                                            std::size_t most) const;

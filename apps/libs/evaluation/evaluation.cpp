@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <set>
 
 #include "vantage/evaluation/baselines.hpp"
@@ -27,15 +26,17 @@ struct Job {
 /// @param predicted  of the bundle; none for a baseline
 Result<RouteRun> run_route(const Job& job, Localizer localizer, const NamedInputs& route,
                            std::string_view map,
-                           const std::shared_ptr<const PredictedErrors>& predicted = {}) {
+                           const std::optional<PredictedErrors>& predicted = {}) {
   std::string label = job.name;
   if (job.routes.size() > 1) label += " on " + route.name;
   if (!map.empty()) label += ", " + std::string(map);
   const ScanProgress progress = job.options.progress ? job.options.progress(label) : ScanProgress();
-  RunInputs inputs = route.inputs;
-  inputs.predicted = predicted;
-  VANTAGE_TRY(Run run, localize_scans(std::move(localizer), job.config.file, inputs, progress));
+  VANTAGE_TRY(Run run,
+              localize_scans(std::move(localizer), job.config.file, route.inputs, progress));
   if (run.failure) return fail(*std::move(run.failure));  // half a run compares with nothing
+  if (predicted) {
+    for (RunScan& scan : run.scans) predict(scan, *predicted);
+  }
   RunSummary summary = summarize(run);
   return RouteRun{std::move(run), std::move(summary)};
 }
@@ -167,9 +168,7 @@ Result<EvaluatedConfig> evaluate(const Config& config, const std::string& name,
     evaluated.bundle_bytes += region.bytes;
   }
   evaluated.region_points = statistics_of(points);
-  VANTAGE_TRY(auto of_bundle, PredictedErrors::of_bundle(bundle));
-  std::shared_ptr<const PredictedErrors> predicted;
-  if (of_bundle) predicted = std::make_shared<PredictedErrors>(*std::move(of_bundle));
+  VANTAGE_TRY(const auto predicted, PredictedErrors::of_bundle(bundle));
   for (const NamedInputs& route : routes) {
     VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, options.loader));
     VANTAGE_TRY(evaluated.routes.emplace_back(),

@@ -213,10 +213,6 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
       done.prediction_error = error_of(done.report.T_map_scan_predicted, *done.reference);
     }
   }
-  if (inputs.predicted && done.report.has_pose) {
-    const Pose& at = done.reference ? *done.reference : done.report.T_map_scan;
-    done.predicted = inputs.predicted->at(done.report.region, at.translation);
-  }
   VANTAGE_TRY(DirectoryEntry entry, localizer.regions().entry(done.report.region));
   done.region = std::move(entry.region.label);
   done.map = entry.summary;
@@ -225,6 +221,12 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
   return done;
 }
 }  // namespace
+
+void predict(RunScan& scan, const PredictedErrors& of_bundle) {
+  if (!scan.report.has_pose) return;
+  const Pose& at = scan.reference ? *scan.reference : scan.report.T_map_scan;
+  scan.predicted = of_bundle.at(scan.report.region, at.translation);
+}
 
 double Odometer::operator()(const RunScan& scan) {
   std::optional<Eigen::Vector3d> at;

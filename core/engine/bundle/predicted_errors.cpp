@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <tuple>
 
 #include "bundle/predicted_error_bytes.hpp"
@@ -9,14 +10,14 @@
 namespace vantage {
 namespace {
 
-// "vpred_02" as a number: of what the bytes say.
-constexpr std::uint64_t kFormat = 0x3230'5f64'6572'7076;
+// The last two characters are the version.
+constexpr std::string_view kErrorsFormat = "vpred_02";
 
 }  // namespace
 
 std::vector<std::byte> PredictedErrors::encode() const {
   ByteWriter to;
-  to.number(kFormat);
+  to.raw(kErrorsFormat);
   to.number(std::uint64_t{regions.size()});
   for (const auto& region : regions) write(to, region);
   return std::move(to).take();
@@ -25,7 +26,7 @@ std::vector<std::byte> PredictedErrors::encode() const {
 Result<PredictedErrors> PredictedErrors::decode(std::span<const std::byte> bytes,
                                                 std::size_t regions) {
   ByteReader from(bytes);
-  if (from.number<std::uint64_t>() != kFormat || !from.ok()) {
+  if (from.raw(kErrorsFormat.size()) != kErrorsFormat) {
     return fail(ErrorCode::corrupt_data,
                 "the bundle's predicted errors are of another version: build the bundle again");
   }

@@ -3,8 +3,8 @@
 #include <bit>
 #include <type_traits>
 
-// All of it becomes part of this file, so programs that link the kit do not link xxHash. Analyzers see no more of it than
-// its types.
+// All of it becomes part of this file, so programs that link the kit do not link xxHash. Analyzers
+// see no more of it than its types.
 #ifdef __clang_analyzer__
 #define XXH_STATIC_LINKING_ONLY
 #else

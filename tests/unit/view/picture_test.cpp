@@ -21,7 +21,7 @@ TEST_CASE("scaling down takes the mean of what comes together") {
 }
 
 TEST_CASE("a picture becomes a PNG") {
-  const auto png = to_png({{64, 64}, std::vector<std::uint8_t>(std::size_t{64} * 64 * 3, 7)});
+  const auto png = to_png({{64, 64}, std::vector<std::uint8_t>(64 * 64 * 3, 7)});
   REQUIRE(png);
   CHECK(png->starts_with("\x89PNG"));
 }

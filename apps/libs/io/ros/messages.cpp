@@ -6,8 +6,7 @@ namespace vantage::io::ros {
 
 double seconds_from(std::int64_t nanoseconds) noexcept {
   constexpr std::int64_t kPerSecond = 1'000'000'000;
-  const std::int64_t whole = nanoseconds / kPerSecond;
-  return static_cast<double>(whole) +
+  return static_cast<double>(nanoseconds / kPerSecond) +
          static_cast<double>(nanoseconds % kPerSecond) / static_cast<double>(kPerSecond);
 }
 

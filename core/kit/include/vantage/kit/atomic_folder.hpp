@@ -37,7 +37,7 @@ struct FolderKind {
 class OutputFolder {
  public:
   enum class Existing : bool { refuse, replace };
-  /// @param overwrite  whether the user asked to replace what is there
+  /// @param overwrite  whether the user asked to replace an existing folder
   [[nodiscard]] static constexpr Existing existing(bool overwrite) noexcept {
     return overwrite ? Existing::replace : Existing::refuse;
   }

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -46,8 +45,6 @@ struct RunInputs {
   std::optional<io::PosePriors> priors = {};
   /// What the sensor's inertial measurement unit says.
   std::optional<io::ImuRecording> imu = {};
-  /// What the bundle promises, for RunScan::predicted.
-  std::shared_ptr<const PredictedErrors> predicted = {};
 };
 
 /// The samples of the IMU; none without one.
@@ -77,7 +74,7 @@ struct RunScan {
   std::optional<Pose> reference;        ///< T_map_sensor; none if the reference has no pose here
   std::optional<PoseError> error;       ///< none without a reference or without a pose
   std::optional<PoseError> prediction_error = {};  ///< of the pose before matching
-  /// Of the map in use, where the sensor is. None for a map that no selector made.
+  /// Of the map in use, where the sensor is: see predict. None if no selector chose its elements.
   std::optional<PredictedError> predicted = {};
   std::string region = {};             ///< label of the region in use
   RegionSummary map = {};              ///< of that region, from the bundle's index
@@ -88,6 +85,10 @@ struct RunScan {
 [[nodiscard]] inline bool is_tracked(const RunScan& scan) {
   return scan.report.tracking == Tracking::tracked;
 }
+
+/// Adds to a scan with a pose what its bundle predicts where the sensor is, by the reference if
+/// there is one.
+void predict(RunScan& scan, const PredictedErrors& of_bundle);
 
 /// The priors of a run.
 struct PriorUse {
