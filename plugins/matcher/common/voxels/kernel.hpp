@@ -19,6 +19,12 @@ struct alignas(32) Row {
   float xx, xy, xz, yy, yz;  ///< inverse covariance
 };
 
+/// The voxels of a block that, or a face neighbour of which, have a Gaussian or are occupied. Where
+/// nothing has a Gaussian, nothing needs to be looked up.
+struct Surroundings {
+  std::uint64_t gaussians = 0, occupied = 0;
+};
+
 /// After the last Gaussian comes one more, so far from everything that it has no weight.
 struct Map {
   BlockTable blocks;
@@ -26,9 +32,8 @@ struct Map {
   const float* zz = nullptr;
   std::uint32_t nothing = 0;  ///< the number of that extra Gaussian
   bool has_bare = false;      ///< some voxels are known to be occupied, but have no Gaussian
-  /// Only for maps with bare voxels: for each slot of `blocks`, the voxels that have a Gaussian or
-  /// share a face with one that has. In the others of a block, nothing needs to be looked up.
-  const std::uint64_t* near = nullptr;
+  /// Only for maps with bare voxels: of each slot of `blocks`.
+  const Surroundings* surroundings = nullptr;
 };
 
 /// Kinds of points of a scan in a map with bare voxels: in an occupied voxel, or only beside one.
@@ -40,6 +45,7 @@ struct Search {
   std::uint32_t size = 0;
   std::int32_t steps[27][3] = {};
   float offsets[27][3] = {};  ///< the same steps as floating point
+  bool only_faces = false;    ///< no step goes beyond the voxels that share a face
   bool within_edge = false;   ///< only Gaussians whose mean is nearer than a voxel's edge
 };
 

@@ -78,7 +78,7 @@ inline Distributions gather(const Map& map, const std::uint32_t* of) {
 class Lookup {
  public:
   Lookup(const Map& map, const Search& search)
-      : map_(map), search_(search), near_(search.size <= kFaces ? map.near : nullptr) {}
+      : map_(map), search_(search), surroundings_(search.only_faces ? map.surroundings : nullptr) {}
 
   void refill(Batch& batch, Gaussians* lists, const std::int32_t (&now)[3][kBatch]) {
     for (std::size_t lane = 0; lane < kBatch; ++lane) {
@@ -101,9 +101,12 @@ class Lookup {
     }
     batch.used = 0;
     for (std::uint32_t s = 0; s < search_.size; ++s) {
-      bool used = false;
-      for (std::size_t lane = 0; lane < kBatch; ++lane) used |= lists[s].of[lane] != map_.nothing;
-      batch.used |= (used ? 1U : 0U) << s;
+      Ints used{};
+      for (std::size_t lane = 0; lane < kBatch; lane += kLanes) {
+        const auto* of = reinterpret_cast<const std::int32_t*>(lists[s].of + lane);
+        used |= load(of) != ints(static_cast<std::int32_t>(map_.nothing));
+      }
+      batch.used |= (any(used) ? 1U : 0U) << s;
     }
   }
 
@@ -123,49 +126,47 @@ class Lookup {
     const bool inside =
         ux - 1U < kIndexEnd - 1U && uy - 1U < kIndexEnd - 1U && uz - 1U < kIndexEnd - 1U;
     if (!inside) return find_nothing();
-    const std::uint64_t own_key = key_of_shifted(ux, uy, uz), own = own_key >> 6U;
-    const Block& own_block = block_at(map_.blocks, own);
-    const std::uint64_t bit = std::uint64_t{1} << (own_key & 63U);
-    if (has_nothing_near(own_block, bit)) {
-      kind_ = 0;
-      return find_nothing();
+    const std::uint64_t key = key_of_shifted(ux, uy, uz);
+    const Block& own = block_at(map_.blocks, key >> 6U);
+    const std::uint64_t bit = std::uint64_t{1} << (key & 63U);
+    const bool occupied = ((own.voxels | own.bare) & bit) != 0;
+    if (surroundings_ != nullptr && !is_free(own)) {
+      const Surroundings& around = surroundings_[&own - map_.blocks.slots];
+      if ((around.gaussians & bit) == 0) {
+        if ((around.occupied & bit) != 0) kind_ = occupied ? 0 : 1;
+        return find_nothing();
+      }
     }
-    bool beside = false;
-    for (std::uint32_t s = 0; s < search_.size; ++s) {
-      const std::uint64_t key =
-          key_of_shifted(ux + static_cast<std::uint32_t>(search_.steps[s][0]),
-                         uy + static_cast<std::uint32_t>(search_.steps[s][1]),
-                         uz + static_cast<std::uint32_t>(search_.steps[s][2]));
-      const Block& block = key >> 6U == own ? own_block : block_at(map_.blocks, key >> 6U);
-      const std::uint32_t gaussian = gaussian_in(block, key & 63U);
-      last_[s] = gaussian == kNoGaussian ? map_.nothing : gaussian;
-      found_ += gaussian == kNoGaussian ? 0.0F : 1.0F;
-      beside |= ((block.voxels | block.bare) >> (key & 63U) & 1U) != 0;
-    }
-    if (!map_.has_bare) return;
-    if (((own_block.voxels | own_block.bare) & bit) != 0) {
-      kind_ = 0;
-      compared_ = (own_block.voxels & bit) != 0;
-    } else if (beside) {
-      kind_ = 1;
-      compared_ = found_ > 0.0F;
-    }
+    const bool beside = find_around(ux, uy, uz, own, key);
+    if (!map_.has_bare || !(occupied || beside)) return;
+    kind_ = occupied ? 0 : 1;
+    compared_ = occupied ? (own.voxels & bit) != 0 : found_ > 0.0F;
   }
 
   void find_nothing() {
     for (std::uint32_t s = 0; s < search_.size; ++s) last_[s] = map_.nothing;
   }
-  /// Whether a voxel is occupied, and nothing that the search finds from there has a Gaussian.
-  bool has_nothing_near(const Block& block, std::uint64_t bit) const {
-    return near_ != nullptr && ((block.voxels | block.bare) & bit) != 0 &&
-           (near_[&block - map_.blocks.slots] & bit) == 0;
+
+  /// Finds the Gaussians at all steps; whether one of the voxels there is occupied.
+  bool find_around(std::uint32_t x, std::uint32_t y, std::uint32_t z, const Block& own,
+                   std::uint64_t own_key) {
+    bool occupied = false;
+    for (std::uint32_t s = 0; s < search_.size; ++s) {
+      const std::uint64_t key = key_of_shifted(x + static_cast<std::uint32_t>(search_.steps[s][0]),
+                                               y + static_cast<std::uint32_t>(search_.steps[s][1]),
+                                               z + static_cast<std::uint32_t>(search_.steps[s][2]));
+      const Block& block = key >> 6U == own_key >> 6U ? own : block_at(map_.blocks, key >> 6U);
+      const std::uint32_t gaussian = gaussian_in(block, key & 63U);
+      last_[s] = gaussian == kNoGaussian ? map_.nothing : gaussian;
+      found_ += gaussian == kNoGaussian ? 0.0F : 1.0F;
+      occupied |= ((block.voxels | block.bare) >> (key & 63U) & 1U) != 0;
+    }
+    return occupied;
   }
 
-  // A search of so many steps finds no more than a voxel and those that share a face with it.
-  static constexpr std::uint32_t kFaces = 7;
   const Map& map_;
   const Search& search_;
-  const std::uint64_t* near_;  // Map::near, if it covers the search
+  const Surroundings* surroundings_;  // Map::surroundings, if they cover the search
   std::int32_t x_ = kUnknown, y_ = kUnknown, z_ = kUnknown;
   float found_ = 0.0F;
   std::size_t kind_ = kKinds;

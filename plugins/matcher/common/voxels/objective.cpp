@@ -17,6 +17,7 @@ constexpr double kFarthest = 65536.0;
 /// Steps to the surrounding voxels whose indices differ by at most one along at most `axes` axes.
 kernel::Search steps_along(int axes) {
   kernel::Search search;
+  search.only_faces = axes <= 1;
   for (int x = -1; x <= 1; ++x) {
     for (int y = -1; y <= 1; ++y) {
       for (int z = -1; z <= 1; ++z) {

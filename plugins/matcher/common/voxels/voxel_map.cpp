@@ -339,10 +339,10 @@ VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_vo
     of_bare.key = key >> 6U;
     of_bare.bare |= std::uint64_t{1} << (key & 63U);
   }
-  if (!bare_.empty()) find_near();
+  if (!bare_.empty()) find_surroundings();
 }
 
-void VoxelMap::find_near() {
+void VoxelMap::find_surroundings() {
   // Of the four layers across an axis, the first and the last, and how far a step shifts a bit.
   struct Axis {
     std::uint64_t first, last;
@@ -351,27 +351,30 @@ void VoxelMap::find_near() {
   constexpr std::array<Axis, 3> kAxes{{{0x0000'0000'0000'FFFF, 0xFFFF'0000'0000'0000, 16, 38},
                                        {0x000F'000F'000F'000F, 0xF000'F000'F000'F000, 4, 19},
                                        {0x1111'1111'1111'1111, 0x8888'8888'8888'8888, 1, 0}}};
-  near_.assign(blocks_.size(), 0);
-  const auto near = [&](const Block& block) -> std::uint64_t& {
-    return near_[static_cast<std::size_t>(&block - blocks_.data())];
+  surroundings_.assign(blocks_.size(), {});
+  const auto around = [&](const Block& block) -> kernel::Surroundings& {
+    return surroundings_[static_cast<std::size_t>(&block - blocks_.data())];
   };
   for (const Block& block : blocks_) {
-    const std::uint64_t voxels = block.voxels;
-    if (voxels == 0) continue;
-    near(block) |= voxels;
-    for (const auto& [first, last, step, in_key] : kAxes) {
-      near(block) |= (voxels & ~last) << step | (voxels & ~first) >> step;
-      const std::uint64_t beside = std::uint64_t{1} << in_key;
-      // A free slot has no occupied voxels, so it does not matter what is near them.
-      near(block_at(table(), block.key + beside)) |= (voxels & last) >> 3 * step;
-      near(block_at(table(), block.key - beside)) |= (voxels & first) << 3 * step;
-    }
+    if (is_free(block)) continue;
+    const auto spread = [&](std::uint64_t voxels, std::uint64_t kernel::Surroundings::*to) {
+      around(block).*to |= voxels;
+      for (const auto& [first, last, step, in_key] : kAxes) {
+        around(block).*to |= (voxels & ~last) << step | (voxels & ~first) >> step;
+        const std::uint64_t beside = std::uint64_t{1} << in_key;
+        // What is written for a free slot is not read.
+        around(block_at(table(), block.key + beside)).*to |= (voxels & last) >> 3 * step;
+        around(block_at(table(), block.key - beside)).*to |= (voxels & first) << 3 * step;
+      }
+    };
+    spread(block.voxels, &kernel::Surroundings::gaussians);
+    spread(block.voxels | block.bare, &kernel::Surroundings::occupied);
   }
 }
 
 std::size_t VoxelMap::bytes() const noexcept {
   const auto of = [](const auto& vector) { return vector.capacity() * sizeof(vector[0]); };
-  return of(keys_) + of(cells_) + of(bare_) + of(blocks_) + of(near_) + of(rows_) + of(zz_);
+  return of(keys_) + of(cells_) + of(bare_) + of(blocks_) + of(surroundings_) + of(rows_) + of(zz_);
 }
 
 VoxelKey VoxelMap::key_of(const Point& p) const noexcept {
@@ -399,7 +402,7 @@ kernel::Map VoxelMap::view() const noexcept {
           .zz = zz_.data(),
           .nothing = static_cast<std::uint32_t>(cells_.size()),
           .has_bare = !bare_.empty(),
-          .near = near_.empty() ? nullptr : near_.data()};
+          .surroundings = surroundings_.empty() ? nullptr : surroundings_.data()};
 }
 
 }  // namespace vantage::ndt

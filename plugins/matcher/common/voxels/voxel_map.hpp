@@ -88,8 +88,7 @@ class VoxelMap {
   [[nodiscard]] kernel::Map view() const noexcept;
 
  private:
-  /// Finds `near_`.
-  void find_near();
+  void find_surroundings();
   [[nodiscard]] BlockTable table() const noexcept {
     return {.slots = blocks_.data(), .mask = blocks_.size() - 1, .shift = shift_};
   }
@@ -101,7 +100,7 @@ class VoxelMap {
   std::vector<VoxelKey> bare_;
   // The same Gaussians in the form that the kernel reads.
   std::vector<Block> blocks_;
-  std::vector<std::uint64_t> near_;  // kernel::Map::near; empty without bare voxels
+  std::vector<kernel::Surroundings> surroundings_;  // of each block; empty without bare voxels
   std::uint32_t shift_ = 0;
   std::vector<kernel::Row> rows_;
   std::vector<float> zz_;
