@@ -10,6 +10,7 @@
 
 #include "io/formats.hpp"
 #include "io/made_scan.hpp"
+#include "io/scan_names.hpp"
 #include "io/text.hpp"
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/kit/file_content.hpp"
@@ -19,16 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Stamps {
-  std::vector<double> values;  // [s]
-  std::string rule;
-};
-
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-
-bool is_integer(std::string_view text) noexcept {
-  return !text.empty() && std::all_of(text.begin(), text.end(), is_digit);
-}
 
 bool is_scan(const fs::path& path) {
   return !path.filename().string().starts_with('.') && has_extension_of(kScan, path);
@@ -53,9 +45,7 @@ Result<std::vector<fs::path>> scans_in(const fs::path& directory) {
     return fail(ErrorCode::not_found,
                 fmt::format("the directory holds no {} file", extension_list(kScan)), where);
   }
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return less_by_natural_order(a.filename().string(), b.filename().string());
-  });
+  sort_scans(files);
   return files;
 }
 
@@ -70,9 +60,9 @@ std::optional<fs::path> times_file(const fs::path& directory) {
   return std::nullopt;
 }
 
-Result<Stamps> read_times(const fs::path& path, std::size_t scans) {
+Result<ScanStamps> read_times(const fs::path& path, std::size_t scans) {
   VANTAGE_TRY(const auto content, read_file(path, "one stamp [s] a line"));
-  Stamps stamps;
+  ScanStamps stamps;
   LineReader lines(content.view());
   const auto error = [&](std::uint32_t line, std::string message) {
     return fail(ErrorCode::corrupt_data, std::move(message),
@@ -97,59 +87,6 @@ Result<Stamps> read_times(const fs::path& path, std::size_t scans) {
                                            stamps.values.size(), scans));
   }
   stamps.rule = fmt::format("stamps are the lines of {}", path.string());
-  return stamps;
-}
-
-// Whole seconds and the rest separately, so that the result is rounded once instead of twice.
-double seconds_from(std::uint64_t nanoseconds) noexcept {
-  constexpr std::uint64_t kPerSecond = 1'000'000'000;
-  return static_cast<double>(nanoseconds / kPerSecond) +
-         static_cast<double>(nanoseconds % kPerSecond) / static_cast<double>(kPerSecond);
-}
-
-Result<Stamps> stamps_from_names(const std::vector<fs::path>& files, double rate_hz) {
-  constexpr std::size_t kNanosecondDigits = 16;
-  Stamps stamps;
-  const auto numbered = [](const fs::path& file) { return is_integer(file.stem().string()); };
-  if (!std::all_of(files.begin(), files.end(), numbered)) {
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      stamps.values.push_back(static_cast<double>(i) / rate_hz);
-    }
-    stamps.rule = fmt::format(
-        "file names are not all numbers, so stamps are the position in name order / {} Hz",
-        rate_hz);
-    return stamps;
-  }
-
-  const bool nanoseconds = files.front().stem().string().size() >= kNanosecondDigits;
-  for (const fs::path& file : files) {
-    const std::string stem = file.stem().string();
-    const auto error = [&](std::string message) {
-      return fail(ErrorCode::corrupt_data, std::move(message), SourceLocation{file.string(), 0, 0});
-    };
-    if ((stem.size() >= kNanosecondDigits) != nanoseconds) {
-      return error(fmt::format(
-          "the name has {} digits and that of {} has {}; expected either "
-          "nanoseconds (16 digits or more) or frame numbers for all scans",
-          stem.size(), files.front().filename().string(), files.front().stem().string().size()));
-    }
-    const auto number = parse_number<std::uint64_t>(stem);
-    if (!number) return error("the number in the name does not fit 64 bits");
-    const double stamp =
-        nanoseconds ? seconds_from(*number) : static_cast<double>(*number) / rate_hz;
-    if (!stamps.values.empty() && stamp <= stamps.values.back()) {
-      return error(
-          fmt::format("its stamp {} s does not follow the {} s of the scan before, "
-                      "expected strictly increasing stamps",
-                      stamp, stamps.values.back()));
-    }
-    stamps.values.push_back(stamp);
-  }
-  stamps.rule =
-      nanoseconds
-          ? "file names are numbers of 16 digits or more, so stamps are those numbers in "
-            "nanoseconds"
-          : fmt::format("file names are frame numbers, so stamps are frame / {} Hz", rate_hz);
   return stamps;
 }
 

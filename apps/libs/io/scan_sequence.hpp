@@ -16,15 +16,14 @@ namespace vantage::io {
 /// Thread safety: const methods may run on one object from many threads at once.
 class ScanSequence {
  public:
-  /// @param path     a directory, whose .pcd, .ply and .bin files are taken in natural name order
-  ///                 (`less_by_natural_order`) and whose other files are ignored; or one such file
+  /// @param path     a directory, whose .pcd, .ply and .bin files are taken in the order of their
+  ///                 names (`sort_scans`) and whose other files are ignored; or one such file
   /// @param rate_hz  scans per second, for the rules that need it; > 0
   /// @param stamped  see ScanOptions
   ///
   /// Stamps come from the first rule that applies:
   /// 1. `times.txt` in the directory, else in its parent: one stamp [s] per line, one line per scan
-  /// 2. every file stem is a decimal integer: nanoseconds since the epoch if all have 16 or more
-  /// digits, frame number / rate_hz if none has
+  /// 2. the names, if they are numbers (`stamps_from_names`)
   /// 3. index / rate_hz
   /// A single file does not use `times.txt`; the other rules apply.
   /// Errors: `invalid_input` for a bad rate; `not_found` for a missing path or a directory without

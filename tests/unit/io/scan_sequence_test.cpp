@@ -99,6 +99,85 @@ TEST_CASE("stamps from nanoseconds in the names") {
   CHECK(sequence->stamp_rule().find("nanoseconds") != std::string::npos);
 }
 
+TEST_CASE("stamps from names of 16 and 17 digits are microseconds") {
+  const test::TemporaryFolder folder;
+  for (const auto* name : {"1547120788090398", "1547120787640635"}) {
+    put(folder.path() / (std::string(name) + ".bin"), "x");
+  }
+  const auto sequence = ScanSequence::open(folder.path(), 10.0);
+  REQUIRE_MESSAGE(sequence, to_string(sequence.error()));
+  CHECK(stamps(*sequence) == std::vector<double>{1547120787.640635, 1547120788.090398});
+  CHECK(sequence->stamp_rule().find("microseconds") != std::string::npos);
+}
+
+struct Named {
+  std::vector<std::string> names;  // without their ending, in the order that is expected
+  std::vector<double> stamps;
+  const char* rule;
+};
+
+void check_named(const Named& expected) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> files;
+  for (const std::string& name : expected.names) files.push_back(name + ".pcd");
+  for (const std::string& file : files) put(folder.path() / file, "x");
+  const auto sequence = ScanSequence::open(folder.path(), 10.0);
+  REQUIRE_MESSAGE(sequence, to_string(sequence.error()));
+  CHECK(names(*sequence) == files);
+  CHECK(stamps(*sequence) == expected.stamps);
+  CHECK_MESSAGE(sequence->stamp_rule().find(expected.rule) != std::string::npos,
+                sequence->stamp_rule());
+}
+
+TEST_CASE("names of decimal numbers are seconds, in the order of their values") {
+  check_named({{"9.95", "10.0", "10.05", "10.1", "10.15"},
+               {9.95, 10.0, 10.05, 10.1, 10.15},
+               "seconds with a decimal fraction"});
+  check_named({{"scan_10.0", "scan_10.05", "scan_10.1"}, {10.0, 10.05, 10.1}, "decimal"});
+  // Nine digits beside more, or beside fewer that begin with a zero, are no whole nanoseconds.
+  check_named({{"0.1", "0.123456789", "0.30000000000000004"},
+               {0.1, 0.123456789, 0.30000000000000004},
+               "decimal"});
+  check_named({{"0.05", "0.123456789", "0.2"}, {0.05, 0.123456789, 0.2}, "decimal"});
+}
+
+TEST_CASE("names of seconds and nanoseconds, as the tools of ROS write them") {
+  check_named({{"1418381798.086398000", "1418381798.186515000"},
+               {1418381798.086398, 1418381798.186515},
+               "seconds, a dot, nanoseconds"});
+  // ROS 2 leaves out leading zeros.
+  check_named({{"1418381797.986398000", "1418381798.0", "1418381798.86398000",
+                "1418381798.186515000", "1418381799.5"},
+               {1418381797.986398, 1418381798.0, 1418381798.086398, 1418381798.186515,
+                1418381799.000000005},
+               "seconds, a dot, nanoseconds"});
+  check_named({{"cloud_7.9", "cloud_7.100000000"}, {7.000000009, 7.1}, "nanoseconds"});
+}
+
+TEST_CASE("names that are numbers after a date, or versions, state no stamp") {
+  check_named({{"20230101_120059.95", "20230101_120100.05", "20230101_120100.1"},
+               {0.0, 0.1, 0.2},
+               "position in name order"});
+  check_named({{"1.2.3", "1.2.10"}, {0.0, 0.1}, "position in name order"});
+  check_named({{"scan_9", "scan_10"}, {0.0, 0.1}, "position in name order"});
+}
+
+TEST_CASE("names of several kinds of numbers are refused, but not beside times.txt") {
+  const test::TemporaryFolder folder;
+  for (const auto* name : {"10.pcd", "10.05.pcd", "10.1.pcd"}) put(folder.path() / name, "x");
+  check_not_opened(folder.path(), ErrorCode::corrupt_data, "10.05.pcd",
+                   "is seconds (digits, a dot, digits) and that of 10.pcd is a frame number");
+  put(folder.path() / "times.txt", "1\n2\n3\n");
+  const auto sequence = ScanSequence::open(folder.path(), 10.0);
+  REQUIRE_MESSAGE(sequence, to_string(sequence.error()));
+  CHECK(names(*sequence) == std::vector<std::string>{"10.pcd", "10.05.pcd", "10.1.pcd"});
+  std::filesystem::remove(folder.path() / "times.txt");
+
+  std::filesystem::remove(folder.path() / "10.pcd");
+  put(folder.path() / "10.10.pcd", "x");
+  check_not_opened(folder.path(), ErrorCode::corrupt_data, "10.10.pcd", "strictly increasing");
+}
+
 TEST_CASE("stamps from the position when names are not all numbers") {
   const test::TemporaryFolder folder;
   for (const auto* name : {"scan2.bin", "scan10.ply", "7.pcd"}) put(folder.path() / name, "x");
@@ -169,7 +248,7 @@ TEST_CASE("sequences that cannot be opened") {
   put(folder.path() / "1.bin", "x");
   put(folder.path() / "1673400472138016708.bin", "x");
   check_not_opened(folder.path(), ErrorCode::corrupt_data, "1673400472138016708.bin",
-                   "expected either nanoseconds");
+                   "is nanoseconds (18 digits or more) and that of 1.bin is a frame number");
   std::filesystem::remove(folder.path() / "1673400472138016708.bin");
   put(folder.path() / "01.pcd", "x");
   check_not_opened(folder.path(), ErrorCode::corrupt_data, "01.pcd", "strictly increasing");
