@@ -74,13 +74,14 @@ double per_second(const TimeFormat& format, const Range& times, double stamp) {
   return only_nanoseconds ? kNanoseconds : format.per_second;
 }
 
-/// Times of a clock that did not start again within the scan.
+/// Times of a clock of 32 bits that may have started again within the scan. Points are measured
+/// within a short time, so the reading with the smaller range is right.
 std::vector<double> unwrapped(const PointTimes& times) {
   constexpr double kHalf = 2147483648.0;
-  std::vector<double> values = times.values;
-  if (!times.format.wraps || range_of(values).size() <= kHalf) return values;
-  for (double& value : values) value -= value >= kHalf ? 2.0 * kHalf : 0.0;
-  return values;
+  if (!times.format.wraps) return times.values;
+  std::vector<double> before = times.values;  // the upper half is before 0
+  for (double& value : before) value -= value >= kHalf ? 2.0 * kHalf : 0.0;
+  return range_of(before).size() < range_of(times.values).size() ? before : times.values;
 }
 
 /// The moment from which the times count, in their own clock [s].

@@ -153,6 +153,15 @@ TEST_CASE("absolute point times become times after the stamp") {
     check_near(seconds_of<std::int32_t>("t", {-1'000'000'000, 0, 1'100'000'000}, "33.0"),
                {-1.0F, 0.0F, 1.1F});
   }
+  SUBCASE("of a clock of 32 bits that does not start again, in a sweep of 3 s") {
+    std::vector<std::uint32_t> times;
+    Seconds expected;
+    for (std::uint32_t k = 0; k <= 30; ++k) {
+      times.push_back(k * 100'000'000U);
+      expected.push_back(0.1F * static_cast<float>(k));
+    }
+    check_near(seconds_of<std::uint32_t>("t", times), expected);
+  }
   SUBCASE("of another clock count from the earliest point") {
     check_near(seconds_of<double>("timestamp", {1700000000.3, 1700000000.2}, "33.0"), {0.1F, 0.0F});
     check_near(seconds_of<std::uint32_t>("timestamp_us", {3'000'000'000, 3'000'100'000}, "33.0"),

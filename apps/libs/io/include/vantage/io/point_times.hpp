@@ -37,8 +37,7 @@ struct TimeFormat {
 /// point is in seconds, or, in 8 bytes, in nanoseconds if only these make a sweep of at most 10 s
 /// (a clock without synchronization, as of Livox); integers of 4 or 8 bytes are in nanoseconds, and
 /// shorter ones in microseconds.
-/// Integers of 4 bytes that span more than half their range have wrapped around: their upper half
-/// is before 0.
+/// Integers of 4 bytes have wrapped around if they span less with their upper half before 0.
 struct PointTimes {
   std::vector<double> values;  ///< one per point; empty if the file has none
   TimeFormat format;
