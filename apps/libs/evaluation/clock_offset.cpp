@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -14,6 +18,8 @@ namespace {
 
 // So much of the turns lies within the samples of the IMU, at an offset that counts.
 constexpr double kCovered = 0.8;
+// Over a longer time, a mean rate of turn says little [s].
+constexpr double kLongest = 0.5;
 
 /// How fast the sensor turned between two poses.
 struct Turn {
@@ -22,7 +28,6 @@ struct Turn {
 };
 
 std::vector<Turn> turns_of(const io::Trajectory& poses) {
-  constexpr double kLongest = 0.5;  // [s]; a mean over more says little
   std::vector<Turn> turns;
   for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
     const double seconds = poses[k + 1].stamp - poses[k].stamp;
@@ -33,32 +38,73 @@ std::vector<Turn> turns_of(const io::Trajectory& poses) {
   return turns;
 }
 
-/// The rotation that the gyroscope adds up over any time.
+/// The rotation that the gyroscope adds up over any time without a gap. Gaps also separate samples
+/// with stray stamps from the others.
 class GyroIntegral {
  public:
+  /// Samples without a gap.
+  struct Piece {
+    std::size_t first, last;  // at least two samples
+    double begin, end;        // [s]
+    double before;            // how long the pieces before are [s]
+  };
+
   explicit GyroIntegral(const std::vector<ImuSample>& samples) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    std::size_t first = 0;
     for (std::size_t k = 0; k < samples.size(); ++k) {
-      if (k > 0) {
-        sum += 0.5 * (samples[k].stamp - samples[k - 1].stamp) *
-               (samples[k].angular_velocity + samples[k - 1].angular_velocity);
+      const double seconds = k > 0 ? samples[k].stamp - samples[k - 1].stamp : 0.0;
+      if (seconds > kLongest) {
+        add_piece(first);
+        first = k;
+      } else if (k > 0) {
+        sum += 0.5 * seconds * (samples[k].angular_velocity + samples[k - 1].angular_velocity);
       }
       stamps_.push_back(samples[k].stamp);
       sums_.push_back(sum);
     }
+    add_piece(first);
   }
-  [[nodiscard]] bool covers(double begin, double end) const {
-    return begin >= stamps_.front() && end <= stamps_.back();
+
+  [[nodiscard]] const std::vector<Piece>& pieces() const { return pieces_; }
+  /// How much of a time the samples cover [s].
+  [[nodiscard]] double covered(double begin, double end) const {
+    return covered_before(end) - covered_before(begin);
   }
-  /// The size of the mean rate of turn [rad/s]. Precondition: covers the time.
-  [[nodiscard]] double mean_rate(double begin, double end) const {
-    return (at(end) - at(begin)).norm() / (end - begin);
+  /// How much they cover at all [s].
+  [[nodiscard]] double covered() const {
+    return pieces_.empty() ? 0.0 : covered_before(pieces_.back().end);
+  }
+  /// The size of the mean rate of turn [rad/s]; nothing unless samples cover the whole time.
+  [[nodiscard]] std::optional<double> mean_rate(double begin, double end) const {
+    const Piece* piece = last_piece_from(begin);
+    if (piece == nullptr || end > piece->end) return std::nullopt;
+    return (at(*piece, end) - at(*piece, begin)).norm() / (end - begin);
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d at(double stamp) const {
-    const auto later = std::upper_bound(stamps_.begin(), stamps_.end(), stamp);
-    if (later == stamps_.end()) return sums_.back();
+  void add_piece(std::size_t first) {
+    if (stamps_.size() < first + 2) return;
+    pieces_.push_back({.first = first,
+                       .last = stamps_.size() - 1,
+                       .begin = stamps_[first],
+                       .end = stamps_.back(),
+                       .before = covered()});
+  }
+  /// The last piece that has begun.
+  [[nodiscard]] const Piece* last_piece_from(double stamp) const {
+    const auto later = std::ranges::upper_bound(pieces_, stamp, {}, &Piece::begin);
+    return later == pieces_.begin() ? nullptr : &*std::prev(later);
+  }
+  [[nodiscard]] double covered_before(double stamp) const {
+    const Piece* piece = last_piece_from(stamp);
+    return piece == nullptr ? 0.0 : piece->before + std::min(stamp, piece->end) - piece->begin;
+  }
+  [[nodiscard]] Eigen::Vector3d at(const Piece& piece, double stamp) const {
+    const auto index = [](std::size_t k) { return static_cast<std::ptrdiff_t>(k); };
+    const auto end = stamps_.begin() + index(piece.last + 1);
+    const auto later = std::upper_bound(stamps_.begin() + index(piece.first), end, stamp);
+    if (later == end) return sums_[piece.last];
     const auto k = static_cast<std::size_t>(later - stamps_.begin());
     const double share = (stamp - stamps_[k - 1]) / (stamps_[k] - stamps_[k - 1]);
     return sums_[k - 1] + share * (sums_[k] - sums_[k - 1]);
@@ -66,6 +112,7 @@ class GyroIntegral {
 
   std::vector<double> stamps_;
   std::vector<Eigen::Vector3d> sums_;
+  std::vector<Piece> pieces_;  // in the order of time
 };
 
 /// Of the turns with those of the gyroscope, whose stamps are moved by an offset; -1 where too few
@@ -73,35 +120,42 @@ class GyroIntegral {
 double correlation_at(double offset, const std::vector<Turn>& turns, const GyroIntegral& gyro) {
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
   for (const Turn& turn : turns) {
-    const double begin = turn.begin - offset, end = turn.end - offset;
-    if (!gyro.covers(begin, end)) continue;
-    const double rate = gyro.mean_rate(begin, end);
+    const auto rate = gyro.mean_rate(turn.begin - offset, turn.end - offset);
+    if (!rate) continue;
     n += 1.0;
     x += turn.rate;
-    y += rate;
+    y += *rate;
     xx += turn.rate * turn.rate;
-    yy += rate * rate;
-    xy += turn.rate * rate;
+    yy += *rate * *rate;
+    xy += turn.rate * *rate;
   }
   if (n < kCovered * static_cast<double>(turns.size())) return -1.0;
   const double varied = (xx - x * x / n) * (yy - y * y / n);
   return varied > 0.0 ? (xy - x * y / n) / std::sqrt(varied) : -1.0;
 }
 
-/// Offsets in a range, in even steps, with their correlations.
-std::vector<ClockOffset> offsets(double from, double to, double step,
-                                 const std::vector<Turn>& turns, const GyroIntegral& gyro) {
-  std::vector<ClockOffset> all;
-  const auto steps = static_cast<std::size_t>(std::ceil((to - from) / step));
-  for (std::size_t k = 0; k <= steps; ++k) {
-    const double offset = from + static_cast<double>(k) * step;
-    all.push_back({offset, correlation_at(offset, turns, gyro)});
-  }
-  return all;
+/// Calls f with the offsets of a range, in even steps.
+template <class F>
+void for_each_offset(double from, double to, double step, const F& f) {
+  const auto steps = static_cast<std::size_t>(std::max(0.0, std::ceil((to - from) / step)));
+  for (std::size_t k = 0; k <= steps; ++k) f(from + static_cast<double>(k) * step);
 }
 
-ClockOffset best_of(const std::vector<ClockOffset>& all) {
-  return *std::ranges::max_element(all, {}, &ClockOffset::correlation);
+/// Calls f with the offsets at which the samples cover most of the time of the turns, once each.
+/// The steps go through the times of each piece of the recording, not through the gaps, which may
+/// last for decades.
+template <class F>
+void for_each_covering(double step, const std::vector<Turn>& turns, const GyroIntegral& gyro,
+                       const F& f) {
+  const double begin = turns.front().begin, end = turns.back().end;
+  double tried = std::numeric_limits<double>::infinity();  // all offsets from here on [s]
+  for (const GyroIntegral::Piece& piece : gyro.pieces()) {
+    const double from = begin - piece.end, to = std::min(tried, end - piece.begin);
+    tried = from;
+    for_each_offset(from, to, step, [&](double offset) {
+      if (gyro.covered(begin - offset, end - offset) >= kCovered * (end - begin)) f(offset);
+    });
+  }
 }
 
 double deviation_of(const std::vector<Turn>& turns) {
@@ -137,24 +191,31 @@ Result<ClockOffset> clock_offset_of(const io::Trajectory& poses, const io::ImuRe
                     turning, kLeastTurning));
   }
   const GyroIntegral gyro(imu.samples);
-  const double whole = turns.back().end - turns.front().begin;
-  const double first = turns.back().end - imu.samples.back().stamp - (1.0 - kCovered) * whole;
-  const double last = turns.front().begin - imu.samples.front().stamp + (1.0 - kCovered) * whole;
-  if (first > last) {
-    return refuse(fmt::format("its samples cover {:.1f} s, and the poses {:.1f} s",
-                              imu.samples.back().stamp - imu.samples.front().stamp, whole));
+  std::optional<ClockOffset> coarse;
+  std::vector<ClockOffset> alike;
+  for_each_covering(kCoarse, turns, gyro, [&](double offset) {
+    const ClockOffset tried{offset, correlation_at(offset, turns, gyro)};
+    if (!coarse || tried.correlation > coarse->correlation) coarse = tried;
+    if (tried.correlation >= kLeastCorrelation - kClear) alike.push_back(tried);
+  });
+  if (!coarse) {
+    return refuse(
+        fmt::format("at no offset are most of the poses within its samples, which cover {:.1f} s; "
+                    "the poses cover {:.1f} s",
+                    gyro.covered(), turns.back().end - turns.front().begin));
   }
-  const std::vector<ClockOffset> all = offsets(first, last, kCoarse, turns, gyro);
-  const ClockOffset coarse = best_of(all);
-  const ClockOffset found =
-      best_of(offsets(coarse.seconds - kCoarse, coarse.seconds + kCoarse, kFine, turns, gyro));
+  ClockOffset found = *coarse;
+  for_each_offset(coarse->seconds - kCoarse, coarse->seconds + kCoarse, kFine, [&](double offset) {
+    const ClockOffset tried{offset, correlation_at(offset, turns, gyro)};
+    if (tried.correlation > found.correlation) found = tried;
+  });
   if (found.correlation < kLeastCorrelation) {
     return refuse(
         fmt::format("its turns resemble those of the poses by {:.2f} at best, expected "
                     "at least {}",
                     found.correlation, kLeastCorrelation));
   }
-  for (const ClockOffset& other : all) {
+  for (const ClockOffset& other : alike) {
     if (std::abs(other.seconds - found.seconds) < kApart ||
         other.correlation < found.correlation - kClear) {
       continue;
@@ -168,14 +229,14 @@ Result<ClockOffset> clock_offset_of(const io::Trajectory& poses, const io::ImuRe
 }
 
 Result<ClockOffset> measure_clock_offset(Localizer localizer, const RunInputs& inputs) {
-  constexpr double kLongest = 60.0;  // [s]
+  constexpr double kMeasured = 60.0;  // [s]
   if (!inputs.imu) return fail(ErrorCode::invalid_input, "there is no IMU whose clock to compare");
   RunInputs without = inputs;
   without.imu.reset();
   without.speed.reset();
   if (without.priors && !without.initial_pose) without.start_anywhere = true;
   without.priors.reset();  // they may begin later
-  without.window.duration = std::min(kLongest, inputs.window.duration.value_or(kLongest));
+  without.window.duration = std::min(kMeasured, inputs.window.duration.value_or(kMeasured));
   io::Trajectory poses;
   const auto keep = [&](const io::StampedScan&, const RunScan& scan) -> Result<void> {
     if (is_tracked(scan)) poses.push_back({scan.report.stamp, scan.report.T_map_scan});

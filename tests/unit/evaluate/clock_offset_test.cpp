@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -54,6 +55,33 @@ TEST_CASE("the clock of an IMU is found by the turns that it measured") {
   REQUIRE_MESSAGE(found, to_string(found.error()));
   CHECK(std::abs(found->seconds - kOffset) < 0.003);
   CHECK(found->correlation > 0.95);
+}
+
+TEST_CASE("samples with stray stamps, and gaps, change nothing") {
+  io::ImuRecording recorded = imu();
+  for (ImuSample& sample : recorded.samples) sample.stamp += 1.7e9;
+  const auto expected = clock_offset_of(poses(), recorded);
+  REQUIRE_MESSAGE(expected, to_string(expected.error()));
+  CHECK(std::abs(expected->seconds - kOffset + 1.7e9) < 0.003);
+
+  ImuSample stray = recorded.samples.front();
+  stray.stamp = 0.0;
+  recorded.samples.insert(recorded.samples.begin(), stray);
+  stray.stamp = 1e18;
+  recorded.samples.push_back(stray);
+  const auto found = clock_offset_of(poses(), recorded);
+  REQUIRE_MESSAGE(found, to_string(found.error()));
+  CHECK(found->seconds == expected->seconds);
+  CHECK(found->correlation == expected->correlation);
+
+  // Nothing was recorded for 2 s, and there is an older recording.
+  auto& samples = recorded.samples;
+  samples.erase(samples.begin() + 4000, samples.begin() + 4400);
+  for (int k = 0; k < 1000; ++k) samples[static_cast<std::size_t>(k)].stamp -= 1e9;
+  std::ranges::sort(samples, {}, &ImuSample::stamp);
+  const auto parted = clock_offset_of(poses(), recorded);
+  REQUIRE_MESSAGE(parted, to_string(parted.error()));
+  CHECK(std::abs(parted->seconds - expected->seconds) < 0.003);
 }
 
 TEST_CASE("a sensor that does not turn, and an IMU of another drive, are refused with numbers") {

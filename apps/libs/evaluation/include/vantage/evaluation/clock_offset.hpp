@@ -15,7 +15,8 @@ struct ClockOffset {
 
 /// Finds the offset at which the IMU turns as the poses do. Only the sizes of the rates of turn are
 /// compared, so the IMU may be mounted in any way. Every offset is tried at which most of the poses
-/// lie within the IMU's samples.
+/// lie within the IMU's samples. Samples cover no time between two that are more than 0.5 s apart,
+/// so stray stamps do not matter.
 /// @param poses  of the sensor, in the clock of the scans
 /// Errors: `invalid_input` if the sensor turns too little, or if nothing in the IMU's samples
 /// resembles its turns.
