@@ -26,7 +26,7 @@ std::string cell(const RunSummary& summary, const Metric& metric, const NamedSta
   const Statistics s = summary[metric.key];
   if (s.count == 0) return "-";
   const double value = s.*statistic.member;
-  if (metric.is(kShareOfScans))
+  if (!metric.counted_of.empty())
     return fmt::format("{}/{}", cli::grouped(static_cast<std::uint64_t>(value + 0.5)),
                        cli::grouped(s.count));
   return shown(metric, value);

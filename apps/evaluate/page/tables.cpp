@@ -122,7 +122,7 @@ std::string whole(double x) { return cli::grouped(static_cast<std::uint64_t>(std
 
 std::string shown(const Column& column, double value, const RunSummary& summary) {
   const Metric& m = *column.metric;
-  if (m.is(kShareOfScans)) return whole(value) + " of " + cli::grouped(summary[m.key].count);
+  if (!m.counted_of.empty()) return whole(value) + " of " + cli::grouped(summary[m.key].count);
   return vantage::shown(m, value);
 }
 

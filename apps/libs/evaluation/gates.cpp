@@ -85,7 +85,7 @@ Measure share_of(const Metric& metric) {
           .of_config = false,
           .needs_points = false,
           .in_help = true,
-          .meaning = fmt::format("share of the scans: {}", metric.doc),
+          .meaning = fmt::format("share of the {}: {}", metric.counted_of, metric.doc),
           .value = [key = metric.key](const Case& c) {
             const Statistics s = c.summary[key];
             return s.count > 0 ? number(s.sum / static_cast<double>(s.count)) : Value{};
@@ -94,7 +94,7 @@ Measure share_of(const Metric& metric) {
 
 void add_measures_of(const Metric& metric, std::vector<Measure>& all) {
   all.push_back(measure_of(metric, headline(metric), true));
-  if (metric.is(kShareOfScans)) all.push_back(share_of(metric));
+  if (!metric.counted_of.empty()) all.push_back(share_of(metric));
   if (metric.is_count()) return;
   for (const NamedStatistic& statistic : named_statistics()) {
     all.push_back(measure_of(metric, statistic, false));

@@ -40,6 +40,11 @@ Value count(std::uint64_t n) { return static_cast<double>(n); }
 Value milliseconds(double seconds) { return 1e3 * seconds; }
 Value if_positive(const Value& x) { return x && *x > 0.0 ? x : Value(); }
 
+// What gates in percent divide by: the scans for which a metric has a value.
+constexpr std::string_view kAllScans = "scans";
+constexpr std::string_view kKnownScans = "scans with a pose and a reference";
+constexpr std::string_view kKnownTracked = "tracked scans with a reference";
+
 /// Whether a matcher compared the scan with a map.
 bool was_aligned(const RunScan& s) {
   return s.report.alignment.has_value() || s.report.seconds_align > 0.0;
@@ -68,27 +73,27 @@ Value map_points(const RunScan& s) {
 
 constexpr std::array kMetrics{
     Metric{"lost", "lost", &kNumber, 0, kLess, G::scans, "sum", "sum", "1 if the scan is lost",
-           [](const RunScan& s) { return flag(s.report.tracking == Tracking::lost); },
-           kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return flag(s.report.tracking == Tracking::lost); }, kNotInFiles,
+           kAllScans},
     Metric{"uncertain", "uncertain", &kNumber, 0, kLess, G::scans, "sum", "sum",
            "1 if the scan is uncertain: neither tracked nor lost",
            [](const RunScan& s) { return flag(s.report.tracking == Tracking::uncertain); },
-           kNotInFiles | kShareOfScans},
+           kNotInFiles, kAllScans},
     Metric{"far_off", "beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if the pose, tracked or not, is more than 2 m or 5 degrees from the reference",
-           [](const RunScan& s) { return beyond(s, kFarMetres, kFarDegrees); },
-           kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return beyond(s, kFarMetres, kFarDegrees); }, kNotInFiles,
+           kKnownScans},
     Metric{"wrong", "tracked beyond 2 m or 5 deg", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if a tracked scan is more than 2 m or 5 degrees from the reference",
-           [](const RunScan& s) { return tracked_beyond(s, kFarMetres, kFarDegrees); },
-           kNotInFiles | kShareOfScans},
+           [](const RunScan& s) { return tracked_beyond(s, kFarMetres, kFarDegrees); }, kNotInFiles,
+           kKnownTracked},
     Metric{"misleading", "misleading information", &kNumber, 0, kLess, G::scans, "sum", "",
            "1 if a tracked scan is farther from the reference than `alert_limit` or "
            "`alert_limit_deg` of the run",
            [](const RunScan& s) {
              return tracked_beyond(s, s.alert_limit.metres, s.alert_limit.degrees);
            },
-           kNotInFiles | kShareOfScans},
+           kNotInFiles, kKnownTracked},
     Metric{"recovered", "relocalized", &kNumber, 0, kNeither, G::scans, "sum", "",
            "1 for the first tracked scan after lost ones",
            [](const RunScan& s) { return flag(s.report.recovered); }},

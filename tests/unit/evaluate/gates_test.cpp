@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "vantage/evaluation/evaluation.hpp"
 #include "vantage/evaluation/metrics.hpp"
@@ -81,6 +83,41 @@ TEST_CASE("gates: a share is one of the scans of which there is something to kno
   set(c.routes[0].summary, "wrong", known);
   CHECK_FALSE(judge_one("wrong=40%", c).holds);
   CHECK(judge_one("wrong=50%", c).holds);
+}
+
+TEST_CASE("gates: the help says of which scans a share is, and so it is computed") {
+  const auto scan = [](Tracking tracking, std::optional<double> metres) {
+    RunScan s;
+    s.report.tracking = tracking;
+    if (metres) s.error = PoseError{.metres = *metres};
+    return s;
+  };
+  Run run;
+  run.scans = {scan(Tracking::tracked, 9.0),   scan(Tracking::tracked, 0.0),
+               scan(Tracking::tracked, 0.0),   scan(Tracking::tracked, 0.0),
+               scan(Tracking::tracked, {}),    scan(Tracking::tracked, {}),
+               scan(Tracking::uncertain, 9.0), scan(Tracking::lost, {})};
+  EvaluatedConfig c = config("L20", {route(0.01, 0)});
+  c.routes[0].summary = summarize(run);
+  const std::string help = gate_help();
+  struct Row {
+    const char *metric, *scans;
+    double percent;
+  };
+  for (const Row& row : {Row{"lost", "scans", 12.5}, Row{"uncertain", "scans", 12.5},
+                         Row{"far_off", "scans with a pose and a reference", 40.0},
+                         Row{"wrong", "tracked scans with a reference", 25.0},
+                         Row{"misleading", "tracked scans with a reference", 25.0}}) {
+    CAPTURE(row.metric);
+    const Metric& metric = *find_metric(row.metric);
+    const std::string meaning =
+        "share of the " + std::string(row.scans) + ": " + std::string(metric.doc) + "\n";
+    CHECK(help.find(meaning) != std::string::npos);
+    CHECK(*judge_one(std::string(row.metric) + "=50%", c).value == doctest::Approx(row.percent));
+  }
+  run.scans = {scan(Tracking::tracked, {}), scan(Tracking::lost, 9.0)};
+  c.routes[0].summary = summarize(run);
+  CHECK_FALSE(judge_one("wrong=100%", c).value);  // no tracked scan has a reference
 }
 
 TEST_CASE("gates: what is wrong is named, with what was expected") {

@@ -36,9 +36,8 @@ enum MetricTrait : unsigned {
   kOwnMaps = 4U,         ///< no meaning for baselines: their maps are made during the run
   kNeedsPoints = 8U,     ///< unknown for a bundle without points
   kAfterFirst = 16U,     ///< the first scan of a run does not count
-  kShareOfScans = 32U,   ///< counts scans: gates can also limit the share of scans
-  kNotInOldFiles = 64U,  ///< scans.csv of earlier versions has no such column
-  kSignificant = 128U,   ///< `digits` is the number of significant digits
+  kNotInOldFiles = 32U,  ///< scans.csv of earlier versions has no such column
+  kSignificant = 64U,    ///< `digits` is the number of significant digits
 };
 
 /// A number that is measured for every scan. The metrics form one table. scans.csv, summary.json,
@@ -61,6 +60,9 @@ struct Metric {
   /// The value for a scan, in the unit of the key; none if there is nothing to measure.
   std::optional<double> (*value)(const RunScan&);
   unsigned traits = 0;  ///< MetricTrait
+  /// The scans that have a value, in words, if the metric counts some of them: gates can also limit
+  /// their share. Otherwise empty.
+  std::string_view counted_of = {};
 
   [[nodiscard]] bool is(MetricTrait trait) const { return (traits & trait) != 0; }
   /// Whether values are added up over a run instead of averaged.
