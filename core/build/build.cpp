@@ -23,7 +23,8 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
               plugins.visibility, params);
   VANTAGE_TRY(const BuildPlan plan, plan_of(source, trajectory, plugins, params,
                                             std::numeric_limits<std::uint64_t>::max(), &sight));
-  VANTAGE_TRY(const Condenser condenser, Condenser::over(map, plugins, params));
+  VANTAGE_TRY(const Condenser condenser,
+              Condenser::over(map, plugins, params, Condenser::Sparse::refuse));
   VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params));
   Meter meter(meter_start(plan), progress);
   VANTAGE_CHECK(build_block({every_region(plan.partition.size()), {}}, plan, params.scope, sight,

@@ -1,5 +1,6 @@
 #include "build/bundle_writer.hpp"
 
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -30,6 +31,18 @@ Result<void> keep_attachment(MapWriter& bundle, std::string_view name,
   auto attached = bundle.attach(name, bytes);
   if (!attached && attached.error().code == ErrorCode::unsupported) return {};
   return attached;
+}
+
+/// A block may be too sparse for the matcher, but not all that is seen.
+Result<void> check_elements(const BuildReport& report, StoredContent content) {
+  if (content == StoredContent::points) return {};
+  const auto any = [&](auto counted) {
+    return std::ranges::any_of(
+        report.regions, [](auto count) { return count > 0; }, counted);
+  };
+  if (any(&RegionSummary::elements) || !any(&RegionSummary::points)) return {};
+  return fail(ErrorCode::too_few_matches,
+              "the map is too sparse: in no region can a scan be matched to what is seen");
 }
 
 }  // namespace
@@ -66,6 +79,7 @@ Result<void> BundleWriter::take(std::uint32_t region, PointsView map, BuiltRegio
 }
 
 Result<BuildReport> BundleWriter::commit() && {
+  VANTAGE_CHECK(check_elements(report_, params_->content));
   if (predicted_) {
     VANTAGE_CHECK(keep_attachment(*bundle_, PredictedErrors::kAttachment, predicted_->encode()));
   }

@@ -26,6 +26,8 @@ class BundleWriter {
   /// Errors: those of the store.
   [[nodiscard]] Result<void> take(std::uint32_t region, PointsView map, BuiltRegion built);
   /// Keeps the attachments of the parameters, and makes the bundle visible.
+  /// Errors: those of the store; `too_few_matches` if prepared maps are stored and none has an
+  /// element, though points are seen.
   [[nodiscard]] Result<BuildReport> commit() &&;
 
  private:

@@ -24,11 +24,16 @@ PointCloud points_of(PointsView map, IndexList seen) {
 }  // namespace
 
 Result<Condenser> Condenser::over(PointsView map, const BuildPlugins& plugins,
-                                  const BuildParams& params) {
+                                  const BuildParams& params, Sparse sparse) {
   Condenser condenser(map, params);
   if (map.empty() || params.content == StoredContent::points) return condenser;
-  VANTAGE_TRY(auto whole, plugins.matcher->prepare(map));
-  condenser.whole_ = in_library_of(plugins.matcher, std::move(whole));
+  auto whole = plugins.matcher->prepare(map);
+  if (!whole) {
+    const bool is_sparse = whole.error().code == ErrorCode::too_few_matches;
+    if (is_sparse && sparse == Sparse::accept) return condenser;
+    return fail(std::move(whole).error());
+  }
+  condenser.whole_ = in_library_of(plugins.matcher, *std::move(whole));
   auto offered =
       plugins.selector ? condenser.whole_->excerpt_of({}, {}) : condenser.whole_->excerpt({});
   if (!offered) return fail(std::move(offered).error());
@@ -68,13 +73,12 @@ Result<BuiltRegion> Condenser::thin(Observable observable,
 }
 
 Result<BuiltRegion> Condenser::finish(BuiltRegion region) const {
-  if (!whole_) return region;
   // The prepared map stands for all that was seen, not for what thinning left.
   IndexList observable = std::exchange(region.observable, {});
   const IndexList& all = observable.empty() ? region.stored.points : observable;
-  if (all.empty()) return region;
-  if (!selection_) {
-    VANTAGE_TRY(region.prepared, whole_->excerpt(points_of(map_, all)));
+  if (whole_ && !selection_ && !all.empty()) {
+    VANTAGE_TRY(PreparedMap prepared, whole_->excerpt(points_of(map_, all)));
+    if (prepared.elements > 0) region.prepared = std::move(prepared);
   }
   if (params_.content == StoredContent::prepared) region.stored = {};
   return region;

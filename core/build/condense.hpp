@@ -22,7 +22,7 @@ struct BuiltRegion {
   std::uint64_t points = 0;   ///< after thinning, whether they are stored or not
   ViewCounts stored = {};     ///< map points; empty if only the prepared map is stored
   IndexList observable = {};  ///< map points before thinning, until the matcher has got them
-  PreparedMap prepared = {};  ///< no bytes if none is stored
+  PreparedMap prepared = {};  ///< no bytes if none is stored, or if no element is seen
   std::vector<PredictedError> errors = {};  ///< if a selector has chosen its elements
 };
 
@@ -34,11 +34,16 @@ struct BuiltRegion {
 /// Thread safety: const methods may run on one object from many threads at once.
 class Condenser {
  public:
+  /// What a map means that is too sparse for the matcher to make an element of it. A part of a map
+  /// may be so: its regions store no prepared maps.
+  enum class Sparse : bool { refuse, accept };
+
   /// All arguments are borrowed. Without a point nothing is seen, and the matcher is not asked.
-  /// Errors: those of ScanMatcher::prepare; `unsupported` for a matcher that cannot store its maps:
-  /// the build fails here, before hours of visibility.
+  /// Errors: those of ScanMatcher::prepare, without `too_few_matches` for Sparse::accept;
+  /// `unsupported` for a matcher that cannot store its maps: the build fails here, before hours of
+  /// visibility.
   [[nodiscard]] static Result<Condenser> over(PointsView map, const BuildPlugins& plugins,
-                                              const BuildParams& params);
+                                              const BuildParams& params, Sparse sparse);
 
   /// Thins the points, and chooses the elements of the prepared map that are kept.
   /// @param viewpoints  of the region, map frame [m]
@@ -58,7 +63,7 @@ class Condenser {
 
   PointsView map_;
   const BuildParams& params_;
-  PluginPtr<MatchTarget> whole_;          // the whole map; none if only points are stored
+  PluginPtr<MatchTarget> whole_;  // the map; none if only points are stored, or if it is sparse
   std::unique_ptr<Selection> selection_;  // none: prepared maps keep all elements
 };
 

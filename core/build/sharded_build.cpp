@@ -169,7 +169,8 @@ Result<double> ShardedBuild::State::build_block(const RegionBlock& block, Meter&
                                                 const Keep& keep) const {
   VANTAGE_TRY(const MapPart part, map->read(block.area));
   Sight sight(part.points(), plan.limits, plugins->visibility, *params);
-  VANTAGE_TRY(const Condenser condenser, Condenser::over(part.points(), *plugins, *params));
+  VANTAGE_TRY(const Condenser condenser,
+              Condenser::over(part.points(), *plugins, *params, Condenser::Sparse::accept));
   VANTAGE_CHECK(vantage::build_block(block, plan, params->scope, sight, condenser, meter,
                                      [&](std::uint32_t region, BuiltRegion built) {
                                        auto ranks =

@@ -17,6 +17,7 @@
 #include "localize/matched.hpp"
 #include "vantage/engine/confidence.hpp"
 #include "vantage/engine/prepared_scan.hpp"
+#include "vantage/engine/region_maps.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 #include "vantage/kit/hash.hpp"
 
@@ -184,16 +185,6 @@ Result<void> try_rivals(const MatchTarget& target, SiteTrials& site,
   return {};
 }
 
-/// None: nothing matches in the map.
-Result<PluginPtr<MatchTarget>> target_in(const RegionMap& map,
-                                         const PluginPtr<ScanMatcher>& matcher) {
-  const bool is_prepared = !map.prepared.bytes.empty();
-  if (!is_prepared && map.points.empty()) return PluginPtr<MatchTarget>();
-  VANTAGE_TRY(auto made, if_matched(is_prepared ? matcher->restore(map.prepared.bytes)
-                                                : matcher->prepare(map.points)));
-  return made ? in_library_of(matcher, *std::move(made)) : PluginPtr<MatchTarget>();
-}
-
 /// What is tried with a site in the map of a region.
 struct SiteTask {
   std::size_t site;
@@ -339,7 +330,7 @@ Result<Atlas> try_sites(const Bundle& bundle, const std::vector<SitePlace>& site
   VANTAGE_CHECK(run_all(in_regions.size(), [&](std::size_t r) -> Result<void> {
     VANTAGE_TRY(const RegionMap map, bundle.get(in_regions[r].first));
     const auto run = [&]() -> Result<void> {
-      VANTAGE_TRY(const auto target, target_in(map, matcher));
+      VANTAGE_TRY(const auto target, if_matched(target_in(map, matcher)));
       const std::vector<SiteTask>& here = in_regions[r].second;
       return run_all(here.size(), [&](std::size_t k) {
         SiteTrials& site = all[here[k].site];
@@ -347,7 +338,7 @@ Result<Atlas> try_sites(const Bundle& bundle, const std::vector<SitePlace>& site
         Result<void> outcome;
         if (target) {
           outcome =
-              from_truth ? try_right(*target, site) : try_rivals(*target, site, here[k].rivals);
+              from_truth ? try_right(**target, site) : try_rivals(**target, site, here[k].rivals);
         }
         if (from_truth) step();
         return outcome;

@@ -21,6 +21,18 @@ using Ready = std::shared_ptr<const ReadyRegion>;
 
 }  // namespace
 
+Result<PluginPtr<MatchTarget>> target_in(const RegionMap& map,
+                                         const PluginPtr<ScanMatcher>& matcher) {
+  const bool is_prepared = !map.prepared.bytes.empty();
+  if (!is_prepared && map.points.empty()) {
+    return fail(ErrorCode::too_few_matches,
+                "the bundle holds nothing for this region that a scan can be matched to");
+  }
+  VANTAGE_TRY(auto target,
+              is_prepared ? matcher->restore(map.prepared.bytes) : matcher->prepare(map.points));
+  return in_library_of(matcher, std::move(target));
+}
+
 Result<Ready> make_ready(const MapReader& bundle, const PluginPtr<ScanMatcher>& matcher,
                          RegionId region) {
   auto ready = std::make_shared<ReadyRegion>();
@@ -29,10 +41,7 @@ Result<Ready> make_ready(const MapReader& bundle, const PluginPtr<ScanMatcher>& 
   ready->seconds_load = stopwatch.seconds();
 
   stopwatch = {};
-  const bool stored = !map.prepared.bytes.empty();
-  auto target = stored ? matcher->restore(map.prepared.bytes) : matcher->prepare(map.points);
-  if (!target) return fail(std::move(target).error());
-  ready->target = in_library_of(matcher, *std::move(target));
+  VANTAGE_TRY(ready->target, target_in(map, matcher));
   ready->seconds_prepare = stopwatch.seconds();
 
   ready->bytes_read = map.points.size() * sizeof(Point) + map.prepared.bytes.size();

@@ -4,6 +4,11 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+
 #include "build/plan.hpp"
 #include "support/fakes.hpp"
 #include "support/real_data.hpp"
@@ -270,6 +275,149 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
     CHECK(report->seen == wanted->seen);
     CHECK(report->ground_points == wanted->ground_points);
     CHECK(report->points_times_viewpoints == wanted->points_times_viewpoints);
+  }
+}
+
+/// Its elements are the square metres with at least three points.
+class MatchesCrowds final : public ScanMatcher {
+ public:
+  [[nodiscard]] double reach() const noexcept override { return 1.5; }
+  [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
+      PointsView map) const noexcept override {
+    std::map<Cell, std::uint32_t> counts;
+    for (const Point& p : map) ++counts[cell_of(p)];
+    std::erase_if(counts, [](const auto& cell) { return cell.second < 3; });
+    if (counts.empty()) return fail(ErrorCode::too_few_matches, "the map is too sparse");
+    std::vector<Cell> cells;
+    for (const auto& cell : counts) cells.push_back(cell.first);
+    return std::make_unique<Target>(std::move(cells));
+  }
+
+ private:
+  using Cell = std::pair<std::int16_t, std::int16_t>;
+  static Cell cell_of(const Point& p) {
+    return {static_cast<std::int16_t>(std::floor(p.x())),
+            static_cast<std::int16_t>(std::floor(p.y()))};
+  }
+
+  class Target final : public MatchTarget {
+   public:
+    explicit Target(std::vector<Cell> cells) : cells_(std::move(cells)) {}
+    [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
+      return Alignment{};
+    }
+    [[nodiscard]] Result<ScanScore> score(PointsView, const Pose&) const noexcept override {
+      return ScanScore{};
+    }
+    [[nodiscard]] std::size_t bytes() const noexcept override { return 1; }
+    [[nodiscard]] std::size_t elements() const noexcept override { return cells_.size(); }
+    [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
+      std::vector<std::uint32_t> all;
+      VANTAGE_TRY(const std::vector<MapElement> elements, elements_at(seen));
+      for (const MapElement& element : elements) all.push_back(element.number);
+      return excerpt_of(all, all);
+    }
+    [[nodiscard]] Result<std::vector<MapElement>> elements_at(
+        PointsView seen) const noexcept override {
+      std::set<Cell> belong;
+      for (const Point& p : seen) belong.insert(cell_of(p));
+      std::vector<MapElement> elements;
+      for (std::uint32_t k = 0; k < cells_.size(); ++k) {
+        if (!belong.contains(cells_[k])) continue;
+        elements.push_back({k, {cells_[k].first + 0.5, cells_[k].second + 0.5, 0.0}, 3});
+      }
+      return elements;
+    }
+    [[nodiscard]] Result<std::vector<Pull>> pulls(PointsView, const Pose&) const noexcept override {
+      return std::vector<Pull>();
+    }
+    [[nodiscard]] Result<PreparedMap> excerpt_of(
+        std::span<const std::uint32_t> seen,
+        std::span<const std::uint32_t> kept) const noexcept override {
+      PreparedMap map{.bytes = {static_cast<std::byte>(seen.size())}, .elements = kept.size()};
+      for (const std::uint32_t k : kept) {
+        for (const std::int16_t x : {cells_[k].first, cells_[k].second}) {
+          map.bytes.push_back(static_cast<std::byte>(x));
+        }
+      }
+      return map;
+    }
+
+   private:
+    std::vector<Cell> cells_;
+  };
+};
+
+class TakesTheFirst final : public Selector {
+ public:
+  [[nodiscard]] Result<std::vector<std::uint32_t>> order(const RegionElements&,
+                                                         std::size_t most) const noexcept override {
+    std::vector<std::uint32_t> first(most);
+    std::iota(first.begin(), first.end(), 0U);
+    return first;
+  }
+};
+
+TEST_CASE("sharded build: what is too sparse for the matcher does not depend on blocks") {
+  for (const bool select : {false, true}) {
+    CAPTURE(select);
+    int calls = 0;
+    const auto plugins_for = [&](const std::shared_ptr<test::Memory>& memory) {
+      BuildPlugins plugins;
+      plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
+      plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+      plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+      plugins.matcher = test::in_process<MatchesCrowds, ScanMatcher>();
+      if (select) plugins.selector = test::in_process<TakesTheFirst, Selector>();
+      plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
+      return plugins;
+    };
+    BuildParams params;
+    params.max_range = 4.0;
+    params.content = StoredContent::prepared;
+    params.selection.share = 0.5;
+    const auto in_memory = [&](const PointCloud& points, const auto& memory) {
+      BuildPlugins plugins = plugins_for(memory);
+      return build_region_maps(points, {}, plugins, params);
+    };
+    const auto in_parts = [&](const PointCloud& points, const auto& memory) -> Result<BuildReport> {
+      const PartsInMemory parts(points);
+      BuildPlugins plugins = plugins_for(memory);
+      const test::TemporaryFolder folder;
+      VANTAGE_TRY(
+          auto build,
+          ShardedBuild::open(parts, {}, plugins, params,
+                             {.parts = folder.path() / "parts", .map_key = 1, .memory = 200'000}));
+      CHECK(calls > 1);  // blocks
+      VANTAGE_CHECK(build.estimate());
+      for (const std::size_t shard : {2, 1}) VANTAGE_CHECK(build.build({shard, 2}));
+      return build.merge();
+    };
+    const auto whole = std::make_shared<test::Memory>(), merged = std::make_shared<test::Memory>();
+    const auto wanted = in_memory(crowded_strips(13), whole);
+    REQUIRE_MESSAGE(wanted, to_string(wanted.error()));
+    const auto report = in_parts(crowded_strips(13), merged);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    for (std::uint32_t r = 0; r < kStrips; ++r) {
+      CAPTURE(r);
+      const RegionMap& map = merged->maps[r];
+      CHECK(map.prepared == whole->maps[r].prepared);
+      CHECK(map.prepared.bytes.empty() == (r < 12 || r > 14));
+      CHECK(map.prepared.bytes.empty() == (map.prepared.elements == 0));
+      CHECK(map.points.empty());
+      CHECK(report->regions[r].points == wanted->regions[r].points);
+      CHECK(report->regions[r].points > 0);
+    }
+
+    // Nowhere is a crowd.
+    const auto none = std::make_shared<test::Memory>();
+    for (const auto& refused :
+         {in_memory(crowded_strips(-1), none), in_parts(crowded_strips(-1), none)}) {
+      REQUIRE_FALSE(refused);
+      CHECK(refused.error().code == ErrorCode::too_few_matches);
+      CHECK(refused.error().message.find("the map is too sparse") != std::string::npos);
+    }
+    CHECK_FALSE(none->committed);
   }
 }
 

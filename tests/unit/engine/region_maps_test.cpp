@@ -268,3 +268,13 @@ TEST_CASE("10,000 random switches, expectations that come true and that do not, 
   CHECK(maps.statistics().bytes <= 8 * kRegionBytes);
   CHECK(f.events.alive == static_cast<int>(maps.statistics().regions));
 }
+
+TEST_CASE("a region that stores no map has nothing to match, as one whose map is too sparse") {
+  const Fixture f;
+  const auto memory = std::make_shared<test::Memory>();
+  memory->maps[0] = {.points = {}, .viewpoints = {{1.0, 2.0, 3.0}}, .prepared = {}};
+  const test::MemoryReader bundle(memory);
+  const auto ready = make_ready(bundle, f.matcher, RegionId{0});
+  REQUIRE_FALSE(ready);
+  CHECK(ready.error().code == ErrorCode::too_few_matches);
+}

@@ -28,8 +28,13 @@ struct ReadyRegion {
   }
 };
 
-/// Makes a region ready for matching, from its prepared map if one is stored, otherwise from its
-/// points. Errors: those of MapReader::get, ScanMatcher::restore and ScanMatcher::prepare.
+/// What scans are matched to in a region: its prepared map if one is stored, otherwise its points.
+/// Errors: those of ScanMatcher::restore and ScanMatcher::prepare; `too_few_matches` for a region
+/// that stores neither, because nothing is seen there or nothing that the matcher can use.
+[[nodiscard]] VANTAGE_API Result<PluginPtr<MatchTarget>> target_in(
+    const RegionMap& map, const PluginPtr<ScanMatcher>& matcher);
+
+/// Makes a region ready for matching. Errors: those of MapReader::get and target_in.
 [[nodiscard]] VANTAGE_API Result<std::shared_ptr<const ReadyRegion>> make_ready(
     const MapReader& bundle, const PluginPtr<ScanMatcher>& matcher, RegionId region);
 
