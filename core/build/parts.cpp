@@ -269,8 +269,11 @@ Result<Parts> Parts::in(const fs::path& folder, std::uint64_t key, std::size_t r
   VANTAGE_TRY(const auto names, io::names_in(folder));
   for (const std::string& name : names) {
     if (!name.starts_with(kPrefix) || !name.ends_with(kExtension)) continue;
-    VANTAGE_TRY(const io::InputFile file, io::InputFile::open(folder / name, "parts of a build",
-                                                              io::InputFile::Empty::accept));
+    auto opened =
+        io::InputFile::open(folder / name, "parts of a build", io::InputFile::Empty::accept);
+    // Another process has removed its file since it was listed: there was no region in it.
+    if (!opened && opened.error().code == ErrorCode::not_found) continue;
+    VANTAGE_TRY(const io::InputFile file, std::move(opened));
     if (file.size() < kHead) {
       VANTAGE_TRY(const bool begun, is_begun(file, key));
       if (begun) parts.files_.push_back(folder / name);

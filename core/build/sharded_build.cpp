@@ -267,11 +267,12 @@ Result<BuildEstimate> ShardedBuild::estimate() const {
 
 Result<std::size_t> ShardedBuild::build(const Shard& shard, const Progress& progress) {
   VANTAGE_TRY(auto regions, state_->regions_of(shard));
-  VANTAGE_TRY(PartWriter writer, PartWriter::create(state_->options.parts, shard, state_->key));
   {
     VANTAGE_TRY(const Parts parts, state_->parts());
     std::erase_if(regions, [&](std::uint32_t r) { return parts.has(r); });
   }
+  if (regions.empty()) return 0;
+  VANTAGE_TRY(PartWriter writer, PartWriter::create(state_->options.parts, shard, state_->key));
   VANTAGE_TRY(const auto blocks, state_->blocks(regions, kBytesASeenPoint));
   BuildProgress start{.regions = regions.size()};
   for (const std::uint32_t r : regions) start.viewpoints += state_->plan.viewpoints[r].size();

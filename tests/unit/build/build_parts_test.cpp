@@ -205,6 +205,25 @@ TEST_CASE("finished regions come back from their files, and what is cut off is b
   }
 }
 
+TEST_CASE("a file of parts that is listed, and gone when it is opened, is no error") {
+  const test::TemporaryFolder folder;
+  {
+    auto writer = PartWriter::create(folder.path(), kShard, kKey);
+    REQUIRE(writer);
+    REQUIRE(writer->add(4, some_part(4)));
+    REQUIRE(std::move(*writer).finish());
+  }
+  // A name that leads nowhere, like that of a file which another process has just removed.
+  for (const char* name : {"shard_0_of_9.parts", "shard_9_of_9.parts"}) {
+    fs::create_symlink(folder.path() / "removed", folder.path() / name);
+  }
+  const auto parts = Parts::in(folder.path(), kKey, 5);
+  REQUIRE_MESSAGE(parts, to_string(parts.error()));
+  CHECK(parts->missing() == 4);
+  CHECK(parts->files().size() == 1);
+  CHECK(parts->read(4)->ranks == some_part(4).ranks);
+}
+
 /// Where the records of a file of parts begin.
 std::vector<std::size_t> records_in(const std::string& file) {
   std::vector<std::size_t> begin;

@@ -4,7 +4,10 @@
 
 #include <doctest/doctest.h>
 
+#include <fcntl.h>
+
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numeric>
 #include <set>
@@ -12,6 +15,7 @@
 #include "build/plan.hpp"
 #include "support/fakes.hpp"
 #include "support/real_data.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage {
 namespace {
@@ -276,6 +280,31 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
     CHECK(report->ground_points == wanted->ground_points);
     CHECK(report->points_times_viewpoints == wanted->points_times_viewpoints);
   }
+}
+
+TEST_CASE("sharded build: a shard with nothing left to build needs no file, even beside another") {
+  const PartsInMemory map(crowded_strips(13));
+  int calls = 0;
+  BuildPlugins plugins;
+  plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
+  plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+  plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+  plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
+  BuildParams params;
+  params.max_range = 4.0;
+  const test::TemporaryFolder folder;
+  const auto parts = folder.path() / "parts";
+  auto build = ShardedBuild::open(map, {}, plugins, params,
+                                  {.parts = parts, .map_key = 1, .memory = 200'000});
+  REQUIRE_MESSAGE(build, to_string(build.error()));
+  CHECK(build->build({1, 1}).value() == kStrips);
+  const io::Descriptor other = io::Descriptor::of(parts / "shard_1_of_1.parts", O_RDWR);
+  REQUIRE(other.open());
+  REQUIRE(io::lock_file(other, io::Wait::no) == 0);
+  const auto again = build->build({1, 1});
+  REQUIRE_MESSAGE(again, to_string(again.error()));
+  CHECK(*again == 0);
+  CHECK_FALSE(std::filesystem::exists(parts / "shard_1_of_1-2.parts"));
 }
 
 /// Its elements are the square metres with at least three points.
