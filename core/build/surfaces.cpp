@@ -1,10 +1,10 @@
 #include "build/surfaces.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -17,11 +17,7 @@
 namespace vantage {
 namespace {
 
-constexpr double kEdge = 0.4;             // of a voxel [m]
-constexpr std::int64_t kTile = 40;        // voxels along a tile's side
-constexpr std::size_t kMostTiles = 4096;  // along one axis
-
-std::int64_t voxel_along(double x) { return static_cast<std::int64_t>(std::floor(x / kEdge)); }
+constexpr double kEdge = 0.4;  // of a voxel [m]
 
 /// Distinct for the voxels within 800 km of each other. Neighbours above each other have
 /// consecutive keys.
@@ -29,7 +25,8 @@ std::uint64_t voxel_of(const Point& p) {
   constexpr std::uint64_t kMask = (1U << 21U) - 1;
   constexpr std::int64_t kMiddle = 1 << 20U;  // keys begin anew far below and above the ground
   const auto part = [](double x) {
-    return static_cast<std::uint64_t>(voxel_along(x) + kMiddle) & kMask;
+    const auto voxel = static_cast<std::int64_t>(std::floor(x / kEdge));
+    return static_cast<std::uint64_t>(voxel + kMiddle) & kMask;
   };
   return part(p.x()) << 42U | part(p.y()) << 21U | part(p.z());
 }
@@ -49,26 +46,6 @@ std::uint64_t moved(std::uint64_t key, std::int64_t x, std::int64_t y) {
     return (((key >> shift) + static_cast<std::uint64_t>(by)) & kMask) << shift;
   };
   return part(42, x) | part(21, y) | (key & kMask);
-}
-
-/// The points of a map by square tiles of the plan.
-Groups in_tiles(PointsView map) {
-  const Bounds3 bounds = bounds_of(map);
-  const std::array first{voxel_along(bounds.min.x()), voxel_along(bounds.min.y())};
-  const std::array last{voxel_along(bounds.max.x()), voxel_along(bounds.max.y())};
-  std::int64_t side = kTile;
-  const auto tiles = [&](std::size_t axis) {
-    return static_cast<std::size_t>((last[axis] - first[axis]) / side) + 1;
-  };
-  while (std::max(tiles(0), tiles(1)) > kMostTiles) side *= 2;
-  const std::size_t columns = tiles(0);
-  return grouped(
-      map.size(), columns * tiles(1), [](std::size_t k) { return static_cast<std::uint32_t>(k); },
-      [&](std::uint32_t k) {
-        const auto x = static_cast<std::size_t>((voxel_along(map[k].x()) - first[0]) / side);
-        const auto y = static_cast<std::size_t>((voxel_along(map[k].y()) - first[1]) / side);
-        return y * columns + x;
-      });
 }
 
 /// Sums of the points in a voxel, in whole micrometres from its corner: they are the same in any
@@ -117,8 +94,8 @@ std::optional<Plane> plane_of(const Sums& sums) {
 /// The points in a voxel.
 struct SurfaceVoxel {
   std::uint64_t key = 0;
-  Point corner;         // map frame [m]
-  std::uint32_t point;  // one of them, whatever their order is
+  Point corner;             // map frame [m]
+  std::uint32_t point = 0;  // one of them, whatever their order is
   Sums sums;
 };
 
@@ -140,27 +117,23 @@ SurfaceVoxel voxel_with(PointsView map, std::span<const Keyed> points) {
   return voxel;
 }
 
-/// All voxels of a map, ascending by key.
+/// All voxels of a map, ascending by key. Takes memory for points and voxels, and none for the
+/// space between them: a point may be far from all others.
 std::vector<SurfaceVoxel> surface_voxels_of(PointsView map) {
-  const Groups tiles = in_tiles(map);
-  std::vector<std::vector<SurfaceVoxel>> of_tile(tiles.begin.size() - 1);
-  tbb::parallel_for(std::size_t{0}, of_tile.size(), [&](std::size_t tile) {
-    std::vector<Keyed> keyed;
-    for (const std::uint32_t k : tiles[tile]) keyed.emplace_back(voxel_of(map[k]), k);
-    std::ranges::sort(keyed);
-    for (std::size_t from = 0; from < keyed.size();) {
-      std::size_t end = from;
-      while (end < keyed.size() && keyed[end].first == keyed[from].first) ++end;
-      of_tile[tile].push_back(voxel_with(map, std::span(keyed).subspan(from, end - from)));
-      from = end;
-    }
+  std::vector<Keyed> keyed(map.size());
+  tbb::parallel_for(std::size_t{0}, map.size(), [&](std::size_t k) {
+    keyed[k] = {voxel_of(map[k]), static_cast<std::uint32_t>(k)};
   });
-  std::vector<SurfaceVoxel> voxels;
-  for (auto& some : of_tile) {
-    voxels.insert(voxels.end(), some.begin(), some.end());
-    some = {};
+  tbb::parallel_sort(keyed.begin(), keyed.end());
+  std::vector<std::uint32_t> begins;  // of each voxel in `keyed`, and the end
+  for (std::uint32_t k = 0; k < keyed.size(); ++k) {
+    if (k == 0 || keyed[k].first != keyed[k - 1].first) begins.push_back(k);
   }
-  std::ranges::sort(voxels, {}, &SurfaceVoxel::key);
+  begins.push_back(static_cast<std::uint32_t>(keyed.size()));
+  std::vector<SurfaceVoxel> voxels(begins.size() - 1);
+  tbb::parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t v) {
+    voxels[v] = voxel_with(map, std::span(keyed).subspan(begins[v], begins[v + 1] - begins[v]));
+  });
   return voxels;
 }
 

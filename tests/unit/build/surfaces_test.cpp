@@ -5,9 +5,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <numbers>
 #include <random>
+#include <string>
 #include <utility>
 
 using namespace vantage;
@@ -165,6 +167,35 @@ TEST_CASE("virtual scans: the order of the points and what is out of range do no
   REQUIRE(scan.size() == other.size());
   for (std::size_t i = 0; i < scan.size(); ++i) CHECK(scan[i] == other[i]);
   CHECK(Surfaces(PointCloud{}).scan(kSensor, {}).empty());
+}
+
+/// The most memory that this process has held since the last call of forget_peak [MiB].
+double peak() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kilobytes = 0.0;
+    if (word == "VmHWM:" && status >> kilobytes) return kilobytes / 1024.0;
+  }
+  return 0.0;
+}
+void forget_peak() { std::ofstream("/proc/self/clear_refs") << '5'; }
+
+TEST_CASE("virtual scans: a stray point far away takes no memory and changes nothing") {
+  PointCloud map;
+  add_wall(map, 8.0, 0.02, 1);
+  add_wall(map, 30.0, 0.02, 2);
+  const PointCloud scan = Surfaces(map).scan(kSensor, {});
+  REQUIRE(scan.size() > 200);
+  for (const Point& stray : {Point(65'000.0, 65'000.0, 0.0), Point(-380'000.0, 300'000.0, 1.0)}) {
+    PointCloud with = map;
+    with.push_back(stray);
+    forget_peak();
+    const double before = peak();
+    const PointCloud same = Surfaces(with).scan(kSensor, {});
+    CHECK(peak() - before < 50.0);
+    REQUIRE(same.size() == scan.size());
+    for (std::size_t i = 0; i < scan.size(); ++i) CHECK(same[i] == scan[i]);
+  }
 }
 
 /// One voxel with points on a plane through its middle: a disc of 0.3 m.
