@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <bit>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <system_error>
 #include <variant>
+#include <vector>
 
 #include "vantage/engine/config.hpp"
 #include "vantage/kit/checksum.hpp"
@@ -20,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Result<std::uint64_t> sum_of_file(const fs::path& file) {
-  VANTAGE_TRY(const io::FileContent content, io::read_file(file, "a library"));
+Result<std::uint64_t> sum_of_file(const fs::path& file, std::string_view expected) {
+  VANTAGE_TRY(const io::FileContent content, io::read_file(file, expected));
   return checksum_of(content.view());
 }
 
@@ -35,7 +37,7 @@ Result<std::uint64_t> sum_of_program() {
         reinterpret_cast<const void*>(core)}) {
     Dl_info info{};
     if (::dladdr(within, &info) == 0) continue;
-    VANTAGE_TRY(const std::uint64_t of_file, sum_of_file(info.dli_fname));
+    VANTAGE_TRY(const std::uint64_t of_file, sum_of_file(info.dli_fname, "a library"));
     sum.add(of_file);
   }
   return sum.value();
@@ -46,7 +48,7 @@ template <class T>
 Result<std::uint64_t> sum_of_plugin(const PluginPtr<T>& plugin) {
   const auto& library = plugin.get_deleter().library;
   if (library == nullptr) return 0;
-  return sum_of_file(file_of(*library));
+  return sum_of_file(file_of(*library), "a library");
 }
 
 Table* table_in(Table& table, std::string_view key) {
@@ -59,18 +61,57 @@ void leave_out(Table& table, std::string_view key) {
   std::erase_if(table.entries, [&](const Entry& entry) { return entry.key == key; });
 }
 
-/// A file or folder: where it is, and its size and time. It is read by shards only.
-void add_file(Checksum& sum, const Value* named) {
-  const auto* const text = named != nullptr ? std::get_if<std::string>(&named->data) : nullptr;
-  if (text == nullptr) return;
-  std::error_code ignored;
-  const fs::path file = fs::weakly_canonical(*text, ignored);
-  sum.add(file.string());
+void add_size_and_time(Checksum& sum, const fs::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) return;
   sum.add(static_cast<std::uint64_t>(status.st_size));
   sum.add(static_cast<std::uint64_t>(status.st_mtim.tv_sec));
   sum.add(static_cast<std::uint64_t>(status.st_mtim.tv_nsec));
+}
+
+/// A file or folder, wherever it is: the names, sizes and times of its files. They may be too large
+/// to be read by a process that does not need them.
+void add_recording(Checksum& sum, const fs::path& recording) {
+  std::error_code error;
+  if (!fs::is_directory(recording, error)) {
+    add_size_and_time(sum, recording);
+    return;
+  }
+  std::vector<std::string> names;
+  constexpr auto kFollow = fs::directory_options::follow_directory_symlink;
+  for (fs::recursive_directory_iterator at(recording, kFollow, error), end; !error && at != end;
+       at.increment(error)) {
+    std::error_code ignored;
+    if (at->is_directory(ignored)) continue;
+    names.push_back(at->path().lexically_relative(recording).string());
+  }
+  std::ranges::sort(names);
+  for (const std::string& name : names) {
+    sum.add(std::uint64_t{name.size()});
+    sum.add(name);
+    add_size_and_time(sum, recording / name);
+  }
+}
+
+/// @return  none if the table does not name a file
+std::optional<fs::path> path_in(const Table* table, std::string_view key) {
+  const Value* const named = table != nullptr ? table->find(key) : nullptr;
+  const auto* const text = named != nullptr ? std::get_if<std::string>(&named->data) : nullptr;
+  return text != nullptr ? std::optional<fs::path>(*text) : std::nullopt;
+}
+
+/// The scans for [selector], and their poses.
+std::uint64_t sum_of_recording(const Table* selector, const Table* map) {
+  Checksum sum;
+  const auto scans = path_in(selector, "scans");
+  if (!scans) return sum.value();
+  add_recording(sum, *scans);
+  auto poses = path_in(selector, "poses");
+  if (!poses) poses = path_in(map, "trajectory");
+  // What cannot be read is told where it is needed.
+  if (!poses) return sum.value();
+  if (const auto content = sum_of_file(*poses, "poses")) sum.add(*content);
+  return sum.value();
 }
 
 struct ConfigIdentity {
@@ -79,18 +120,18 @@ struct ConfigIdentity {
 
 ConfigIdentity identity_of(const BuildParams& params) {
   std::string text = params.effective_config;
-  Checksum values, recording;
+  Checksum values;
+  std::uint64_t recording = 0;
   if (auto table = parse_toml(text, "")) {
+    Table* const selector = table_in(*table, "selector");
+    recording = sum_of_recording(selector, table_in(*table, "map"));
+    if (selector != nullptr) {
+      for (const char* key : {"scans", "poses"}) leave_out(*selector, key);
+    }
     leave_out(*table, "map");
     for (Entry& entry : table->entries) {
       if (auto* const section = std::get_if<Table>(&entry.value.data)) {
         leave_out(*section, "library");
-      }
-    }
-    if (Table* const selector = table_in(*table, "selector")) {
-      for (const char* key : {"scans", "poses"}) {
-        add_file(recording, selector->find(key));
-        leave_out(*selector, key);
       }
     }
     text = to_toml(*table);
@@ -98,7 +139,7 @@ ConfigIdentity identity_of(const BuildParams& params) {
   values.add(text);
   values.add(static_cast<std::uint64_t>(params.content));
   values.add(std::uint64_t{params.views});
-  return {values.value(), recording.value()};
+  return {values.value(), recording};
 }
 
 }  // namespace

@@ -12,7 +12,8 @@
 namespace vantage {
 
 /// What decides the bytes of regions, each under its name: processes whose identities agree may
-/// build regions of one bundle. Paths are no part of it, but what they lead to is.
+/// build regions of one bundle. Paths are no part of it, but what they lead to is:
+/// the bytes of libraries and poses, and the names, sizes and times of the files of a recording.
 struct BuildIdentity {
   std::vector<std::pair<std::string, std::uint64_t>> parts;
 

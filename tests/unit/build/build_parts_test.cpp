@@ -4,11 +4,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <random>
 
 #include "build/blocks.hpp"
+#include "build/build_identity.hpp"
 #include "build/plan_file.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -41,6 +43,64 @@ BuildPlan some_plan() {
   plan.places_outside = 2;
   plan.place_index = {std::byte{0}, std::byte{7}, std::byte{255}};
   return plan;
+}
+
+TEST_CASE("a recording for [selector] is known by what is in it, not by its path") {
+  const test::TemporaryFolder folder;
+  const auto identity = [&](const std::string& scans, const std::string& poses) {
+    BuildParams params;
+    params.effective_config = "schema = 1\n[map]\ntrajectory = \"" +
+                              (folder.path() / "driven.tum").string() +
+                              "\"\n[selector]\nplugin = \"contribution\"\nscans = \"" +
+                              (folder.path() / scans).string() + "\"\n";
+    if (!poses.empty()) {
+      params.effective_config += "poses = \"" + (folder.path() / poses).string() + "\"\n";
+    }
+    const auto known = identity_of(1, {}, BuildPlugins(), params);
+    REQUIRE_MESSAGE(known, to_string(known.error()));
+    return known->key();
+  };
+  fs::create_directories(folder.path() / "scans" / "more");
+  test::write_text(folder.path() / "scans" / "1.pcd", "one");
+  test::write_text(folder.path() / "scans" / "more" / "2.pcd", "two");
+  test::write_text(folder.path() / "driven.tum", "0 0 0 0 0 0 0 1\n");
+  test::write_text(folder.path() / "poses.tum", "0 0 0 0 0 0 0 1\n");
+  const std::uint64_t first = identity("scans", "");
+  CHECK(identity("scans", "") == first);
+
+  // Elsewhere, and by another path.
+  fs::create_symlink("scans", folder.path() / "link");
+  CHECK(identity("link", "poses.tum") == first);
+  CHECK(identity("scans/../scans", "") == first);
+  fs::rename(folder.path() / "scans", folder.path() / "moved");
+  CHECK(identity("moved", "") == first);
+
+  // Each of these is another recording. The folder's own time stays.
+  const fs::path scan = folder.path() / "moved" / "more" / "2.pcd";
+  const auto time = fs::last_write_time(scan);
+  test::write_text(scan, "two, again");
+  fs::last_write_time(scan, time);
+  const std::uint64_t longer = identity("moved", "");
+  CHECK(longer != first);
+  fs::last_write_time(scan, time + std::chrono::seconds(2));
+  CHECK(identity("moved", "") != longer);
+  fs::last_write_time(scan, time);
+  CHECK(identity("moved", "") == longer);
+  fs::rename(scan, folder.path() / "moved" / "more" / "3.pcd");
+  CHECK(identity("moved", "") != longer);
+  fs::rename(folder.path() / "moved" / "more" / "3.pcd", scan);
+  CHECK(identity("moved", "") == longer);
+  test::write_text(folder.path() / "driven.tum", "0 0 0 0 0 0 1 0\n");
+  CHECK(identity("moved", "") != longer);
+  CHECK(identity("moved", "poses.tum") == longer);
+
+  // A recording of one file.
+  test::write_text(folder.path() / "a.bag", "bag");
+  const std::uint64_t bag = identity("a.bag", "");
+  fs::rename(folder.path() / "a.bag", folder.path() / "b.bag");
+  CHECK(identity("b.bag", "") == bag);
+  test::write_text(folder.path() / "b.bag", "longer");
+  CHECK(identity("b.bag", "") != bag);
 }
 
 TEST_CASE("a plan comes back from its bytes, and from no others") {
