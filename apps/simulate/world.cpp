@@ -90,8 +90,9 @@ Result<void> write_ground(RTCGeometry geometry, const Terrain& terrain) {
   return {};
 }
 
+/// Attaches a mesh of all objects to the scene, unless there are none: Embree has no empty buffers.
 /// @return  what each triangle belongs to
-Result<std::vector<Surface>> write_objects(RTCGeometry geometry, const Campus& campus) {
+Result<std::vector<Surface>> add_objects(RTCDevice device, RTCScene scene, const Campus& campus) {
   std::size_t vertices = 3 * campus.leaves.size(), triangles = campus.leaves.size();
   for (const Solid& solid : campus.solids) {
     for (const Face& face : solid.faces) {
@@ -99,9 +100,11 @@ Result<std::vector<Surface>> write_objects(RTCGeometry geometry, const Campus& c
       triangles += face.corners.size() - 2;
     }
   }
-  MeshWriter mesh(geometry, vertices, triangles);
-  if (!mesh.is_ready()) return cannot_store_triangles();
   std::vector<Surface> surfaces;
+  if (triangles == 0) return surfaces;
+  const Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+  MeshWriter mesh(geometry.get(), vertices, triangles);
+  if (!mesh.is_ready()) return cannot_store_triangles();
   surfaces.reserve(triangles);
   for (const Solid& solid : campus.solids) {
     for (const Face& face : solid.faces) {
@@ -119,6 +122,8 @@ Result<std::vector<Surface>> write_objects(RTCGeometry geometry, const Campus& c
     mesh.add_triangle(a, b, mesh.add_vertex(leaf[2]));
     surfaces.push_back(Surface::vegetation);
   }
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometryByID(scene, geometry.get(), kObjectGeometry);
   return surfaces;
 }
 
@@ -164,10 +169,7 @@ Result<World> World::create(const WorldParams& params, Day day, Rays rays) {
   VANTAGE_CHECK(write_ground(ground.get(), parts->terrain));
   rtcCommitGeometry(ground.get());
   rtcAttachGeometryByID(scene, ground.get(), kGroundGeometry);
-  const Geometry objects(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
-  VANTAGE_TRY(parts->surfaces, write_objects(objects.get(), parts->campus));
-  rtcCommitGeometry(objects.get());
-  rtcAttachGeometryByID(scene, objects.get(), kObjectGeometry);
+  VANTAGE_TRY(parts->surfaces, add_objects(device, scene, parts->campus));
   {
     // The order of triangles in the tree decides which of two equally near ones is hit. It must not
     // depend on the number of threads.

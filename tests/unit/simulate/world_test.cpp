@@ -206,5 +206,23 @@ TEST_CASE("a campus has everything that was asked for") {
   }
 }
 
+TEST_CASE("a world without a single object is its ground, for rays too") {
+  const auto table = parse_toml(
+      "schema = 1\n[campus]\nlayout = \"square\"\nsquare_radius = 1000.0\nsize_x = 80\n"
+      "size_y = 80\n[drive]\nlength = 3.0\n",
+      "w.toml");
+  REQUIRE(table);
+  const auto params = parse_world(*table);
+  REQUIRE_MESSAGE(params, to_string(params.error()));
+  const World world = test::make_world(*params);
+  REQUIRE(world.campus().solids.empty());
+  REQUIRE(world.campus().leaves.empty());
+  const auto down = world.cast({1.0, 2.0, 50.0}, -Vector3d::UnitZ(), 100.0);
+  REQUIRE(down);
+  CHECK(down->surface == Surface::ground);
+  CHECK(down->range == doctest::Approx(50.0 - world.terrain().height(1.0, 2.0)).epsilon(1e-3));
+  CHECK_FALSE(world.cast({1.0, 2.0, 50.0}, Vector3d::UnitZ(), 100.0));
+}
+
 }  // namespace
 }  // namespace vantage::simulation
