@@ -25,7 +25,7 @@ using terrain::MinimumRaster;
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kMaxWindows = 10'000;
+constexpr double kMaxRadius = 10'000;  // [cells]
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
 enum class Schedule : std::uint8_t { linear, exponential };
@@ -84,11 +84,9 @@ struct Params {
     if (schedule == Schedule::exponential && base < 1.1) {
       return fail_at({"base"}, "'base' must be at least 1.1 for the exponential schedule");
     }
-    if (max_window / (2.0 * cell_size * base) > static_cast<double>(kMaxWindows) &&
-        schedule == Schedule::linear) {
-      return fail_at({"max_window", "base", "cell_size"},
-                     "'max_window' takes more than " + std::to_string(kMaxWindows) +
-                         " windows; choose a larger 'base' or 'cell_size'");
+    if (max_window > (2.0 * kMaxRadius + 1.0) * cell_size) {
+      return fail_at({"max_window", "cell_size"},
+                     "'max_window' is wider than 20001 cells; choose a larger 'cell_size'");
     }
     return {};
   }
@@ -97,7 +95,7 @@ struct Params {
   [[nodiscard]] std::vector<Window> windows() const {
     std::vector<Window> all;
     const double widest = std::floor((max_window / cell_size - 1.0) / 2.0 + 1e-9);
-    for (double k = 1.0; all.size() <= kMaxWindows; k += 1.0) {
+    for (double k = 1.0;; k += 1.0) {
       const double radius =
           std::round(schedule == Schedule::linear ? k * base : std::pow(base, k - 1.0));
       if (radius > widest) break;
