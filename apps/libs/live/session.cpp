@@ -312,28 +312,26 @@ void Session::feed_motion(const std::string& sensor) {
   }
 }
 
-/// T_odom_base.
+/// T_odom_base, between the two samples around the stamp. A pose of another moment would move the
+/// map under the robot by what it drove since. Who waits for no samples (motion_wait = 0) has the
+/// one before the stamp only, so the motion between the last two is taken to go on for a moment.
 std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) const {
-  constexpr double kLongestGap = 0.5;  // [s]
-  const auto after = std::ranges::lower_bound(odometry_, stamp, {}, &Odometry::stamp);
-  if (odometry_.empty()) return std::nullopt;
-  const Odometry& last = odometry_.back();
-  std::optional<Pose> pose;
-  if (after == odometry_.end()) {
-    if (stamp - last.stamp > kLongestGap) return std::nullopt;
-    pose = last.T_odom_child;
-  } else if (after == odometry_.begin()) {
-    if (after->stamp - stamp > kLongestGap) return std::nullopt;
-    pose = after->T_odom_child;
-  } else {
+  constexpr double kLongestGap = 0.5, kGoesOn = 0.05;  // [s]
+  auto after = std::ranges::lower_bound(odometry_, stamp, {}, &Odometry::stamp);
+  if (after == odometry_.end() && !odometry_.empty()) --after;
+  if (after == odometry_.end() || stamp - after->stamp > kGoesOn) return std::nullopt;
+  Pose pose = after->T_odom_child;
+  if (after->stamp != stamp) {
+    if (after == odometry_.begin()) return std::nullopt;
     const Odometry& before = *std::prev(after);
-    const double share = (stamp - before.stamp) / (after->stamp - before.stamp);
-    pose = interpolate(before.T_odom_child, after->T_odom_child, share);
+    const double gap = after->stamp - before.stamp;
+    if (gap > kLongestGap) return std::nullopt;
+    pose = interpolate(before.T_odom_child, after->T_odom_child, (stamp - before.stamp) / gap);
   }
-  if (last.child.empty() || last.child == base) return pose;
-  const auto T_child_base = frames_.pose(last.child, base);
+  if (after->child.empty() || after->child == base) return pose;
+  const auto T_child_base = frames_.pose(after->child, base);
   if (!T_child_base || !*T_child_base) return std::nullopt;
-  return *pose * **T_child_base;
+  return pose * **T_child_base;
 }
 
 Result<std::optional<Localized>> Session::localize() {

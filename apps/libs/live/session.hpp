@@ -29,7 +29,7 @@ struct Localized {
   io::ros::Stamp stamp;                  ///< of the scan, to the nanosecond
   Received received;                     ///< what the scan was read from
   Pose T_base_sensor;                    ///< of the LiDAR
-  std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp
+  std::optional<Pose> T_odom_base = {};  ///< at the scan's stamp, if odometry reaches to it
   std::optional<PosePrior> prior = {};   ///< that it was localized with
   double seconds = 0.0;                  ///< from the points to the report
 };

@@ -71,6 +71,33 @@ TEST_CASE("a scan waits for IMU and odometry, but not for ever") {
   CHECK(robot.session.is_ready(ns(kStart + 1.5)));
 }
 
+TEST_CASE("odometry counts at a scan only if its samples reach to the scan's stamp") {
+  LiveParams params = Robot::with_mount();
+  params.topics.odometry = "/odom";
+  params.motion_wait = 0.0;
+  Robot robot(params);
+  const auto x_at = [&](double after) -> std::optional<double> {
+    robot.scan(kStart + after);
+    const auto found = robot.localize();
+    REQUIRE(found);
+    CHECK(found->report.tracking == Tracking::tracked);
+    if (!found->T_odom_base) return std::nullopt;
+    return found->T_odom_base->translation.x();
+  };
+  robot.odometry(kStart);
+  CHECK(x_at(0.0) == doctest::Approx(0.0));
+  CHECK_FALSE(x_at(0.02));  // one sample tells no motion
+  robot.odometry(kStart + 0.05);
+  CHECK(x_at(0.03) == doctest::Approx(0.03));
+  CHECK(x_at(0.09) == doctest::Approx(0.09));  // the motion goes on for a moment
+  CHECK_FALSE(x_at(0.12));
+  CHECK_FALSE(x_at(0.4));
+  robot.odometry(kStart + 0.6);  // more than half a second later
+  CHECK_FALSE(x_at(0.5));
+  robot.odometry(kStart + 0.7);
+  CHECK(x_at(0.68) == doctest::Approx(0.68));
+}
+
 TEST_CASE("between scans, the IMU says how the robot moves") {
   LiveParams params = Robot::with_mount();
   params.topics.imu = "/imu";
@@ -333,6 +360,7 @@ TEST_CASE("one sample with a stamp of the future does not hide those that follow
   robot.imu(kStart + 1e6);
   robot.odometry(kStart + 1e6);
   CHECK(robot.was_told("later than the last scan"));
+  robot.odometry(kStart + 0.05);
   robot.imu(kStart + 0.2);
   robot.odometry(kStart + 0.2);
   robot.scan(kStart + 0.1);
