@@ -99,7 +99,13 @@ Result<void> Session::read(Received& received) {
     case Input::static_transforms: {
       VANTAGE_TRY(const auto transforms,
                   io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
-      for (const auto& one : transforms) VANTAGE_CHECK(frames_.add(one));
+      for (const auto& one : transforms) {
+        const auto added = frames_.add(one);
+        if (added) continue;  // a message has the frames of a whole robot, the LiDAR's among them
+        notices_.tell("static_transforms_invalid",
+                      fmt::format("the transform from '{}' to '{}' of /tf_static is left out: {}",
+                                  one.header.frame, one.child, added.error().message));
+      }
       return {};
     }
   }

@@ -228,6 +228,28 @@ TEST_CASE("scans without a mount are left out, until /tf_static tells it") {
   CHECK(robot.localize()->T_base_sensor.translation.x() == 0.0);
 }
 
+TEST_CASE("an invalid transform does not hide those that follow it in its message") {
+  Robot robot;
+  io::ros::PoseMessage wheel{
+      .header = {.stamp = 0.0, .frame = "base_link"}, .child = "wheel", .pose = {}};
+  wheel.pose.rotation.coeffs().setZero();
+  const io::ros::PoseMessage mount{
+      .header = {.stamp = 0.0, .frame = "base_link"}, .child = "lidar", .pose = test::at_x(0.5)};
+  for (int i = 0; i < 2; ++i) {
+    robot.give(Input::static_transforms, kStart,
+               io::ros::write_transforms(std::array{wheel, mount}));
+  }
+  CHECK(robot.told.size() == 1);
+  CHECK(
+      robot.was_told("the transform from 'base_link' to 'wheel' of /tf_static is left out: the "
+                     "quaternion"));
+  CHECK(robot.notices.count_of("static_transforms_invalid") == 2);
+  robot.scan(kStart);
+  const auto found = robot.localize();
+  REQUIRE(found);
+  CHECK(found->T_base_sensor.translation.x() == 0.5);
+}
+
 TEST_CASE("a session that waits for a pose begins with it, at any height") {
   LiveParams params = Robot::with_mount();
   params.start = Start::wait;
