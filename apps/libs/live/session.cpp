@@ -137,7 +137,7 @@ Result<void> Session::read_points(Received& received) {
   waiting_ = Waiting{.scan = std::move(scan),
                      .header = cloud.header,
                      .received = std::move(received),
-                     .end = stamp + sweep};
+                     .end = sweep > 0.0 ? io::ros::Stamp(stamp + sweep) : cloud.header.stamp};
   return {};
 }
 
@@ -383,7 +383,7 @@ Result<std::optional<Localized>> Session::localize() {
                  .seconds = took.count()};
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
   T_base_sensor_ = T_base_sensor;
-  if (params_.topics.imu.empty()) moved_ = done.stamp;
+  if (params_.topics.imu.empty()) moved_ = now.end;
   requests_.see(done);
   if (!requests_.is_on()) return std::nullopt;
   return done;

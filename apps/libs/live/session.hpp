@@ -64,8 +64,8 @@ class Session {
   /// Errors: a region map that cannot be loaded or prepared; the session goes on.
   [[nodiscard]] Result<std::optional<Localized>> localize();
 
-  /// The motion at the last sample of the IMU, or at the last scan without an IMU. Nothing if that
-  /// was told already, or if the last scan was not tracked.
+  /// The motion at the last sample of the IMU, or at the end of the last sweep without an IMU.
+  /// Nothing if that was told already, or if the last scan was not tracked.
   [[nodiscard]] std::optional<Moved> moved();
 
   /// Answers to requests, since the last call.
@@ -81,7 +81,7 @@ class Session {
     io::StampedScan scan;
     io::ros::Header header;
     Received received;
-    double end = 0.0;  // of the sweep [s]
+    io::ros::Stamp end;  // of the sweep
   };
   struct Odometry {
     double stamp;

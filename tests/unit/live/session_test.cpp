@@ -124,6 +124,34 @@ TEST_CASE("between scans, the IMU says how the robot moves") {
   CHECK_FALSE(robot.session.moved());  // scans have been silent for too long
 }
 
+TEST_CASE("without an IMU, the motion is told for the end of each sweep") {
+  for (const double sweep : {0.0, 0.1}) {
+    CAPTURE(sweep);
+    Robot robot(Robot::with_mount());
+    robot.world.stand_at(test::at_x(5.0));
+    const std::size_t count = robot.world.scan.size();
+    std::vector<float> seconds(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      seconds[i] = static_cast<float>(sweep * static_cast<double>(i) / static_cast<double>(count));
+    }
+    seconds.back() = static_cast<float>(sweep);
+    const std::vector<io::ros::CloudField> times{{.name = "time", .values = seconds}};
+    for (int i = 0; i < 5; ++i) {
+      const double stamp = kStart + 0.1 * i;
+      robot.give(
+          Input::points, stamp,
+          io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, robot.world.scan, times));
+      REQUIRE(robot.localize()->report.tracking == Tracking::tracked);
+      const auto moved = robot.session.moved();
+      REQUIRE(moved);
+      CHECK(std::abs(double(moved->stamp) - (stamp + sweep)) < 1e-6);
+      CHECK(moved->motion.stamp == double(moved->stamp));
+      CHECK(moved->motion.T_map_sensor.translation.x() == doctest::Approx(5.0).epsilon(1e-3));
+      CHECK_FALSE(robot.session.moved());  // told already
+    }
+  }
+}
+
 TEST_CASE("a scan that waits is dropped for the next one, and told once") {
   LiveParams params = Robot::with_mount();
   params.topics.imu = "/imu";
