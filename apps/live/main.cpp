@@ -218,7 +218,7 @@ class Node {
     if (!outputs_.contains(Output::map)) return;
     const auto map = bundle_.get(region);
     if (!map) return say("a region's map cannot be published: " + map.error().message);
-    const auto message = live::map_message(params_.frames, map->points);
+    const auto message = live::map_message(params_.frames, map->points, notices_);
     if (!message) return say("a region's map cannot be published: " + message.error().message);
     publish(Output::map, *message);
   }

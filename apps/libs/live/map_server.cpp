@@ -29,7 +29,7 @@ Result<std::optional<std::string>> MapServer::take(const Received& received) {
   }
   if (region_ == choice.region) return std::nullopt;
   VANTAGE_TRY(const RegionMap map, bundle_.get(choice.region));
-  VANTAGE_TRY(std::string message, map_message(params_.frames, map.points));
+  VANTAGE_TRY(std::string message, map_message(params_.frames, map.points, notices_));
   region_ = choice.region;
   notices_.say(fmt::format("x {:.1f}, y {:.1f}: the map of region {}, {} points", place.x(),
                            place.y(), regions_.name_of(choice.region), map.points.size()));

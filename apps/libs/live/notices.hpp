@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 
 namespace vantage::live {
 
-/// What goes wrong again and again: each kind is told once, and counted.
+/// What goes wrong again and again: each kind is told once, and counted. Any thread may tell; the
+/// sink is called by one at a time.
 class Notices {
  public:
   using Sink = std::function<void(const std::string&)>;
@@ -18,6 +20,7 @@ class Notices {
   /// @param times  how often it happened since the last call
   void tell(std::string_view kind, const std::string& text, std::uint64_t times = 1) {
     if (times == 0) return;
+    const std::scoped_lock lock(mutex_);
     std::uint64_t& count = counts_[std::string(kind)];
     if (count == 0) sink_(text);
     count += times;
@@ -28,20 +31,29 @@ class Notices {
          "scans come faster than they are localized: the oldest that waits is dropped", times);
   }
   /// Counts without a text.
-  void count(std::string_view kind) { ++counts_[std::string(kind)]; }
+  void count(std::string_view kind) {
+    const std::scoped_lock lock(mutex_);
+    ++counts_[std::string(kind)];
+  }
   /// Says something that happens rarely.
-  void say(const std::string& text) const { sink_(text); }
+  void say(const std::string& text) const {
+    const std::scoped_lock lock(mutex_);
+    sink_(text);
+  }
   [[nodiscard]] std::uint64_t count_of(std::string_view kind) const {
+    const std::scoped_lock lock(mutex_);
     const auto found = counts_.find(std::string(kind));
     return found == counts_.end() ? 0 : found->second;
   }
   /// By kind.
-  [[nodiscard]] const std::map<std::string, std::uint64_t>& counts() const noexcept {
+  [[nodiscard]] std::map<std::string, std::uint64_t> counts() const {
+    const std::scoped_lock lock(mutex_);
     return counts_;
   }
 
  private:
   Sink sink_;
+  mutable std::mutex mutex_;
   std::map<std::string, std::uint64_t> counts_;
 };
 

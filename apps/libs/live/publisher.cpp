@@ -143,8 +143,14 @@ Result<std::vector<Publication>> Publisher::messages(
   return messages;
 }
 
-Result<std::string> map_message(const FrameParams& frames, PointsView points) {
-  return io::ros::write_point_cloud2({.stamp = 0.0, .frame = frames.map}, points);
+Result<std::string> map_message(const FrameParams& frames, PointsView points, Notices& notices) {
+  const io::ros::Coordinates coordinates = io::ros::coordinates_for(points);
+  if (coordinates == io::ros::Coordinates::float64) {
+    notices.tell("maps_in_float64",
+                 "the map is so far from its origin that float32 would move points by more than "
+                 "1 mm: x, y and z are published as float64, which RViz and PCL do not read");
+  }
+  return io::ros::write_point_cloud2({.stamp = 0.0, .frame = frames.map}, points, {}, coordinates);
 }
 
 }  // namespace vantage::live

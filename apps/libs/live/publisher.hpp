@@ -8,6 +8,7 @@
 
 #include "dds/participant.hpp"
 #include "live/live_params.hpp"
+#include "live/notices.hpp"
 #include "live/session.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
@@ -68,7 +69,9 @@ class Publisher {
   std::optional<Pose> T_map_odom_;
 };
 
-/// The message for a region's map, stamped 0: it holds at all times.
-[[nodiscard]] Result<std::string> map_message(const FrameParams& frames, PointsView points);
+/// The message for a region's map, stamped 0: it holds at all times. Tells if its coordinates are
+/// float64, because float32 would move them.
+[[nodiscard]] Result<std::string> map_message(const FrameParams& frames, PointsView points,
+                                              Notices& notices);
 
 }  // namespace vantage::live

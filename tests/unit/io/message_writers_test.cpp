@@ -85,6 +85,28 @@ TEST_CASE("message writers: a coordinate beyond float32 is NaN in a cloud that i
   CHECK(std::isnan(y));
 }
 
+TEST_CASE("message writers: coordinates are float64 where float32 would move them") {
+  const PointCloud near{{1.0 / 3.0, -32767.999, 100.1}}, utm{{10.0, 0.0, 0.0}, {1, 5300000.2, 3}};
+  CHECK(coordinates_for(PointsView{}) == Coordinates::float32);
+  CHECK(coordinates_for(near) == Coordinates::float32);
+  CHECK(coordinates_for(PointCloud{{-32768.001, 0, 0}}) == Coordinates::float32);  // by 0.9999 mm
+  CHECK(coordinates_for(PointCloud{{0, -32768.0015, 0}}) == Coordinates::float64);
+  CHECK(coordinates_for(PointCloud{{0, 0, 5300000.5}}) == Coordinates::float32);  // not at all
+  CHECK(coordinates_for(PointCloud{{1e300, 0, 0}}) == Coordinates::float32);
+  CHECK(coordinates_for(utm) == Coordinates::float64);
+
+  const std::vector<float> seconds{0.25F, 0.5F};
+  const std::vector<CloudField> more{{.name = "time", .values = seconds}};
+  const auto message =
+      write_point_cloud2({.stamp = 1.5, .frame = "map"}, utm, more, Coordinates::float64);
+  REQUIRE(message);
+  const auto read = parse_point_cloud2(*message, Encoding::cdr, {});
+  REQUIRE_MESSAGE(read, to_string(read.error()));
+  CHECK(read->cloud.points == utm);
+  CHECK(read->fields ==
+        std::vector<std::string>{"x float64", "y float64", "z float64", "time float32"});
+}
+
 TEST_CASE("message writers: diagnostic_msgs/DiagnosticArray") {
   const std::vector<Diagnostic> diagnostics{
       {.level = Diagnostic::Level::error, .name = "n", .message = "lost", .values = {{"k", "vv"}}}};

@@ -110,5 +110,21 @@ TEST_CASE("the covariance of the robot is that of samples of the sensor's pose")
   CHECK((sampled - robot.covariance).norm() < 0.05 * sampled.norm());
 }
 
+TEST_CASE("a map far from its origin is published as it is, and this is told once") {
+  std::vector<std::string> told;
+  Notices notices([&](const std::string& text) { told.push_back(text); });
+  const PointCloud near{{1.25, 2.5, 3.0}}, far{{690000.125, 5334000.003, 512.7}};
+  const auto points_of = [&](const PointCloud& map) {
+    const auto message = map_message({}, map, notices).value();
+    return io::ros::parse_point_cloud2(message, Encoding::cdr, {}).value().cloud.points;
+  };
+  CHECK(points_of(near) == near);
+  CHECK(told.empty());
+  CHECK(points_of(far) == far);
+  CHECK(points_of(far) == far);
+  CHECK(told.size() == 1);
+  CHECK(notices.count_of("maps_in_float64") == 2);
+}
+
 }  // namespace
 }  // namespace vantage::live

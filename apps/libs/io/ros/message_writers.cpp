@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,7 +12,7 @@
 namespace vantage::io::ros {
 namespace {
 
-constexpr std::uint8_t kFloat32 = 7;  // sensor_msgs/PointField
+constexpr std::uint8_t kFloat32 = 7, kFloat64 = 8;  // sensor_msgs/PointField
 
 Result<void> write(CdrWriter& out, const Header& header) {
   VANTAGE_TRY(const Time time, header.stamp.time());
@@ -41,20 +42,26 @@ Result<void> write_pose_with_covariance(CdrWriter& out, const Header& header, co
   return {};
 }
 
-void write_field(CdrWriter& out, std::string_view name, std::uint32_t offset) {
+void write_field(CdrWriter& out, std::string_view name, std::uint32_t offset, std::uint8_t type) {
   out.text(name);
   out.number(offset);
-  out.number(kFloat32);
+  out.number(type);
   out.count(1);
 }
 
 bool fits(double x) { return std::abs(x) <= std::numeric_limits<float>::max(); }
 
-float to_float(double x) {
-  return fits(x) ? static_cast<float>(x) : std::numeric_limits<float>::quiet_NaN();
+void append_coordinate(std::string& data, double x, Coordinates coordinates) {
+  if (!fits(x)) x = std::numeric_limits<double>::quiet_NaN();
+  if (coordinates == Coordinates::float64) return append_little_endian(data, x);
+  append_little_endian(data, static_cast<float>(x));
 }
 
-Result<void> check(PointsView points, std::span<const CloudField> more) {
+std::size_t size_of(Coordinates coordinates) {
+  return coordinates == Coordinates::float64 ? sizeof(double) : sizeof(float);
+}
+
+Result<void> check(PointsView points, std::span<const CloudField> more, std::size_t step) {
   for (const CloudField& field : more) {
     if (field.values.size() != points.size()) {
       return fail(ErrorCode::invalid_input,
@@ -62,7 +69,6 @@ Result<void> check(PointsView points, std::span<const CloudField> more) {
                               field.values.size(), points.size()));
     }
   }
-  const std::size_t step = sizeof(float) * (3 + more.size());
   if (points.size() > std::numeric_limits<std::uint32_t>::max() / step) {
     return fail(
         ErrorCode::invalid_input,
@@ -73,25 +79,42 @@ Result<void> check(PointsView points, std::span<const CloudField> more) {
 
 }  // namespace
 
+Coordinates coordinates_for(PointsView points) {
+  constexpr double kMost = 0.001;      // [m]
+  constexpr double kPrecise = 0x1p15;  // [m]; below, half a digit of float32 is less than kMost
+  constexpr int kDigits = std::numeric_limits<float>::digits;
+  const auto is_moved = [](double x) {
+    if (std::abs(x) < kPrecise || !fits(x)) return false;
+    const double last_digit = std::ldexp(1.0, std::ilogb(x) + 1 - kDigits);
+    return std::abs(std::remainder(x, last_digit)) > kMost;
+  };
+  const bool moves = std::ranges::any_of(points, [&](const Point& p) {
+    return is_moved(p.x()) || is_moved(p.y()) || is_moved(p.z());
+  });
+  return moves ? Coordinates::float64 : Coordinates::float32;
+}
+
 Result<std::string> write_point_cloud2(const Header& header, PointsView points,
-                                       std::span<const CloudField> more) {
-  VANTAGE_CHECK(check(points, more));
+                                       std::span<const CloudField> more, Coordinates coordinates) {
+  const std::size_t of_coordinate = size_of(coordinates);
+  const std::size_t step = 3 * of_coordinate + sizeof(float) * more.size();
+  VANTAGE_CHECK(check(points, more, step));
   CdrWriter out;
   VANTAGE_CHECK(write(out, header));
   out.number(std::uint32_t{1});  // height: no rows
   out.count(points.size());
   out.count(3 + more.size());
-  std::uint32_t step = 0;
+  std::uint32_t offset = 0;
   for (const std::string_view name : {"x", "y", "z"}) {
-    write_field(out, name, step);
-    step += sizeof(float);
+    write_field(out, name, offset, coordinates == Coordinates::float64 ? kFloat64 : kFloat32);
+    offset += static_cast<std::uint32_t>(of_coordinate);
   }
   for (const CloudField& field : more) {
-    write_field(out, field.name, step);
-    step += sizeof(float);
+    write_field(out, field.name, offset, kFloat32);
+    offset += sizeof(float);
   }
   out.number(std::uint8_t{0});  // is_bigendian
-  out.number(step);
+  out.number(offset);           // point_step
   const std::size_t size = step * points.size();
   out.count(size);  // row_step
   std::string data;
@@ -100,7 +123,7 @@ Result<std::string> write_point_cloud2(const Header& header, PointsView points,
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (const double x : points[i]) {
       dense = dense && fits(x);
-      append_little_endian(data, to_float(x));
+      append_coordinate(data, x, coordinates);
     }
     for (const CloudField& field : more) append_little_endian(data, field.values[i]);
   }

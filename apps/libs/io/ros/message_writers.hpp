@@ -22,6 +22,11 @@ struct CloudField {
   std::span<const float> values;  ///< as many as there are points; borrowed
 };
 
+/// How x, y and z of a cloud are encoded. RViz and PCL read float32 only.
+enum class Coordinates : std::uint8_t { float32, float64 };
+/// float32, unless it would move a coordinate by more than 1 mm, as it does far from the origin.
+[[nodiscard]] Coordinates coordinates_for(PointsView points);
+
 /// diagnostic_msgs/DiagnosticStatus.
 struct Diagnostic {
   enum class Level : std::uint8_t { ok = 0, warn = 1, error = 2 };
@@ -35,11 +40,12 @@ struct Diagnostic {
 /// Errors: `invalid_input` for stamps that are not valid times (see time_of), and for messages of
 /// 2^32 bytes or more.
 
-/// sensor_msgs/PointCloud2 with x, y, z [m] and the other fields as float32; not dense if a
+/// sensor_msgs/PointCloud2 with x, y, z [m], and the other fields as float32; not dense if a
 /// coordinate is beyond float32, which is then written as NaN. Errors: also `invalid_input` for a
 /// field that does not have one value per point.
-[[nodiscard]] Result<std::string> write_point_cloud2(const Header& header, PointsView points,
-                                                     std::span<const CloudField> more = {});
+[[nodiscard]] Result<std::string> write_point_cloud2(
+    const Header& header, PointsView points, std::span<const CloudField> more = {},
+    Coordinates coordinates = Coordinates::float32);
 /// geometry_msgs/PoseStamped.
 [[nodiscard]] Result<std::string> write_pose_stamped(const Header& header, const Pose& pose);
 /// Of x, y, z [m] and of the rotation about the fixed axes [rad].
