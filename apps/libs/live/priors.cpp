@@ -15,8 +15,10 @@
 namespace vantage::live {
 namespace {
 
-// Priors are kept for this long [s].
+// Priors are kept for this long before the last scan [s]. Stamps say nothing of how many there are:
+// those of a sender without a clock are all the same.
 constexpr double kKeptTime = 10.0;
+constexpr std::size_t kMostKept = 5000;  // of 10 s at 500 Hz
 // A prior belongs to a scan that is this near to it in time [s].
 constexpr double kLargestAge = 0.15;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -60,7 +62,7 @@ Priors::Prior Priors::of(Input input, const io::ros::PoseMessage& pose) {
 
 void Priors::keep(const Prior& prior) {
   priors_.push_back(prior);
-  while (priors_.front().stamp < priors_.back().stamp - kKeptTime) priors_.pop_front();
+  if (priors_.size() > kMostKept) priors_.pop_front();
 }
 
 void Priors::add(const io::ros::PoseMessage& pose) { keep(of(Input::prior, pose)); }
@@ -123,6 +125,7 @@ std::optional<Priors::Prior> Priors::nearest(double stamp) const {
 }
 
 std::optional<PosePrior> Priors::at(double stamp, const Pose& T_base_sensor) {
+  std::erase_if(priors_, [&](const Prior& prior) { return prior.stamp < stamp - kKeptTime; });
   if (hint_) {
     // A hand points to a place on a screen: it knows no height, and a heading about.
     constexpr double kMetres = 1.0, kRadians = 15.0 * std::numbers::pi / 180.0;

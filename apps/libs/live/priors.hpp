@@ -15,7 +15,8 @@
 
 namespace vantage::live {
 
-/// What others say about where the robot is.
+/// What others say about where the robot is: the last priors, and none that is more than 10 s
+/// older than the last scan.
 class Priors {
  public:
   /// @param projection  where the map is on the earth; without it, fixes are left out

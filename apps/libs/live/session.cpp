@@ -151,6 +151,16 @@ bool Session::is_ahead(double stamp, Input input) {
   return true;
 }
 
+/// Whether a stamp is of no scan that comes. A sender whose clock is not set has such stamps.
+bool Session::is_behind(double stamp, Input input) {
+  if (!last_stamp_ || stamp >= *last_stamp_ - kKept) return false;
+  notices_.tell(fmt::format("{}_behind", name_of(input)),
+                fmt::format("a message of the topic '{}' is stamped {:.1f} s earlier than the last "
+                            "scan: left out",
+                            name_of(input), *last_stamp_ - stamp));
+  return true;
+}
+
 Result<void> Session::read_imu(const std::string& message) {
   VANTAGE_TRY(const auto imu, io::ros::parse_imu(message, Encoding::cdr, {}));
   if (!imu.is_measured) {
@@ -216,7 +226,8 @@ Result<void> Session::read_pose(const Received& received) {
   }
   for (const auto& one : poses) {
     if (input == Input::prior) {
-      if (!is_ahead(one.header.stamp, input)) priors_.add(one);
+      const double stamp = one.header.stamp;
+      if (!is_ahead(stamp, input) && !is_behind(stamp, input)) priors_.add(one);
       continue;
     }
     notices_.say(fmt::format("a pose is given: looks for the sensor at x {:.1f}, y {:.1f}",
@@ -237,7 +248,8 @@ Result<void> Session::read_trigger(const Received& received) {
 
 Result<void> Session::read_fix(const std::string& message) {
   VANTAGE_TRY(const auto fix, io::ros::parse_nav_sat_fix(message, Encoding::cdr, {}));
-  if (!is_ahead(fix.header.stamp, Input::fix)) priors_.add(fix, frames_);
+  const double stamp = fix.header.stamp;
+  if (!is_ahead(stamp, Input::fix) && !is_behind(stamp, Input::fix)) priors_.add(fix, frames_);
   return {};
 }
 
