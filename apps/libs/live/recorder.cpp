@@ -63,10 +63,15 @@ void Recorder::work() {
     waiting_bytes_ -= message.bytes.size();
     lock.unlock();
     auto written = write(message);
+    if (written) {
+      ++written_;
+    } else if (const auto kept = writer_.keep(); !kept) {
+      written.error().message += "; nothing of it is kept: " + kept.error().message;
+    }
     lock.lock();
-    if (!written && !failure_) {
+    if (!written) {
       failure_ = std::move(written).error();
-      left_out_ += 1 + waiting_.size();
+      left_out_ += 1 + waiting_.size() + (written_ - writer_.messages());
       waiting_.clear();
       waiting_bytes_ = 0;
     }
@@ -97,7 +102,9 @@ Result<void> Recorder::commit() {
   changed_.notify_one();
   thread_.join();
   if (failure_) return fail(*failure_);
-  return writer_.commit();
+  auto done = writer_.commit();
+  if (!done) (void)writer_.keep();
+  return done;
 }
 
 }  // namespace vantage::live

@@ -21,7 +21,8 @@ namespace vantage::live {
 
 /// Records messages in an MCAP file, in a thread of its own, so that nobody waits for a disk. If
 /// the disk is slower than what comes, messages are left out and counted; if it is full, the
-/// recording ends and what it holds is put in place.
+/// recording ends and what it holds is put in place: all but the messages of the last chunk, about
+/// 4 MiB of them.
 class Recorder final : public Observer {
  public:
   /// Errors: those of McapWriter::create.
@@ -33,7 +34,7 @@ class Recorder final : public Observer {
   [[nodiscard]] std::optional<std::string> complaint();
   /// Messages that were left out.
   [[nodiscard]] std::uint64_t left_out() const;
-  /// Writes what waits and puts the file in place; call once, at the end.
+  /// Writes what waits and puts the file in place, unless it is there; call once, at the end.
   /// Errors: those of McapWriter, the earliest.
   [[nodiscard]] Result<void> commit();
 
@@ -49,6 +50,7 @@ class Recorder final : public Observer {
 
   io::ros::McapWriter writer_;  // of the thread
   std::map<std::string, io::ros::McapWriter::ChannelId> channels_;
+  std::uint64_t written_ = 0;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Message> waiting_;

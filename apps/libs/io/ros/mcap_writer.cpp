@@ -101,15 +101,15 @@ void McapWriter::Span::extend(std::uint64_t time) noexcept {
   last = std::max(last, time);
 }
 
-McapWriter::McapWriter(OutputFile file, std::string name, McapCompression compression)
+McapWriter::McapWriter(GrowingFile file, std::string name, McapCompression compression)
     : file_(std::move(file)), name_(std::move(name)), compression_(compression) {}
 
 Result<McapWriter> McapWriter::create(const std::filesystem::path& path,
                                       McapCompression compression) {
-  VANTAGE_TRY(auto file, OutputFile::create(path));
+  VANTAGE_TRY(auto file, GrowingFile::create(path));
   McapWriter writer(std::move(file), path.string(), compression);
-  VANTAGE_CHECK(writer.put(mcap::kMagic));
-  VANTAGE_CHECK(writer.put(record(Opcode::header, Content().sized("ros2").sized("vantage"))));
+  VANTAGE_CHECK(writer.put(std::string(mcap::kMagic) +
+                           record(Opcode::header, Content().sized("ros2").sized("vantage"))));
   return writer;
 }
 
@@ -118,10 +118,17 @@ tl::unexpected<Error> McapWriter::refuse(std::string message) const {
 }
 
 Result<void> McapWriter::put(std::string_view bytes) {
-  VANTAGE_CHECK(file_.write(bytes));
+  VANTAGE_CHECK(file_.append(bytes, room()));
   crc_ = crc32(bytes, crc_);
   offset_ += bytes.size();
   return {};
+}
+
+/// What the summary needs after the next bytes at most: they add a record or two to it.
+std::uint64_t McapWriter::room() const noexcept {
+  constexpr std::uint64_t kNext = 64U << 10U, kOfChannel = 32;
+  return schema_records_.size() + channel_records_.size() + chunk_indexes_.size() +
+         metadata_indexes_.size() + kOfChannel * channels_.size() + kNext;
 }
 
 Result<void> McapWriter::add_metadata(std::string_view name,
@@ -130,11 +137,13 @@ Result<void> McapWriter::add_metadata(std::string_view name,
   for (const auto& [key, value] : values) entries.sized(key).sized(value);
   const std::string metadata =
       record(Opcode::metadata, Content().sized(name).sized(entries.view()));
+  const std::uint64_t start = offset_;
+  VANTAGE_CHECK(put(metadata));
   metadata_indexes_ +=
       record(Opcode::metadata_index,
-             Content().number(offset_).number(std::uint64_t{metadata.size()}).sized(name));
+             Content().number(start).number(std::uint64_t{metadata.size()}).sized(name));
   ++metadata_;
-  return put(metadata);
+  return {};
 }
 
 Result<McapWriter::ChannelId> McapWriter::add_channel(const std::string& topic,
@@ -149,22 +158,22 @@ Result<McapWriter::ChannelId> McapWriter::add_channel(const std::string& topic,
   const auto known = std::find(schemas_.begin(), schemas_.end(), schema);
   const auto schema_id = static_cast<std::uint16_t>(known - schemas_.begin() + 1);
   if (known == schemas_.end()) {
-    schemas_.push_back(schema);
     const std::string described =
         record(Opcode::schema,
                Content().number(schema_id).sized(schema.name).sized("ros2msg").sized(schema.text));
-    schema_records_ += described;
     VANTAGE_CHECK(put(described));
+    schemas_.push_back(schema);
+    schema_records_ += described;
   }
-  channels_.push_back({.topic = topic, .messages = 0, .index = {}});
-  const auto id = static_cast<ChannelId>(channels_.size());
+  const auto id = static_cast<ChannelId>(channels_.size() + 1);
   // The profile "ros2" requires the entry; an empty one says nothing about the quality of service.
   const std::string quality = Content().sized("offered_qos_profiles").sized("").view();
   const std::string described =
       record(Opcode::channel,
              Content().number(id).number(schema_id).sized(topic).sized("cdr").sized(quality));
-  channel_records_ += described;
   VANTAGE_CHECK(put(described));
+  channels_.push_back({.topic = topic, .messages = 0, .index = {}});
+  channel_records_ += described;
   return id;
 }
 
@@ -185,14 +194,24 @@ Result<void> McapWriter::write(ChannelId channel, double stamp, std::string_view
   ++to.messages;
   ++messages_;
   chunk_span_.extend(time);
-  span_.extend(time);
   if (chunk_.size() < kChunkSize) return {};
   return put_chunk();
 }
 
+void McapWriter::forget_chunk() {
+  constexpr std::size_t kEntry = 2 * sizeof(std::uint64_t);
+  for (Channel& channel : channels_) {
+    const std::size_t messages = channel.index.size() / kEntry;
+    channel.messages -= static_cast<std::uint32_t>(messages);
+    messages_ -= messages;
+    channel.index.clear();
+  }
+  chunk_.clear();
+  chunk_span_ = {};
+}
+
 Result<void> McapWriter::put_chunk() {
   VANTAGE_TRY(const std::string records, compressed(chunk_, compression_));
-  const std::uint64_t start = offset_;
   const std::uint64_t size = records.size(), whole_size = chunk_.size();
   const Content members = Content()
                               .number(chunk_span_.first)
@@ -201,30 +220,34 @@ Result<void> McapWriter::put_chunk() {
                               .number(crc32(chunk_))
                               .sized(name_of(compression_))
                               .number(size);
-  VANTAGE_CHECK(put(head(Opcode::chunk, members.view().size() + size)));
-  VANTAGE_CHECK(put(members.view()));
-  VANTAGE_CHECK(put(records));
-  const std::uint64_t end = offset_;
+  std::string bytes = head(Opcode::chunk, members.view().size() + size) + members.view() + records;
+  const std::uint64_t chunk_size = bytes.size();
   Content indexes;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     if (channels_[i].index.empty()) continue;
     const auto id = static_cast<ChannelId>(i + 1);
-    indexes.number(id).number(offset_);
-    VANTAGE_CHECK(
-        put(record(Opcode::message_index, Content().number(id).sized(channels_[i].index))));
-    channels_[i].index.clear();
+    indexes.number(id).number(offset_ + bytes.size());
+    bytes += record(Opcode::message_index, Content().number(id).sized(channels_[i].index));
   }
-  chunk_indexes_ += record(Opcode::chunk_index, Content()
-                                                    .number(chunk_span_.first)
-                                                    .number(chunk_span_.last)
-                                                    .number(start)
-                                                    .number(end - start)
-                                                    .sized(indexes.view())
-                                                    .number(offset_ - end)
-                                                    .sized(name_of(compression_))
-                                                    .number(size)
-                                                    .number(whole_size));
+  const std::string index = record(Opcode::chunk_index, Content()
+                                                            .number(chunk_span_.first)
+                                                            .number(chunk_span_.last)
+                                                            .number(offset_)
+                                                            .number(chunk_size)
+                                                            .sized(indexes.view())
+                                                            .number(bytes.size() - chunk_size)
+                                                            .sized(name_of(compression_))
+                                                            .number(size)
+                                                            .number(whole_size));
+  if (auto done = put(bytes); !done) {
+    forget_chunk();
+    return done;
+  }
+  chunk_indexes_ += index;
   ++chunks_;
+  span_.extend(chunk_span_.first);
+  span_.extend(chunk_span_.last);
+  for (Channel& channel : channels_) channel.index.clear();
   chunk_.clear();
   chunk_span_ = {};
   return {};
@@ -247,8 +270,10 @@ std::string McapWriter::statistics() const {
                                         .sized(counts.view()));
 }
 
-Result<void> McapWriter::put_summary() {
-  const std::uint64_t start = offset_;
+/// What follows the last chunk: the end of the data, the summary and the magic.
+std::string McapWriter::ending() const {
+  const std::string end = record(Opcode::data_end, Content().number(crc_));
+  const std::uint64_t start = offset_ + end.size();
   const std::string statistics = this->statistics();
   const std::pair<Opcode, const std::string&> groups[] = {
       {Opcode::schema, schema_records_},
@@ -256,28 +281,44 @@ Result<void> McapWriter::put_summary() {
       {Opcode::statistics, statistics},
       {Opcode::chunk_index, chunk_indexes_},
       {Opcode::metadata_index, metadata_indexes_}};
-  crc_ = 0;  // from here on, the checksum of the summary
-  std::string offsets;
+  std::string summary, offsets;
   for (const auto& [opcode, records] : groups) {
     if (records.empty()) continue;
     offsets += record(Opcode::summary_offset, Content()
                                                   .number(static_cast<std::uint8_t>(opcode))
-                                                  .number(offset_)
+                                                  .number(start + summary.size())
                                                   .number(std::uint64_t{records.size()}));
-    VANTAGE_CHECK(put(records));
+    summary += records;
   }
-  const Content members = Content().number(start).number(offset_);
-  VANTAGE_CHECK(put(offsets));
-  VANTAGE_CHECK(put(head(Opcode::footer, members.view().size() + sizeof(std::uint32_t))));
-  VANTAGE_CHECK(put(members.view()));
-  return put(Content().number(crc_).view());
+  const Content members = Content().number(start).number(start + summary.size());
+  summary += offsets;
+  summary += head(Opcode::footer, members.view().size() + sizeof(std::uint32_t));
+  summary += members.view();
+  summary += Content().number(crc32(summary)).view();
+  return end + summary + std::string(mcap::kMagic);
+}
+
+/// The same without a summary.
+std::string McapWriter::short_ending() const {
+  const Content none =
+      Content().number(std::uint64_t{0}).number(std::uint64_t{0}).number(std::uint32_t{0});
+  return record(Opcode::data_end, Content().number(crc_)) + record(Opcode::footer, none) +
+         std::string(mcap::kMagic);
 }
 
 Result<void> McapWriter::commit() {
   if (!chunk_.empty()) VANTAGE_CHECK(put_chunk());
-  VANTAGE_CHECK(put(record(Opcode::data_end, Content().number(crc_))));
-  VANTAGE_CHECK(put_summary());
-  VANTAGE_CHECK(put(mcap::kMagic));
+  VANTAGE_CHECK(file_.append(ending(), 0));
+  ended_ = true;
+  return file_.commit();
+}
+
+Result<void> McapWriter::keep() {
+  if (!chunk_.empty()) (void)put_chunk();
+  if (chunks_ == 0) return {};
+  // Readers that find no summary look at every chunk. The short ending fits into the last block of
+  // most files, whatever the disk says.
+  if (!ended_) ended_ = file_.append(ending(), 0) || file_.append(short_ending(), 0);
   return file_.commit();
 }
 

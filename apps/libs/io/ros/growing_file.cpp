@@ -1,0 +1,88 @@
+#include "io/ros/growing_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+
+namespace vantage::io::ros {
+
+Result<GrowingFile> GrowingFile::create(const std::filesystem::path& path) {
+  const SourceLocation where{path.string(), 0, 0};
+  struct stat status {};
+  if (path.filename().empty() || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))) {
+    return fail(ErrorCode::io_failure, "cannot be written: it is not a regular file", where);
+  }
+  GrowingFile file;
+  file.path_ = path;
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  for (unsigned attempt = 0; !file.descriptor_.open(); ++attempt) {
+    file.temporary_ = folder / (".vantage-" + std::to_string(::getpid()) + "-" +
+                                std::to_string(attempt) + ".tmp");
+    file.descriptor_ = Descriptor::of(file.temporary_, O_WRONLY | O_CREAT | O_EXCL);
+    if (file.descriptor_.open() || errno == EEXIST) continue;
+    const int reason = errno;
+    return fail(
+        reason == ENOENT || reason == ENOTDIR ? ErrorCode::not_found : ErrorCode::io_failure,
+        "cannot be written: no file can be created in the folder " + folder.string() + " (" +
+            system_message(reason) + ")",
+        where);
+  }
+  return file;
+}
+
+GrowingFile::~GrowingFile() {
+  if (!descriptor_.open()) return;
+  descriptor_.close();
+  ::unlink(temporary_.c_str());
+}
+
+/// Returns 0, or an errno value if the disk has no room. A file system that can keep none is none
+/// of these. Only what is new is asked for: where it fails, what was kept before stays.
+int GrowingFile::reserve(std::uint64_t end) noexcept {
+  if (end <= reserved_) return 0;
+  int result = 0;
+  do {
+    result = ::fallocate(descriptor_.get(), FALLOC_FL_KEEP_SIZE, static_cast<off_t>(reserved_),
+                         static_cast<off_t>(end - reserved_));
+  } while (result != 0 && errno == EINTR);
+  if (result != 0) return errno == ENOSPC || errno == EDQUOT ? errno : 0;
+  reserved_ = end;
+  return 0;
+}
+
+Result<void> GrowingFile::append(std::string_view bytes, std::uint64_t room) {
+  if (!descriptor_.open()) {
+    return fail(ErrorCode::invalid_input, "write to an output file that is already in place",
+                SourceLocation{path_.string(), 0, 0});
+  }
+  int reason = reserve(size_ + bytes.size() + room);
+  if (reason == 0) reason = write_all(descriptor_, bytes);
+  if (reason == 0) {
+    size_ += bytes.size();
+    return {};
+  }
+  // The next bytes go over what was written in part, or commit() cuts it off.
+  (void)::lseek(descriptor_.get(), static_cast<off_t>(size_), SEEK_SET);
+  return system_error(path_, "writing failed", reason);
+}
+
+Result<void> GrowingFile::commit() {
+  if (!descriptor_.open()) {
+    return fail(ErrorCode::invalid_input, "commit of an output file that is already in place",
+                SourceLocation{path_.string(), 0, 0});
+  }
+  if (::ftruncate(descriptor_.get(), static_cast<off_t>(size_)) != 0 ||
+      ::fsync(descriptor_.get()) != 0) {
+    return system_error(path_, "writing to the disk failed", errno);
+  }
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
+    return system_error(path_, "the finished file cannot be put in place", errno);
+  }
+  descriptor_.close();
+  return flush_name(path_);
+}
+
+}  // namespace vantage::io::ros
