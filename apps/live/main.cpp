@@ -290,7 +290,7 @@ Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveP
 }
 
 void localize_until_told(live::Session& session, Node& node, const live::LiveParams& params,
-                         const std::function<bool()>& is_over) {
+                         live::Notices& notices, const std::function<bool()>& is_over) {
   using std::chrono::milliseconds;
   constexpr auto kLongestWait = milliseconds(50), kWhileScanWaits = milliseconds(2);
   const bool moves = !params.topics.filtered_odometry.empty();
@@ -300,7 +300,7 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
   };
   const auto answer = [&] {
     const auto done = session.localize();
-    if (!done) return say(done.error().message);
+    if (!done) return notices.tell("scans_failed", to_string(done.error()));
     if (!*done) return;
     node.show((*done)->received);
     node.answer(**done);
@@ -352,7 +352,7 @@ Result<void> run(const Options& options) {
   Node node(params, bundle, notices, std::move(recorder));
   VANTAGE_CHECK(node.connect());
   say(fmt::format("ready in domain {}: scans of {}", params.domain, params.topics.points));
-  localize_until_told(session, node, params, is_over);
+  localize_until_told(session, node, params, notices, is_over);
   return node.finish(options.common.json);
 }
 
