@@ -24,7 +24,8 @@ struct Hypothesis {
   std::optional<MotionFilter> shown = {};       ///< the same, with the twist that the sweep shows
   std::optional<MotionFilter> before = {};      ///< with the scan before, if there was one
   RegionId region = {};                         ///< the region whose map this scan is matched to
-  std::shared_ptr<const ReadyRegion> map = {};  ///< of the region; held so that it stays ready
+  std::shared_ptr<const ReadyRegion> map = {};  ///< of the region, held so that it stays ready;
+                                                ///< none if it cannot be used
   std::optional<Alignment> alignment = {};
   PoseMatrix R = PoseMatrix::Zero();      ///< covariance of the alignment's pose, from scan to scan
   std::string failure = {};               ///< why there is no alignment

@@ -178,7 +178,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   s.elsewhere = update_beliefs(s.hypotheses);
   s.elsewhere += sort_out(s.hypotheses, s.params.max_hypotheses);
   VANTAGE_CHECK(s.use_best(report));
-  report.switched = !had_map || s.region != region_before;
+  report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
   const MotionFilter motion =
       s.verdict.conclude(s.hypotheses,
@@ -208,10 +208,12 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
 std::optional<SensorMotion> Localizer::motion_at(double stamp) {
   State& s = *state_;
   if (!s.since || !(stamp >= s.since->stamp())) return std::nullopt;
-  const auto pieces = s.inputs.between(s.since->stamp(), stamp, s.since->measured());
+  // The last input before the moment also holds at it.
+  constexpr double kRecent = 0.02;  // [s]
+  const auto pieces = s.inputs.between(stamp - kRecent, stamp, s.since->measured());
   s.since->predict(stamp, s.inputs, s.noise);
   const MotionState& body = s.since->state();
-  const Twist twist = twist_of(body, pieces.empty() ? MotionInput{} : pieces.back());
+  const Twist twist = twist_of(body, pieces.back());
   const Pose T_sensor_body = s.inputs.T_sensor_body();
   const Eigen::Matrix3d R = T_sensor_body.rotation.toRotationMatrix();
   const Eigen::Vector3d sensor_in_body = T_sensor_body.inverse().translation;

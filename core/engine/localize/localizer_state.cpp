@@ -123,12 +123,18 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
     const auto in_use = map ? std::optional(region) : std::nullopt;
     VANTAGE_TRY(const auto choice,
                 ahead.choose(in_use, one.last.translation, params.switch_margin));
-    if (h == 0) {
-      report.outside = choice.outside;
-      VANTAGE_CHECK(use(choice.region, report));
-    }
-    VANTAGE_TRY(one.map, maps.borrow(choice.region));
     one.region = choice.region;
+    one.map.reset();
+    if (h == 0) report.outside = choice.outside;
+    const Result<void> used = h == 0 ? use(choice.region, report) : Result<void>();
+    auto borrowed = used ? maps.borrow(choice.region) : fail(used.error());
+    if (!borrowed) {
+      // The next regions have maps again, maybe.
+      one.failure = "the map of region " + ahead.name_of(choice.region) +
+                    " cannot be used: " + to_string(borrowed.error());
+      continue;
+    }
+    one.map = *std::move(borrowed);
     Sweep of_rival = h == 0 ? Sweep() : predicted;
     Sweep& own = h == 0 ? sweep : of_rival;
     const Stopwatch stopwatch;
@@ -195,6 +201,11 @@ Result<Localizer::State::Told> Localizer::State::weigh(const PreparedScan& prepa
 }
 
 Result<void> Localizer::State::use_best(ScanReport& report) {
+  report.region = hypotheses.front().region;
+  if (!hypotheses.front().map) {  // it cannot be used
+    report.map_points = 0;
+    return {};
+  }
   // Waiting for a map that could not be expected is not a stall of tracking.
   const bool blocked = report.blocked;
   const double seconds_stall = report.seconds_stall;

@@ -61,7 +61,8 @@ struct Localizer::State {
   Result<void> use(RegionId next, ScanReport& report);
   Result<void> expect_what_is_ahead();
   /// Matches a sweep at each hypothesis's prediction. The points become those of the first. Where
-  /// the sweep fits at another place around a prediction, too, that becomes a hypothesis.
+  /// the sweep fits at another place around a prediction, too, that becomes a hypothesis. A
+  /// hypothesis in a region whose map cannot be used stays without an alignment.
   Result<void> match(Sweep& sweep, ScanReport& report);
   /// What a scan told.
   struct Told {

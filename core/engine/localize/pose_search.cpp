@@ -91,7 +91,8 @@ Result<void> check_candidates(const PoseCandidates& found, const PlaceQuery& que
               "one that is no pose");
 }
 
-/// The candidates worth trying, region by region, with their maps.
+/// The candidates worth trying, region by region, with their maps. Those in a region whose map
+/// cannot be used are left out.
 Result<std::vector<Find>> starts_at(const std::vector<PoseCandidate>& candidates,
                                     const Searcher& in, const std::stop_token& stop,
                                     SearchWork& work) {
@@ -104,10 +105,11 @@ Result<std::vector<Find>> starts_at(const std::vector<PoseCandidate>& candidates
   std::vector<Find> starts;
   for (const auto& [region, poses] : by_region) {
     if (stop.stop_requested()) break;
-    VANTAGE_TRY(const auto map, in.maps.borrow(region));
-    if (in.regions.size() > 1) work.loaded += map->map_points;
+    const auto map = in.maps.borrow(region);
+    if (!map) continue;  // the sensor is in another region, maybe
+    if (in.regions.size() > 1) work.loaded += (*map)->map_points;
     for (const Pose& pose : poses) {
-      starts.push_back({region, map, {}});
+      starts.push_back({region, *map, {}});
       starts.back().alignment.T_map_scan = pose;
     }
   }

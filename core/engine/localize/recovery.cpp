@@ -80,7 +80,11 @@ std::optional<PlaceArea> Recovery::area(const std::optional<PosePrior>& prior,
                                         const Bounds3& map) const {
   // A search that takes long is begun only now and then.
   const bool rests = doubtful_scans_ % params_.search_pause != 0;
-  if (const auto near = prior ? around(*prior, doubtful_scans_) : std::nullopt) {
+  const bool refuted = prior_searched_ && !compared_;
+  if (auto near = prior && !refuted ? around(*prior, doubtful_scans_) : std::nullopt) {
+    // Other places than the prior's are searched without it.
+    near->complete =
+        !predicted || (predicted->translation.head<2>() - near->centre).norm() <= near->radius;
     return rests && near->radius > kQuick ? std::nullopt : near;
   }
   const bool rests_anywhere = rests && doubtful_scans_ > 2;

@@ -42,66 +42,74 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   const Hypothesis& best = hypotheses.front();
   report.alignment = best.alignment;
   report.lcp = localization_contribution_per_point(best.score().fitness, report.map_points);
-  MotionFilter motion = best.moved();
+  Case decided = judge_scan(best, known, report);
+  const MotionFilter motion = decided.is_limit ? *best.motion : best.moved();
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
   report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
+  const auto wrong_if = [&](const Hypothesis& one, const MotionFilter& there,
+                            const PoseConfidence& confidence) {
+    const Pose reported = motion.pose(), pose = there.pose();
+    return one.belief * beyond(limit_, confidence, (reported.translation - pose.translation).norm(),
+                               rotation_between(reported, pose));
+  };
   double place = known.elsewhere;
   for (std::size_t h = 1; h < hypotheses.size(); ++h) {
     const MotionFilter other = hypotheses[h].moved();
-    const Pose reported = motion.pose(), there = other.pose();
-    place += hypotheses[h].belief * beyond(limit_, confidence_of(published(other)),
-                                           (reported.translation - there.translation).norm(),
-                                           rotation_between(reported, there));
+    place += wrong_if(hypotheses[h], other, confidence_of(published(other)));
   }
-  report.risk = std::min(1.0, place + best.belief * beyond(limit_, *report.confidence, 0.0, 0.0));
+  report.risk = std::min(1.0, place + wrong_if(best, best.moved(), *report.confidence));
   report.compared = known.compared;
-  if (!judge(best, known, place, report)) motion = *best.motion;
+  if (decided.tracking == Tracking::tracked) decided = judge_risk(best, place, report.risk);
+  report.tracking = decided.tracking;
+  report.reason = std::move(decided.reason);
   const bool tracked = report.tracking == Tracking::tracked;
   report.recovered = tracked && was_lost_;
   was_lost_ = !tracked && (was_lost_ || report.tracking == Tracking::lost);
   return motion;
 }
 
-bool Verdict::judge(const Hypothesis& best, const Known& known, double place,
-                    ScanReport& report) const {
-  constexpr double kKnownSpeed = 1.0;  // [m/s]
+Verdict::Case Verdict::judge_scan(const Hypothesis& best, const Known& known,
+                                  const ScanReport& report) const {
   constexpr const char* kDoesNotFit = "the scan does not fit the map here";
   using enum Tracking;
-  struct Case {
+  struct Check {
     bool holds;
-    Tracking tracking;
-    std::string reason;
-    bool is_limit = false;  // that a user may set
+    Case of;
   };
   const bool elsewhere = known.elsewhere > kLost;
-  const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
   const ScanScore score = best.score();
   const double moved = best.correction();
   // A limit that was not set is less than any number.
-  const std::array cases{
-      Case{report.scan_points == 0, uncertain, "the scan has no points"},
-      Case{!best.alignment, lost, best.failure},
-      Case{elsewhere && !known.scores_as_usual, lost, kDoesNotFit},
-      Case{score.coverage < params_.min_coverage, lost,
-           "coverage " + std::to_string(score.coverage) + " below min_coverage", true},
-      Case{score.nvtl < params_.min_nvtl, lost,
-           "NVTL " + std::to_string(score.nvtl) + " below min_nvtl", true},
-      Case{best.sigma() < params_.max_correction && !(moved <= params_.max_correction), lost,
-           "matching moved the scan by " + std::to_string(moved) + " m, more than max_correction",
-           true},
+  const std::array checks{
+      Check{report.scan_points == 0, {uncertain, "the scan has no points"}},
+      Check{!best.alignment, {lost, best.failure}},
+      Check{elsewhere && !known.scores_as_usual, {lost, kDoesNotFit}},
+      Check{score.coverage < params_.min_coverage,
+            {lost, "coverage " + std::to_string(score.coverage) + " below min_coverage", true}},
+      Check{score.nvtl < params_.min_nvtl,
+            {lost, "NVTL " + std::to_string(score.nvtl) + " below min_nvtl", true}},
+      Check{best.sigma() < params_.max_correction && !(moved <= params_.max_correction),
+            {lost,
+             "matching moved the scan by " + std::to_string(moved) + " m, more than max_correction",
+             true}},
       // On an open square, a scan fits as well a few metres beside its pose.
-      Case{elsewhere, uncertain, "the scan fits the map as well beside this pose"},
-      Case{!best.fits(), uncertain, kDoesNotFit},
-      Case{!known.compared, uncertain, "not compared with the rest of the map yet"},
-      Case{report.risk <= params_.max_risk, tracked, ""},
-      Case{place > params_.max_risk, uncertain, "other poses are not ruled out yet"},
-      Case{speed > kKnownSpeed * kKnownSpeed, uncertain,
-           "the speed of the sensor is not known yet"},
-      Case{true, uncertain, "the scan leaves open where along one direction the sensor is"}};
-  const Case& first = *std::ranges::find(cases, true, &Case::holds);
-  report.tracking = first.tracking;
-  report.reason = first.reason;
-  return !first.is_limit;
+      Check{elsewhere, {uncertain, "the scan fits the map as well beside this pose"}},
+      Check{!best.fits(), {uncertain, kDoesNotFit}},
+      Check{!known.compared, {uncertain, "not compared with the rest of the map yet"}}};
+  const auto first = std::ranges::find(checks, true, &Check::holds);
+  return first == checks.end() ? Case{tracked, ""} : first->of;
+}
+
+Verdict::Case Verdict::judge_risk(const Hypothesis& best, double place, double risk) const {
+  constexpr double kKnownSpeed = 1.0;  // [m/s]
+  using enum Tracking;
+  const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
+  if (risk <= params_.max_risk) return {tracked, ""};
+  if (place > params_.max_risk) return {uncertain, "other poses are not ruled out yet"};
+  if (speed > kKnownSpeed * kKnownSpeed) {
+    return {uncertain, "the speed of the sensor is not known yet"};
+  }
+  return {uncertain, "the scan leaves open where along one direction the sensor is"};
 }
 
 }  // namespace vantage

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "localize/hypothesis.hpp"
@@ -34,11 +35,16 @@ class Verdict {
   void forget(bool lost) { was_lost_ = lost; }
 
  private:
-  /// Sets the state and its reason.
+  struct Case {
+    Tracking tracking;
+    std::string reason;
+    bool is_limit = false;  ///< that a user may set: matching does not count
+  };
+  /// What the scan says whatever the risk: tracked if nothing speaks against it.
+  [[nodiscard]] Case judge_scan(const Hypothesis& best, const Known& known,
+                                const ScanReport& report) const;
   /// @param place  the part of the risk that is due to other places
-  /// @return       whether the scan is within the limits that a user may set
-  [[nodiscard]] bool judge(const Hypothesis& best, const Known& known, double place,
-                           ScanReport& report) const;
+  [[nodiscard]] Case judge_risk(const Hypothesis& best, double place, double risk) const;
 
   LocalizerParams params_;
   AlertLimit limit_;

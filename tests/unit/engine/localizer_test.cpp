@@ -411,6 +411,77 @@ TEST_CASE("outside every region, or in one without a map, the last map is kept a
   CHECK(first.region == RegionId{0});
 }
 
+TEST_CASE("a region whose map cannot be read costs its own scans, and no others") {
+  World world;
+  LocalizerParams params;
+  params.prefetch = false;
+  params.recovery_radius = 0.0;
+  Localizer localizer = world.localizer(params);
+  REQUIRE(localizer.start(at_x(8)));
+  world.look(localizer, 0.0, at_x(8));
+  world.look(localizer, 0.1, at_x(9));
+  world.memory->unreadable = {1};
+  world.look(localizer, 0.2, at_x(10));  // matched to the region before
+  for (int i = 1; i <= 10; ++i) {
+    const ScanReport report = world.look(localizer, 0.2 + 0.1 * i, at_x(10 + i));
+    CAPTURE(report.T_map_scan.translation.x());
+    CHECK(report.tracking == Tracking::lost);
+    CHECK(report.region == RegionId{1});
+    CHECK(report.map_points == 0);
+    CHECK(report.reason.find("cannot be used: error: the file has 7 bytes") != std::string::npos);
+    CHECK(report.T_map_scan.translation.x() == doctest::Approx(10 + i).epsilon(0.01));
+  }
+  world.look(localizer, 1.3, at_x(21));  // the border is crossed; the next scan changes the map
+  const ScanReport beyond = world.look(localizer, 1.4, at_x(22));
+  CHECK(beyond.region == RegionId{2});
+  CHECK(beyond.tracking != Tracking::lost);
+  ScanReport last = beyond;
+  for (int i = 0; i < 4; ++i) last = world.look(localizer, 1.5 + 0.1 * i, at_x(23 + i));
+  CHECK(last.tracking == Tracking::tracked);
+  CHECK(last.T_map_scan.translation.x() == doctest::Approx(26.0));
+}
+
+TEST_CASE("the motion at the very stamp of a scan has the rates that are measured there") {
+  World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  for (int i = -2; i <= 30; ++i) {
+    REQUIRE(localizer.add(ImuSample{.stamp = 0.01 * i,
+                                    .angular_velocity = {0.0, 0.0, 0.5},
+                                    .specific_force = {0.0, 0.0, 9.81}}));
+  }
+  for (int i = 0; i <= 2; ++i) {
+    const double turned = 0.5 * 0.1 * i;
+    const ScanReport report =
+        world.look(localizer, 0.1 * i, pose_from_xyz_rpy({1, 0, 0}, {0, 0, turned}));
+    REQUIRE(report.tracking == Tracking::tracked);
+  }
+  for (const double stamp : {0.2, 0.2, 0.25}) {
+    const auto motion = localizer.motion_at(stamp);
+    REQUIRE(motion);
+    CHECK(motion->twist.angular.z() == doctest::Approx(0.5).epsilon(0.05));
+  }
+}
+
+TEST_CASE("a prior that is off the map does not stand for a comparison with the map") {
+  World world;
+  world.truth->reach = 3.0;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(5)));
+  const PosePrior away{
+      .T_map_sensor = at_x(10'000.0), .sigma_translation = {1.0, 1.0, 1.0}, .sigma_heading = 0.2};
+  world.stand_at(at_x(5));
+  bool tracked = false;
+  for (int i = 0; i < 8; ++i) {
+    const auto report =
+        localizer.localize({.stamp = 0.1 * i, .points = world.scan, .prior = away}).value();
+    if (i == 0) CHECK_FALSE(report.compared);
+    tracked = report.tracking == Tracking::tracked;
+    if (tracked) CHECK(report.compared);
+  }
+  CHECK(tracked);  // once it was compared, the prior does not hold it back
+}
+
 TEST_CASE("misuse is an error: no start, stamps that do not increase, an invalid pose") {
   const World world;
   Localizer localizer = world.localizer();

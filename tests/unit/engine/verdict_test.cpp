@@ -117,6 +117,26 @@ TEST_CASE("a pose at a stamp beside the middle of the sweep is as sure as its sp
   CHECK(report.reason == "the speed of the sensor is not known yet");
 }
 
+TEST_CASE("where a user's limit is broken, risk and covariance are those of the prediction") {
+  LocalizerParams params;
+  params.min_nvtl = 9.0;
+  Hypothesis far = predicted();
+  far.alignment = Alignment{};
+  far.alignment->T_map_scan = pose_from_xyz_rpy({5, 0, 0}, {0, 0, 0});
+  far.R = 1e-6 * PoseMatrix::Identity();
+  const Known known{.elsewhere = 1e-4, .compared = true};
+  const ScanReport report = judged(far, known, params);
+  CHECK(report.tracking == Tracking::lost);
+  // The scan says that the sensor is 5 m from the pose that is reported.
+  CHECK(report.risk > 0.99);
+  CHECK(report.confidence.value().sigma_translation[0] ==
+        doctest::Approx(std::sqrt(1.5) * 0.01).epsilon(0.01));
+  Hypothesis near = aligned();
+  const ScanReport there = judged(near, known, params);
+  CHECK(there.tracking == Tracking::lost);
+  CHECK(there.risk < 0.01);
+}
+
 TEST_CASE("a rival within the alert limit of the reported pose is no risk, one beyond it is") {
   const auto risk_beside = [](double metres) {
     Hypothesis rival = aligned();
