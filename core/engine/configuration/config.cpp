@@ -71,12 +71,41 @@ void relocate(Value& value, const SourceLocation& where) {
   }
 }
 
+constexpr std::size_t kMostParts = 256;  // of a dotted key; as many levels as brackets may have
+
+/// toml++ bounds how deep brackets nest, but not dotted keys: very long ones would exhaust the
+/// stack.
+Result<void> check_keys(std::string_view text, const std::string& name) {
+  std::uint32_t line = 1, column = 0;
+  std::size_t dots = 0;  // in what may be one key
+  for (const char c : text) {
+    ++column;
+    if (c == '.') {
+      if (++dots < kMostParts) continue;
+      return fail(ErrorCode::invalid_config,
+                  "expected a key of at most " + std::to_string(kMostParts) + " parts",
+                  SourceLocation{name, line, column});
+    }
+    constexpr std::string_view kOfKeys = "_-\"' \t";
+    const bool is_of_key = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') ||
+                           (c >= 'a' && c <= 'z') || kOfKeys.find(c) != std::string_view::npos;
+    if (!is_of_key) dots = 0;
+    if (c == '\n') {
+      ++line;
+      column = 0;
+    }
+  }
+  return {};
+}
+
 Result<void> apply_override(Table& root, const std::string& text) {
-  const SourceLocation where{"--set " + text, 0, 0};
+  constexpr std::size_t kShown = 200;  // characters
+  const SourceLocation where{"--set " + text.substr(0, kShown), 0, 0};
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
     return fail(ErrorCode::invalid_config, "expected key.path=value", where);
   }
+  VANTAGE_CHECK(check_keys(text.substr(0, equals), where.file));
   const std::string written = text.substr(equals + 1);
   Value value{written, where};
   if (auto parsed = parse_toml("value = " + written, where.file)) {
@@ -160,6 +189,7 @@ Error syntax_error(const toml::parse_error& e, const std::string& name) {
 }  // namespace
 
 Result<Table> parse_toml(std::string_view text, const std::string& name) {
+  VANTAGE_CHECK(check_keys(text, name));
   try {
     return convert(toml::parse(text, name), name);
   } catch (const toml::parse_error& e) {

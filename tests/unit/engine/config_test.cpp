@@ -208,6 +208,23 @@ TEST_CASE("TOML mistakes are errors with a place") {
         "dates and times have no meaning here");
 }
 
+TEST_CASE("a key of very many parts is an error, in a file and on the command line") {
+  std::string key = "a";
+  for (int i = 1; i < 100'000; ++i) key += i % 2 == 0 ? ".a" : " . \"a\"";
+  for (const std::string& text : {key + " = 1", "[" + key + "]\n", "x = { " + key + " = 1 }"}) {
+    const auto parsed = parse_toml(text, "deep.toml");
+    REQUIRE_FALSE(parsed);
+    CHECK(to_string(parsed.error()).find("deep.toml:1:") == 0);
+    CHECK(parsed.error().message == "expected a key of at most 256 parts");
+  }
+  const auto set = with_overrides({}, {key + "=1"});
+  REQUIRE_FALSE(set);
+  CHECK(set.error().message == "expected a key of at most 256 parts");
+  std::string numbers = "x = [0.5";
+  for (int i = 0; i < 1000; ++i) numbers += ", 0.5";
+  CHECK(parse_toml(numbers + "]", "long.toml"));
+}
+
 TEST_CASE("did_you_mean offers only what is near") {
   const std::vector<std::string> words{"cell_width", "origin"};
   CHECK(did_you_mean("cel_width", words) == "; did you mean 'cell_width'?");
