@@ -75,12 +75,12 @@ Window window_of(Samples samples) {
   return window;
 }
 
-/// The first samples, as many as there are within a second.
+/// The first samples, as many as there are within a second; at least one, however large its stamp.
 Samples first_second(Samples samples) {
   const auto end = std::find_if(samples.begin(), samples.end(), [&](const ImuSample& sample) {
     return sample.stamp >= samples.front().stamp + kWindow;
   });
-  return samples.first(static_cast<std::size_t>(end - samples.begin()));
+  return samples.first(std::max<std::size_t>(1, static_cast<std::size_t>(end - samples.begin())));
 }
 
 /// Calls visit(window, samples) for each second with enough samples until it returns false.

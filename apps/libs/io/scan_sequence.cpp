@@ -33,9 +33,8 @@ Result<std::vector<fs::path>> scans_in(const fs::path& directory) {
   fs::directory_iterator entry(directory, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     std::error_code unreadable;
-    if (is_scan(entry->path()) && entry->is_regular_file(unreadable)) {
-      files.push_back(entry->path());
-    }
+    if (!is_scan(entry->path()) || entry->is_directory(unreadable)) continue;
+    files.push_back(entry->path());  // also a link that leads nowhere: reading it says so
   }
   if (error) {
     return fail(ErrorCode::io_failure,
@@ -75,6 +74,7 @@ Result<ScanStamps> read_times(const fs::path& path, std::size_t scans) {
     if (!stamp || !std::isfinite(*stamp) || !words.next().empty()) {
       return error(lines.line(), fmt::format("expected one stamp [s], found {}", quoted(*line)));
     }
+    if (auto problem = problem_of_stamp(*stamp)) return error(lines.line(), *std::move(problem));
     if (!stamps.values.empty() && *stamp <= stamps.values.back()) {
       return error(lines.line(), fmt::format("stamp {} s does not follow {} s, expected strictly "
                                              "increasing stamps",

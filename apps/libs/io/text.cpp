@@ -1,5 +1,9 @@
 #include "io/text.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 namespace vantage::io {
 
 std::optional<std::string_view> LineReader::next() noexcept {
@@ -24,6 +28,13 @@ std::string quoted(std::string_view text) {
 bool is_blank_or_comment(std::string_view line) noexcept {
   const std::string_view word = WordReader(line).next();
   return word.empty() || word.front() == '#';
+}
+
+std::optional<std::string> problem_of_stamp(double seconds) {
+  constexpr double kLatest = 1e11;
+  if (std::abs(seconds) <= kLatest) return std::nullopt;
+  return fmt::format("{} is no stamp in seconds, which are below {:g}: are these nanoseconds?",
+                     seconds, kLatest);
 }
 
 }  // namespace vantage::io

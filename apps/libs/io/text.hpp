@@ -9,6 +9,10 @@
 
 namespace vantage::io {
 
+/// What is wrong with a number of a text as a stamp in seconds; nothing if it may be one. Since
+/// 1970, 1e11 s last until the year 5138.
+[[nodiscard]] std::optional<std::string> problem_of_stamp(double seconds);
+
 /// Takes a text apart into lines; accepts "\n" and "\r\n".
 class LineReader {
  public:

@@ -75,6 +75,9 @@ Checked<StampedPose> stamped_pose(std::span<const double> values, std::size_t ro
   Checked<Pose> pose;
   if (values.size() == kTumColumns) {
     stamped.stamp = values[0];
+    if (auto problem = problem_of_stamp(stamped.stamp)) {
+      return tl::unexpected(*std::move(problem));
+    }
     pose = pose_from_tum(values.first<kTumColumns>());
   } else {
     double frame = static_cast<double>(row);

@@ -358,6 +358,7 @@ TEST_CASE("imu: CSV that is refused, with the line") {
   refused("t,t,wx,wy,wz,ax,ay,az\n", 1, "two columns are named 't'");
   refused("t [h],wx,wy,wz,ax,ay,az\n", 1, "stamps are in 'h', expected s, us or ns");
   refused("t,wx [deg/s],wy,wz,ax,ay,az\n", 1, "'wx' is in 'deg/s', expected rad/s");
+  refused(kOwn + "1600000000000000000,2,3,4,5,6,7\n", 2, "1.6e+18 is no stamp in seconds");
   refused(kOwn + "1,2,3,4,5,6\n", 2, "expected 7 columns as in the first line, found 6");
   refused(kOwn + "\n1,2,3,x,5,6,7\n", 3, "expected a number in column 4, found 'x'");
   refused(kEuroc + "1.5,2,3,4,5,6,7\n", 2, "expected a whole number in column 1, found '1.5'");

@@ -214,6 +214,7 @@ TEST_CASE("stamps from times.txt, in the directory before its parent") {
            Row{"5\n6\n7\n8\n", "times.txt", "4 stamps for 3 scans"},
            Row{"5\n7\n7\n", "times.txt:3", "strictly increasing"},
            Row{"5\nsix\n7\n", "times.txt:2", "found 'six'"},
+           Row{"5\n6\n1600000000000000000\n", "times.txt:3", "are these nanoseconds?"},
            Row{"5\n6 6\n7\n", "times.txt:2", "expected one stamp"},
            Row{"5\nnan\n7\n", "times.txt:2", "found 'nan'"},
            Row{"", "times.txt", "empty"},
@@ -256,6 +257,17 @@ TEST_CASE("sequences that cannot be opened") {
   std::filesystem::remove(folder.path() / "1.bin");
   put(folder.path() / "99999999999999999999999.bin", "x");
   check_not_opened(folder.path(), ErrorCode::corrupt_data, "999.bin", "64 bits");
+}
+
+TEST_CASE("a link that leads nowhere is a scan that cannot be read, not one that is not there") {
+  const test::TemporaryFolder folder;
+  put(folder.path() / "1.bin", scan(1));
+  std::filesystem::create_symlink("/nowhere/2.bin", folder.path() / "2.bin");
+  std::filesystem::create_directory(folder.path() / "3.bin");
+  const auto sequence = ScanSequence::open(folder.path(), 10.0);
+  REQUIRE_MESSAGE(sequence, to_string(sequence.error()));
+  REQUIRE(sequence->size() == 2);
+  CHECK_FALSE(sequence->read(1).has_value());
 }
 
 TEST_CASE("a damaged scan is an error of that scan only") {

@@ -123,6 +123,8 @@ TEST_CASE("trajectories that are refused, with the line") {
   check_refused("0 1 2 3 1e200 1e200 0 1\n", "the quaternion has length");
   check_refused(good + good, "poses.txt:2: error: stamp 0 s does not follow 0 s");
   check_refused("1 1 2 3 0 0 0 1\n" + good, "strictly increasing");
+  check_refused(good + "1600000000000000000 1 2 3 0 0 0 1\n",
+                "poses.txt:2: error: 1.6e+18 is no stamp in seconds");
   check_refused("1 0 0 0 0 1 0 0 0 0 1.002 0\n", "not orthonormal");
   check_refused("1 0.002 0 0 0 1 0 0 0 0 1 0\n", "not orthonormal");
   check_refused("1 0 0 0 0 1 0 0 0 0 -1 0\n", "reflection");

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <string>
+#include <utility>
 
 namespace vantage::io::ros {
 
@@ -31,6 +32,16 @@ Result<GrowingFile> GrowingFile::create(const std::filesystem::path& path) {
         where);
   }
   return file;
+}
+
+/// The other one removes what this one has not put in place.
+GrowingFile& GrowingFile::operator=(GrowingFile&& other) noexcept {
+  path_.swap(other.path_);
+  temporary_.swap(other.temporary_);
+  descriptor_ = std::move(other.descriptor_);
+  std::swap(size_, other.size_);
+  std::swap(reserved_, other.reserved_);
+  return *this;
 }
 
 GrowingFile::~GrowingFile() {

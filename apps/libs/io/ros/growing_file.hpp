@@ -17,7 +17,7 @@ class GrowingFile {
   /// Errors: those of OutputFile::create.
   [[nodiscard]] static Result<GrowingFile> create(const std::filesystem::path& path);
   GrowingFile(GrowingFile&& other) noexcept = default;
-  GrowingFile& operator=(GrowingFile&& other) = delete;
+  GrowingFile& operator=(GrowingFile&& other) noexcept;
   ~GrowingFile();
 
   /// Appends. If that fails, the file is as it was, and may be put in place.
