@@ -6,6 +6,7 @@
 #include <set>
 
 #include "terminal/command_line.hpp"
+#include "terminal/option_values.hpp"
 #include "vantage/io/formats.hpp"
 
 namespace vantage {
@@ -63,13 +64,15 @@ void RouteOptions::add_to(CLI::App& app) {
                              io::format_names(io::FormatUse::recording)))
       ->required()
       ->allow_extra_args(false);
-  app.add_option("--reference", references,
-                 fmt::format("true trajectory ({}) of each --scans: errors are measured against it",
-                             io::format_names(io::FormatUse::trajectory)))
+  app.add_option(
+         "--reference", references,
+         fmt::format("true trajectory ({}, or a topic of --scans) of each --scans: errors are "
+                     "measured against it",
+                     io::format_names(io::FormatUse::trajectory)))
       ->required()
       ->allow_extra_args(false);
   app.add_option("--odometry", odometries,
-                 fmt::format("the robot's own odometry ({}) of each --scans",
+                 fmt::format("the robot's own odometry ({}, or a topic of --scans) of each --scans",
                              io::format_names(io::FormatUse::trajectory)))
       ->allow_extra_args(false);
   app.add_option("--reference-topic", reference_topics, kPoseTopicHelp)->allow_extra_args(false);
@@ -96,7 +99,7 @@ void RouteOptions::add_to(CLI::App& app) {
   app.add_option("--route", names, "name of each --scans; the name of its folder if left out")
       ->allow_extra_args(false);
   app.add_option("--rate", rate_hz, "scans per second, if files contain no stamps")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive_number())
       ->capture_default_str();
 }
 

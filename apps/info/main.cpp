@@ -10,6 +10,7 @@
 #include "info/recording_info.hpp"
 #include "info/tiled_info.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/option_values.hpp"
 #include "terminal/progress.hpp"
 #include "vantage/io/formats.hpp"
 
@@ -95,7 +96,7 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("--topic", options.scans.topic, "topic of the scans, if a bag has several");
   app.add_option("--rate", options.scans.rate_hz, "scans per second, if files contain no stamps")
-      ->check(CLI::PositiveNumber)
+      ->check(vantage::cli::positive_number())
       ->capture_default_str();
   vantage::cli::add_plugin_folders_option(app, options.plugin_dirs);
   app.add_flag("--regions", options.regions,

@@ -30,6 +30,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
 #include "terminal/freed_memory.hpp"
+#include "terminal/option_values.hpp"
 #include "vantage/engine/bundle.hpp"
 
 namespace vantage {
@@ -363,7 +364,8 @@ int main(int argc, char** argv) {
   CLI::App app("Localizes the scans of a robot as they come, over DDS, as a node of ROS 2.",
                "vantage live");
   vantage::Options options;
-  app.add_option("CONFIG", options.config, "configuration (TOML) with a table [live]")->required();
+  app.add_option("CONFIG", options.config, "configuration (TOML); its table [live] may be left out")
+      ->required();
   app.add_option("--initial-pose", options.initial_pose,
                  "pose of the LiDAR at the first scan, x,y,z,roll,pitch,yaw [m, rad], instead of "
                  "the one that was kept")
@@ -372,7 +374,7 @@ int main(int argc, char** argv) {
                  "record all that was localized, and the answers, as an MCAP file")
       ->type_name("FILE");
   app.add_option("--seconds", options.seconds, "end after this time; without it, when told to")
-      ->check(CLI::PositiveNumber);
+      ->check(vantage::cli::positive_number());
   options.common.add_to(app);
   vantage::cli::keep_only_scan_buffers();
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

@@ -14,6 +14,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/freed_memory.hpp"
 #include "terminal/input_options.hpp"
+#include "terminal/option_values.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/atlas.hpp"
@@ -164,16 +165,18 @@ Result<void> set_clock(RunInputs& inputs, const std::string& offset, const Bundl
 }
 
 /// Tries why most scans were not tracked.
+/// @param began  whether the first scan was tracked
 /// @param place  whether the map may be that of another place
 Result<std::optional<checks::Note>> cause_of_loss(const Bundle& bundle, const Config& config,
                                                   const RunInputs& inputs,
-                                                  const PluginLoader& plugins, bool place) {
+                                                  const PluginLoader& plugins, bool began,
+                                                  bool place) {
   VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
   VANTAGE_TRY(const checks::Fit fit,
               checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
   VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
   if (!note && place) note = checks::note_on_place(fit);
-  if (note || inputs.start_anywhere || 2 * fit.tracked < first.size()) return note;
+  if (note || began || inputs.start_anywhere || 2 * fit.tracked < first.size()) return note;
   const Eigen::Vector3d& at = fit.first_tracked->translation;
   return std::optional<checks::Note>(
       {fmt::format("looked for anywhere, the sensor is found at x {:.1f}, y {:.1f}, z {:.1f} at "
@@ -183,7 +186,8 @@ Result<std::optional<checks::Note>> cause_of_loss(const Bundle& bundle, const Co
 }
 
 /// What is suspicious; looks for the cause if most scans were not tracked.
-Result<std::vector<checks::Note>> suspicions(const RunSummary& summary,
+/// @param began  whether the first scan was tracked
+Result<std::vector<checks::Note>> suspicions(const RunSummary& summary, bool began,
                                              const checks::ScanFacts& scans, const Bundle& bundle,
                                              const Config& config, const RunInputs& inputs,
                                              const PluginLoader& plugins) {
@@ -196,7 +200,7 @@ Result<std::vector<checks::Note>> suspicions(const RunSummary& summary,
   const auto reach = checks::notes_on_reach(config);
   std::optional<checks::Note> cause;
   if (notes.empty() && 10 * summary.tracked < 9 * summary.scans) {
-    VANTAGE_TRY(cause, cause_of_loss(bundle, config, inputs, plugins,
+    VANTAGE_TRY(cause, cause_of_loss(bundle, config, inputs, plugins, began,
                                      summary.tracked == 0 && reach.empty()));
   }
   add(reach);
@@ -215,7 +219,7 @@ Result<io::OutputFile> create_with_folder(const std::filesystem::path& path) {
   return io::OutputFile::create(path);
 }
 
-Result<void> run(const Options& options) {
+Result<void> run(const CLI::App& app, const Options& options) {
   if (options.initial_pose.empty() && options.inputs.prior.empty() &&
       options.inputs.reference.empty()) {
     return cli::usage_error(
@@ -226,6 +230,7 @@ Result<void> run(const Options& options) {
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
+  if (config.map) VANTAGE_CHECK(cli::check_outputs(app, config.map->files));
   VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
                                                           : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
@@ -260,7 +265,9 @@ Result<void> run(const Options& options) {
   if (!options.mcap.empty()) {
     VANTAGE_TRY(recorder, RunRecorder::create(options.mcap, bundle, config.file));
   }
+  std::optional<bool> began;  // whether the first scan was tracked
   const auto take = [&](const io::StampedScan& scan, RunScan&& result) -> Result<void> {
+    if (!began) began = result.report.tracking == Tracking::tracked;
     if (predicted) predict(result, *predicted);
     if (recorder) VANTAGE_CHECK(recorder->add(scan, result));
     survey.offer(scan);
@@ -289,8 +296,8 @@ Result<void> run(const Options& options) {
     print_summary(remarks, summary, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';
   }
-  VANTAGE_TRY(const auto notes,
-              suspicions(summary, survey.facts(), bundle, config, inputs, plugins));
+  VANTAGE_TRY(const auto notes, suspicions(summary, began.value_or(false), survey.facts(), bundle,
+                                           config, inputs, plugins));
   checks::print(std::cerr, notes);
   if (html) {
     VANTAGE_TRY(const std::string text, page.html({.run = run,
@@ -340,7 +347,7 @@ int main(int argc, char** argv) {
       ->type_name("SECONDS");
   app.add_option("--speed", options.speed,
                  "replay this many times faster than recorded; as fast as possible if left out")
-      ->check(CLI::PositiveNumber);
+      ->check(vantage::cli::positive_number());
   app.add_option(
          "--mcap", options.mcap,
          "also record the run as an MCAP file, to be opened in Foxglove: map, scans, poses, "
@@ -351,5 +358,5 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
   options.common.add_to(app);
   vantage::cli::keep_only_scan_buffers();
-  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(app, options); });
 }

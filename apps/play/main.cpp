@@ -14,6 +14,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
 #include "terminal/input_options.hpp"
+#include "terminal/option_values.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/io/read_ahead.hpp"
 
@@ -211,7 +212,7 @@ int main(int argc, char** argv) {
   options.inputs.add_to(app, false);
   app.add_option("--speed", options.speed, "this many times faster than recorded")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(vantage::cli::positive_number());
   app.add_flag("--now", options.now, "stamps are those of this moment, not those of the recording");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });

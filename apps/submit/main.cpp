@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
-#include <map>
 #include <thread>
 
 #include "building/input.hpp"
 #include "submit/script.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
+#include "terminal/option_values.hpp"
 #include "terminal/shell_word.hpp"
 #include "terminal/size.hpp"
 #include "vantage/kit/atomic_file.hpp"
@@ -127,12 +127,8 @@ int main(int argc, char** argv) {
   vantage::Options options;
   options.add_to(app);
   app.add_option("--engine", options.engine, "what runs the shards")
-      ->transform(
-          CLI::CheckedTransformer(
-              std::map<std::string, vantage::Engine>{{"parallel", vantage::Engine::parallel},
-                                                     {"slurm", vantage::Engine::slurm}},
-              CLI::ignore_case)
-              .description(""))
+      ->transform(vantage::cli::one_of<vantage::Engine>(
+          {{"parallel", vantage::Engine::parallel}, {"slurm", vantage::Engine::slurm}}))
       ->type_name("parallel|slurm")
       ->required();
   app.add_option("--shards", options.shards,

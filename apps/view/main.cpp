@@ -7,6 +7,7 @@
 
 #include "terminal/command_line.hpp"
 #include "terminal/input_options.hpp"
+#include "terminal/option_values.hpp"
 #include "terminal/progress.hpp"
 #include "vantage/io/formats.hpp"
 #include "vantage/io/tiled_map.hpp"
@@ -201,7 +202,7 @@ void add_inputs(CLI::App& app, InputOptions& inputs) {
   app.add_option("--mount", inputs.mount, kMountHelp)->type_name("POSE");
   inputs.choice.add_to(app);
   app.add_option("--rate", inputs.rate_hz, "scans per second, if files contain no stamps")
-      ->check(CLI::PositiveNumber)
+      ->check(vantage::cli::positive_number())
       ->capture_default_str();
 }
 

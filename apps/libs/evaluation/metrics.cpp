@@ -113,7 +113,7 @@ constexpr std::array kMetrics{
            "points of the scan after thinning (N of Eq. 12)",
            [](const RunScan& s) { return count(s.report.scan_points); }},
     Metric{"dropped_points", "dropped points", &kNumber, 0, kLess, G::scans, "sum", "",
-           "points of the scan that were not finite",
+           "points of the scan that were not finite, or farther than 10 km",
            [](const RunScan& s) { return count(s.report.dropped_points + s.dropped_by_reader); }},
     Metric{"align_ms", "align", &kTime, 2, kLess, G::time, "mean p95", "mean",
            "time of scan matching alone (T_align, Sec. 3.3)",

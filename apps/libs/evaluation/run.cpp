@@ -98,33 +98,56 @@ class Replay {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-tl::unexpected<Error> no_overlap(const io::PosePriors& priors, const std::string& scans,
-                                 const std::string& stamp_rule) {
-  return fail(
-      ErrorCode::invalid_input,
-      fmt::format("no scan has a prior: the prior has poses from {} to {} s, {}; {}",
-                  priors.priors.front().stamp, priors.priors.back().stamp, scans, stamp_rule),
-      SourceLocation{priors.source, 0, 0});
+/// An input of a run, and when it was recorded.
+struct Recorded {
+  std::string lacking, holding;  ///< "a prior", "the prior has poses"
+  double first, last;            ///< stamps [s]
+  std::string source = {};       ///< the file or topic, if known
+};
+
+/// The inputs that scans are to have something of.
+std::vector<Recorded> recorded_in(const RunInputs& inputs) {
+  std::vector<Recorded> all;
+  if (inputs.priors) {
+    const auto& priors = inputs.priors->priors;
+    all.push_back({"a prior", "the prior has poses", priors.front().stamp, priors.back().stamp,
+                   inputs.priors->source});
+  }
+  if (inputs.imu) {
+    const auto& samples = inputs.imu->samples;
+    all.push_back({"samples of the IMU", "the IMU has samples", samples.front().stamp,
+                   samples.back().stamp, inputs.imu->source});
+  }
+  const auto add = [&](const std::optional<io::Trajectory>& poses, const char* name) {
+    if (!poses || poses->empty()) return;
+    all.push_back({fmt::format("a pose of the {}", name), fmt::format("the {} has poses", name),
+                   poses->front().stamp, poses->back().stamp});
+  };
+  add(inputs.odometry, "odometry");
+  add(inputs.reference, "reference");
+  return all;
 }
 
-/// Finds priors that are over before the scans begin, or begin after the window.
-Result<void> check_priors(const io::PosePriors& priors, const ScanWindow& scans) {
+Error lacking(const Recorded& one, const std::string& scans, const std::string& stamp_rule) {
+  std::optional<SourceLocation> where;
+  if (!one.source.empty()) where = SourceLocation{one.source, 0, 0};
+  return {.code = ErrorCode::invalid_input,
+          .message = fmt::format("no scan has {}: {} from {} to {} s, {}; {}", one.lacking,
+                                 one.holding, one.first, one.last, scans, stamp_rule),
+          .where = std::move(where),
+          .context = {}};
+}
+
+/// Finds an input that is over before the scans begin, or begins after they end.
+/// @param scans  when they are: "the scans begin at 1 s"
+Result<void> check_overlap(const RunInputs& inputs, double first, double last,
+                           const std::string& scans, const std::string& stamp_rule) {
   constexpr double kTolerance = 1e-3;  // [s], as that of io::pose_at
-  const bool over = priors.priors.back().stamp < scans.first_stamp() - kTolerance;
-  if (!over && priors.priors.front().stamp <= scans.end() + kTolerance) return {};
-  return no_overlap(priors, fmt::format("the scans begin at {} s", scans.first_stamp()),
-                    scans.stamp_rule());
-}
-
-/// Finds an IMU that is over before the scans begin, or begins after the window.
-Result<void> check_imu(const io::ImuRecording& imu, const ScanWindow& scans) {
-  const bool over = imu.samples.back().stamp < scans.first_stamp();
-  if (!over && imu.samples.front().stamp <= scans.end()) return {};
-  return fail(ErrorCode::invalid_input,
-              fmt::format("the IMU has samples from {} to {} s, but the scans begin at {} s; {}",
-                          imu.samples.front().stamp, imu.samples.back().stamp, scans.first_stamp(),
-                          scans.stamp_rule()),
-              SourceLocation{imu.source, 0, 0});
+  for (const Recorded& one : recorded_in(inputs)) {
+    if (one.last >= first - kTolerance && one.first <= last + kTolerance) continue;
+    return fail(lacking(one, scans, stamp_rule));
+  }
+  return {};
 }
 
 Result<void> start(Localizer& localizer, const RunInputs& inputs, const ScanWindow& scans) {
@@ -281,8 +304,9 @@ Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
                               const RunInputs& inputs, const ScanSink& sink,
                               const ScanProgress& progress) {
   VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
-  if (inputs.priors) VANTAGE_CHECK(check_priors(*inputs.priors, scans));
-  if (inputs.imu) VANTAGE_CHECK(check_imu(*inputs.imu, scans));
+  VANTAGE_CHECK(check_overlap(inputs, scans.first_stamp(), scans.end(),
+                              fmt::format("the scans begin at {} s", scans.first_stamp()),
+                              scans.stamp_rule()));
   VANTAGE_CHECK(start(localizer, inputs, scans));
   RunInfo run{.config = config,
               .stamp_rule = scans.stamp_rule(),
@@ -306,23 +330,25 @@ Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
     if (!scan) break;
     run.seconds_late = std::max(run.seconds_late, replay.wait_for(scan->stamp));
     const auto prior = inputs.priors ? io::prior_at(*inputs.priors, scan->stamp) : std::nullopt;
-    if (prior) ++run.prior->scans;
     auto localized = localize_scan(localizer, inputs, motion, *scan, prior);
     if (!localized && count > 0) {
       run.failure = std::move(localized).error();
       break;
     }
     VANTAGE_TRY(RunScan done, std::move(localized));
+    if (prior) ++run.prior->scans;
     if (!scan->seconds.empty()) ++run.timed;
     VANTAGE_CHECK(sink(*scan, std::move(done)));
     last_stamp = scan->stamp;
     ++count;
     if (progress) progress(count, scans.expected());
   }
-  if (run.prior && run.prior->scans == 0 && !run.failure) {
-    return no_overlap(*inputs.priors,
-                      fmt::format("the scans run from {} to {} s", scans.first_stamp(), last_stamp),
-                      scans.stamp_rule());
+  if (!run.failure) {
+    const auto when = fmt::format("the scans run from {} to {} s", scans.first_stamp(), last_stamp);
+    VANTAGE_CHECK(check_overlap(inputs, scans.first_stamp(), last_stamp, when, scans.stamp_rule()));
+    if (run.prior && run.prior->scans == 0) {  // they lie too far apart
+      return fail(lacking(recorded_in(inputs).front(), when, scans.stamp_rule()));
+    }
   }
   run.skipped = scans.skipped();
   return run;

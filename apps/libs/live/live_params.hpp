@@ -86,11 +86,9 @@ struct TopicParams {
                  "geometry_msgs/PoseWithCovarianceStamped: where the robot is; RViz' button "
                  "sends it"),
         optional("prior", &TopicParams::prior, "",
-                 "geometry_msgs/PoseWithCovarianceStamped: where the robot is about, again and "
-                 "again"),
+                 "geometry_msgs/PoseWithCovarianceStamped: a repeated, rough pose of the robot"),
         optional("fix", &TopicParams::fix, "",
-                 "sensor_msgs/NavSatFix: where the antenna is about, again and again; needs "
-                 "map_projector"),
+                 "sensor_msgs/NavSatFix: the position of the antenna; needs map_projector"),
         optional("followed_pose", &TopicParams::followed_pose, "",
                  "geometry_msgs/PoseWithCovarianceStamped of another localizer: no scan is "
                  "localized, the map of the region that it is in is published"),
@@ -205,7 +203,8 @@ struct LiveParams {
         optional("domain", &LiveParams::domain, "", "ROS_DOMAIN_ID", between(0, 232)),
         optional("node", &LiveParams::node, "", "the node's name in ROS 2"),
         optional("release", &LiveParams::release, "",
-                 "of the ROS 2 that listens: what is told of nodes and types changed with Iron"),
+                 "humble: ROS 2 Humble listens; iron_or_later: a newer one. How nodes and types are "
+                 "announced changed with Iron"),
         optional("receive_buffer", &LiveParams::receive_buffer, "MiB",
                  "of each socket; the kernel's net.core.rmem_max bounds it", positive),
         optional("start", &LiveParams::start, "",
@@ -219,7 +218,8 @@ struct LiveParams {
                  "tracked: only poses whose risk is at most [localizer] max_risk; uncertain: also "
                  "those of uncertain scans"),
         optional("transform", &LiveParams::transform, "",
-                 "what /tf gets; auto: map_to_odom with odometry, map_to_base without"),
+                 "what /tf gets: map_to_odom, map_to_base or none; auto: map_to_odom with odometry, "
+                 "map_to_base without"),
         optional("transform_tolerance", &LiveParams::transform_tolerance, "s",
                  "transforms from map to odom are stamped this much later than their scans, so "
                  "that they hold until the next",
@@ -228,7 +228,7 @@ struct LiveParams {
                  "longest time that a scan waits for the samples of IMU and odometry during its "
                  "sweep",
                  non_negative),
-        optional("imu_unit", &LiveParams::imu_unit, "", "of the accelerations of the IMU"),
+        optional("imu_unit", &LiveParams::imu_unit, "", "of the accelerations of the IMU: m/s^2 or g"),
         optional("topics", &LiveParams::topics, "", "names of topics; \"\" for none"),
         optional("services", &LiveParams::services, "", "names of services; \"\" for none"),
         optional("frames", &LiveParams::frames, "", "names of frames"),

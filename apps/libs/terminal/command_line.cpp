@@ -11,6 +11,7 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
@@ -21,6 +22,7 @@
 #include <thread>
 
 #include "terminal/completion.hpp"
+#include "terminal/option_values.hpp"
 #include "vantage/plugin.hpp"
 
 namespace vantage::cli {
@@ -115,7 +117,10 @@ void CommonOptions::add_to(CLI::App& app) {
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   add_plugin_folders_option(app, plugin_dirs);
-  app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")->capture_default_str();
+  constexpr std::uint64_t kMostJobs = 4096;
+  app.add_option("--jobs,-j", jobs, "threads; 0 for all cores")
+      ->check(whole_number(0, kMostJobs))
+      ->capture_default_str();
   app.add_flag("--quiet,-q", quiet, "no progress on stderr");
   app.add_flag("--json", json, "results as JSON on stdout");
   add_color_option(app, color);
@@ -203,6 +208,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<Result
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help
     print_error(app, usage_error(e.what()).value());
+    return kUsage;
+  }
+  if (const auto sound = check_values(app); !sound) {
+    print_error(app, sound.error());
     return kUsage;
   }
   std::atexit(&refuse_to_exit);

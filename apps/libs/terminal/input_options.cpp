@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
-#include <map>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -14,6 +13,7 @@
 
 #include "io/ros/message_reader.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/option_values.hpp"
 #include "vantage/io/formats.hpp"
 #include "vantage/io/sensor_trajectory.hpp"
 
@@ -91,6 +91,15 @@ Result<void> check_unused(std::string_view owner,
   return {};
 }
 
+/// @param option  "--odometry", which has an option "--odometry-topic" beside it
+Result<io::Trajectory> read_poses(const std::string& option, const std::string& named,
+                                  const std::string& topic, const InputOptions& options,
+                                  const io::SensorFrame& sensor) {
+  VANTAGE_TRY(const auto place, named_place(option, named, topic, options.scans));
+  return of_place(io::read_sensor_trajectory({place.path, place.topic, options.rate_hz}, sensor),
+                  place, named);
+}
+
 Result<io::PosePriors> read_priors(const InputOptions& options, const io::SensorFrame& sensor,
                                    std::span<const std::filesystem::path> map_files) {
   VANTAGE_TRY(const auto place,
@@ -121,22 +130,15 @@ void ScanChoice::add_to(CLI::App& app) {
          "--stamp", stamped,
          "point of a scan to which its stamp belongs: first, middle or last; if left out, the "
          "times of the points decide")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, io::StampedPoint>{{"first", io::StampedPoint::first},
-                                                              {"middle", io::StampedPoint::middle},
-                                                              {"last", io::StampedPoint::last}},
-                      CLI::ignore_case)
-                      .description(""))
+      ->transform(cli::one_of<io::StampedPoint>({{"first", io::StampedPoint::first},
+                                                 {"middle", io::StampedPoint::middle},
+                                                 {"last", io::StampedPoint::last}}))
       ->type_name("first|middle|last");
   app.add_option(
          "--livox-tags", tags,
          "points of a Livox to use: all (if left out), or those that are tagged as normal and not "
          "as noise")
-      ->transform(
-          CLI::CheckedTransformer(
-              std::map<std::string, io::Tags>{{"all", io::Tags::all}, {"normal", io::Tags::normal}},
-              CLI::ignore_case)
-              .description(""))
+      ->transform(cli::one_of<io::Tags>({{"all", io::Tags::all}, {"normal", io::Tags::normal}}))
       ->type_name("all|normal");
 }
 
@@ -148,17 +150,19 @@ void InputOptions::add_to(CLI::App& app, bool reference_required, const std::str
   app.add_option("--topic", topic, "topic of the scans, if a bag has several");
   app.add_option("--start", window.start,
                  "skip this many seconds at the beginning of the recording")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::non_negative_number());
   app.add_option("--duration", window.duration, "stop after this many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(cli::positive_number());
   app.add_option("--reference", reference,
-                 fmt::format("true trajectory ({}): errors are measured against it",
+                 fmt::format("true trajectory ({}, or a topic of --scans): errors are measured "
+                             "against it",
                              io::format_names(io::FormatUse::trajectory)))
       ->required(reference_required);
   app.add_option("--reference-topic", reference_topic, kPoseTopicHelp);
   app.add_option(
       "--odometry", odometry,
-      fmt::format("the robot's own odometry ({}): how the sensor moves, also during scans",
+      fmt::format("the robot's own odometry ({}, or a topic of --scans): how the sensor moves, "
+                  "also during scans",
                   io::format_names(io::FormatUse::trajectory)));
   app.add_option("--odometry-topic", odometry_topic, kPoseTopicHelp);
   app.add_option("--prior", prior,
@@ -176,7 +180,7 @@ void InputOptions::add_to(CLI::App& app, bool reference_required, const std::str
   app.add_flag("--imu-by-frame", imu_by_frame, kImuByFrameHelp);
   choice.add_to(app);
   app.add_option("--rate", rate_hz, "scans per second, if files contain no stamps")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive_number())
       ->capture_default_str();
 }
 
@@ -194,13 +198,17 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
   if (!mount.empty()) {
     VANTAGE_TRY(sensor.T_child_sensor, cli::parse_pose("--mount", mount));
   }
-  if (!reference.empty()) {
+  if (reference.empty()) {
+    VANTAGE_CHECK(check_unused("--reference", {{"--reference-topic", !reference_topic.empty()}}));
+  } else {
     VANTAGE_TRY(inputs.reference,
-                io::read_sensor_trajectory({reference, reference_topic, rate_hz}, sensor));
+                read_poses("--reference", reference.string(), reference_topic, *this, sensor));
   }
-  if (!odometry.empty()) {
+  if (odometry.empty()) {
+    VANTAGE_CHECK(check_unused("--odometry", {{"--odometry-topic", !odometry_topic.empty()}}));
+  } else {
     VANTAGE_TRY(inputs.odometry,
-                io::read_sensor_trajectory({odometry, odometry_topic, rate_hz}, sensor));
+                read_poses("--odometry", odometry.string(), odometry_topic, *this, sensor));
   }
   if (prior.empty()) {
     VANTAGE_CHECK(check_unused("--prior", {{"--prior-topic", !prior_topic.empty()},

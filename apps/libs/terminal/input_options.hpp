@@ -41,7 +41,9 @@ struct ScanChoice {
 
 /// The options that select the inputs of a run.
 struct InputOptions {
-  std::filesystem::path scans = {}, reference = {}, odometry = {};  ///< an empty path means none
+  std::filesystem::path scans = {};
+  /// Paths, or topics of the scans' bag; empty for none.
+  std::filesystem::path reference = {}, odometry = {};
   std::string topic = {};                                 ///< of the scans, if a bag has several
   std::string reference_topic = {}, odometry_topic = {};  ///< of bags, see io::TrajectorySource
   std::string prior = {};        ///< a path, or a topic of the scans' bag; empty for none

@@ -1,5 +1,6 @@
 // What a run is fed with.
 #include <doctest/doctest.h>
+#include <array>
 
 #include <cmath>
 #include <fstream>
@@ -110,7 +111,7 @@ TEST_CASE("priors: every scan gets the one at its stamp, and the run starts with
   std::ofstream(scans, std::ios::binary)
       << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
   std::ofstream(prior) << "1 10 20 3 0 0 0 1\n2 12 20 3 0 0 0 1\n";
-  std::ofstream(reference) << "7 0 0 0 0 0 0 1\n";  // no pose at the first scan
+  std::ofstream(reference) << "3 0 0 0 0 0 0 1\n";  // no pose at the first scan
   const auto opened = [&](const std::string& sigma) {
     return InputOptions{
         .scans = scans, .reference = reference, .prior = prior.string(), .prior_sigma = sigma}
@@ -185,6 +186,31 @@ TEST_CASE("priors that have nothing in common with the scans are an error") {
         "stamps are those of the messages' headers");
 }
 
+TEST_CASE("an input that was recorded at another time is an error that says when") {
+  const test::TemporaryFolder folder;
+  const RunInputs plain = inputs_in(folder);
+  const auto error_with = [&](const auto& change) {
+    RunInputs inputs = plain;
+    change(inputs);
+    const auto done = run(inputs);
+    REQUIRE_FALSE(done);
+    return done.error().message;
+  };
+  const io::Trajectory before{{.stamp = 0.25, .pose = {}}, {.stamp = 0.5, .pose = {}}};
+  const io::Trajectory after{{.stamp = 8e9, .pose = {}}};
+  CHECK(
+      error_with([&](RunInputs& inputs) { inputs.reference = before; })
+          .find("no scan has a pose of the reference: the reference has poses from 0.25 to 0.5 s, "
+                "the scans begin at 1 s") == 0);
+  CHECK(error_with([&](RunInputs& inputs) { inputs.odometry = after; })
+            .find("no scan has a pose of the odometry: the odometry has poses from 8000000000 to "
+                  "8000000000 s, the scans") == 0);
+  CHECK(error_with([&](RunInputs& inputs) {
+          inputs.imu = io::ImuRecording{};
+          inputs.imu->samples = {ImuSample{.stamp = 1e6}};
+        }).find("no scan has samples of the IMU: the IMU has samples from 1000000 to") == 0);
+}
+
 TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
   const test::TemporaryFolder folder;
   const auto scans = folder.path() / "scans";
@@ -240,6 +266,43 @@ TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map
   const auto nowhere = InputOptions{.scans = scans, .prior = "/fix"}.open();
   REQUIRE_FALSE(nowhere);
   CHECK(nowhere.error().message.find("name one with --map-projector") != std::string::npos);
+}
+
+TEST_CASE("reference and odometry from topics of the scans' bag") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "run.mcap";
+  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
+  std::vector<test::TestMessage> messages;
+  for (const test::FloatScan& scan : three_scans()) {
+    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
+                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
+    const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
+    for (const double x : {10.0, 20.0}) {
+      test::MessageWriter message(kLayout);
+      message.header(second, 0, "map").numbers(std::array{x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0});
+      messages.push_back({x == 10.0 ? "/truth" : "/odom", "geometry_msgs/msg/PoseStamped",
+                          scan.stamp, message.bytes()});
+    }
+  }
+  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
+
+  const auto inputs =
+      InputOptions{.scans = scans, .reference = "/truth", .odometry = "/odom"}.open();
+  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+  REQUIRE(inputs->reference.value().size() == 3);
+  REQUIRE(inputs->odometry.value().size() == 3);
+  CHECK(inputs->reference->front().pose.translation.x() == 10.0);
+  CHECK(inputs->odometry->front().pose.translation.x() == 20.0);
+
+  const auto none = InputOptions{.scans = scans, .odometry = "/wheel"}.open();
+  REQUIRE_FALSE(none);
+  CHECK(to_string(none.error())
+            .find("looking for /wheel, which is not a file, among the topics of the scans") !=
+        std::string::npos);
+  const auto two =
+      InputOptions{.scans = scans, .reference = "/truth", .reference_topic = "/odom"}.open();
+  REQUIRE_FALSE(two);
+  CHECK(two.error().message.find("--reference /truth is not a file but a topic of the scans") == 0);
 }
 
 TEST_CASE("inertial samples from a file, or from the bag of the scans") {

@@ -1,0 +1,165 @@
+#include "terminal/option_values.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "terminal/command_line.hpp"
+
+namespace vantage::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Options that name a file to write, or the folder of a run.
+constexpr std::array<std::string_view, 5> kOutputs{"--out", "--html", "--mcap", "--png",
+                                                   "--record"};
+constexpr std::array<std::string_view, 3> kFilesOfARun{"trajectory.tum", "scans.csv",
+                                                       "summary.json"};
+
+struct Given {
+  std::string option, value;
+  bool is_output, is_number;
+};
+
+/// All values that were given, to the program or to its subcommands.
+std::vector<Given> given_to(const CLI::App& app) {
+  std::vector<Given> all;
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = option->get_name();
+    const bool is_output = std::ranges::find(kOutputs, name) != kOutputs.end();
+    const bool is_number = option->get_type_name().find("FLOAT") != std::string::npos;
+    for (const std::string& value : option->results()) {
+      all.push_back({name, value, is_output, is_number});
+    }
+  }
+  for (const CLI::App* job : app.get_subcommands()) {
+    const auto more = given_to(*job);
+    all.insert(all.end(), more.begin(), more.end());
+  }
+  return all;
+}
+
+/// The same for all paths of one file, whether it exists or not.
+fs::path place_of(const fs::path& path) {
+  std::error_code ignored;
+  const fs::path place = fs::weakly_canonical(path, ignored);
+  return ignored ? path.lexically_normal() : place;
+}
+
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+/// The files that an output option writes, as far as its value says.
+std::vector<fs::path> written_by(const Given& output) {
+  if (!is_folder(output.value)) return {place_of(output.value)};
+  std::vector<fs::path> files;
+  for (const std::string_view name : kFilesOfARun) {
+    files.push_back(place_of(fs::path(output.value) / name));
+  }
+  return files;
+}
+
+bool writes(const Given& output, const fs::path& file) {
+  return !is_folder(file) && std::ranges::count(written_by(output), place_of(file)) > 0;
+}
+
+std::optional<double> number_of(const std::string& text) {
+  char* end = nullptr;
+  const double x = std::strtod(text.c_str(), &end);
+  return text.empty() || *end != '\0' ? std::nullopt : std::optional(x);
+}
+
+CLI::Validator number_that(bool (*fits)(double), const char* expected) {
+  return {[fits, expected](const std::string& text) {
+            const auto x = number_of(text);
+            return x && std::isfinite(*x) && fits(*x)
+                       ? std::string()
+                       : fmt::format("expected {}, not '{}'", expected, text);
+          },
+          ""};
+}
+
+}  // namespace
+
+Result<void> check_values(const CLI::App& app) {
+  const auto all = given_to(app);
+  for (const Given& one : all) {
+    if (one.value.empty()) {
+      return usage_error(fmt::format("{} is given an empty value", one.option));
+    }
+    if (const auto x = number_of(one.value); one.is_number && x && std::isnan(*x)) {
+      return usage_error(fmt::format("{} takes a number, not '{}'", one.option, one.value));
+    }
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].is_output) continue;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (k == i || !writes(all[i], all[k].value)) continue;
+      return usage_error(fmt::format("{} would overwrite {}, which is given to {}", all[i].option,
+                                     all[k].value, all[k].option));
+    }
+  }
+  return {};
+}
+
+Result<void> check_outputs(const CLI::App& app, std::span<const fs::path> inputs) {
+  for (const Given& one : given_to(app)) {
+    for (const fs::path& input : inputs) {
+      if (!one.is_output || !writes(one, input)) continue;
+      return usage_error(fmt::format("{} would overwrite {}, which the configuration names",
+                                     one.option, input.string()));
+    }
+  }
+  return {};
+}
+
+CLI::Validator positive_number() {
+  return number_that([](double x) { return x > 0.0; }, "a number above 0");
+}
+
+CLI::Validator non_negative_number() {
+  return number_that([](double x) { return x >= 0.0; }, "a number that is not negative");
+}
+
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
+  return {[least, most](const std::string& text) {
+            std::uint64_t x = 0;
+            const char* const end = text.data() + text.size();
+            const auto [stop, error] = std::from_chars(text.data(), end, x);
+            return error == std::errc{} && stop == end && x >= least && x <= most
+                       ? std::string()
+                       : fmt::format("expected a whole number from {} to {}, not '{}'", least, most,
+                                     text);
+          },
+          ""};
+}
+
+CLI::Validator number_of_name(std::vector<std::pair<std::string, int>> choices) {
+  return {[choices = std::move(choices)](std::string& text) {
+            const std::string name = CLI::detail::to_lower(text);
+            std::string names;
+            for (const auto& [known, number] : choices) {
+              if (known == name) {
+                text = std::to_string(number);
+                return std::string();
+              }
+              names += (names.empty() ? "" : ", ") + known;
+            }
+            return fmt::format("expected one of {}, not '{}'", names, text);
+          },
+          ""};
+}
+
+}  // namespace vantage::cli
