@@ -114,7 +114,7 @@ Result<std::optional<Recording>> load(const std::string& name) {
 
 // ---- ways
 
-/// Region maps of one size: what is changed in a configuration, once or for each draw by lot.
+/// Region maps of one size: what is changed in a configuration, once or for each random draw.
 struct Size {
   std::string text;
   std::vector<Overrides> draws{{}};

@@ -41,4 +41,4 @@ struct Random {
 }  // namespace
 
 VANTAGE_PLUGIN(vantage::Selector, vantage::SelectorOf<Random>, "random",
-               "elements by lot, to compare with");
+               "elements chosen at random, to compare with");

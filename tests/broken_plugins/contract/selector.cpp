@@ -1,4 +1,4 @@
-// Orders elements by lot, but for the clause to be broken.
+// Orders elements at random, but for the clause to be broken.
 #include <algorithm>
 #include <atomic>
 #include <mutex>
