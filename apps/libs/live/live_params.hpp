@@ -202,9 +202,10 @@ struct LiveParams {
     return std::tuple{
         optional("domain", &LiveParams::domain, "", "ROS_DOMAIN_ID", between(0, 232)),
         optional("node", &LiveParams::node, "", "the node's name in ROS 2"),
-        optional("release", &LiveParams::release, "",
-                 "humble: ROS 2 Humble listens; iron_or_later: a newer one. How nodes and types are "
-                 "announced changed with Iron"),
+        optional(
+            "release", &LiveParams::release, "",
+            "humble: ROS 2 Humble listens; iron_or_later: a newer one. How nodes and types are "
+            "announced changed with Iron"),
         optional("receive_buffer", &LiveParams::receive_buffer, "MiB",
                  "of each socket; the kernel's net.core.rmem_max bounds it", positive),
         optional("start", &LiveParams::start, "",
@@ -217,9 +218,10 @@ struct LiveParams {
         optional("publish", &LiveParams::publish, "",
                  "tracked: only poses whose risk is at most [localizer] max_risk; uncertain: also "
                  "those of uncertain scans"),
-        optional("transform", &LiveParams::transform, "",
-                 "what /tf gets: map_to_odom, map_to_base or none; auto: map_to_odom with odometry, "
-                 "map_to_base without"),
+        optional(
+            "transform", &LiveParams::transform, "",
+            "what /tf gets: map_to_odom, map_to_base or none; auto: map_to_odom with odometry, "
+            "map_to_base without"),
         optional("transform_tolerance", &LiveParams::transform_tolerance, "s",
                  "transforms from map to odom are stamped this much later than their scans, so "
                  "that they hold until the next",
@@ -228,7 +230,8 @@ struct LiveParams {
                  "longest time that a scan waits for the samples of IMU and odometry during its "
                  "sweep",
                  non_negative),
-        optional("imu_unit", &LiveParams::imu_unit, "", "of the accelerations of the IMU: m/s^2 or g"),
+        optional("imu_unit", &LiveParams::imu_unit, "",
+                 "of the accelerations of the IMU: m/s^2 or g"),
         optional("topics", &LiveParams::topics, "", "names of topics; \"\" for none"),
         optional("services", &LiveParams::services, "", "names of services; \"\" for none"),
         optional("frames", &LiveParams::frames, "", "names of frames"),
