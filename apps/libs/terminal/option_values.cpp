@@ -61,6 +61,11 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !is_folder(path);
+}
+
 /// The files that an output option writes, as far as its value says.
 std::vector<fs::path> written_by(const Given& output) {
   if (!is_folder(output.value)) return {place_of(output.value)};
@@ -106,7 +111,9 @@ Result<void> check_values(const CLI::App& app) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!all[i].is_output) continue;
     for (std::size_t k = 0; k < all.size(); ++k) {
-      if (k == i || !writes(all[i], all[k].value)) continue;
+      // A value that is neither may be a name, not a path.
+      const bool counts = all[k].is_output || is_file(all[k].value);
+      if (k == i || !counts || !writes(all[i], all[k].value)) continue;
       return usage_error(fmt::format("{} would overwrite {}, which is given to {}", all[i].option,
                                      all[k].value, all[k].option));
     }

@@ -107,6 +107,8 @@ TEST_CASE("what is written is nothing that is read, and nothing else that is wri
                run + "/page.html"})
             .empty());
 
+  CHECK(error({"my_run", "--out", "my_run"}).empty());  // a name
+
   Program program;
   REQUIRE(program.error({"--html", config}).empty());
   const std::vector<std::filesystem::path> map{recording, config};
