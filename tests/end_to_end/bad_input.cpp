@@ -318,7 +318,9 @@ TEST_CASE("plugins new: what cannot be made is refused, and nothing is left") {
   CHECK(refused("partitoner", "mine") ==
         "error: no kind 'partitoner'; did you mean 'partitioner'? (there are: partitioner, ground, "
         "visibility, store, matcher, selector, relocalizer)");
-  for (const std::string name : {"", "My", "1st", "a-b", "a/b", "..", "a b", "\xc3\xa4"}) {
+  CHECK(has(failure(test::run("vantage-plugins", {"new", "ground", "", "--out", out}), 2),
+            "error: NAME is given an empty value"));
+  for (const std::string name : {"My", "1st", "a-b", "a/b", "..", "a b", "\xc3\xa4"}) {
     CHECK(refused("ground", name) ==
           "error: '" + name +
               "' is not a name for a plugin: expected 1 to 64 lower-case letters, "
