@@ -170,7 +170,7 @@ Checked<Row> row_in(std::string_view line, const CsvLayout& layout) {
     auto number = i == 0 ? stamp_in(cells[column], column, layout.stamps_per_second)
                          : number_in(cells[column], column);
     if (!number) return tl::unexpected(std::move(number).error());
-    if (i == 0 && !std::isnan(*number)) {
+    if (i == 0 && std::isfinite(*number)) {
       if (auto problem = problem_of_stamp(*number)) return tl::unexpected(*std::move(problem));
     }
     row[i] = *number;
