@@ -90,7 +90,8 @@ Result<void> write_ground(RTCGeometry geometry, const Terrain& terrain) {
   return {};
 }
 
-/// Attaches a mesh of all objects to the scene, unless there are none: Embree has no empty buffers.
+/// Attaches a mesh of all objects to the scene. A campus without objects gets none, because Embree
+/// takes no empty buffers.
 /// @return  what each triangle belongs to
 Result<std::vector<Surface>> add_objects(RTCDevice device, RTCScene scene, const Campus& campus) {
   std::size_t vertices = 3 * campus.leaves.size(), triangles = campus.leaves.size();

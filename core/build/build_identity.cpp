@@ -108,7 +108,7 @@ std::uint64_t sum_of_recording(const Table* selector, const Table* map) {
   add_recording(sum, *scans);
   auto poses = path_in(selector, "poses");
   if (!poses) poses = path_in(map, "trajectory");
-  // What cannot be read is told where it is needed.
+  // A file that cannot be read is an error of the step that needs it.
   if (!poses) return sum.value();
   if (const auto content = sum_of_file(*poses, "poses")) sum.add(*content);
   return sum.value();

@@ -9,8 +9,8 @@
 
 namespace vantage::live {
 
-/// What goes wrong again and again: each kind is told once, and counted. Any thread may tell; the
-/// sink is called by one at a time.
+/// Reports what goes wrong repeatedly: each kind once, and counts it. Any thread may report. The
+/// sink is called by one thread at a time.
 class Notices {
  public:
   using Sink = std::function<void(const std::string&)>;

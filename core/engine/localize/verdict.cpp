@@ -43,7 +43,8 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   report.alignment = best.alignment;
   report.lcp = localization_contribution_per_point(best.score().fitness, report.map_points);
   Case decided = judge_scan(best, known, report);
-  const MotionFilter motion = decided.is_limit ? *best.motion : best.moved();
+  const MotionFilter moved = best.moved();
+  const MotionFilter& motion = decided.is_limit ? *best.motion : moved;
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
   report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
   const auto wrong_if = [&](const Hypothesis& one, const MotionFilter& there,
@@ -57,7 +58,7 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
     const MotionFilter other = hypotheses[h].moved();
     place += wrong_if(hypotheses[h], other, confidence_of(published(other)));
   }
-  report.risk = std::min(1.0, place + wrong_if(best, best.moved(), *report.confidence));
+  report.risk = std::min(1.0, place + wrong_if(best, moved, *report.confidence));
   report.compared = known.compared;
   if (decided.tracking == Tracking::tracked) decided = judge_risk(best, place, report.risk);
   report.tracking = decided.tracking;

@@ -1,12 +1,12 @@
 #include "vantage/kit/atomic_file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <utility>
+
+#include "vantage/kit/temporary_file.hpp"
 
 namespace vantage::io {
 namespace {
@@ -16,26 +16,11 @@ constexpr std::size_t kBufferSize = std::size_t{1} << 18;
 }  // namespace
 
 Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
-  const SourceLocation where{path.string(), 0, 0};
-  struct stat status {};
-  if (path.filename().empty() || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))) {
-    return fail(ErrorCode::io_failure, "cannot be written: it is not a regular file", where);
-  }
+  VANTAGE_TRY(TemporaryFile created, create_temporary_for(path));
   OutputFile file;
   file.path_ = path;
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  for (unsigned attempt = 0; !file.descriptor_.open(); ++attempt) {
-    file.temporary_ = folder / (".vantage-" + std::to_string(::getpid()) + "-" +
-                                std::to_string(attempt) + ".tmp");
-    file.descriptor_ = Descriptor::of(file.temporary_, O_WRONLY | O_CREAT | O_EXCL);
-    if (file.descriptor_.open() || errno == EEXIST) continue;
-    const int reason = errno;
-    return fail(
-        reason == ENOENT || reason == ENOTDIR ? ErrorCode::not_found : ErrorCode::io_failure,
-        "cannot be written: no file can be created in the folder " + folder.string() + " (" +
-            system_message(reason) + ")",
-        where);
-  }
+  file.temporary_ = std::move(created.path);
+  file.descriptor_ = std::move(created.descriptor);
   file.buffer_.reserve(kBufferSize);
   return file;
 }

@@ -25,7 +25,7 @@ using terrain::MinimumRaster;
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
-constexpr double kMaxRadius = 10'000;  // [cells]
+constexpr int kMaxRadius = 10'000;  // [cells]
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
 enum class Schedule : std::uint8_t { linear, exponential };
@@ -84,9 +84,11 @@ struct Params {
     if (schedule == Schedule::exponential && base < 1.1) {
       return fail_at({"base"}, "'base' must be at least 1.1 for the exponential schedule");
     }
-    if (max_window > (2.0 * kMaxRadius + 1.0) * cell_size) {
-      return fail_at({"max_window", "cell_size"},
-                     "'max_window' is wider than 20001 cells; choose a larger 'cell_size'");
+    constexpr int kMostCells = 2 * kMaxRadius + 1;
+    if (max_window > kMostCells * cell_size) {
+      return fail_at({"max_window", "cell_size"}, "'max_window' is wider than " +
+                                                      std::to_string(kMostCells) +
+                                                      " cells; choose a larger 'cell_size'");
     }
     return {};
   }

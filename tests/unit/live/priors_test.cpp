@@ -41,7 +41,7 @@ TEST_CASE("priors whose stamps do not advance are bounded in number") {
   CHECK(priors.at(2.0, {}));
 }
 
-TEST_CASE("a prior whose stamp is long before the last scan is left out, and this is told once") {
+TEST_CASE("a prior whose stamp is long before the last scan is left out and reported once") {
   LiveParams params = Robot::with_mount();
   params.topics.prior = "/ekf";
   Robot robot(params);

@@ -110,7 +110,7 @@ TEST_CASE("the covariance of the robot is that of samples of the sensor's pose")
   CHECK((sampled - robot.covariance).norm() < 0.05 * sampled.norm());
 }
 
-TEST_CASE("a map far from its origin is published as it is, and this is told once") {
+TEST_CASE("a map far from its origin is published as it is and reported once") {
   std::vector<std::string> told;
   Notices notices([&](const std::string& text) { told.push_back(text); });
   const PointCloud near{{1.25, 2.5, 3.0}}, far{{690000.125, 5334000.003, 512.7}};

@@ -1,36 +1,21 @@
 #include "io/ros/growing_file.hpp"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <string>
 #include <utility>
+
+#include "vantage/kit/temporary_file.hpp"
 
 namespace vantage::io::ros {
 
 Result<GrowingFile> GrowingFile::create(const std::filesystem::path& path) {
-  const SourceLocation where{path.string(), 0, 0};
-  struct stat status {};
-  if (path.filename().empty() || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))) {
-    return fail(ErrorCode::io_failure, "cannot be written: it is not a regular file", where);
-  }
+  VANTAGE_TRY(TemporaryFile created, create_temporary_for(path));
   GrowingFile file;
   file.path_ = path;
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  for (unsigned attempt = 0; !file.descriptor_.open(); ++attempt) {
-    file.temporary_ = folder / (".vantage-" + std::to_string(::getpid()) + "-" +
-                                std::to_string(attempt) + ".tmp");
-    file.descriptor_ = Descriptor::of(file.temporary_, O_WRONLY | O_CREAT | O_EXCL);
-    if (file.descriptor_.open() || errno == EEXIST) continue;
-    const int reason = errno;
-    return fail(
-        reason == ENOENT || reason == ENOTDIR ? ErrorCode::not_found : ErrorCode::io_failure,
-        "cannot be written: no file can be created in the folder " + folder.string() + " (" +
-            system_message(reason) + ")",
-        where);
-  }
+  file.temporary_ = std::move(created.path);
+  file.descriptor_ = std::move(created.descriptor);
   return file;
 }
 
@@ -50,8 +35,8 @@ GrowingFile::~GrowingFile() {
   ::unlink(temporary_.c_str());
 }
 
-/// Returns 0, or an errno value if the disk has no room. A file system that can keep none is none
-/// of these. Only what is new is asked for: where it fails, what was kept before stays.
+/// Returns 0, or an errno value if the disk is full. A file system that cannot reserve room counts
+/// as one that has it. Only the new part is asked for, so a failure keeps what was reserved before.
 int GrowingFile::reserve(std::uint64_t end) noexcept {
   if (end <= reserved_) return 0;
   int result = 0;

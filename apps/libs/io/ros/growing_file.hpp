@@ -14,7 +14,7 @@ namespace vantage::io::ros {
 /// until it is put in place, and leaves nothing without that.
 class GrowingFile {
  public:
-  /// Errors: those of OutputFile::create.
+  /// Errors: those of create_temporary_for.
   [[nodiscard]] static Result<GrowingFile> create(const std::filesystem::path& path);
   GrowingFile(GrowingFile&& other) noexcept = default;
   GrowingFile& operator=(GrowingFile&& other) noexcept;

@@ -44,7 +44,8 @@ class McapWriter {
   /// Puts the file in place; call once, at the end. Errors: those of GrowingFile.
   [[nodiscard]] Result<void> commit();
   /// After an error of another function, puts in place what the file holds, if it holds messages.
-  /// The disk has room for the summary if its file system can keep it; else there is none.
+  /// A file system that can reserve room has it for the summary; on others, the summary may be
+  /// missing.
   /// Errors: those of GrowingFile.
   [[nodiscard]] Result<void> keep();
 
