@@ -84,6 +84,7 @@ double sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most) {
     kept[h].belief = beliefs[h];
   }
   hypotheses = std::move(kept);
+  if (hypotheses.size() == 1) hypotheses.front().support.be_alone();
   doubt(hypotheses, dropped);
   return dropped;
 }

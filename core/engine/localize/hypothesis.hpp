@@ -91,7 +91,8 @@ struct Hypothesis {
 void doubt(std::vector<Hypothesis>& hypotheses, double share);
 
 /// Orders the hypotheses by belief, and drops those that are refuted, and those beyond `most`.
-/// Those that became the same pose become one.
+/// Those that became the same pose become one. The odds that the last one left had shared with the
+/// others are its own again.
 /// @return  the belief in those that were dropped, which is elsewhere now
 [[nodiscard]] double sort_out(std::vector<Hypothesis>& hypotheses, std::size_t most);
 

@@ -38,12 +38,6 @@ SearchJob::SearchJob(Search search, const Options& options)
 
 SearchJob::~SearchJob() { stop_.request_stop(); }
 
-bool SearchJob::is_finished() const {
-  return running_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
-
-bool SearchJob::under_way() const { return running_.valid() && (waiting_ || !is_finished()); }
-
 void SearchJob::begin(double stamp, SearchTask task) {
   begun_ = stamp;
   nominal_ms_ = 0.0;
@@ -51,10 +45,12 @@ void SearchJob::begin(double stamp, SearchTask task) {
   waiting_ = true;
   stop_ = std::stop_source();
   if (options_.live) {
-    running_ = std::async(std::launch::async,
-                          [this, the_task = std::move(task), stop = stop_.get_token()] {
-                            return in_background([&] { return search_(the_task, stop); });
-                          });
+    running_ =
+        std::async(std::launch::async, [this, the_task = std::move(task), stop = stop_.get_token(),
+                                        dropped = std::move(running_)] {
+          if (dropped.valid()) dropped.wait();
+          return in_background([&] { return search_(the_task, stop); });
+        });
     return;
   }
   std::promise<Result<SearchAnswer>> promise;

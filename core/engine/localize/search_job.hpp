@@ -41,9 +41,10 @@ class SearchJob {
   /// Ends a search that is under way, and waits until it has ended.
   ~SearchJob();
 
-  /// Whether no search can begin. Also true while a dropped search is ending.
-  [[nodiscard]] bool under_way() const;
-  /// Begins a search for the scan with this stamp. Precondition: none is under way.
+  /// Whether a search was begun whose answer is not known yet.
+  [[nodiscard]] bool under_way() const noexcept { return waiting_; }
+  /// Begins a search for the scan with this stamp. Live, it waits in its thread until a dropped one
+  /// has ended. Precondition: none is under way.
   void begin(double stamp, SearchTask task);
   /// Tells the search under way how the sensor moved since the scan before.
   void move(const Pose& T_before_now);
@@ -59,8 +60,6 @@ class SearchJob {
   void drop();
 
  private:
-  [[nodiscard]] bool is_finished() const;
-
   Search search_;
   Options options_;
   double begun_ = 0.0;       // stamp of the search

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "localize/contrast.hpp"
@@ -39,6 +40,8 @@ class Support {
   void be_found(double missed);
   /// Makes the odds higher or lower, against those of other poses that are followed.
   void favour(double log_odds);
+  /// No other pose is followed any more: the odds that this one left to others are its own again.
+  void be_alone() { relative_ = std::max(0.0, relative_); }
   /// Lowers the odds to these; scans may raise them again.
   void doubt(double log_odds);
   /// The scans and searches before were at another place, maybe.

@@ -141,15 +141,28 @@ TEST_CASE("live, a dropped search says nothing, and the next begins once it has 
   job.begin(0.0, no_task());
   slow.begun.wait(false);
   job.drop();
-  CHECK(job.under_way());
+  CHECK_FALSE(job.under_way());
   CHECK_FALSE(job.answer(0.1));
-  slow.may_end.count_down();
-  while (job.under_way()) std::this_thread::yield();
+  job.begin(0.2, no_task());  // does not wait
+  CHECK(job.under_way());
   CHECK_FALSE(job.answer(0.2));
-  CHECK(slow.ended == 1);
-  job.begin(0.3, no_task());
-  CHECK(answer_at_last(job, 0.4).answer);
+  CHECK(slow.ended == 0);
+  slow.may_end.count_down();
+  CHECK(answer_at_last(job, 0.3).answer);
   CHECK(slow.ended == 2);
+}
+
+TEST_CASE("live, several searches are dropped while the first one still ends") {
+  SlowSearch slow;
+  slow.heeds_stop = true;
+  {
+    SearchJob job(slow.function(), {.live = true, .budget_ms = 0.0});
+    for (int k = 0; k < 5; ++k) {
+      job.begin(0.1 * k, no_task());
+      job.drop();
+    }
+  }
+  CHECK(slow.ended == 5);
 }
 
 TEST_CASE("live, a job that is destroyed ends its search first") {

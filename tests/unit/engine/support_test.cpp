@@ -114,6 +114,21 @@ TEST_CASE("poses that became the same are believed together, and a dropped one i
   CHECK(update_beliefs(all) == doctest::Approx(3.0 / 7.0).epsilon(0.01));
 }
 
+TEST_CASE("the odds that a pose shared with rivals are its own again once it is alone") {
+  std::vector<Hypothesis> all{with_odds(100.0)};
+  take(all[0].support, 0.7);
+  const double before = all[0].support.log_odds();
+  for (int rival = 0; rival < 20; ++rival) {  // each is refuted at the next scan
+    all.push_back(all[0]);
+    all[1].last.translation.x() = 5.0;
+    all[0].support.favour(std::log(0.5));
+    all[1].support.favour(std::log(0.5) - 40.0);
+    static_cast<void>(update_beliefs(all) + sort_out(all, 4));
+    REQUIRE(all.size() == 1);
+  }
+  CHECK(all[0].support.log_odds() == doctest::Approx(before).epsilon(1e-3));
+}
+
 TEST_CASE("a search that found a pose adds to its odds, but once, and does not undo comparisons") {
   Support given(2.0, Lookalikes::of({})), refuted(-3.0, Lookalikes::of({}));
   const double before = given.log_odds(), before_refuted = refuted.log_odds();
