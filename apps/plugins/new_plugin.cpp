@@ -74,6 +74,21 @@ Result<void> write_file(const fs::path& path, const std::string& text) {
   return {};
 }
 
+/// The table [params] of a kind's params.toml, as the params of a section of a configuration; ""
+/// without parameters.
+std::string params_of_section(const std::string& kind) {
+  constexpr std::string_view kTable = "[params]\n", kFolder = "{folder}/";
+  const auto all = templates::files();
+  const auto file = std::ranges::find(all, kind + "/params.toml", &templates::File::path);
+  if (file == all.end()) return "";
+  std::string table(file->text.substr(std::min(file->text.find(kTable), file->text.size())));
+  if (const auto end = table.find("\n\n"); end != std::string::npos) table.erase(end + 1);
+  if (const auto folder = table.find(kFolder); folder != std::string::npos) {
+    table.erase(folder, kFolder.size());
+  }
+  return table.empty() ? "" : "\n[" + kind + "." + table.substr(1);
+}
+
 /// The file of the project that a template becomes; "" if it belongs to another kind.
 std::string file_of(std::string_view path, const std::string& kind, const std::string& name) {
   if (path.find('/') == std::string_view::npos) return std::string(path);
@@ -126,6 +141,7 @@ Result<void> write_plugin_project(PluginKind kind, const std::string& name,
                                                   {"Class", class_name(name, kind)},
                                                   {"kind", to_string(kind)},
                                                   {"keys", documentation::keys_of_section(kind)},
+                                                  {"params", params_of_section(to_string(kind))},
                                                   {"version", VANTAGE_MAJOR_MINOR}};
   Result<void> done{};
   for (const templates::File& file : templates::files()) {

@@ -88,8 +88,9 @@ class BlockFiller {
   }
 
   [[nodiscard]] Vector2d somewhere() {
-    return block_.corners[0] + random_.uniform() * (block_.corners[1] - block_.corners[0]) +
-           random_.uniform() * (block_.corners[3] - block_.corners[0]);
+    const double v = random_.uniform(), u = random_.uniform();
+    return block_.corners[0] + u * (block_.corners[1] - block_.corners[0]) +
+           v * (block_.corners[3] - block_.corners[0]);
   }
 
   void place_buildings() {
@@ -112,14 +113,15 @@ class BlockFiller {
                                                 : BuildingShape::gabled;
       // First the large ones, then those that still fit between.
       const double largest = std::lerp(13.0, 4.0, static_cast<double>(k) / kTries);
-      Vector2d half(random_.uniform(kSmallest, std::min(largest, room.x())),
-                    random_.uniform(kSmallest, std::min(largest, room.y())));
+      const double half_y = random_.uniform(kSmallest, std::min(largest, room.y()));
+      Vector2d half(random_.uniform(kSmallest, std::min(largest, room.x())), half_y);
       if (shape == BuildingShape::round_tower) half.setConstant(std::min(5.5, half.minCoeff()));
       const Vector2d free = room - half;
       const Eigen::Rotation2Dd turn(random_.uniform(-0.03, 0.03));
       const Vector2d along = turn * block_.along(0);
       Plot plot{middle, along, half};
-      plot.centre = plot.at(free.x() * random_.symmetric(), free.y() * random_.symmetric());
+      const Vector2d at = free.cwiseProduct(random_.vector<2>(&Random::symmetric));
+      plot.centre = plot.at(at.x(), at.y());
       // A gable shows its ridge along the longer side.
       if (half.y() > half.x()) plot = {plot.centre, plot.across(), {half.y(), half.x()}};
       if (!block_.contains(plot, kMargin) || !is_free(plot.grown(kGap), taken_)) continue;

@@ -138,15 +138,14 @@ class Sampler {
     // get a point.
     const double spacing = params_.point_spacing;
     Random shift(face_seed);
-    min -= spacing * Vector2d(shift.uniform(), shift.uniform());
+    min -= spacing * shift.vector<2>(&Random::uniform);
     const auto columns = static_cast<std::int64_t>(std::ceil((max.x() - min.x()) / spacing));
     const auto rows = static_cast<std::int64_t>(std::ceil((max.y() - min.y()) / spacing));
     for (std::int64_t row = 0; row < rows; ++row) {
       for (std::int64_t column = 0; column < columns; ++column) {
         Random random(hash(face_seed, row, column));
-        const Vector2d in_face =
-            min + spacing * Vector2d(static_cast<double>(column) + random.uniform(),
-                                     static_cast<double>(row) + random.uniform());
+        const Vector2d corner(static_cast<double>(column), static_cast<double>(row));
+        const Vector2d in_face = min + spacing * (corner + random.vector<2>(&Random::uniform));
         if (!is_in_polygon(in_face)) continue;
         const Point p = corners[0] + in_face.x() * u + in_face.y() * v;
         if (is_hidden(p, owner)) continue;

@@ -164,7 +164,7 @@ std::vector<Leaf> make_leaves(const Point& centre, const Point& radii, double le
   std::vector<Leaf> leaves;
   leaves.reserve(count);
   while (leaves.size() < count) {
-    const Point p(random.symmetric(), random.symmetric(), random.symmetric());
+    const Point p = random.vector<3>(&Random::symmetric);
     if (p.squaredNorm() > 1.0) continue;
     // A regular triangle in a random plane.
     const double z = random.symmetric(), phi = 2.0 * std::numbers::pi * random.uniform();
@@ -290,7 +290,8 @@ std::vector<Solid> make_wall(const Plot& plot, const Terrain& terrain, Random& r
 Tree make_tree(const Vector2d& foot, double leaf_area_density, const Terrain& terrain,
                Random& random) {
   const double z = terrain.height(foot);
-  const Point radii(random.uniform(1.4, 2.6), random.uniform(1.4, 2.6), random.uniform(1.4, 3.0));
+  const double radius_z = random.uniform(1.4, 3.0), radius_y = random.uniform(1.4, 2.6);
+  const Point radii(random.uniform(1.4, 2.6), radius_y, radius_z);
   const double clear = random.uniform(2.3, 3.0);
   const double trunk = random.uniform(0.1, 0.22);
   const std::array rings{Vector2d(trunk * 1.3, -kFoundation),
@@ -305,7 +306,8 @@ Tree make_tree(const Vector2d& foot, double leaf_area_density, const Terrain& te
 
 Tree make_bush(const Vector2d& foot, double leaf_area_density, const Terrain& terrain,
                Random& random) {
-  const Point radii(random.uniform(0.5, 0.9), random.uniform(0.5, 0.9), random.uniform(0.4, 0.8));
+  const double radius_z = random.uniform(0.4, 0.8), radius_y = random.uniform(0.5, 0.9);
+  const Point radii(random.uniform(0.5, 0.9), radius_y, radius_z);
   const Point centre(foot.x(), foot.y(), terrain.height(foot) + 0.7 * radii.z());
   return {{}, make_leaves(centre, radii, 3.0 * leaf_area_density, random)};
 }

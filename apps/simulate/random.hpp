@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -50,6 +51,15 @@ class Random {
   double normal() noexcept {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());
+  }
+  /// A vector of numbers. The last one is drawn first: were they the arguments of one call, the
+  /// compiler would choose the order, and with it the world.
+  /// @param number  as in `vector<3>(&Random::normal)`
+  template <int kSize>
+  Eigen::Matrix<double, kSize, 1> vector(double (Random::*number)()) {
+    Eigen::Matrix<double, kSize, 1> all;
+    for (int k = kSize; k-- > 0;) all[k] = (this->*number)();
+    return all;
   }
 
  private:

@@ -35,8 +35,7 @@ StreetGrid::StreetGrid(const CampusParams& params, std::uint64_t seed)
       // The end of a street on the border continues straight from the last crossing.
       const int ii = std::clamp(i, 0, count_[0] - 1), jj = std::clamp(j, 0, count_[1] - 1);
       Random random(hash(seed, Purpose::streets, ii, jj));
-      const Eigen::Vector2d jitter(params.street_jitter * random.symmetric(),
-                                   params.street_jitter * random.symmetric());
+      const Eigen::Vector2d jitter = params.street_jitter * random.vector<2>(&Random::symmetric);
       nodes_.emplace_back(
           coordinate(i, spacing_.x(), half.x()) + (is_border_x(i) ? 0.0 : jitter.x()),
           coordinate(j, spacing_.y(), half.y()) + (is_border_y(j) ? 0.0 : jitter.y()));

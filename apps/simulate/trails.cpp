@@ -56,12 +56,11 @@ PointCloud trail_of_vehicle(const World& world, double point_spacing, std::uint6
       const double area = side.u.cross(side.v).norm();
       const double expected = kSeenShare * area / (point_spacing * point_spacing);
       for (long n = std::lround(expected); n > 0; --n) {
-        const Eigen::Vector3d p =
-            side.corner + random.uniform() * side.u + random.uniform() * side.v;
+        const double along_v = random.uniform(), along_u = random.uniform();
+        const Eigen::Vector3d p = side.corner + along_u * side.u + along_v * side.v;
         const Eigen::Vector2d at = centre + p.x() * forward + p.y() * left;
         if ((at.cwiseAbs().array() > world.terrain().half_size().array()).any()) continue;
-        const Eigen::Vector3d noise =
-            kNoise * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+        const Eigen::Vector3d noise = kNoise * random.vector<3>(&Random::normal);
         points.emplace_back(Point(at.x(), at.y(), world.terrain().height(at.x(), at.y()) + p.z()) +
                             noise + world.map_origin());
       }

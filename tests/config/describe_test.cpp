@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
 #include "support/plugins.hpp"
@@ -266,7 +267,15 @@ TEST_CASE("new: the section that a project's README shows is complete") {
     const std::string section = readme.substr(from, readme.find("```", from) - from);
     CAPTURE(section);
     const auto config = parse_toml("schema = 1\n" + section, "c.toml").and_then(parse_config);
-    CHECK_MESSAGE(config, to_string(config.error()));
+    REQUIRE_MESSAGE(config, to_string(config.error()));
+    const std::string plugin = test::read_text(project / "mine.cpp");
+    const std::regex required("required\\(\"([a-z_]+)\"");
+    for (auto key = std::sregex_iterator(plugin.begin(), plugin.end(), required);
+         key != std::sregex_iterator(); ++key) {
+      CAPTURE((*key)[1].str());
+      const std::string line = "\n" + (*key)[1].str() + " = ";
+      CHECK(section.find(line, section.find(".params]")) != std::string::npos);
+    }
   });
 }
 
