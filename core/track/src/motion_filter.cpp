@@ -134,16 +134,17 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
   const auto squared = [](double x) { return x * x; };
   const double upright = squared(noise.upright);
   if (input.odometry) {
-    const double way = input.odometry->linear.norm() * dt;
-    const double turn = input.odometry->angular.norm() * dt;
-    const double metres = squared(noise.odometry_metres) * way;
-    Q.block<3, 3>(kP, kP).diagonal().array() += metres;
-    Q.block<3, 3>(kV, kV).diagonal().array() += metres / squared(dt) + squared(0.01);
+    // Variances that grow with the time; the twist is their mean over the time between two samples.
+    const double speed = input.odometry->linear.norm(), turn = input.odometry->angular.norm();
+    const double between = input.odometry_seconds;
+    const double metres = squared(noise.odometry_metres) * speed;
+    Q.block<3, 3>(kP, kP).diagonal().array() += metres * dt;
+    Q.block<3, 3>(kV, kV).diagonal().array() += metres / between + squared(0.01);
     if (!input.rate) {
       const double radians =
-          squared(noise.odometry_radians) * way + squared(noise.odometry_turning) * turn;
-      Q.block<3, 3>(kR, kR).diagonal().array() += radians;
-      Q.block<3, 3>(kB, kB).diagonal().array() += radians / squared(dt) + squared(0.005);
+          squared(noise.odometry_radians) * speed + squared(noise.odometry_turning) * turn;
+      Q.block<3, 3>(kR, kR).diagonal().array() += radians * dt;
+      Q.block<3, 3>(kB, kB).diagonal().array() += radians / between + squared(0.005);
     }
   } else if (input.force) {
     const Eigen::Vector3d variance = Eigen::Vector3d::Constant(squared(noise.force) * dt);
@@ -185,16 +186,22 @@ MotionFilter::MotionFilter(double stamp, const Pose& T_map_sensor, const PoseMat
       measured_(stamp),
       T_body_sensor_(inputs.T_sensor_body().inverse()),
       covariance_(MotionMatrix::Zero()) {
-  // Standard deviations; without a gyroscope, the bias stands for the rate of turn.
+  // Standard deviations in map axes; without a gyroscope, the bias stands for the rate of turn.
   Eigen::Vector3d speed(8.0, 8.0, 1.0), rate(0.3, 0.3, 1.0);  // [m/s], [rad/s]
   constexpr double kForceBias = 0.3, kRateBias = 0.05, kRateAtRest = 0.002;
   if (inputs.has_imu()) rate.setConstant(kRateBias);
   if (const auto rest = inputs.rest(stamp)) {
     state_.rate_bias = rest->rate;
-    rate.setConstant(kRateAtRest);  // at rest, or on an even, straight way: nothing tells
+    // At rest, or in an even motion: nothing tells a steady turn from a bias.
+    rate.setConstant(std::hypot(kRateAtRest, rest->rate.norm()));
   }
-  covariance_.diagonal().segment<3>(kV) = speed.cwiseAbs2();
-  covariance_.diagonal().segment<3>(kB) = rate.cwiseAbs2();
+  const Eigen::Matrix3d R_body_map =
+      (T_map_sensor.rotation * T_body_sensor_.rotation.conjugate()).toRotationMatrix().transpose();
+  const auto in_body = [&](const Eigen::Vector3d& sigma) -> Eigen::Matrix3d {
+    return R_body_map * sigma.cwiseAbs2().asDiagonal() * R_body_map.transpose();
+  };
+  covariance_.block<3, 3>(kV, kV) = in_body(speed);
+  covariance_.block<3, 3>(kB, kB) = in_body(rate);
   covariance_.diagonal().segment<3>(kF).setConstant(kForceBias * kForceBias);
   place(T_map_sensor, P);
 }

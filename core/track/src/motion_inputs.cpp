@@ -8,8 +8,10 @@
 namespace vantage {
 namespace {
 
-// A gyroscope that is silent for longer than this says nothing of the time in between [s].
+// A sensor that is silent for longer than this says nothing of the time in between [s]. Odometry
+// may be slower: its gaps are so many times as long as its usual interval.
 constexpr double kLongestGap = 0.25;
+constexpr double kGapIntervals = 2.5;
 // The last sample holds for this long [s].
 constexpr double kHold = 0.1;
 // A body that nothing has measured for this long may have stopped [s].
@@ -19,15 +21,21 @@ constexpr double kLongest = 60.0;
 // Odometry that ended this long ago no longer says where the body is [s].
 constexpr double kOdometryAge = 0.2;
 
-/// Inserts a sample by its stamp. @return whether there was none with that stamp
+/// Inserts a sample by its stamp.
+/// @return  how many samples were dropped: that one if there is one with its stamp, and those that
+///          are so far ahead of it that their stamps must be wrong
 template <class Sample>
-bool insert(std::deque<Sample>& samples, const Sample& sample) {
+std::uint64_t insert(std::deque<Sample>& samples, const Sample& sample) {
+  std::uint64_t dropped = 0;
+  for (; !samples.empty() && samples.back().stamp > sample.stamp + kLongest; ++dropped) {
+    samples.pop_back();
+  }
   const auto at = std::lower_bound(samples.begin(), samples.end(), sample.stamp,
                                    [](const Sample& s, double stamp) { return s.stamp < stamp; });
-  if (at != samples.end() && at->stamp == sample.stamp) return false;
+  if (at != samples.end() && at->stamp == sample.stamp) return dropped + 1;
   samples.insert(at, sample);
   while (samples.front().stamp < samples.back().stamp - kLongest) samples.pop_front();
-  return true;
+  return dropped;
 }
 
 /// The first sample later than a moment.
@@ -59,7 +67,7 @@ Result<void> MotionInputs::add(const ImuSample& sample) {
                                               " s has a number that is not finite or possible");
   }
   const bool late = forgotten_ && sample.stamp <= *forgotten_;
-  if (late || !insert(imu_, sample)) ++dropped_;
+  dropped_ += late ? 1 : insert(imu_, sample);
   return {};
 }
 
@@ -71,15 +79,34 @@ Result<void> MotionInputs::add(const OdometrySample& sample) {
   }
   const Pose T_body_imu = mounts_.T_sensor_body.inverse() * mounts_.T_sensor_imu;
   const bool late = forgotten_ && sample.stamp <= *forgotten_;
-  if (late || !insert(odometry_, Odometry{sample.stamp, sample.T_odom_body * T_body_imu})) {
-    ++dropped_;
-  }
+  dropped_ += late ? 1 : insert(odometry_, {sample.stamp, sample.T_odom_body * T_body_imu});
+  if (!late && odometry_.size() > 1) learn_interval();
   return {};
 }
 
-bool MotionInputs::has_odometry(double stamp) const noexcept {
-  return odometry_.size() > 1 && odometry_.back().stamp >= stamp - kOdometryAge &&
-         odometry_.front().stamp < stamp;
+void MotionInputs::learn_interval() {
+  constexpr double kSlower = 1.1;  // a pause is not a new interval
+  const double last = odometry_.back().stamp - std::prev(odometry_.end(), 2)->stamp;
+  const bool first = odometry_interval_ == 0.0;
+  odometry_interval_ = first ? last : std::min(last, kSlower * odometry_interval_);
+}
+
+std::optional<Twist> MotionInputs::twist_between(const Odometry& last, const Odometry& next) const {
+  constexpr double kFastestDrive = 100.0, kFastestSpin = 30.0;  // [m/s], [rad/s]
+  const double seconds = next.stamp - last.stamp;
+  if (seconds > std::max(kLongestGap, kGapIntervals * odometry_interval_)) return {};
+  Twist twist = logarithm(last.T_odom_imu.inverse() * next.T_odom_imu);
+  twist.linear /= seconds;
+  twist.angular /= seconds;
+  const bool possible = twist.linear.norm() < kFastestDrive && twist.angular.norm() < kFastestSpin;
+  return possible ? std::optional(twist) : std::nullopt;
+}
+
+bool MotionInputs::has_odometry(double stamp) const {
+  auto next = later_than(odometry_, stamp);
+  if (next == odometry_.end() && next != odometry_.begin()) --next;  // until the last sample
+  return next != odometry_.begin() && next->stamp >= stamp - kOdometryAge &&
+         twist_between(*std::prev(next), *next);
 }
 
 MotionInput MotionInputs::at(double from, double to, double silent_since) const {
@@ -101,11 +128,8 @@ MotionInput MotionInputs::at(double from, double to, double silent_since) const 
   const auto next = later_than(odometry_, middle);
   if (next != odometry_.begin() && next != odometry_.end()) {
     const Odometry& last = *std::prev(next);
-    const double seconds = next->stamp - last.stamp;
-    Twist twist = logarithm(last.T_odom_imu.inverse() * next->T_odom_imu);
-    twist.linear /= seconds;
-    twist.angular /= seconds;
-    input.odometry = twist;
+    input.odometry = twist_between(last, *next);
+    input.odometry_seconds = next->stamp - last.stamp;
   }
   input.coasts = !input.rate && !input.odometry && middle > silent_since + kCoasting;
   return input;

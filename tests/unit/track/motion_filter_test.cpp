@@ -36,8 +36,8 @@ std::vector<MotionInput> inputs_of_every_kind() {
           {.seconds = 0.01, .rate = rate},
           {.seconds = 0.01, .rate = rate, .force = force},
           {.seconds = -0.01, .rate = rate, .force = force},
-          {.seconds = 0.02, .odometry = twist},
-          {.seconds = 0.02, .rate = rate, .odometry = twist},
+          {.seconds = 0.02, .odometry = twist, .odometry_seconds = 0.1},
+          {.seconds = 0.02, .rate = rate, .odometry = twist, .odometry_seconds = 0.1},
           {.seconds = 0.02, .coasts = true}};
 }
 
@@ -123,6 +123,55 @@ TEST_CASE("noise is symmetric, positive, and that of the integrals") {
   CHECK(std::sqrt(P(0, 0)) == doctest::Approx(0.6 / std::sqrt(3.0)).epsilon(0.001));
   CHECK(std::sqrt(moved_noise({}, {.seconds = 1.0}, noise)(0, 0)) ==
         doctest::Approx(0.6 / std::sqrt(3.0)));
+}
+
+TEST_CASE("the noise of odometry does not depend on the pieces that its time is cut into") {
+  const Twist twist{.linear = {8.0, 0.0, 0.0}, .angular = {0.0, 0.0, 0.3}};
+  const auto after = [&](int pieces) {
+    const double seconds = 0.1 / pieces;
+    const MotionInput input{.seconds = seconds, .odometry = twist, .odometry_seconds = 0.1};
+    MotionState state;
+    MotionMatrix P = MotionMatrix::Zero();
+    for (int k = 0; k < pieces; ++k) {
+      const MotionMatrix F = moved_jacobian(state, input);
+      P = F * P * F.transpose() + moved_noise(state, input, {});
+      state = moved(state, input);
+    }
+    return MotionVector(P.diagonal().cwiseSqrt());
+  };
+  const MotionVector whole = after(1);
+  CHECK(whole[6] == doctest::Approx(0.04 * std::sqrt(8.0 / 0.1)).epsilon(0.01));
+  for (const int pieces : {5, 20, 100'000}) {
+    const MotionVector sigma_of_parts = after(pieces);
+    for (const Eigen::Index k : {0, 5, 6, 11}) {
+      CAPTURE(k);
+      CHECK(sigma_of_parts[k] == doctest::Approx(whole[k]).epsilon(0.02));
+    }
+  }
+}
+
+TEST_CASE("what is known at the start does not depend on how the IMU is mounted") {
+  const MotionNoise noise;
+  for (const Eigen::Vector3d& rpy : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-1.5708, 0, -1.5708),
+                                     Eigen::Vector3d(3.1416, 0, 0.7)}) {
+    const MotionInputs inputs({.T_sensor_imu = pose_from_xyz_rpy({0, 0, 0}, rpy)});
+    const Pose start = pose_from_xyz_rpy({5, 6, 0}, {0, 0, 0.8});
+    MotionFilter filter(0.0, start, sigma(0.1, 0.01), inputs);
+    filter.predict(0.1, inputs, noise);
+    const PoseMatrix P = filter.pose_covariance();
+    CHECK(std::sqrt(P(0, 0)) == doctest::Approx(0.81).epsilon(0.02));  // 8 m/s for 0.1 s
+    CHECK(std::sqrt(P(1, 1)) == doctest::Approx(0.81).epsilon(0.02));
+    CHECK(std::sqrt(P(2, 2)) == doctest::Approx(0.14).epsilon(0.05));
+  }
+}
+
+TEST_CASE("a steady turn before the start is no bias that is beyond doubt") {
+  MotionInputs inputs({});
+  for (int k = 0; k <= 200; ++k) {
+    REQUIRE(inputs.add(ImuSample{0.005 * k, {0.0, 0.0, 0.15}, {0.0, 0.0, kGravity}}));
+  }
+  const MotionFilter filter(1.0, {}, sigma(0.1, 0.01), inputs);
+  CHECK(std::sqrt(filter.covariance()(11, 11)) == doctest::Approx(0.15).epsilon(0.01));
 }
 
 TEST_CASE("scans alone reveal the speed and the turn of a sensor that was taken to stand") {

@@ -92,6 +92,48 @@ TEST_CASE("odometry gives the twist of the IMU, wherever both sit") {
   CHECK_FALSE(inputs.has_odometry(5.0));
 }
 
+TEST_CASE("a gap of odometry is a gap, at any rate; a jump is one, too") {
+  const auto known_of = [](double interval, double gap, double jump) {
+    MotionInputs inputs({});
+    double stamp = 0.0, x = 0.0;
+    for (int k = 0; k < 40; ++k) {
+      if (k == 20) {
+        stamp += gap;
+        x += jump;
+      }
+      REQUIRE(inputs.add(OdometrySample{stamp, pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0})}));
+      stamp += interval;
+      x += 2.0 * interval;
+    }
+    CHECK(inputs.has_odometry(stamp - 1.5 * interval));
+    CHECK(inputs.has_odometry(10.3 * interval));
+    double known = 0.0;
+    for (const MotionInput& piece : inputs.between(0.0, stamp, 0.0)) {
+      if (!piece.odometry) continue;
+      known += piece.seconds;
+      CHECK(piece.odometry->linear.norm() == doctest::Approx(2.0));
+      CHECK(piece.odometry_seconds == doctest::Approx(interval));
+    }
+    CHECK(inputs.has_odometry(19.5 * interval + gap) == (gap == 0.0 && jump == 0.0));
+    return known / interval;
+  };
+  for (const double interval : {0.005, 0.05, 0.1, 0.5, 1.0}) {
+    CAPTURE(interval);
+    CHECK(known_of(interval, 0.0, 0.0) == doctest::Approx(39.0).epsilon(0.001));
+    CHECK(known_of(interval, 5.0, 0.0) == doctest::Approx(38.0).epsilon(0.001));
+    CHECK(known_of(interval, 0.0, 300.0) == doctest::Approx(38.0).epsilon(0.001));
+  }
+}
+
+TEST_CASE("a sample far ahead of those after it is dropped, and counted") {
+  MotionInputs inputs({});
+  for (int k = 0; k < 10; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
+  REQUIRE(inputs.add(imu(1000.0, 1.0)));
+  for (int k = 10; k < 100; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
+  CHECK(inputs.dropped() == 1);
+  CHECK(turn_of(inputs.between(0.5, 0.6, 0.5)) == doctest::Approx(0.1));
+}
+
 TEST_CASE("samples that are no numbers are errors, and leave nothing behind") {
   MotionInputs inputs({});
   const double nan = std::numeric_limits<double>::quiet_NaN();

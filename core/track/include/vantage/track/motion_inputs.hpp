@@ -19,7 +19,8 @@ struct MotionInput {
   double seconds = 0.0;                       ///< negative: backwards in time
   std::optional<Eigen::Vector3d> rate = {};   ///< by the gyroscope, with its bias [rad/s]
   std::optional<Eigen::Vector3d> force = {};  ///< specific force, with its bias [m/s^2]
-  std::optional<Twist> odometry = {};         ///< [m/s, rad/s]
+  std::optional<Twist> odometry = {};         ///< the mean between two samples [m/s, rad/s]
+  double odometry_seconds = 0.0;              ///< the time between those samples
   bool coasts = false;  ///< nothing was measured for so long that the body may have stopped
 };
 
@@ -35,7 +36,8 @@ class MotionInputs {
   explicit MotionInputs(const MotionMounts& mounts) : mounts_(mounts) {}
 
   /// Samples may come late, as long as no scan has used later ones. Samples that come later still,
-  /// or twice, are dropped and counted.
+  /// or twice, are dropped and counted; so is a sample that is more than a minute ahead of one that
+  /// comes after it.
   /// Errors: `invalid_input` for a sample with a number that is not finite.
   [[nodiscard]] Result<void> add(const ImuSample& sample);
   [[nodiscard]] Result<void> add(const OdometrySample& sample);
@@ -44,7 +46,7 @@ class MotionInputs {
   [[nodiscard]] const Pose& T_sensor_body() const noexcept { return mounts_.T_sensor_imu; }
   [[nodiscard]] bool has_imu() const noexcept { return !imu_.empty(); }
   /// Whether odometry measured the motion up to about this moment.
-  [[nodiscard]] bool has_odometry(double stamp) const noexcept;
+  [[nodiscard]] bool has_odometry(double stamp) const;
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
   /// The number of samples that are held: those of a minute at most.
   [[nodiscard]] std::size_t samples() const noexcept { return imu_.size() + odometry_.size(); }
@@ -72,11 +74,17 @@ class MotionInputs {
     double stamp;
     Pose T_odom_imu;
   };
+  /// The motion from one sample to the next. Nothing if that took so long that odometry was silent
+  /// in between, or if no robot moves like that: the odometry began anew, or jumped.
+  [[nodiscard]] std::optional<Twist> twist_between(const Odometry& last,
+                                                   const Odometry& next) const;
+  void learn_interval();
   [[nodiscard]] MotionInput at(double from, double to, double silent_since) const;
 
   MotionMounts mounts_;
   std::deque<ImuSample> imu_;
   std::deque<Odometry> odometry_;
+  double odometry_interval_ = 0.0;   // the usual one [s]
   std::optional<double> forgotten_;  // up to here [s]
   std::uint64_t dropped_ = 0;
 };
