@@ -14,6 +14,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
 #include "terminal/progress.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -62,13 +63,11 @@ Result<void> build_shard(const Options& options) {
   }
   VANTAGE_TRY(const ShardStatus status, build.status(shard));
   if (options.common.json) {
-    std::cout << nlohmann::ordered_json{{"shard", shard.number},
-                                        {"shards", shard.count},
-                                        {"regions", status.regions},
-                                        {"built", built},
-                                        {"viewpoints", status.viewpoints}}
-                     .dump(2)
-              << '\n';
+    std::cout << json_text(nlohmann::ordered_json{{"shard", shard.number},
+                                                  {"shards", shard.count},
+                                                  {"regions", status.regions},
+                                                  {"built", built},
+                                                  {"viewpoints", status.viewpoints}});
   } else {
     std::cout << fmt::format("shard {} of {}: {}, {} of them built now; parts in {}\n",
                              cli::grouped(shard.number), cli::grouped(shard.count),

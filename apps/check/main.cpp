@@ -14,6 +14,7 @@
 #include "terminal/input_options.hpp"
 #include "terminal/table.hpp"
 #include "vantage/evaluation/run.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -68,7 +69,7 @@ Result<int> run(const Options& options) {
   if (options.common.json) {
     nlohmann::ordered_json result{{"notes", to_json(findings.notes)}};
     for (const auto& [name, value] : lines) result[name] = value;
-    std::cout << result.dump(2) << '\n';
+    std::cout << json_text(result);
   } else {
     std::cout << to_text(lines, options.common.style());
     print(std::cout, findings.notes);

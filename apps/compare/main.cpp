@@ -10,6 +10,7 @@
 #include "terminal/table.hpp"
 #include "vantage/evaluation/comparison.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -28,7 +29,7 @@ Result<void> run(const Options& options) {
     VANTAGE_CHECK(io::write_text_atomically(options.html, to_html(comparison)));
   }
   if (options.json) {
-    std::cout << to_json(comparison).dump(2) << '\n';
+    std::cout << json_text(to_json(comparison));
     return {};
   }
   std::cout << "A  " << comparison.a.file.string() << "\nB  " << comparison.b.file.string() << '\n'

@@ -14,6 +14,7 @@
 #include "vantage/evaluation/evaluation.hpp"
 #include "vantage/evaluation/run_files.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -156,12 +157,12 @@ Result<void> run(const Options& options) {
 
   VANTAGE_CHECK(write_runs(evaluation, options.out));
   const nlohmann::ordered_json json = to_json(evaluation);
-  VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json.dump(2) + "\n"));
+  VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json_text(json)));
   VANTAGE_TRY(const std::string page, to_html(evaluation));
   VANTAGE_CHECK(io::write_text_atomically(options.out / "report.html", page));
 
   if (options.common.json) {
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return check_verdict(evaluation);
   }
   const auto rows = comparison(evaluation);

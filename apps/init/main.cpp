@@ -21,6 +21,7 @@
 #include "vantage/io/formats.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -257,7 +258,7 @@ Result<void> run(const Options& options) {
   const auto commands = next_commands(options, seen.known.imu);
   const std::string text = init::to_toml(decisions, head_of(options, seen, findings, commands));
   if (options.json) {
-    std::cout << to_json(decisions, commands, findings, text).dump(2) << '\n';
+    std::cout << json_text(to_json(decisions, commands, findings, text));
   } else if (options.out.empty()) {
     std::cout << text;
   }

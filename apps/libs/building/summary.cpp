@@ -11,6 +11,7 @@
 
 #include "terminal/table.hpp"
 #include "vantage/evaluation/statistics.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::building {
 namespace {
@@ -147,7 +148,7 @@ Result<void> print_summary(const BuildReport& report, const Prepared& prepared,
                            const cli::CommonOptions& options) {
   VANTAGE_TRY(const MapIndex index, prepared.build.index());
   if (options.json) {
-    std::cout << to_json(report, index, prepared.map).dump(2) << '\n';
+    std::cout << json_text(to_json(report, index, prepared.map));
   } else {
     print_report(report, index, prepared, options.style());
   }
