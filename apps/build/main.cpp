@@ -81,7 +81,7 @@ Result<void> build_shard(const Options& options) {
 /// localization can say it, too.
 Result<void> note_suspicions(building::Prepared& prepared, const Options& options) {
   if (prepared.map.tiles) return {};  // `vantage check` looks at a sample
-  VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
+  VANTAGE_TRY(const Config config, with_plugin_defaults(prepared.config, options.common.loader()));
   const checks::MapFacts map = checks::measure_map(prepared.map.points);
   checks::print(std::cerr, notes_on(map, config));
   if (const auto notes = notes_on(map); !notes.empty()) {

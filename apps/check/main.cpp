@@ -55,7 +55,7 @@ Lines lines_of(const checks::MapFacts& map, const std::optional<building::FirstS
 Result<int> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const auto prepared, building::prepare(options, building::Reading::if_they_fit));
-  VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
+  VANTAGE_TRY(const Config config, with_plugin_defaults(prepared.config, options.common.loader()));
   VANTAGE_TRY(const checks::MapFacts map, building::facts_of(prepared.map));
   building::Findings findings = building::look_at(map, config);
   std::optional<building::FirstScans> first;

@@ -248,7 +248,7 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const auto decisions, init::decide(seen.known));
   VANTAGE_TRY(const Table table, parse_toml(init::to_toml(decisions, {}), "the configuration"));
   VANTAGE_TRY(Config config, parse_config(table));
-  VANTAGE_TRY(config, checks::with_defaults(config, plugins));
+  VANTAGE_TRY(config, with_plugin_defaults(config, plugins));
   if (seen.first) {
     VANTAGE_TRY(findings, building::look_at(seen.known.map, config, map, *seen.first,
                                             samples_of(*seen.inputs), plugins, options.quiet));

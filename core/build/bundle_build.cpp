@@ -29,7 +29,7 @@ Result<Config> with_content(Config config, const PluginLoader& plugins) {
 Result<BundleBuild> BundleBuild::prepare(const Config& asked, const PluginLoader& plugins) {
   VANTAGE_TRY(const Config config, with_content(asked, plugins));
   VANTAGE_TRY(auto loaded, load_build_plugins(config, plugins));
-  VANTAGE_CHECK(effective_config(config, plugins));
+  VANTAGE_CHECK(with_plugin_defaults(config, plugins));
   BuildParams params = BuildParams::from(config);
   VANTAGE_TRY(params.effective_config, effective_config(content_config(config), plugins));
   VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, config.store->choice()));
