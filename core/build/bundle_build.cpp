@@ -52,9 +52,9 @@ Result<ShardedBuild> BundleBuild::sharded(const MapParts& map, PointsView trajec
   return ShardedBuild::open(map, trajectory, plugins_, params_, std::move(options));
 }
 
-Result<MapIndex> BundleBuild::index() const {
-  VANTAGE_TRY(const auto bundle, plugins_.store->open());
-  return bundle->index();
+Result<Bundle> BundleBuild::bundle() const {
+  VANTAGE_TRY(auto reader, plugins_.store->open());
+  return Bundle::of(in_library_of(plugins_.store, std::move(reader)), "the bundle", place_);
 }
 
 }  // namespace vantage

@@ -23,16 +23,14 @@ std::uint64_t peak_memory() {
   return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
 }
 
-void print_report(const BuildReport& report, const MapIndex& index, const Prepared& prepared,
-                  const cli::Style& style) {
+void print_report(const BuildReport& report, const MapIndex& index, std::uint64_t bytes,
+                  const Prepared& prepared, const cli::Style& style) {
   const WideAreaMap& map = prepared.map;
   std::vector<double> seen(report.seen.begin(), report.seen.end()), kept;
-  std::uint64_t bytes = 0;
   std::uint64_t elements = 0;
   for (std::size_t r = 0; r < index.regions.size(); ++r) {
     kept.push_back(static_cast<double>(report.regions[r].points));
     elements += index.regions[r].elements;
-    bytes += index.regions[r].bytes;
   }
 
   cli::TextTable table(
@@ -110,7 +108,7 @@ void print_report(const BuildReport& report, const MapIndex& index, const Prepar
 }
 
 nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
-                               const WideAreaMap& map) {
+                               std::uint64_t bytes, const WideAreaMap& map) {
   nlohmann::ordered_json regions = nlohmann::ordered_json::array();
   for (std::uint32_t r = 0; r < report.partition.size(); ++r) {
     regions.push_back({{"label", report.partition[RegionId{r}].label},
@@ -139,6 +137,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
         {"selection", report.core_seconds_selection},
         {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
       {"peak_memory_bytes", peak_memory()},
+      {"bytes", bytes},
       {"regions", std::move(regions)}};
 }
 
@@ -146,11 +145,12 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
 
 Result<void> print_summary(const BuildReport& report, const Prepared& prepared,
                            const cli::CommonOptions& options) {
-  VANTAGE_TRY(const MapIndex index, prepared.build.index());
+  VANTAGE_TRY(const Bundle bundle, prepared.build.bundle());
+  VANTAGE_TRY(const auto index, bundle.index());
   if (options.json) {
-    std::cout << json_text(to_json(report, index, prepared.map));
+    std::cout << json_text(to_json(report, *index, bundle.bytes(), prepared.map));
   } else {
-    print_report(report, index, prepared, options.style());
+    print_report(report, *index, bundle.bytes(), prepared, options.style());
   }
   return {};
 }
