@@ -12,7 +12,7 @@ BuildReport report_of(const BuildPlan& plan) {
   report.partition = plan.partition;
   report.map_points = plan.map_points;
   report.ground_points = plan.ground_points;
-  report.unreachable_viewpoints = plan.unreachable_viewpoints;
+  report.unreachable_voxels = plan.unreachable_voxels;
   report.places_outside = plan.places_outside;
   report.seconds_ground = plan.seconds_ground;
   report.seconds_partition = plan.seconds_partition;

@@ -81,10 +81,9 @@ void print_report(const BuildReport& report, const MapIndex& index, std::uint64_
                              cli::grouped(report.skipped_viewpoints),
                              cli::form(report.skipped_viewpoints, "was", "were"));
   }
-  if (report.unreachable_viewpoints > 0) {
-    std::cout << fmt::format("{} over ground that is not reachable {} left out\n",
-                             cli::counted(report.unreachable_viewpoints, "viewpoint"),
-                             cli::form(report.unreachable_viewpoints, "was", "were"));
+  if (report.unreachable_voxels > 0) {
+    std::cout << fmt::format("the ground of {} is not reachable and has no viewpoint\n",
+                             cli::counted(report.unreachable_voxels, "voxel"));
   }
   if (report.places_outside > 0) {
     std::cout << fmt::format("{} along the trajectory {} in no region and {} left out\n",
@@ -96,9 +95,9 @@ void print_report(const BuildReport& report, const MapIndex& index, std::uint64_
     const std::size_t regions = report.regions_without_viewpoints;
     std::cout << fmt::format("{} {} no {}, so no viewpoint: {} empty\n",
                              cli::counted(regions, "region"), cli::form(regions, "holds", "hold"),
-                             report.ground_points == 0           ? "part of the trajectory"
-                             : report.unreachable_viewpoints > 0 ? "reachable ground"
-                                                                 : "ground",
+                             report.ground_points == 0       ? "part of the trajectory"
+                             : report.unreachable_voxels > 0 ? "reachable ground"
+                                                             : "ground",
                              cli::form(regions, "its map is", "their maps are"));
   }
   if (prepared.config.matcher) {
@@ -125,7 +124,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"ground_points", report.ground_points},
       {"viewpoints", report.viewpoints},
       {"skipped_viewpoints", report.skipped_viewpoints},
-      {"unreachable_viewpoints", report.unreachable_viewpoints},
+      {"unreachable_voxels", report.unreachable_voxels},
       {"places_outside", report.places_outside},
       {"regions_without_viewpoints", report.regions_without_viewpoints},
       {"seconds",

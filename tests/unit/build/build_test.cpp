@@ -284,13 +284,14 @@ TEST_CASE("ground that is not reachable has no viewpoint, whatever regions it is
     auto p = plugins(memory);
     BuildParams with = params();
     with.viewpoints.reachable = true;
+    with.viewpoints.height_offsets = {0.0, 0.5};
     const auto report = build_region_maps(map, PointCloud{{east ? 22.0 : 2.0, 2.0, 1.0}}, p, with);
     REQUIRE_MESSAGE(report, to_string(report.error()));
     CHECK(report->ground_points == 80);
-    CHECK(report->unreachable_viewpoints == 10);
-    CHECK(report->viewpoints == 10);
+    CHECK(report->unreachable_voxels == 10);  // whatever stands over a voxel
+    CHECK(report->viewpoints == 20);
     CHECK(memory->maps[east ? 0 : 2].viewpoints.empty());
-    CHECK(memory->maps[east ? 2 : 0].viewpoints.size() == 10);
+    CHECK(memory->maps[east ? 2 : 0].viewpoints.size() == 20);
   }
 }
 

@@ -87,7 +87,7 @@ struct BuildReport {
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;
-  std::uint64_t unreachable_viewpoints = 0;  ///< left out; counted over the whole map at once
+  std::uint64_t unreachable_voxels = 0;  ///< of the map's ground; no viewpoint is over them
   std::uint64_t places_outside = 0;  ///< along the trajectory, outside all regions: no viewpoint
   std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`; left out by `min_gain`
   std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: empty maps
