@@ -100,6 +100,13 @@ void print_report(const BuildReport& report, const MapIndex& index, std::uint64_
                                                              : "ground",
                              cli::form(regions, "its map is", "their maps are"));
   }
+  if (report.regions_that_see_nothing > 0) {
+    const std::size_t regions = report.regions_that_see_nothing;
+    std::cout << fmt::format(
+        "{} {} viewpoints that see no point (look at sensor_height and max_range): {} empty\n",
+        cli::counted(regions, "region"), cli::form(regions, "has", "have"),
+        cli::form(regions, "its map is", "their maps are"));
+  }
   if (prepared.config.matcher) {
     std::cout << fmt::format("`vantage assess {}` measures how well a sensor is localized in it\n",
                              prepared.config.file);
@@ -127,6 +134,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"unreachable_voxels", report.unreachable_voxels},
       {"places_outside", report.places_outside},
       {"regions_without_viewpoints", report.regions_without_viewpoints},
+      {"regions_that_see_nothing", report.regions_that_see_nothing},
       {"seconds",
        {{"partition", report.seconds_partition},
         {"ground", report.seconds_ground},
