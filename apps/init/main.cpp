@@ -53,12 +53,8 @@ std::string named_in_config(const fs::path& path, const Options& options) {
 
 /// "maps/campus" of "campus.toml", or of the map "campus.pcd".
 std::string bundle_of(const Options& options) {
-  fs::path from = options.out.empty() ? fs::path(options.map) : options.out;
-  from = from.lexically_normal();
-  if (!from.has_filename()) from = from.parent_path();
-  std::string name = from.stem().string();
-  if (name.empty() || name.find_first_of("*?[.") != std::string::npos) name = "map";
-  const fs::path root = fs::path("maps") / name;
+  const fs::path root =
+      fs::path("maps") / init::bundle_name(options.out.empty() ? options.map : options.out);
   return options.out.empty() ? fs::absolute(root).string() : root.string();
 }
 
