@@ -70,11 +70,11 @@ Result<view::Size> check(const Options& options) {
   if (!is_bundle(options)) {
     if (!options.region.empty()) {
       return cli::usage_error("--region takes a bundle of region maps, and " +
-                              options.what.string() + " is not a folder");
+                              options.what.string() + " is not one");
     }
     if (options.color != "height") {
       return cli::usage_error("--color " + options.color + " takes a bundle of region maps, and " +
-                              options.what.string() + " is not a folder");
+                              options.what.string() + " is not one");
     }
   }
   VANTAGE_CHECK(check_inputs(options));
