@@ -231,7 +231,7 @@ Result<void> run(const CLI::App& app, const Options& options) {
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  if (config.map) VANTAGE_CHECK(cli::check_outputs(app, config.map->files));
+  VANTAGE_CHECK(cli::check_outputs(app, config));
   VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
                                                           : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
