@@ -18,6 +18,7 @@
 #include "terminal/size.hpp"
 #include "vantage/build/assessment.hpp"
 #include "vantage/engine/localizer_params.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -113,7 +114,7 @@ void print(const AssessmentReport& report, double alert_limit, const Options& op
     if (error.count > 0) {
       json["expected_error"] = {{"median", error.median}, {"p95", error.p95}, {"max", error.max}};
     }
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return;
   }
   std::cout << fmt::format("{} for {}", cli::counted(all.sites, "site"),

@@ -14,6 +14,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
 #include "terminal/progress.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -62,13 +63,11 @@ Result<void> build_shard(const Options& options) {
   }
   VANTAGE_TRY(const ShardStatus status, build.status(shard));
   if (options.common.json) {
-    std::cout << nlohmann::ordered_json{{"shard", shard.number},
-                                        {"shards", shard.count},
-                                        {"regions", status.regions},
-                                        {"built", built},
-                                        {"viewpoints", status.viewpoints}}
-                     .dump(2)
-              << '\n';
+    std::cout << json_text(nlohmann::ordered_json{{"shard", shard.number},
+                                                  {"shards", shard.count},
+                                                  {"regions", status.regions},
+                                                  {"built", built},
+                                                  {"viewpoints", status.viewpoints}});
   } else {
     std::cout << fmt::format("shard {} of {}: {}, {} of them built now; parts in {}\n",
                              cli::grouped(shard.number), cli::grouped(shard.count),
@@ -82,7 +81,7 @@ Result<void> build_shard(const Options& options) {
 /// localization can say it, too.
 Result<void> note_suspicions(building::Prepared& prepared, const Options& options) {
   if (prepared.map.tiles) return {};  // `vantage check` looks at a sample
-  VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
+  VANTAGE_TRY(const Config config, with_plugin_defaults(prepared.config, options.common.loader()));
   const checks::MapFacts map = checks::measure_map(prepared.map.points);
   checks::print(std::cerr, notes_on(map, config));
   if (const auto notes = notes_on(map); !notes.empty()) {

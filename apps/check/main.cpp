@@ -14,6 +14,7 @@
 #include "terminal/input_options.hpp"
 #include "terminal/table.hpp"
 #include "vantage/evaluation/run.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -54,7 +55,7 @@ Lines lines_of(const checks::MapFacts& map, const std::optional<building::FirstS
 Result<int> run(const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const auto prepared, building::prepare(options, building::Reading::if_they_fit));
-  VANTAGE_TRY(const Config config, checks::with_defaults(prepared.config, options.common.loader()));
+  VANTAGE_TRY(const Config config, with_plugin_defaults(prepared.config, options.common.loader()));
   VANTAGE_TRY(const checks::MapFacts map, building::facts_of(prepared.map));
   building::Findings findings = building::look_at(map, config);
   std::optional<building::FirstScans> first;
@@ -68,7 +69,7 @@ Result<int> run(const Options& options) {
   if (options.common.json) {
     nlohmann::ordered_json result{{"notes", to_json(findings.notes)}};
     for (const auto& [name, value] : lines) result[name] = value;
-    std::cout << result.dump(2) << '\n';
+    std::cout << json_text(result);
   } else {
     std::cout << to_text(lines, options.common.style());
     print(std::cout, findings.notes);

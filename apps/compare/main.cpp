@@ -1,15 +1,18 @@
 // vantage-compare: shows two runs on the same scans side by side.
 #include <unistd.h>
 
+#include <array>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "compare/page.hpp"
 #include "evaluation/json.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/option_values.hpp"
 #include "terminal/table.hpp"
 #include "vantage/evaluation/comparison.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -23,12 +26,16 @@ struct Options {
 Result<void> run(const Options& options) {
   VANTAGE_TRY(ScanTable a, read_scans(options.a));
   VANTAGE_TRY(ScanTable b, read_scans(options.b));
+  if (!options.html.empty()) {
+    VANTAGE_CHECK(
+        cli::check_outputs("--html", std::array{options.html}, std::array{options.a, options.b}));
+  }
   VANTAGE_TRY(const Comparison comparison, compare(std::move(a), std::move(b)));
   if (!options.html.empty()) {
     VANTAGE_CHECK(io::write_text_atomically(options.html, to_html(comparison)));
   }
   if (options.json) {
-    std::cout << to_json(comparison).dump(2) << '\n';
+    std::cout << json_text(to_json(comparison));
     return {};
   }
   std::cout << "A  " << comparison.a.file.string() << "\nB  " << comparison.b.file.string() << '\n'

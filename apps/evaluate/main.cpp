@@ -9,11 +9,14 @@
 #include "evaluate/route_options.hpp"
 #include "evaluation/json.hpp"
 #include "terminal/command_line.hpp"
+#include "terminal/option_values.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/evaluation/baselines.hpp"
 #include "vantage/evaluation/evaluation.hpp"
 #include "vantage/evaluation/run_files.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -103,6 +106,29 @@ Result<void> write_runs(const Evaluation& evaluation, const fs::path& out) {
   return {};
 }
 
+/// Checks that no file of write_runs and of the evaluation is one that is read, as the trajectory
+/// of an earlier evaluation in the same folder.
+Result<void> check_outputs(const Options& options, const std::vector<NamedConfig>& configs,
+                           const std::vector<NamedInputs>& routes) {
+  std::vector<fs::path> written{options.out / "summary.json", options.out / "report.html"};
+  std::vector<fs::path> read = options.routes.paths();
+  for (const auto& [name, config] : configs) {
+    for (const NamedInputs& route : routes) {
+      const fs::path folder = options.out / name / route.name;
+      std::vector<fs::path> runs{folder};
+      for (const Thinning baseline : kThinnings) runs.push_back(folder / to_string(baseline));
+      for (const fs::path& of_run : runs) {
+        for (const char* file : {"scans.csv", "trajectory.tum", "summary.json"}) {
+          written.push_back(of_run / file);
+        }
+      }
+    }
+    const auto named = cli::files_named_in(config);
+    read.insert(read.end(), named.begin(), named.end());
+  }
+  return cli::check_outputs("--out", written, read);
+}
+
 void print_gates(const Evaluation& evaluation, const cli::Style& style) {
   for (const EvaluatedConfig& config : evaluation.configs) {
     for (const GateResult& gate : config.gates) {
@@ -141,6 +167,7 @@ Result<void> run(const Options& options) {
     map_files.insert(map_files.end(), files.begin(), files.end());
   }
   VANTAGE_TRY(const auto routes, options.routes.open(map_files));
+  VANTAGE_CHECK(check_outputs(options, configs, routes));
 
   const EvaluationOptions how{
       .loader = options.common.loader(),
@@ -156,12 +183,12 @@ Result<void> run(const Options& options) {
 
   VANTAGE_CHECK(write_runs(evaluation, options.out));
   const nlohmann::ordered_json json = to_json(evaluation);
-  VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json.dump(2) + "\n"));
+  VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json_text(json)));
   VANTAGE_TRY(const std::string page, to_html(evaluation));
   VANTAGE_CHECK(io::write_text_atomically(options.out / "report.html", page));
 
   if (options.common.json) {
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return check_verdict(evaluation);
   }
   const auto rows = comparison(evaluation);

@@ -103,6 +103,16 @@ void RouteOptions::add_to(CLI::App& app) {
       ->capture_default_str();
 }
 
+std::vector<fs::path> RouteOptions::paths() const {
+  std::vector<fs::path> all;
+  const auto add = [&](const auto& some) { all.insert(all.end(), some.begin(), some.end()); };
+  add(references);
+  add(odometries);
+  add(priors);
+  add(imus);
+  return all;
+}
+
 Result<std::vector<NamedInputs>> RouteOptions::open(std::span<const fs::path> map_files) const {
   VANTAGE_CHECK(check_count("--reference", references.size(), scans.size()));
   VANTAGE_CHECK(check_count("--odometry", odometries.size(), scans.size()));

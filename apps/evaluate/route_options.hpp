@@ -26,6 +26,8 @@ struct RouteOptions {
   double rate_hz = 10.0;
 
   void add_to(CLI::App& app);
+  /// What may be the path of a file that is read.
+  [[nodiscard]] std::vector<std::filesystem::path> paths() const;
   /// Errors: usage errors for options that do not fit together; those of InputOptions::open.
   /// @param map_files  see InputOptions::open
   [[nodiscard]] Result<std::vector<NamedInputs>> open(

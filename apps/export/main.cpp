@@ -15,6 +15,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -122,7 +123,7 @@ Result<void> run_autoware(const Options& options) {
                                       {"origin", {o.x(), o.y(), o.z()}},
                                       {"largest_rounding", report.rounding},
                                       {"regions_without_points", report.regions_without_points}};
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return {};
   }
   std::cout << fmt::format("{} in {} of {} m; {} more {} in several region maps\n",
@@ -147,7 +148,7 @@ Result<void> run_grid(const Options& options) {
                                       {"origin", {o.x(), o.y(), o.z()}},
                                       {"largest_rounding", report.rounding},
                                       {"regions_without_points", report.regions_without_points}};
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return {};
   }
   std::cout << fmt::format("{} in {}, and grid_meta_data.yaml\n",
@@ -174,7 +175,7 @@ Result<void> run_regions(const Options& options) {
                                       {"points", report.points},
                                       {"views", report.has_views},
                                       {"regions_without_points", report.regions_without_points}};
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return {};
   }
   std::cout << fmt::format("{} in {}\n", cli::counted(report.points, "point"),

@@ -45,10 +45,7 @@ Result<void> write_sidecar(const fs::path& folder, nlohmann::ordered_json conten
   content["map_points"] = bundle.map_points;
   content["config"] = bundle.config;
   content["files"] = files;
-  // A configuration may contain any bytes, and all of them become text.
-  return io::write_text_atomically(
-      folder / kSidecar,
-      content.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  return io::write_text_atomically(folder / kSidecar, json_text(content));
 }
 
 io::FolderKind kind_of_export() {

@@ -16,6 +16,7 @@
 #include "localizability/localizability.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/localizer_params.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage {
 namespace {
@@ -78,7 +79,7 @@ std::vector<FileGroup> files_in(const std::filesystem::path& folder) {
     group.name =
         group.count == 0 ? it->path().filename().string() : it->path().extension().string();
     ++group.count;
-    group.bytes += size_of(it->path());
+    group.bytes += io::bytes_of(it->path());
   }
   std::vector<FileGroup> files;
   for (auto& [extension, group] : groups) files.push_back(std::move(group));
@@ -340,7 +341,7 @@ Result<std::optional<BundleInfo>> inspect_bundle(const std::filesystem::path& pa
     return fail(bundle.error());
   }
   BundleInfo info{.path = path,
-                  .bytes = size_of(path),
+                  .bytes = bundle->bytes(),
                   .files = files_in(path),
                   .summary = bundle->directory()->summary(),
                   .matcher = {},

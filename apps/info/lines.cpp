@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "terminal/table.hpp"
 
 namespace vantage {
-
-namespace fs = std::filesystem;
 
 std::string to_text(const Lines& lines, const cli::Style& style) {
   std::size_t width = 0;
@@ -32,21 +29,5 @@ std::string box_text(const Eigen::AlignedBox3d& extent) {
 }
 
 nlohmann::ordered_json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-std::uint64_t size_of(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) {
-    const auto size = fs::file_size(path, error);
-    return error ? 0 : size;
-  }
-  std::uint64_t sum = 0;
-  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
-       it.increment(error)) {
-    std::error_code unreadable;
-    const auto size = it->is_regular_file(unreadable) ? it->file_size(unreadable) : 0;
-    if (!unreadable) sum += size;
-  }
-  return sum;
-}
 
 }  // namespace vantage

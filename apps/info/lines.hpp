@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
@@ -21,8 +19,5 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 
 /// [x, y, z].
 [[nodiscard]] nlohmann::ordered_json vector_json(const Eigen::Vector3d& v);
-
-/// The bytes of a file, or of all files in a folder; what cannot be read counts 0.
-[[nodiscard]] std::uint64_t size_of(const std::filesystem::path& path);
 
 }  // namespace vantage

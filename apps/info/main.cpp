@@ -13,6 +13,7 @@
 #include "terminal/option_values.hpp"
 #include "terminal/progress.hpp"
 #include "vantage/io/formats.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -29,8 +30,7 @@ struct Options {
 template <class Info>
 void print(const Info& info, const Options& options) {
   if (options.json) {
-    std::cout << to_json(info).dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
-              << '\n';
+    std::cout << json_text(to_json(info));
   } else {
     std::cout << to_text(info, cli::Style::of(STDOUT_FILENO, options.color));
   }

@@ -18,6 +18,7 @@
 #include "terminal/table.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage {
 namespace {
@@ -145,7 +146,7 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
                               const std::function<void(std::size_t, std::size_t)>& progress) {
   RecordingInfo info;
   info.path = options.path;
-  info.bytes = size_of(options.path);
+  info.bytes = io::bytes_of(options.path);
   std::error_code error;
   if (!fs::exists(options.path, error)) {
     return fail(ErrorCode::not_found, "no such file or directory, expected scans or a map",

@@ -9,6 +9,7 @@
 
 #include "info/lines.hpp"
 #include "terminal/table.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage {
 namespace {
@@ -41,7 +42,7 @@ Result<std::optional<TiledInfo>> inspect_tiled_map(
     VANTAGE_CHECK(map.read(tile.index));
     if (progress) progress(tile.first + tile.points, map.points());
   }
-  return TiledInfo{.bytes = size_of(path), .map = std::move(map)};
+  return TiledInfo{.bytes = io::bytes_of(path), .map = std::move(map)};
 }
 
 std::string to_text(const TiledInfo& info, const cli::Style& style) {

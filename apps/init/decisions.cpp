@@ -305,6 +305,15 @@ void append_comment(std::string& out, const std::string& sentence) {
 
 }  // namespace
 
+std::string bundle_name(const std::filesystem::path& of) {
+  std::filesystem::path path = of.lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  std::string name = path.stem().string();
+  const bool is_folder = name == "." || name == "..";
+  if (name.empty() || is_folder || name.find_first_of("*?[") != std::string::npos) return "map";
+  return name;
+}
+
 bool has_ground(const checks::MapFacts& map) noexcept {
   // Flat squares of the ground plan: 54 % on the recorded street, 81 to 84 % on simulated campuses;
   // 21 % on the campus of another day, whose ground was removed, and 28 % on the street without the

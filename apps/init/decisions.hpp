@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +34,10 @@ struct Decision {
   std::string value;  ///< in TOML: "1.75"
   std::string why;    ///< a sentence or two, with what was measured
 };
+
+/// The name of a bundle: that of the configuration or the map, without suffix; "map" for what is no
+/// name, as a pattern.
+[[nodiscard]] std::string bundle_name(const std::filesystem::path& of);
 
 /// Whether the map has its ground.
 [[nodiscard]] bool has_ground(const checks::MapFacts& map) noexcept;

@@ -21,6 +21,7 @@
 #include "vantage/io/formats.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -52,12 +53,8 @@ std::string named_in_config(const fs::path& path, const Options& options) {
 
 /// "maps/campus" of "campus.toml", or of the map "campus.pcd".
 std::string bundle_of(const Options& options) {
-  fs::path from = options.out.empty() ? fs::path(options.map) : options.out;
-  from = from.lexically_normal();
-  if (!from.has_filename()) from = from.parent_path();
-  std::string name = from.stem().string();
-  if (name.empty() || name.find_first_of("*?[.") != std::string::npos) name = "map";
-  const fs::path root = fs::path("maps") / name;
+  const fs::path root =
+      fs::path("maps") / init::bundle_name(options.out.empty() ? options.map : options.out);
   return options.out.empty() ? fs::absolute(root).string() : root.string();
 }
 
@@ -247,7 +244,7 @@ Result<void> run(const Options& options) {
   VANTAGE_TRY(const auto decisions, init::decide(seen.known));
   VANTAGE_TRY(const Table table, parse_toml(init::to_toml(decisions, {}), "the configuration"));
   VANTAGE_TRY(Config config, parse_config(table));
-  VANTAGE_TRY(config, checks::with_defaults(config, plugins));
+  VANTAGE_TRY(config, with_plugin_defaults(config, plugins));
   if (seen.first) {
     VANTAGE_TRY(findings, building::look_at(seen.known.map, config, map, *seen.first,
                                             samples_of(*seen.inputs), plugins, options.quiet));
@@ -257,7 +254,7 @@ Result<void> run(const Options& options) {
   const auto commands = next_commands(options, seen.known.imu);
   const std::string text = init::to_toml(decisions, head_of(options, seen, findings, commands));
   if (options.json) {
-    std::cout << to_json(decisions, commands, findings, text).dump(2) << '\n';
+    std::cout << json_text(to_json(decisions, commands, findings, text));
   } else if (options.out.empty()) {
     std::cout << text;
   }

@@ -320,9 +320,10 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
   }
 }
 
-Result<void> run(const Options& options) {
+Result<void> run(const CLI::App& app, const Options& options) {
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
+  VANTAGE_CHECK(cli::check_outputs(app, config));
   VANTAGE_TRY(const live::LiveParams params,
               parse<live::LiveParams>(config.live.value_or(Table{})));
   const PluginLoader plugins = options.common.loader();
@@ -377,5 +378,5 @@ int main(int argc, char** argv) {
       ->check(vantage::cli::positive_number());
   options.common.add_to(app);
   vantage::cli::keep_only_scan_buffers();
-  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
+  return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(app, options); });
 }

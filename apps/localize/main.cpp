@@ -23,6 +23,7 @@
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/evaluation/run_files.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -230,7 +231,7 @@ Result<void> run(const CLI::App& app, const Options& options) {
   }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
-  if (config.map) VANTAGE_CHECK(cli::check_outputs(app, config.map->files));
+  VANTAGE_CHECK(cli::check_outputs(app, config));
   VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
                                                           : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
@@ -291,7 +292,7 @@ Result<void> run(const CLI::App& app, const Options& options) {
   if (recorder) VANTAGE_CHECK(recorder->commit());
   const std::vector<std::string> remarks = remarks_on(run, summary);
   if (options.common.json) {
-    std::cout << to_json(run, summary).dump(2) << '\n';
+    std::cout << json_text(to_json(run, summary));
   } else {
     print_summary(remarks, summary, options.out, options.common.style());
     if (recorder) std::cout << recorder->summary() << '\n';

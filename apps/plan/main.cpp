@@ -8,6 +8,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/size.hpp"
 #include "terminal/table.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -63,7 +64,7 @@ Result<void> run(const Options& options) {
       json["sampled_regions"] = estimate.sampled;
       json["core_hours_left"] = estimate.core_seconds / 3600.0;
     }
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
     return {};
   }
   std::cout << table.to_string(options.common.style())

@@ -175,8 +175,19 @@ Result<Sent> play(Robot& robot, RunInputs& inputs, double speed) {
 }
 
 Result<void> run(const Options& options) {
+  if (options.now && options.speed != 1.0) {
+    return cli::usage_error(
+        "--now takes no other --speed than 1: the times of points and the rates of an IMU are "
+        "those of the recording");
+  }
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   VANTAGE_TRY(const auto params, parse<live::LiveParams>(config.live.value_or(Table{})));
+  if (!params.topics.followed_pose.empty()) {
+    return fail(ErrorCode::invalid_config,
+                "'followed_pose' in [live.topics] says that another localizer takes the scans and "
+                "`vantage live` none: play takes a configuration without it",
+                SourceLocation{options.config, 0, 0});
+  }
   VANTAGE_TRY(auto inputs, options.inputs.open());
   VANTAGE_TRY(Robot robot, Robot::open(params, options.now));
   if (!options.common.quiet && !robot.is_heard()) {
@@ -213,7 +224,8 @@ int main(int argc, char** argv) {
   app.add_option("--speed", options.speed, "this many times faster than recorded")
       ->capture_default_str()
       ->check(vantage::cli::positive_number());
-  app.add_flag("--now", options.now, "stamps are those of this moment, not those of the recording");
+  app.add_flag("--now", options.now,
+               "stamps are those of this moment, not those of the recording; at --speed 1");
   options.common.add_to(app);
   return vantage::cli::run_program(app, argc, argv, [&] { return vantage::run(options); });
 }

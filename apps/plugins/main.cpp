@@ -14,6 +14,7 @@
 #include "terminal/table.hpp"
 #include "text.hpp"
 #include "vantage/engine/config.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -35,7 +36,7 @@ Result<void> list_plugins(const Options& options) {
       all.push_back(
           {{"kind", to_string(file.kind)}, {"name", file.name}, {"file", file.path.string()}});
     }
-    std::cout << all.dump(2) << '\n';
+    std::cout << json_text(all);
     return {};
   }
   if (options.names) {
@@ -79,7 +80,7 @@ Result<void> describe_plugin(const Options& options) {
   }
   VANTAGE_TRY(const PluginInfo info, loader.inspect(matches.front().path));
   if (options.json) {
-    std::cout << documentation::json_schema(info).dump(2) << '\n';
+    std::cout << json_text(documentation::json_schema(info));
   } else {
     std::cout << (options.toml ? documentation::toml_template(info)
                                : documentation::description(info));
@@ -94,7 +95,7 @@ Result<void> check_plugin(const Options& options) {
                                       {"name", info.name},
                                       {"summary", info.summary},
                                       {"file", info.path.string()}};
-    std::cout << json.dump(2) << '\n';
+    std::cout << json_text(json);
   } else {
     std::cout << options.file.string() << ": ok, " << to_string(info.kind) << " plugin '"
               << info.name << "'\n";

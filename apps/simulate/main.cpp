@@ -11,6 +11,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -86,7 +87,7 @@ Result<void> run(const Options& options) {
   progress.reset();
   if (!summary) return fail(std::move(summary).error());
   if (options.json) {
-    std::cout << to_json(*summary).dump(2) << '\n';
+    std::cout << json_text(to_json(*summary));
   } else {
     print(*summary, options.out);
   }

@@ -15,6 +15,7 @@
 #include "vantage/io/formats.hpp"
 #include "vantage/io/map_files.hpp"
 #include "vantage/io/tiling.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -116,7 +117,7 @@ Result<void> run(const Options& options) {
   progress.reset();
   if (!report) return fail(report.error());
   if (options.json) {
-    std::cout << to_json(*report, options, found).dump(2) << '\n';
+    std::cout << json_text(to_json(*report, options, found));
   } else {
     print(*report, options, found);
   }

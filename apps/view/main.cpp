@@ -13,6 +13,7 @@
 #include "vantage/io/tiled_map.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 #include "view/description.hpp"
 #include "view/window.hpp"
 
@@ -69,11 +70,11 @@ Result<view::Size> check(const Options& options) {
   if (!is_bundle(options)) {
     if (!options.region.empty()) {
       return cli::usage_error("--region takes a bundle of region maps, and " +
-                              options.what.string() + " is not a folder");
+                              options.what.string() + " is not one");
     }
     if (options.color != "height") {
       return cli::usage_error("--color " + options.color + " takes a bundle of region maps, and " +
-                              options.what.string() + " is not a folder");
+                              options.what.string() + " is not one");
     }
   }
   VANTAGE_CHECK(check_inputs(options));
@@ -129,7 +130,7 @@ Result<void> measure(const Options& options, const RunInputs& inputs, view::Scen
 void tell(const Options& options, const view::Scene& scene, const view::Drawing& drawing,
           const view::Controls& controls, const view::Scales& scales) {
   if (options.json) {
-    std::cout << view::to_json(scene, drawing, controls, scales).dump(2) << '\n';
+    std::cout << json_text(view::to_json(scene, drawing, controls, scales));
   } else if (!options.quiet) {
     std::cout << view::description(scene, drawing, controls, scales, options.max_points);
   }

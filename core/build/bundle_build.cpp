@@ -29,7 +29,7 @@ Result<Config> with_content(Config config, const PluginLoader& plugins) {
 Result<BundleBuild> BundleBuild::prepare(const Config& asked, const PluginLoader& plugins) {
   VANTAGE_TRY(const Config config, with_content(asked, plugins));
   VANTAGE_TRY(auto loaded, load_build_plugins(config, plugins));
-  VANTAGE_CHECK(effective_config(config, plugins));
+  VANTAGE_CHECK(with_plugin_defaults(config, plugins));
   BuildParams params = BuildParams::from(config);
   VANTAGE_TRY(params.effective_config, effective_config(content_config(config), plugins));
   VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, config.store->choice()));
@@ -52,9 +52,9 @@ Result<ShardedBuild> BundleBuild::sharded(const MapParts& map, PointsView trajec
   return ShardedBuild::open(map, trajectory, plugins_, params_, std::move(options));
 }
 
-Result<MapIndex> BundleBuild::index() const {
-  VANTAGE_TRY(const auto bundle, plugins_.store->open());
-  return bundle->index();
+Result<Bundle> BundleBuild::bundle() const {
+  VANTAGE_TRY(auto reader, plugins_.store->open());
+  return Bundle::of(in_library_of(plugins_.store, std::move(reader)), "the bundle", place_);
 }
 
 }  // namespace vantage

@@ -12,7 +12,7 @@ BuildReport report_of(const BuildPlan& plan) {
   report.partition = plan.partition;
   report.map_points = plan.map_points;
   report.ground_points = plan.ground_points;
-  report.unreachable_viewpoints = plan.unreachable_viewpoints;
+  report.unreachable_voxels = plan.unreachable_voxels;
   report.places_outside = plan.places_outside;
   report.seconds_ground = plan.seconds_ground;
   report.seconds_partition = plan.seconds_partition;
@@ -31,6 +31,15 @@ Result<void> keep_attachment(MapWriter& bundle, std::string_view name,
   auto attached = bundle.attach(name, bytes);
   if (!attached && attached.error().code == ErrorCode::unsupported) return {};
   return attached;
+}
+
+/// Viewpoints of some regions may be in the open. If all are, they are not where a sensor was.
+Result<void> check_seen(const BuildReport& report) {
+  const std::uint64_t blind = report.regions_that_see_nothing;
+  if (blind == 0 || blind + report.regions_without_viewpoints < report.regions.size()) return {};
+  return fail(ErrorCode::invalid_input,
+              "no viewpoint sees a point of the map: look at viewpoints.sensor_height and "
+              "visibility.max_range");
 }
 
 /// A block may be too sparse for the matcher, but not all that is seen.
@@ -68,6 +77,7 @@ Result<void> BundleWriter::take(std::uint32_t region, PointsView map, BuiltRegio
   const bool own = params_->scope == VisibilityScope::region;
   const std::uint64_t among = own ? plan_->owned[region] : plan_->map_points;
   report_.seen[region] = built.seen;
+  if (built.seen == 0 && !viewpoints.empty()) ++report_.regions_that_see_nothing;
   report_.skipped_viewpoints += built.skipped;
   report_.points_times_viewpoints +=
       static_cast<double>(viewpoints.size() - built.skipped) * static_cast<double>(among);
@@ -79,6 +89,7 @@ Result<void> BundleWriter::take(std::uint32_t region, PointsView map, BuiltRegio
 }
 
 Result<BuildReport> BundleWriter::commit() && {
+  VANTAGE_CHECK(check_seen(report_));
   VANTAGE_CHECK(check_elements(report_, params_->content));
   if (predicted_) {
     VANTAGE_CHECK(keep_attachment(*bundle_, PredictedErrors::kAttachment, predicted_->encode()));

@@ -6,6 +6,7 @@
 
 #include "build/plugin_checks.hpp"
 #include "build/viewpoint_origin.hpp"
+#include "vantage/kit/voxel_points.hpp"
 #include "vantage/overloaded.hpp"
 
 namespace vantage {
@@ -25,9 +26,10 @@ Result<Places> only_reachable(Places places, PointsView trajectory, double max_s
                               const ViewpointParams& params) {
   const PointsView map = places.points;
   VANTAGE_TRY(IndexList reachable, reachable_ground(map, places.which, trajectory, max_step));
-  VANTAGE_TRY(const PointCloud before, viewpoints_over(map, places.which, params));
-  VANTAGE_TRY(const PointCloud after, viewpoints_over(map, reachable, params));
-  places.unreachable_viewpoints = before.size() - after.size();
+  // Regions have viewpoints of their own over these voxels, and a voxel may lie in several.
+  VANTAGE_TRY(const PointCloud before, voxel_centroids(map, places.which, params.voxel_size));
+  VANTAGE_TRY(const PointCloud after, voxel_centroids(map, reachable, params.voxel_size));
+  places.unreachable_voxels = before.size() - after.size();
   places.which = std::move(reachable);
   return places;
 }

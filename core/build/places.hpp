@@ -17,7 +17,7 @@ struct Places {
   IndexList which;    ///< into `points`: the ground, or all of them
   PointCloud own;     ///< places along the trajectory; empty over ground
   std::uint64_t ground_points = 0;
-  std::uint64_t unreachable_viewpoints = 0;  ///< over ground that was left out
+  std::uint64_t unreachable_voxels = 0;  ///< of the ground; no viewpoint is over them
 };
 
 /// The error of a map without ground.

@@ -264,7 +264,7 @@ Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const Buil
     VANTAGE_TRY(places, places_of(whole != nullptr ? whole->map() : PointsView(), trajectory,
                                   plugins.ground.get(), params.outliers, params.viewpoints));
     plan.ground_points = places->ground_points;
-    plan.unreachable_viewpoints = places->unreachable_viewpoints;
+    plan.unreachable_voxels = places->unreachable_voxels;
   }
   plan.seconds_ground = stopwatch.seconds();
 

@@ -22,7 +22,7 @@ struct BuildPlan {
   VisibilityLimits limits;
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
-  std::uint64_t unreachable_viewpoints = 0;
+  std::uint64_t unreachable_voxels = 0;
   std::uint64_t places_outside = 0;
   std::vector<std::byte> place_index;  ///< of the relocalizer; none for a map that it cannot index
   /// What making it took, wall clock; not kept in a file.

@@ -94,7 +94,7 @@ std::vector<std::byte> encode_plan(const BuildPlan& plan, const BuildIdentity& i
   to.point(plan.limits.map_bounds.max);
   to.number(plan.limits.max_range);
   for (const std::uint64_t count :
-       {plan.map_points, plan.ground_points, plan.unreachable_viewpoints, plan.places_outside}) {
+       {plan.map_points, plan.ground_points, plan.unreachable_voxels, plan.places_outside}) {
     to.number(count);
   }
   to.number(std::uint64_t{plan.partition.size()});
@@ -142,7 +142,7 @@ Result<BuildPlan> decode_plan(std::span<const std::byte> bytes, const BuildIdent
   plan.limits.max_range = from.number<double>();
   plan.map_points = from.number<std::uint64_t>();
   plan.ground_points = from.number<std::uint64_t>();
-  plan.unreachable_viewpoints = from.number<std::uint64_t>();
+  plan.unreachable_voxels = from.number<std::uint64_t>();
   plan.places_outside = from.number<std::uint64_t>();
   std::vector<Region> regions(from.count(49));
   for (Region& region : regions) {

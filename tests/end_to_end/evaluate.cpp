@@ -98,6 +98,12 @@ TEST_CASE("evaluate: routes, baselines with equally many points, numbers that ca
   CHECK(test::read_text(out / "L10/there/trajectory.tum") ==
         test::read_text(out / "L10/and_again/trajectory.tum"));
 
+  const auto again = world.evaluate({"--scans", world.street.path("scans"), "--reference",
+                                     (out / "L10/and_again/voxel/trajectory.tum").string(),
+                                     "--route", "there", "--route", "and_again"});
+  CHECK(again.exit_code == 2);
+  CHECK(again.err.find("--out would overwrite") != std::string::npos);
+
   const auto judged = world.recompute();
   CHECK_MESSAGE(judged.exit_code == 0, judged.out << judged.err);
   CHECK(judged.out.find(" 0 differ") != std::string::npos);

@@ -157,6 +157,10 @@ TEST_CASE("build, localize, evaluate: region maps with switches and the wide-are
           doctest::Approx(1e6 * core_seconds / report["viewpoints"].get<double>() /
                           report["map_points"].get<double>()));
     CHECK(report["peak_memory_bytes"] > 1'000'000);
+    std::uintmax_t on_disk = 0;
+    const fs::path bundle = street.folder() / (config == wide ? "maps/wide" : "maps/L10");
+    for (const fs::path& name : files_in(bundle)) on_disk += fs::file_size(bundle / name);
+    CHECK(report["bytes"] == on_disk);
   }
 
   const auto localized = street.localize(regions, "run");

@@ -234,8 +234,8 @@ class Cells(HTMLParser):
             self.cells.append(attributes)
 
 
-def regions_of(bundle):
-    """Points and bytes of each region, from the entries of regions.idx (the README of pcd_tiles)."""
+def points_of_regions(bundle):
+    """Points of each region, from the entries of regions.idx (the README of pcd_tiles)."""
     with open(os.path.join(bundle, "regions.idx"), "rb") as file:
         data = file.read()
     at = 0
@@ -266,8 +266,8 @@ def regions_of(bundle):
         points, _, _, _ = take("QQQQ")
         if take("I") == 1:
             skip(8)  # the most views
-        regions.append({"points": points, "bytes": take("Q")})
-        skip(24 + 8 + 8)  # origin, checksums of the file and of the entry
+        regions.append(points)
+        skip(8 + 24 + 8 + 8)  # bytes, origin, checksums of the file and of the entry
     return regions
 
 
@@ -277,9 +277,13 @@ def table_1(config):
     bundle = os.path.join(os.path.dirname(config["config"]), store)
     with open(os.path.join(bundle, "index.json")) as file:
         content = json.load(file)
-    regions = regions_of(bundle)
-    points = statistics([region["points"] for region in regions])
-    size = sum(region["bytes"] for region in regions)
+    regions = points_of_regions(bundle)
+    points = statistics(regions)
+    size = sum(
+        os.path.getsize(os.path.join(path, name))
+        for path, _, names in os.walk(bundle)
+        for name in names
+    )
     return {
         "regions": len(regions),
         "map_points": content["map"]["points"],

@@ -151,6 +151,23 @@ TEST_CASE("`vantage play` is a robot, too") {
   CHECK(ended.err.find(": tracked at") != std::string::npos);
 }
 
+TEST_CASE("`vantage play` refuses what no robot is") {
+  const test::TemporaryFolder folder;
+  const std::string config = (folder.path() / "c.toml").string();
+  const auto refusal = [&](const std::string& topics, std::vector<std::string> more) {
+    test::write_text(config, "schema = 1\n[live.topics]\n" + topics);
+    std::vector<std::string> arguments{config, "--scans", folder.path().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto done = test::run("vantage-play", arguments);
+    CHECK(done.exit_code == (more.empty() ? 1 : 2));
+    return done.err;
+  };
+  CHECK(
+      refusal("followed_pose = \"/pose\"\n", {}).starts_with(config + ": error: 'followed_pose'"));
+  CHECK(refusal("", {"--now", "--speed", "2"}).find("--now takes no other --speed than 1") !=
+        std::string::npos);
+}
+
 TEST_CASE("Autoware's pose initializer has the vehicle found, and switches the localizer on") {
   World world;
   world.write_config("services = { align = \"/ndt_align_srv\", trigger = \"/trigger_node\" }\n");

@@ -424,6 +424,13 @@ TEST_CASE("bad input: one clear error, and no picture") {
   CHECK(has(failure(with({yard().path("map.pcd"), "--color", "views"}), 2), "takes a bundle"));
   CHECK(has(failure(with({yard().path("map.pcd"), "--region", "1"}), 2), "takes a bundle"));
   CHECK(has(failure(with({yard().path("map.pcd"), "--color", "localizability"}), 2), "takes a"));
+  // The folder of a tiled map.
+  fs::create_directory(yard().path("tiled"));
+  test::write_text(yard().path("tiled/index.vtiles"), "");
+  for (const auto& [option, value] : {std::pair("--region", "1"), {"--color", "region"}}) {
+    CHECK(has(failure(with({yard().path("tiled"), option, value}), 2),
+              "takes a bundle of region maps, and " + yard().path("tiled") + " is not one"));
+  }
   write_bundle("bare", {});
   CHECK(has(failure(with({yard().path("bare"), "--color", "localizability"}), 1),
             "the bundle has no atlas: `vantage assess` makes it"));

@@ -11,6 +11,7 @@
 #include "report/html.hpp"
 #include "report/plan.hpp"
 #include "report/points.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::page {
 namespace {
@@ -107,7 +108,7 @@ Json config_json(const Evaluation& e, std::size_t number, const Point& origin,
 /// JSON as the content of a script element, which no markup in it can end.
 std::string in_script(const Json& json) {
   std::string text;
-  for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+  for (const char c : json_line(json)) {
     if (c == '<') {
       text += "\\u003c";
     } else {

@@ -41,7 +41,7 @@ struct Findings {
 
 /// With scans. If nothing else is suspicious, they are localized in the whole map, which is not
 /// done for a map of tiles or without a [matcher]; a line on stderr says so.
-/// @param config  with the defaults of its plugins, as checks::with_defaults returns it
+/// @param config  with the defaults of its plugins, as with_plugin_defaults returns it
 /// @param imu     its samples, in order of time; empty without one
 /// Errors: those of a build of the map, and of the localizer.
 [[nodiscard]] Result<Findings> look_at(const checks::MapFacts& map_facts, const Config& config,

@@ -14,21 +14,22 @@ namespace vantage::building {
 namespace {
 
 /// As the points would have been seen at `stamp`. Points at whose time there is no pose are left
-/// where they were measured.
+/// where they were measured. All points of a millisecond have the pose at its middle; `stamp` is
+/// the middle of one.
 void straighten(io::StampedScan& scan, const io::Trajectory& trajectory, double stamp,
                 const Pose& T_map_sensor) {
   const Pose T_sensor_map = T_map_sensor.inverse();
   constexpr double kStep = 1e-3;  // [s]
   std::optional<Pose> T_now;
-  double now = -1.0;
+  double now = 0.0;  // [steps] after the stamp; the pose there changes nothing
   for (std::size_t i = 0; i < scan.seconds.size(); ++i) {
-    const double at = scan.stamp + static_cast<double>(scan.seconds[i]);
-    if (now < 0.0 || std::abs(at - now) > kStep) {
-      const auto there = pose_at(trajectory, at);
-      T_now = there ? std::optional(T_sensor_map * *there) : std::nullopt;
-      now = at;
+    const double after = scan.stamp + static_cast<double>(scan.seconds[i]) - stamp;
+    if (const double step = std::round(after / kStep); step != now) {
+      now = step;
+      const auto there = pose_at(trajectory, stamp + now * kStep);
+      T_now = now != 0.0 && there ? std::optional(T_sensor_map * *there) : std::nullopt;
     }
-    if (at != stamp && T_now) scan.points[i] = *T_now * scan.points[i];
+    if (T_now) scan.points[i] = *T_now * scan.points[i];
   }
 }
 

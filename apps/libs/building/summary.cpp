@@ -11,6 +11,7 @@
 
 #include "terminal/table.hpp"
 #include "vantage/evaluation/statistics.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::building {
 namespace {
@@ -22,16 +23,14 @@ std::uint64_t peak_memory() {
   return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
 }
 
-void print_report(const BuildReport& report, const MapIndex& index, const Prepared& prepared,
-                  const cli::Style& style) {
+void print_report(const BuildReport& report, const MapIndex& index, std::uint64_t bytes,
+                  const Prepared& prepared, const cli::Style& style) {
   const WideAreaMap& map = prepared.map;
   std::vector<double> seen(report.seen.begin(), report.seen.end()), kept;
-  std::uint64_t bytes = 0;
   std::uint64_t elements = 0;
   for (std::size_t r = 0; r < index.regions.size(); ++r) {
     kept.push_back(static_cast<double>(report.regions[r].points));
     elements += index.regions[r].elements;
-    bytes += index.regions[r].bytes;
   }
 
   cli::TextTable table(
@@ -82,10 +81,9 @@ void print_report(const BuildReport& report, const MapIndex& index, const Prepar
                              cli::grouped(report.skipped_viewpoints),
                              cli::form(report.skipped_viewpoints, "was", "were"));
   }
-  if (report.unreachable_viewpoints > 0) {
-    std::cout << fmt::format("{} over ground that is not reachable {} left out\n",
-                             cli::counted(report.unreachable_viewpoints, "viewpoint"),
-                             cli::form(report.unreachable_viewpoints, "was", "were"));
+  if (report.unreachable_voxels > 0) {
+    std::cout << fmt::format("the ground of {} is not reachable and has no viewpoint\n",
+                             cli::counted(report.unreachable_voxels, "voxel"));
   }
   if (report.places_outside > 0) {
     std::cout << fmt::format("{} along the trajectory {} in no region and {} left out\n",
@@ -97,10 +95,17 @@ void print_report(const BuildReport& report, const MapIndex& index, const Prepar
     const std::size_t regions = report.regions_without_viewpoints;
     std::cout << fmt::format("{} {} no {}, so no viewpoint: {} empty\n",
                              cli::counted(regions, "region"), cli::form(regions, "holds", "hold"),
-                             report.ground_points == 0           ? "part of the trajectory"
-                             : report.unreachable_viewpoints > 0 ? "reachable ground"
-                                                                 : "ground",
+                             report.ground_points == 0       ? "part of the trajectory"
+                             : report.unreachable_voxels > 0 ? "reachable ground"
+                                                             : "ground",
                              cli::form(regions, "its map is", "their maps are"));
+  }
+  if (report.regions_that_see_nothing > 0) {
+    const std::size_t regions = report.regions_that_see_nothing;
+    std::cout << fmt::format(
+        "{} {} viewpoints that see no point (look at sensor_height and max_range): {} empty\n",
+        cli::counted(regions, "region"), cli::form(regions, "has", "have"),
+        cli::form(regions, "its map is", "their maps are"));
   }
   if (prepared.config.matcher) {
     std::cout << fmt::format("`vantage assess {}` measures how well a sensor is localized in it\n",
@@ -109,7 +114,7 @@ void print_report(const BuildReport& report, const MapIndex& index, const Prepar
 }
 
 nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
-                               const WideAreaMap& map) {
+                               std::uint64_t bytes, const WideAreaMap& map) {
   nlohmann::ordered_json regions = nlohmann::ordered_json::array();
   for (std::uint32_t r = 0; r < report.partition.size(); ++r) {
     regions.push_back({{"label", report.partition[RegionId{r}].label},
@@ -126,9 +131,10 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
       {"ground_points", report.ground_points},
       {"viewpoints", report.viewpoints},
       {"skipped_viewpoints", report.skipped_viewpoints},
-      {"unreachable_viewpoints", report.unreachable_viewpoints},
+      {"unreachable_voxels", report.unreachable_voxels},
       {"places_outside", report.places_outside},
       {"regions_without_viewpoints", report.regions_without_viewpoints},
+      {"regions_that_see_nothing", report.regions_that_see_nothing},
       {"seconds",
        {{"partition", report.seconds_partition},
         {"ground", report.seconds_ground},
@@ -138,6 +144,7 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
         {"selection", report.core_seconds_selection},
         {"a_viewpoint_and_million_points", report.core_seconds_a_viewpoint_and_million_points()}}},
       {"peak_memory_bytes", peak_memory()},
+      {"bytes", bytes},
       {"regions", std::move(regions)}};
 }
 
@@ -145,11 +152,12 @@ nlohmann::ordered_json to_json(const BuildReport& report, const MapIndex& index,
 
 Result<void> print_summary(const BuildReport& report, const Prepared& prepared,
                            const cli::CommonOptions& options) {
-  VANTAGE_TRY(const MapIndex index, prepared.build.index());
+  VANTAGE_TRY(const Bundle bundle, prepared.build.bundle());
+  VANTAGE_TRY(const auto index, bundle.index());
   if (options.json) {
-    std::cout << to_json(report, index, prepared.map).dump(2) << '\n';
+    std::cout << json_text(to_json(report, *index, bundle.bytes(), prepared.map));
   } else {
-    print_report(report, index, prepared, options.style());
+    print_report(report, *index, bundle.bytes(), prepared, options.style());
   }
   return {};
 }

@@ -18,7 +18,7 @@ nlohmann::ordered_json to_json(std::span<const Note> notes) {
 }
 
 std::vector<std::byte> encode(std::span<const Note> notes) {
-  const std::string text = to_json(notes).dump();
+  const std::string text = json_line(to_json(notes));
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   return {bytes, bytes + text.size()};
 }

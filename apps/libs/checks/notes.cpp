@@ -257,10 +257,4 @@ std::vector<Note> notes_on_sensor(const ScanFacts& scans, const Config& config, 
   return notes;
 }
 
-Result<Config> with_defaults(const Config& config, const PluginLoader& plugins) {
-  VANTAGE_TRY(const std::string text, effective_config(config, plugins));
-  VANTAGE_TRY(const Table table, parse_toml(text, config.file));
-  return parse_config(table);
-}
-
 }  // namespace vantage::checks

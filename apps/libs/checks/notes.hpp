@@ -12,7 +12,7 @@ namespace vantage::checks {
 /// What is suspicious about a map by itself: unit, up, rounding.
 [[nodiscard]] std::vector<Note> notes_on(const MapFacts& map);
 /// What of a configuration does not suit its map.
-/// @param config  with the defaults of its plugins filled in, as `with_defaults` returns it
+/// @param config  with the defaults of its plugins filled in, as `with_plugin_defaults` returns it
 [[nodiscard]] std::vector<Note> notes_on(const MapFacts& map, const Config& config);
 /// The part of it that needs no map.
 [[nodiscard]] std::vector<Note> notes_on_reach(const Config& config);
@@ -26,8 +26,5 @@ namespace vantage::checks {
 /// for scans that have notes.
 [[nodiscard]] std::vector<Note> notes_on_sensor(const ScanFacts& scans, const Config& config,
                                                 bool imu);
-
-/// The configuration with the defaults of its plugins. Errors: those of effective_config.
-[[nodiscard]] Result<Config> with_defaults(const Config& config, const PluginLoader& plugins);
 
 }  // namespace vantage::checks

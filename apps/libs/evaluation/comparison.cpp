@@ -96,7 +96,7 @@ std::string stamps_text(const std::vector<double>& stamps) {
   constexpr std::size_t kMost = 5;
   std::string text;
   for (std::size_t i = 0; i < std::min(stamps.size(), kMost); ++i) {
-    text += fmt::format("{}{:.6g} s", i == 0 ? "" : ", ", stamps[i]);
+    text += fmt::format("{}{} s", i == 0 ? "" : ", ", stamps[i]);
   }
   return text + (stamps.size() > kMost ? ", ..." : "");
 }

@@ -161,11 +161,11 @@ Result<EvaluatedConfig> evaluate(const Config& config, const std::string& name,
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, options.loader, "evaluating"));
   VANTAGE_TRY(const auto index, bundle.index());
   evaluated.index = *index;
+  evaluated.bundle_bytes = bundle.bytes();
   VANTAGE_TRY(evaluated.atlas, Atlas::of_bundle(bundle));
   std::vector<double> points;
   for (const RegionSummary& region : evaluated.index.regions) {
     if (stores_points(evaluated.index)) points.push_back(static_cast<double>(region.points));
-    evaluated.bundle_bytes += region.bytes;
   }
   evaluated.region_points = statistics_of(points);
   VANTAGE_TRY(const auto predicted, PredictedErrors::of_bundle(bundle));

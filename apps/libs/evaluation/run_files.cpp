@@ -13,6 +13,7 @@
 #include "evaluation/json.hpp"
 #include "vantage/evaluation/metrics.hpp"
 #include "vantage/io/trajectory_io.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -155,7 +156,7 @@ Result<void> RunWriter::add(const RunScan& scan) {
 
 Result<void> RunWriter::commit(const RunInfo& run, const RunSummary& summary) {
   VANTAGE_TRY(auto file, io::OutputFile::create(folder_ / "summary.json"));
-  VANTAGE_CHECK(file.write(to_json(run, summary).dump(2) + "\n"));
+  VANTAGE_CHECK(file.write(json_text(to_json(run, summary))));
   // Every file is on the disk under a temporary name before the first gets its own, so that a full
   // disk leaves all of them as they were.
   for (io::OutputFile* one : {&scans_, &file, &trajectory_}) VANTAGE_CHECK(one->finish());

@@ -8,6 +8,7 @@
 #include "foxglove/status.hpp"
 #include "io/ros/little_endian.hpp"
 #include "io/ros/schemas.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::foxglove {
 namespace {
@@ -148,7 +149,7 @@ std::string Hub::announcement(const std::vector<const Channel*>& channels) const
                     {"schemaEncoding", "ros2msg"},
                     {"schema", one->schema}});
   }
-  return to_text({{"op", "advertise"}, {"channels", std::move(list)}});
+  return json_line(Json{{"op", "advertise"}, {"channels", std::move(list)}});
 }
 
 void Hub::tell(Client& client, std::string text) {
@@ -207,7 +208,7 @@ Hub::ClientId Hub::join(std::function<void()> wake) {
                                                   .wake = std::move(wake),
                                                   .subscriptions = {},
                                                   .publications = {}});
-  client->second.outbox.tell(to_text(info));
+  client->second.outbox.tell(json_line(info));
   std::vector<const Channel*> all;
   for (const Channel& channel : channels_) all.push_back(&channel);
   if (!all.empty()) client->second.outbox.tell(announcement(all));

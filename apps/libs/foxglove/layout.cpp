@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "vantage/kit/json_text.hpp"
+
 namespace vantage::foxglove {
 namespace {
 
@@ -100,7 +102,7 @@ std::string layout(const LayoutNames& names) {
                              split("column", 34.0, "Plot!risk",
                                    split("column", 50.0, "Plot!fit", "Plot!times")),
                              "DiagnosticStatusPanel!status"))}};
-  return layout.dump(2) + "\n";
+  return json_text(layout);
 }
 
 }  // namespace vantage::foxglove

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "vantage/kit/atomic_file.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage::live {
 
@@ -43,7 +44,7 @@ Result<void> write_state(const std::filesystem::path& file, const KeptState& sta
   const nlohmann::json json{{"stamp", state.stamp}, {"x", t.x()},  {"y", t.y()},  {"z", t.z()},
                             {"qx", q.x()},          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
   VANTAGE_TRY(auto out, io::OutputFile::create(file));
-  VANTAGE_CHECK(out.write(json.dump(2) + "\n"));
+  VANTAGE_CHECK(out.write(json_text(json)));
   return out.commit();
 }
 

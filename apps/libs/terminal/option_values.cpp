@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -66,18 +67,17 @@ bool is_file(const fs::path& path) {
   return fs::exists(path, ignored) && !is_folder(path);
 }
 
-/// The files that an output option writes, as far as its value says.
-std::vector<fs::path> written_by(const Given& output) {
-  if (!is_folder(output.value)) return {place_of(output.value)};
+/// A file, or those of a run in a folder.
+std::vector<fs::path> files_at(const fs::path& path) {
+  if (!is_folder(path)) return {place_of(path)};
   std::vector<fs::path> files;
-  for (const std::string_view name : kFilesOfARun) {
-    files.push_back(place_of(fs::path(output.value) / name));
-  }
+  for (const std::string_view name : kFilesOfARun) files.push_back(place_of(path / name));
   return files;
 }
 
 bool writes(const Given& output, const fs::path& file) {
-  return !is_folder(file) && std::ranges::count(written_by(output), place_of(file)) > 0;
+  // As far as its value says.
+  return !is_folder(file) && std::ranges::count(files_at(output.value), place_of(file)) > 0;
 }
 
 std::optional<double> number_of(const std::string& text) {
@@ -121,12 +121,40 @@ Result<void> check_values(const CLI::App& app) {
   return {};
 }
 
-Result<void> check_outputs(const CLI::App& app, std::span<const fs::path> inputs) {
+std::vector<fs::path> files_named_in(const Config& config) {
+  std::vector<fs::path> named;
+  if (config.map) {
+    named = config.map->files;
+    if (config.map->trajectory) named.push_back(*config.map->trajectory);
+  }
+  if (config.selector) {
+    if (config.selector->scans) named.push_back(*config.selector->scans);
+    if (config.selector->poses) named.push_back(*config.selector->poses);
+  }
+  return named;
+}
+
+Result<void> check_outputs(const CLI::App& app, const Config& config) {
+  const auto named = files_named_in(config);
   for (const Given& one : given_to(app)) {
-    for (const fs::path& input : inputs) {
+    for (const fs::path& input : named) {
       if (!one.is_output || !writes(one, input)) continue;
       return usage_error(fmt::format("{} would overwrite {}, which the configuration names",
                                      one.option, input.string()));
+    }
+  }
+  return {};
+}
+
+Result<void> check_outputs(std::string_view option, std::span<const fs::path> written,
+                           std::span<const fs::path> read) {
+  std::set<fs::path> places;
+  for (const fs::path& file : written) places.insert(place_of(file));
+  for (const fs::path& input : read) {
+    for (const fs::path& file : files_at(input)) {
+      if (!places.contains(file)) continue;
+      return usage_error(
+          fmt::format("{} would overwrite {}, which is read", option, file.string()));
     }
   }
   return {};

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "vantage/engine/config.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::cli {
@@ -19,10 +21,20 @@ namespace vantage::cli {
 /// Errors: a usage error.
 [[nodiscard]] Result<void> check_values(const CLI::App& app);
 
+/// The files and folders that [map] and [selector] name.
+[[nodiscard]] std::vector<std::filesystem::path> files_named_in(const Config& config);
+
 /// Checks that no output is one of the files that the configuration names.
 /// Errors: a usage error.
-[[nodiscard]] Result<void> check_outputs(const CLI::App& app,
-                                         std::span<const std::filesystem::path> inputs);
+[[nodiscard]] Result<void> check_outputs(const CLI::App& app, const Config& config);
+
+/// The same for files that a program finds out itself.
+/// @param option   that says where to write
+/// @param written  what is written there
+/// @param read     files, or the folders of runs
+[[nodiscard]] Result<void> check_outputs(std::string_view option,
+                                         std::span<const std::filesystem::path> written,
+                                         std::span<const std::filesystem::path> read);
 
 /// Checks of an option: a number above 0, at least 0, or whole and in [least, most].
 [[nodiscard]] CLI::Validator positive_number();

@@ -8,6 +8,7 @@
 
 #include "bundle/built_as_asked.hpp"
 #include "bundle/find_store.hpp"
+#include "vantage/kit/file_system.hpp"
 
 namespace vantage {
 namespace {
@@ -34,6 +35,7 @@ std::optional<Config> config_of(const BundleSummary& bundle, const std::string& 
 
 struct Bundle::State {
   std::string name;
+  std::optional<std::filesystem::path> place;
   PluginPtr<const MapReader> reader;
   std::shared_ptr<const RegionDirectory> directory;
   std::optional<Config> built_with;
@@ -44,34 +46,38 @@ struct Bundle::State {
 
 Bundle::Bundle(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-Result<Bundle> Bundle::from(OpenBundle&& opened, std::string name) {
+Result<Bundle> Bundle::from(OpenBundle&& opened, std::string name,
+                            std::optional<std::filesystem::path> place) {
   if (opened.directory->summary().regions == 0) {
     return fail(ErrorCode::corrupt_data, "the bundle's index has no region", at(name));
   }
   auto config = config_of(opened.directory->summary(), name);
   auto state = std::make_shared<State>();
   state->name = std::move(name);
+  state->place = std::move(place);
   state->reader = std::move(opened.reader);
   state->directory = std::move(opened.directory);
   state->built_with = std::move(config);
   return Bundle(std::move(state));
 }
 
-Result<Bundle> Bundle::of(PluginPtr<const MapReader> reader, std::string name) {
+Result<Bundle> Bundle::of(PluginPtr<const MapReader> reader, std::string name,
+                          std::optional<std::filesystem::path> place) {
   VANTAGE_TRY(OpenBundle opened, with_directory(std::move(reader)));
-  return from(std::move(opened), std::move(name));
+  return from(std::move(opened), std::move(name), std::move(place));
 }
 
 Result<Bundle> Bundle::open(const std::filesystem::path& place, const PluginLoader& plugins) {
   VANTAGE_TRY(OpenBundle opened, find_bundle(place, plugins));
-  return from(std::move(opened), place.string());
+  return from(std::move(opened), place.string(), place);
 }
 
 Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
                             std::string_view job) {
   VANTAGE_TRY(const StoreConfig store, config.need(config.store, "store", job));
   VANTAGE_TRY(OpenBundle opened, plugins.load<MapStore>(store.choice()).and_then(open_in));
-  VANTAGE_TRY(Bundle bundle, from(std::move(opened), config.file));
+  VANTAGE_TRY(const auto docs, plugins.parameters(PluginKind::store, store.choice()));
+  VANTAGE_TRY(Bundle bundle, from(std::move(opened), config.file, place_in(store.params, docs)));
   if (auto checked = check_built_as_asked(config, bundle.directory()->summary(), plugins);
       !checked) {
     return fail(std::move(checked).error().during(
@@ -83,6 +89,9 @@ Result<Bundle> Bundle::open(const Config& config, const PluginLoader& plugins,
 const std::string& Bundle::name() const noexcept { return state_->name; }
 const std::shared_ptr<const RegionDirectory>& Bundle::directory() const noexcept {
   return state_->directory;
+}
+std::uint64_t Bundle::bytes() const {
+  return state_->place ? io::bytes_of(*state_->place) : directory()->summary().sum.bytes;
 }
 const MapReader& Bundle::reader() const noexcept { return *state_->reader; }
 const std::optional<Config>& Bundle::built_with() const noexcept { return state_->built_with; }

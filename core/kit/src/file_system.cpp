@@ -92,6 +92,22 @@ Result<std::vector<std::string>> names_in(const std::filesystem::path& folder) {
   return names;
 }
 
+std::uint64_t bytes_of(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) {
+    const auto size = std::filesystem::file_size(path, error);
+    return error ? 0 : size;
+  }
+  std::uint64_t sum = 0;
+  for (std::filesystem::recursive_directory_iterator it(path, error), end; !error && it != end;
+       it.increment(error)) {
+    std::error_code unreadable;
+    const auto size = it->is_regular_file(unreadable) ? it->file_size(unreadable) : 0;
+    if (!unreadable) sum += size;
+  }
+  return sum;
+}
+
 Result<void> flush_folder(const std::filesystem::path& folder) {
   const Descriptor handle = Descriptor::of(folder, O_RDONLY | O_DIRECTORY);
   if (!handle.open() || ::syncfs(handle.get()) != 0) {

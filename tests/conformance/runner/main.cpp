@@ -24,6 +24,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
 #include "vantage/conformance.hpp"
+#include "vantage/kit/json_text.hpp"
 
 namespace vantage {
 namespace {
@@ -41,9 +42,6 @@ struct Options {
 };
 
 enum class Outcome { ok, failed, skipped };
-
-/// The output of a plugin need not be valid text.
-constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
 
 const char* to_string(Outcome outcome) {
   switch (outcome) {
@@ -265,7 +263,7 @@ Result<void> list_clauses(const Options& options) {
     }
   });
   if (options.json) {
-    std::cout << all.dump(2) << '\n';
+    std::cout << json_text(all);
   } else {
     for (const auto& clause : all) {
       std::cout << fmt::format("{:<4} {:<12} {}\n", clause["id"].get<std::string>(),
@@ -313,7 +311,7 @@ Result<void> run(const Options& options) {
                          [&](const ClauseResult& r) { return r.outcome == outcome; });
   };
   if (options.json) {
-    std::cout << to_json(subject, results).dump(2, ' ', false, kReplace) << '\n';
+    std::cout << json_text(to_json(subject, results));
   } else {
     std::cout << fmt::format("\n{}: {} ok, {} failed, {} skipped\n",
                              cli::counted(results.size(), "clause"), count(Outcome::ok),

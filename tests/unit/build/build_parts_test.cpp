@@ -39,7 +39,7 @@ BuildPlan some_plan() {
   plan.limits = {.map_bounds = {{0.0, 0.0, -1.0}, {45.0, 9.0, 4.0}}, .max_range = 60.0};
   plan.map_points = 119;
   plan.ground_points = 80;
-  plan.unreachable_viewpoints = 3;
+  plan.unreachable_voxels = 3;
   plan.places_outside = 2;
   plan.place_index = {std::byte{0}, std::byte{7}, std::byte{255}};
   return plan;

@@ -265,6 +265,29 @@ TEST_CASE("a region that the trajectory does not enter has an empty map and is c
   CHECK(memory->maps[1].points.empty());
 }
 
+TEST_CASE("a region whose viewpoints see no point is counted; if all are so, nothing is stored") {
+  const PointCloud map = map_with_a_gap();
+  const auto memory = std::make_shared<test::Memory>();
+  auto p = plugins(memory);
+  const auto report =
+      build_region_maps(map, PointCloud{{5, 2, 1}, {25, 2, 100}}, p, along_trajectory());
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->regions_that_see_nothing == 1);
+  CHECK(report->regions_without_viewpoints == 1);
+  CHECK(memory->maps[2].points.empty());
+
+  const auto none = std::make_shared<test::Memory>();
+  auto q = plugins(none);
+  BuildParams high = params();
+  high.viewpoints.sensor_height = 180.0;
+  const auto blind = build_region_maps(map, {}, q, high);
+  REQUIRE_FALSE(blind);
+  CHECK(to_string(blind.error()) ==
+        "error: no viewpoint sees a point of the map: look at viewpoints.sensor_height and "
+        "visibility.max_range");
+  CHECK_FALSE(none->committed);
+}
+
 TEST_CASE("a trajectory that viewpoints cannot come from is refused before anything is stored") {
   const PointCloud map = map_with_a_gap();
   const auto memory = std::make_shared<test::Memory>();
@@ -284,13 +307,14 @@ TEST_CASE("ground that is not reachable has no viewpoint, whatever regions it is
     auto p = plugins(memory);
     BuildParams with = params();
     with.viewpoints.reachable = true;
+    with.viewpoints.height_offsets = {0.0, 0.5};
     const auto report = build_region_maps(map, PointCloud{{east ? 22.0 : 2.0, 2.0, 1.0}}, p, with);
     REQUIRE_MESSAGE(report, to_string(report.error()));
     CHECK(report->ground_points == 80);
-    CHECK(report->unreachable_viewpoints == 10);
-    CHECK(report->viewpoints == 10);
+    CHECK(report->unreachable_voxels == 10);  // whatever stands over a voxel
+    CHECK(report->viewpoints == 20);
     CHECK(memory->maps[east ? 0 : 2].viewpoints.empty());
-    CHECK(memory->maps[east ? 2 : 0].viewpoints.size() == 10);
+    CHECK(memory->maps[east ? 2 : 0].viewpoints.size() == 20);
   }
 }
 

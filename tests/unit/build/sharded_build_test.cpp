@@ -450,5 +450,31 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
   }
 }
 
+TEST_CASE(
+    "sharded build: viewpoints that see no point are told by the merge, which keeps the parts") {
+  const PartsInMemory map(crowded_strips(13));
+  const auto memory = std::make_shared<test::Memory>();
+  int calls = 0;
+  BuildPlugins plugins;
+  plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
+  plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+  plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+  plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
+  BuildParams params;
+  params.max_range = 4.0;
+  params.viewpoints.sensor_height = 180.0;
+  const test::TemporaryFolder folder;
+  const auto parts = folder.path() / "parts";
+  auto build = ShardedBuild::open(map, {}, plugins, params,
+                                  {.parts = parts, .map_key = 1, .memory = 1'000'000'000});
+  REQUIRE_MESSAGE(build, to_string(build.error()));
+  for (const std::size_t shard : {1, 2}) REQUIRE(build->build({shard, 2}));
+  const auto refused = build->merge();
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message.starts_with("no viewpoint sees a point of the map"));
+  CHECK_FALSE(memory->committed);
+  CHECK(std::filesystem::exists(parts));
+}
+
 }  // namespace
 }  // namespace vantage

@@ -53,6 +53,16 @@ void write_bundle(const PluginPtr<MapStore>& store, const std::string& config = 
   test::write_bundle(store, index, maps);
 }
 
+/// Of a file, or of all that is in a folder.
+std::uintmax_t bytes_in(const fs::path& place) {
+  if (!fs::is_directory(place)) return fs::file_size(place);
+  std::uintmax_t sum = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(place)) {
+    if (entry.is_regular_file()) sum += entry.file_size();
+  }
+  return sum;
+}
+
 std::string message(const Result<Bundle>& bundle) {
   REQUIRE_FALSE(bundle.has_value());
   return to_string(bundle.error());
@@ -172,6 +182,11 @@ TEST_CASE(
     CHECK_FALSE(fs::exists(place));
     REQUIRE(build.run(test::small_square(), {}));
     CHECK(fs::exists(place));
+    const auto made = build.bundle();
+    REQUIRE_MESSAGE(made, to_string(made.error()));
+    CHECK(made->bytes() == bytes_in(place));
+    CHECK(Bundle::open(*config, two_stores(), "exporting")->bytes() == bytes_in(place));
+    CHECK(Bundle::open(place, two_stores())->bytes() == bytes_in(place));
     const auto again = prepared().may_begin();
     if (plugin == "one_file") continue;  // it does not tell before it begins
     REQUIRE_FALSE(again.has_value());

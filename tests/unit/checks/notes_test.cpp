@@ -198,6 +198,9 @@ TEST_CASE("times of points in another unit") {
 TEST_CASE("notes are kept in a bundle and read again") {
   const std::vector<Note> notes{{"seen \"this\"", "do that"}, {"a", "b"}};
   CHECK(decode(encode(notes)) == notes);
+  // Whatever bytes are in their texts.
+  CHECK(decode(encode(std::vector<Note>{{"m\xe9tro", "a"}})) ==
+        std::vector<Note>{{"m\uFFFDtro", "a"}});
   CHECK(decode(encode({})) == std::vector<Note>());
   for (const std::string_view bad : {"", "{}", "[1]", "[{\"what\":1,\"advice\":\"b\"}]", "[{}]"}) {
     CHECK_FALSE(decode(std::as_bytes(std::span(bad))));

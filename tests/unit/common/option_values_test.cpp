@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -111,10 +112,27 @@ TEST_CASE("what is written is nothing that is read, and nothing else that is wri
 
   Program program;
   REQUIRE(program.error({"--html", config}).empty());
-  const std::vector<std::filesystem::path> map{recording, config};
-  const auto checked = cli::check_outputs(program.app, map);
-  REQUIRE_FALSE(checked);
-  CHECK(checked.error().message ==
-        "--html would overwrite " + config + ", which the configuration names");
-  CHECK(cli::check_outputs(program.app, std::span(map).first(1)));
+  const auto names = [&](const std::optional<MapSource>& map,
+                         const std::optional<SelectorConfig>& selector = {}) {
+    Config named;
+    named.map = map;
+    named.selector = selector;
+    return cli::check_outputs(program.app, named);
+  };
+  SelectorConfig selector;
+  selector.poses = config;
+  for (const auto& checked : {names(MapSource{{recording, config}, {}}),
+                              names(MapSource{{recording}, config}), names({}, selector)}) {
+    REQUIRE_FALSE(checked);
+    CHECK(checked.error().message ==
+          "--html would overwrite " + config + ", which the configuration names");
+  }
+  CHECK(names(MapSource{{recording}, {}}));
+
+  // What a program finds out itself; a run is read by its folder.
+  using Paths = std::vector<std::filesystem::path>;
+  CHECK(cli::check_outputs("--out", Paths{run + "/new/trajectory.tum"}, Paths{track, run}));
+  CHECK(cli::check_outputs("--out", Paths{run + "/../run/trajectory.tum"}, Paths{config, run})
+            .error()
+            .message == "--out would overwrite " + track + ", which is read");
 }

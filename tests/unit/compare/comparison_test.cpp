@@ -147,6 +147,14 @@ TEST_CASE("the interval of a mean") {
   }
 }
 
+TEST_CASE("stamps of scans without a partner are told to their last digit") {
+  const auto c = compared({{.stamp = "1700000000.25"}, {.stamp = "1700000000.35"}},
+                          {{.stamp = "1700000000.25"}, {.stamp = "1700000000.451234"}});
+  REQUIRE_MESSAGE(c, to_string(c.error()));
+  CHECK(pairing_text(*c) ==
+        "1 scan in both; only in A: 1 (1700000000.35 s); only in B: 1 (1700000000.451234 s)");
+}
+
 TEST_CASE("the page has both runs, their numbers, and disarmed names") {
   auto c = compared({{.stamp = "1", .error_m = "0.02"}, {.stamp = "2", .error_m = "0.03"}},
                     {{.stamp = "1", .error_m = "0.01"}, {.stamp = "2", .error_m = "0.02"}});

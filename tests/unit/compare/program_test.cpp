@@ -37,6 +37,18 @@ TEST_CASE_FIXTURE(Runs, "compare writes a page and prints JSON") {
   CHECK(read_text(page).find("<!DOCTYPE html>") == 0);
 }
 
+TEST_CASE_FIXTURE(Runs, "compare overwrites no run") {
+  const auto run_a = folder.path() / "run";
+  std::filesystem::create_directory(run_a);
+  std::filesystem::rename(a, run_a / "scans.csv");
+  const std::string before = read_text(run_a / "scans.csv");
+  const auto done =
+      run("vantage-compare", {run_a.string(), b, "--html", (run_a / "scans.csv").string()});
+  CHECK(done.exit_code == 2);
+  CHECK(done.err.find("--html would overwrite") != std::string::npos);
+  CHECK(read_text(run_a / "scans.csv") == before);
+}
+
 TEST_CASE_FIXTURE(Runs, "compare says in which file and line an input is wrong") {
   write_text(b, "stamp\n1\n");
   const auto done = run("vantage-compare", {a, b});

@@ -255,6 +255,32 @@ TEST_CASE("numbers and strings survive being written as TOML") {
   }
 }
 
+TEST_CASE("a path that is not UTF-8 is used, but not written down: TOML cannot hold it") {
+  Config config;
+  config.file = "m\xe9/c.toml";
+  const PluginLoader plugins = test::built_plugins();
+  const auto with_map = [&](const std::string& path) {
+    config.map = MapSource{.files = {path}, .trajectory = {}};
+    const auto used = with_plugin_defaults(config, plugins);
+    REQUIRE_MESSAGE(used, to_string(used.error()));
+    CHECK(used->map->files == config.map->files);
+    return effective_config(config, plugins);
+  };
+  for (const char* path :
+       {"m\xe9/a.pcd", "\xc0\x80", "\xe0\x9f\xbf", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+        "\xf5\x80\x80\x80", "\x80", "\xe2\x82", "\xf0\x8f\xbf\xbf"}) {
+    const auto refused = with_map(path);
+    REQUIRE_FALSE(refused);
+    CHECK(to_string(refused.error()).starts_with("m\xe9/c.toml: error: a path is not UTF-8"));
+  }
+  for (const char* path :
+       {"a", "\xc3\xa9", "\xe0\xa0\x80", "\xed\x9f\xbf", "\xf0\x9f\x98\x80", "\xf4\x8f\xbf\xbf"}) {
+    const auto written = with_map(path);
+    REQUIRE_MESSAGE(written, to_string(written.error()));
+    CHECK(parse_toml(*written, ""));
+  }
+}
+
 TEST_CASE("a configuration: overrides, relative paths, missing files and tables") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "c.toml";

@@ -55,6 +55,18 @@ TEST_CASE("metrics: each is in scans.csv, summary.json and docs/files.md") {
   }
 }
 
+TEST_CASE("metrics: docs/files.md says which columns older files lack") {
+  const std::string docs = test::read_text(VANTAGE_SOURCE_DIR "/docs/files.md");
+  const auto from = docs.find("Programs also read older files, which have no column");
+  REQUIRE(from != std::string::npos);
+  const std::string list = docs.substr(from, docs.find(".\n", from) - from);
+  for (const Metric& metric : metrics()) {
+    const std::string key(metric.key);
+    CHECK_MESSAGE(metric.is(kNotInOldFiles) == (list.find("`" + key + "`") != std::string::npos),
+                  key);
+  }
+}
+
 RunScan aligned(double seconds, double fitness) {
   RunScan scan;
   scan.map.points = 100;

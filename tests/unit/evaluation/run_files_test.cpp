@@ -135,3 +135,13 @@ TEST_CASE("scans.csv has all three states and the risk; the trajectory has track
   REQUIRE(poses->size() == 1);
   CHECK(poses->front().stamp == 0.0);
 }
+
+TEST_CASE("a run is kept whatever bytes are in the path of its configuration") {
+  Run run = run_of(2);
+  run.config = "/home/m\xe9tro/c.toml";
+  const test::TemporaryFolder folder;
+  const auto written = write_run(run, summarize(run), folder.path());
+  REQUIRE_MESSAGE(written, to_string(written.error()));
+  CHECK(test::read_text(folder.path() / "summary.json").find("/home/m\uFFFDtro/c.toml") !=
+        std::string::npos);
+}

@@ -199,6 +199,18 @@ TEST_CASE("cells with six points count, and the ground plan that holds any") {
   CHECK(count_cells({}, 1.0).cells == 0);
 }
 
+TEST_CASE("a bundle is called as the configuration or the map is") {
+  CHECK(bundle_name("campus.toml") == "campus");
+  CHECK(bundle_name("config/campus.v2.toml") == "campus.v2");
+  CHECK(bundle_name("survey/") == "survey");
+  CHECK(bundle_name("survey/.") == "survey");
+  for (const char* none :
+       {"", ".", "..", "../..", "/", "tiles/*.pcd", "tile_?.pcd", "tile_[0-9].pcd"}) {
+    CAPTURE(none);
+    CHECK(bundle_name(none) == "map");
+  }
+}
+
 TEST_CASE("words for the shell") {
   CHECK(cli::shell_word("scans/a.pcd") == "scans/a.pcd");
   CHECK(cli::shell_word("my map.pcd") == "'my map.pcd'");

@@ -38,5 +38,12 @@ TEST_CASE("JSON that is nested too deep is refused, and anything else that is no
   refused("1e999", "a.json: error: damaged: ");
 }
 
+TEST_CASE("JSON is written whatever bytes are in its texts") {
+  const nlohmann::ordered_json json{{"path", "/m\xe9tro/a.pcd"}, {"count", 2}};
+  CHECK(json_line(json) == "{\"path\":\"/m\uFFFDtro/a.pcd\",\"count\":2}");
+  CHECK(json_text(json) == "{\n  \"path\": \"/m\uFFFDtro/a.pcd\",\n  \"count\": 2\n}\n");
+  CHECK(json_line(nlohmann::json("\xc3\xa9")) == "\"\xc3\xa9\"");
+}
+
 }  // namespace
 }  // namespace vantage

@@ -87,10 +87,11 @@ struct BuildReport {
   std::uint64_t map_points = 0;
   std::uint64_t ground_points = 0;
   std::uint64_t viewpoints = 0;
-  std::uint64_t unreachable_viewpoints = 0;  ///< left out; counted over the whole map at once
+  std::uint64_t unreachable_voxels = 0;  ///< of the map's ground; no viewpoint is over them
   std::uint64_t places_outside = 0;  ///< along the trajectory, outside all regions: no viewpoint
   std::uint64_t skipped_viewpoints = 0;          ///< of `viewpoints`; left out by `min_gain`
   std::uint64_t regions_without_viewpoints = 0;  ///< without ground or path: empty maps
+  std::uint64_t regions_that_see_nothing = 0;    ///< whose viewpoints see no point: empty maps
   double seconds_partition = 0, seconds_ground = 0, seconds_visibility = 0;  ///< wall clock
   double core_seconds_visibility = 0;  ///< processor time of all threads, storing included
   double core_seconds_selection = 0;   ///< of choosing elements; not in that of visibility
@@ -122,9 +123,9 @@ struct BuildReport {
 ///                    Counts never fall. It must not use TBB. An exception that it throws leaves
 ///                    this function. May be empty
 /// Errors: `invalid_input` for an empty or non-finite map, for a map without ground if viewpoints
-/// need it, or for a trajectory that gives no viewpoints; errors of the plugins, for example
-/// `unsupported` from a matcher that cannot store what it prepares; `internal` for a plugin that
-/// breaks its contract. Nothing is stored on error.
+/// need it, for a trajectory that gives no viewpoints, or if no viewpoint sees a point; errors of
+/// the plugins, for example `unsupported` from a matcher that cannot store what it prepares;
+/// `internal` for a plugin that breaks its contract. Nothing is stored on error.
 [[nodiscard]] VANTAGE_API Result<BuildReport> build_region_maps(
     PointsView map, PointsView trajectory, BuildPlugins& plugins, const BuildParams& params,
     const std::function<void(const BuildProgress&)>& progress = {});

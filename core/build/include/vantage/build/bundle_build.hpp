@@ -11,6 +11,7 @@
 #include "vantage/api.hpp"
 #include "vantage/build/build.hpp"
 #include "vantage/build/sharded_build.hpp"
+#include "vantage/engine/bundle.hpp"
 #include "vantage/engine/config.hpp"
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/map_store.hpp"
@@ -58,9 +59,9 @@ class VANTAGE_API BundleBuild {
   [[nodiscard]] Result<ShardedBuild> sharded(const MapParts& map, PointsView trajectory,
                                              ShardedBuildOptions options);
 
-  /// The index of the bundle; call it after `run`. Errors: those of MapStore::open and
-  /// MapReader::index.
-  [[nodiscard]] Result<MapIndex> index() const;
+  /// The bundle that the build made; call it after `run`. Errors: those of MapStore::open and
+  /// Bundle::of.
+  [[nodiscard]] Result<Bundle> bundle() const;
 
  private:
   BundleBuild(BuildPlugins plugins, BuildParams params, std::optional<std::filesystem::path> place)

@@ -42,9 +42,11 @@ class VANTAGE_API Bundle {
   [[nodiscard]] static Result<Bundle> open(const Config& config, const PluginLoader& plugins,
                                            std::string_view job);
   /// A bundle that was opened elsewhere.
-  /// @param name  the bundle's name in errors
+  /// @param name   the bundle's name in errors
+  /// @param place  the path at which its store keeps it, if there is one
   /// Errors: those of MapReader::directory.
-  [[nodiscard]] static Result<Bundle> of(PluginPtr<const MapReader> reader, std::string name);
+  [[nodiscard]] static Result<Bundle> of(PluginPtr<const MapReader> reader, std::string name,
+                                         std::optional<std::filesystem::path> place = {});
 
   /// The path or configuration file from which the bundle was opened, or the name given to `of`.
   [[nodiscard]] const std::string& name() const noexcept;
@@ -53,6 +55,8 @@ class VANTAGE_API Bundle {
   /// All regions at once, read when they are first asked for. Of a large bundle, that takes time
   /// and memory. Errors: those of MapReader::index.
   [[nodiscard]] Result<std::shared_ptr<const MapIndex>> index() const;
+  /// Its size in storage: of all its files; of a store that has no path for them, of its regions.
+  [[nodiscard]] std::uint64_t bytes() const;
   /// For as long as a copy of the bundle lives.
   [[nodiscard]] const MapReader& reader() const noexcept;
   /// The configuration that built the bundle, without the settings that may differ at run time.
@@ -91,7 +95,8 @@ class VANTAGE_API Bundle {
  private:
   struct State;
   explicit Bundle(std::shared_ptr<const State> state);
-  [[nodiscard]] static Result<Bundle> from(OpenBundle&& opened, std::string name);
+  [[nodiscard]] static Result<Bundle> from(OpenBundle&& opened, std::string name,
+                                           std::optional<std::filesystem::path> place);
   std::shared_ptr<const State> state_;
 };
 

@@ -271,8 +271,14 @@ struct Config {
     const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 [[nodiscard]] VANTAGE_API Result<Config> parse_config(const Table& table);
 
-/// The configuration as TOML with all defaults filled in, including those of the plugins.
+/// The configuration with the defaults of its plugins.
 /// Errors: a plugin that cannot be loaded or that refuses its params.
+[[nodiscard]] VANTAGE_API Result<Config> with_plugin_defaults(const Config& config,
+                                                              const PluginLoader& plugins);
+
+/// The configuration as TOML with all defaults filled in, including those of the plugins.
+/// Errors: those of with_plugin_defaults; `invalid_config` for a path that is not UTF-8, which TOML
+/// cannot hold.
 [[nodiscard]] VANTAGE_API Result<std::string> effective_config(const Config& config,
                                                                const PluginLoader& plugins);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -67,6 +68,9 @@ enum class Wait : bool { no, yes };
 
 /// The names of the files and folders in a folder, sorted. Errors: `io_failure`.
 [[nodiscard]] Result<std::vector<std::string>> names_in(const std::filesystem::path& folder);
+
+/// The bytes of a file, or of all files in a folder; what cannot be read counts 0.
+[[nodiscard]] std::uint64_t bytes_of(const std::filesystem::path& path);
 
 /// Makes everything in a folder survive a power cut. Errors: `io_failure`.
 [[nodiscard]] Result<void> flush_folder(const std::filesystem::path& folder);

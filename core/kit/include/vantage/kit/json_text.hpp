@@ -8,7 +8,7 @@
 #include "vantage/error.hpp"
 #include "vantage/result.hpp"
 
-/// JSON that comes from outside: files of bundles, runs and exports.
+/// JSON that comes from outside, and JSON that goes there: files of bundles, runs and exports.
 namespace vantage {
 
 /// Levels of arrays and objects. The project's own files have seven. A value that is nested by the
@@ -45,6 +45,20 @@ template <class Json>
   } catch (const typename Json::exception& e) {  // a number that is too large
     return corrupt(e.what(), {file, 0, 0});
   }
+}
+
+/// JSON in one line, whatever bytes are in its texts: what is not UTF-8 becomes U+FFFD. Paths may
+/// have any bytes.
+/// @tparam Json  nlohmann::json or nlohmann::ordered_json
+template <class Json>
+[[nodiscard]] std::string json_line(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// As json_line, for people: in lines, with one at the end.
+template <class Json>
+[[nodiscard]] std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 }  // namespace vantage

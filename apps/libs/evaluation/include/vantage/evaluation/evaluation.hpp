@@ -52,7 +52,7 @@ struct EvaluatedConfig {
   std::string name;  ///< of the configuration file, without folder and suffix
   MapIndex index;
   Statistics region_points;        ///< over the bundle's regions (Table 1); none without points
-  std::uint64_t bundle_bytes = 0;  ///< of all region maps in the store
+  std::uint64_t bundle_bytes = 0;  ///< of the bundle in storage, see Bundle::bytes
   std::vector<RouteRun> routes;    ///< one for each of Evaluation::routes
   std::vector<Baseline> baselines;
   std::string no_baselines;          ///< why some or all of them are missing; empty if none is
