@@ -54,7 +54,8 @@ std::string named_in_config(const fs::path& path, const Options& options) {
 /// "maps/campus" of "campus.toml", or of the map "campus.pcd".
 std::string bundle_of(const Options& options) {
   const fs::path root =
-      fs::path("maps") / init::bundle_name(options.out.empty() ? options.map : options.out);
+      fs::path("maps") /
+      init::bundle_name(options.out.empty() ? fs::path(options.map) : options.out);
   return options.out.empty() ? fs::absolute(root).string() : root.string();
 }
 

@@ -186,10 +186,10 @@ TEST_CASE("scans in other axes are not tracked") {
     }
     return follow(regions.localizer(), drive, true);
   };
-  CHECK(changed([](const Point& p) { return Point(p.y(), p.x(), p.z()); }).wrong == 0);
-  CHECK(changed([](const Point& p) { return Point(-p.x(), p.y(), p.z()); }).wrong == 0);
-  CHECK(changed([](const Point& p) { return Point(p.x(), -p.y(), p.z()); }).wrong == 0);
-  CHECK(changed([](const Point& p) { return Point(p.x(), -p.y(), -p.z()); }).wrong == 0);
+  CHECK(changed([](const Point& p) { return Point(p.y(), p.x(), p.z()); }).tracked == 0);
+  CHECK(changed([](const Point& p) { return Point(-p.x(), p.y(), p.z()); }).tracked == 0);
+  CHECK(changed([](const Point& p) { return Point(p.x(), -p.y(), p.z()); }).tracked == 0);
+  CHECK(changed([](const Point& p) { return Point(p.x(), -p.y(), -p.z()); }).tracked == 0);
 }
 
 TEST_CASE("a prior that is wrong costs no tracked pose") {

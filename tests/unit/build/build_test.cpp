@@ -282,8 +282,8 @@ TEST_CASE("a region whose viewpoints see no point is counted; if all are so, not
   high.viewpoints.sensor_height = 180.0;
   const auto blind = build_region_maps(map, {}, q, high);
   REQUIRE_FALSE(blind);
-  CHECK(to_string(blind.error()) ==
-        "error: no viewpoint sees a point of the map: look at viewpoints.sensor_height and "
+  CHECK(blind.error().message ==
+        "no viewpoint sees a point of the map: look at viewpoints.sensor_height and "
         "visibility.max_range");
   CHECK_FALSE(none->committed);
 }
