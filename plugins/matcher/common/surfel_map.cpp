@@ -24,40 +24,36 @@ std::uint64_t spread(std::uint64_t index) noexcept {
 }
 
 struct Keyed {
-  std::uint64_t voxel;  // in Morton order: points near in space are near in memory
+  std::uint64_t voxel;
   Point local;
 
   [[nodiscard]] auto order() const { return std::tuple(voxel, local.x(), local.y(), local.z()); }
   friend bool operator<(const Keyed& a, const Keyed& b) { return a.order() < b.order(); }
 };
 
-/// Sorts by voxel. Voxels are anchored at the world's zero: a point belongs to voxel floor(p /
-/// edge) in every map that contains it.
+/// Sorts by voxel.
 Result<std::vector<Keyed>> sorted(PointsView map, const Point& origin, double edge) {
-  const Eigen::Vector3d origin_index = (origin / edge).array().round();
+  const SurfelGrid grid(origin, edge);
   std::vector<Keyed> keyed;
   keyed.reserve(map.size());
   for (std::size_t i = 0; i < map.size(); ++i) {
-    const Eigen::Vector3d index =
-        (map[i] / edge).array().floor() - origin_index.array() + kHalfRange;
-    if (!((index.array() >= 0.0).all() && (index.array() < 2.0 * kHalfRange).all())) {
+    const auto voxel = grid.voxel_of(map[i]);
+    if (!voxel) {
       return fail(ErrorCode::invalid_input, "map point " + std::to_string(i) +
                                                 " lies more than a million voxels of " +
                                                 std::to_string(edge) + " m from the map's centre");
     }
-    keyed.push_back({spread(static_cast<std::uint64_t>(index.x())) << 2U |
-                         spread(static_cast<std::uint64_t>(index.y())) << 1U |
-                         spread(static_cast<std::uint64_t>(index.z())),
-                     map[i] - origin});
+    keyed.push_back({*voxel, map[i] - origin});
   }
   tbb::parallel_sort(keyed.begin(), keyed.end());
   return keyed;
 }
 
-/// Points, and how many of the map's points each stands for.
+/// Points, how many of the map's points each stands for, and their voxel.
 struct Counted {
   PointCloud points;
   std::vector<std::uint32_t> counts;
+  std::vector<std::uint64_t> voxels;
 };
 
 Counted centroids(const std::vector<Keyed>& sorted) {
@@ -71,6 +67,7 @@ Counted centroids(const std::vector<Keyed>& sorted) {
     }
     result.points.push_back(first->local + sum / static_cast<double>(last - first));
     result.counts.push_back(static_cast<std::uint32_t>(last - first));
+    result.voxels.push_back(first->voxel);
     first = last;
   }
   return result;
@@ -82,6 +79,7 @@ Counted distinct(const std::vector<Keyed>& sorted) {
     if (result.points.empty() || result.points.back() != keyed.local) {
       result.points.push_back(keyed.local);
       result.counts.push_back(0);
+      result.voxels.push_back(keyed.voxel);
     }
     ++result.counts.back();
   }
@@ -89,6 +87,14 @@ Counted distinct(const std::vector<Keyed>& sorted) {
 }
 
 }  // namespace
+
+std::optional<std::uint64_t> SurfelGrid::voxel_of(const Point& p) const noexcept {
+  const Eigen::Vector3d index = (p / edge_).array().floor() - first_.array() + kHalfRange;
+  if (!((index.array() >= 0.0).all() && (index.array() < 2.0 * kHalfRange).all())) return {};
+  return spread(static_cast<std::uint64_t>(index.x())) << 2U |
+         spread(static_cast<std::uint64_t>(index.y())) << 1U |
+         spread(static_cast<std::uint64_t>(index.z()));
+}
 
 Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
   VANTAGE_CHECK(check_points(map, "the map"));
@@ -103,6 +109,8 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
     result.points_.shrink_to_fit();
     result.counts_ = std::move(counted.counts);
     result.counts_.shrink_to_fit();
+    result.voxels_ = std::move(counted.voxels);
+    result.voxels_.shrink_to_fit();
   }
 
   result.normals_.resize(result.points_.size());
@@ -116,6 +124,7 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
         if (!flat(result.normals_[i])) continue;
         result.points_[kept] = result.points_[i];
         result.counts_[kept] = result.counts_[i];
+        result.voxels_[kept] = result.voxels_[i];
         result.normals_[kept++] = result.normals_[i];
       }
       result.points_.resize(kept);
@@ -124,6 +133,8 @@ Result<SurfelMap> SurfelMap::build(PointsView map, const Options& options) {
       result.normals_.shrink_to_fit();
       result.counts_.resize(kept);
       result.counts_.shrink_to_fit();
+      result.voxels_.resize(kept);
+      result.voxels_.shrink_to_fit();
       if (kept == 0) {
         return fail(ErrorCode::too_few_matches, "the map has no surface: in no place are " +
                                                     std::to_string(options.neighbours) +
@@ -156,7 +167,8 @@ Pose SurfelMap::to_map(Pose T_local_scan) const noexcept {
 
 std::size_t SurfelMap::bytes() const noexcept {
   return points_.capacity() * sizeof(Point) + normals_.capacity() * sizeof(Eigen::Vector3d) +
-         counts_.capacity() * sizeof(std::uint32_t) + tree_->bytes();
+         counts_.capacity() * sizeof(std::uint32_t) + voxels_.capacity() * sizeof(std::uint64_t) +
+         tree_->bytes();
 }
 
 void compute_normals(const PointTree& tree, PointsView points, std::uint32_t neighbours,

@@ -14,6 +14,23 @@
 
 namespace vantage::matching {
 
+/// Voxels that are anchored at the world's zero: a point belongs to voxel floor(p / edge) in every
+/// map that contains it.
+class SurfelGrid {
+ public:
+  /// @param origin  of a map: voxels are counted from about there [m]
+  SurfelGrid(const Point& origin, double edge)
+      : first_((origin / edge).array().round()), edge_(edge) {}
+
+  /// The number of a point's voxel, in Morton order: points near in space are near in memory. None
+  /// if it lies more than a million voxels from the origin.
+  [[nodiscard]] std::optional<std::uint64_t> voxel_of(const Point& p) const noexcept;
+
+ private:
+  Eigen::Vector3d first_;
+  double edge_;
+};
+
 /// A map as points with surface normals.
 ///
 /// Points are kept relative to an origin near the map's centre, so that UTM coordinates lose no
@@ -53,6 +70,14 @@ class SurfelMap {
   [[nodiscard]] std::uint32_t count(std::uint32_t surfel) const noexcept {
     return counts_.empty() ? 1 : counts_[surfel];
   }
+  /// The voxel of the points that a surfel stands for, in the grid of the map's options. If that
+  /// was not stored, it is where the surfel lies, which is another one if it was rounded across the
+  /// border.
+  [[nodiscard]] std::optional<std::uint64_t> voxel(std::uint32_t surfel,
+                                                   const SurfelGrid& grid) const noexcept {
+    if (!voxels_.empty()) return voxels_[surfel];
+    return grid.voxel_of(points_[surfel] + origin_);
+  }
   [[nodiscard]] const PointTree& tree() const noexcept { return *tree_; }
   [[nodiscard]] const Point& origin() const noexcept { return origin_; }
 
@@ -74,6 +99,7 @@ class SurfelMap {
   PointCloud points_;
   std::vector<Eigen::Vector3d> normals_;
   std::vector<std::uint32_t> counts_;
+  std::vector<std::uint64_t> voxels_;
   Bounds3 bounds_;
   std::optional<PointTree> tree_;
 };

@@ -30,7 +30,6 @@ class SurfelVoxels {
 
  private:
   void make(const SurfelMap& map) const;
-  [[nodiscard]] std::uint64_t key_of(const Eigen::Vector3d& local) const noexcept;
 
   SurfelMap::Options options_;
   mutable std::once_flag made_;

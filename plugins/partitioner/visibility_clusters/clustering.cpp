@@ -37,6 +37,61 @@ using Within = nanoflann::RadiusResultSet<double, std::uint32_t>;
 // Pairs before nanoflann 1.5, since then a structure of nanoflann.
 using Found = std::remove_reference_t<decltype(std::declval<Within&>().m_indices_dists)>;
 
+/// The distinct places of viewpoints in plan view: viewpoints may lie one above the other.
+class Sites {
+ public:
+  explicit Sites(std::span<const Vector2d> viewpoints) : by_place_(viewpoints.size()) {
+    const auto place = [&](std::uint32_t k) {
+      return std::pair(viewpoints[k].y(), viewpoints[k].x());
+    };
+    std::iota(by_place_.begin(), by_place_.end(), std::uint32_t{0});
+    std::ranges::sort(by_place_, {}, [&](std::uint32_t k) { return std::pair(place(k), k); });
+    for (std::size_t n = 0; n < by_place_.size(); ++n) {
+      if (n > 0 && place(by_place_[n]) == place(by_place_[n - 1])) continue;
+      places_.push_back(viewpoints[by_place_[n]]);
+      begin_.push_back(n);
+    }
+    begin_.push_back(by_place_.size());
+  }
+
+  [[nodiscard]] std::span<const Vector2d> places() const noexcept { return places_; }
+  /// Ascending.
+  [[nodiscard]] std::span<const std::uint32_t> viewpoints_at(std::uint32_t site) const {
+    return std::span(by_place_).subspan(begin_[site], begin_[site + 1] - begin_[site]);
+  }
+
+ private:
+  std::vector<std::uint32_t> by_place_;  // the viewpoints
+  std::vector<Vector2d> places_;
+  std::vector<std::size_t> begin_;  // of a place's viewpoints
+};
+
+/// Pairs every place with the `count` nearest, and with all that are as near as the last of them.
+std::vector<Neighbours> neighbouring(std::span<const Vector2d> places, std::size_t count) {
+  if (places.size() < 2) return {};
+  const Places adaptor{places};
+  const Tree tree(2, adaptor);
+  const std::size_t k = std::min(count + 1, places.size());  // a place also finds itself
+  std::vector<Neighbours> pairs;
+  std::vector<std::uint32_t> indices(k);
+  std::vector<double> squared(k);
+  for (std::uint32_t here = 0; here < places.size(); ++here) {
+    tree.knnSearch(places[here].data(), k, indices.data(), squared.data());
+    // A search by radius finds everything nearer than the radius. A search by number depends on the
+    // tree: of several equally near places, it finds any.
+    const double radius = std::nextafter(squared.back(), std::numeric_limits<double>::infinity());
+    Found found;
+    Within within(radius, found);
+    tree.findNeighbors(within, places[here].data(), {});
+    for (const auto& [there, unused] : found) {
+      if (there != here) pairs.emplace_back(std::min(here, there), std::max(here, there));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
 class Grouping {
  public:
   Grouping(std::span<const Vector2d> places, std::span<const Voxels> seen,
@@ -200,28 +255,25 @@ double overlap(const Voxels& a, const Voxels& b) {
   return static_cast<double>(both) / static_cast<double>(a.size() + b.size() - both);
 }
 
-std::vector<Neighbours> neighbours_of(std::span<const Vector2d> places, std::size_t count) {
-  if (places.size() < 2) return {};
-  const Places adaptor{places};
-  const Tree tree(2, adaptor);
-  const std::size_t k = std::min(count + 1, places.size());  // a place also finds itself
+std::vector<Neighbours> neighbours_of(std::span<const Vector2d> viewpoints, std::size_t count) {
+  const Sites sites(viewpoints);
   std::vector<Neighbours> pairs;
-  std::vector<std::uint32_t> indices(k);
-  std::vector<double> squared(k);
-  for (std::uint32_t here = 0; here < places.size(); ++here) {
-    tree.knnSearch(places[here].data(), k, indices.data(), squared.data());
-    // A search by radius finds everything nearer than the radius. A search by number depends on the
-    // tree: of several equally near places, it finds any.
-    const double radius = std::nextafter(squared.back(), std::numeric_limits<double>::infinity());
-    Found found;
-    Within within(radius, found);
-    tree.findNeighbors(within, places[here].data(), {});
-    for (const auto& [there, unused] : found) {
-      if (there != here) pairs.emplace_back(std::min(here, there), std::max(here, there));
+  for (std::uint32_t site = 0; site < sites.places().size(); ++site) {
+    const auto here = sites.viewpoints_at(site);
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      for (const std::uint32_t other : here.subspan(k + 1)) {
+        pairs.emplace_back(std::minmax(here[k], other));
+      }
+    }
+  }
+  for (const auto& [one, another] : neighbouring(sites.places(), count)) {
+    for (const std::uint32_t here : sites.viewpoints_at(one)) {
+      for (const std::uint32_t there : sites.viewpoints_at(another)) {
+        pairs.emplace_back(std::minmax(here, there));
+      }
     }
   }
   std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
 }
 

@@ -17,9 +17,11 @@ using Voxels = std::vector<std::uint32_t>;
 /// Two viewpoints that lie side by side, the one with the lower number first.
 using Neighbours = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Pairs every viewpoint with the `count` nearest in plan view, and with all that are as near as
-/// the last of them. The result is sorted; each pair occurs once.
-[[nodiscard]] std::vector<Neighbours> neighbours_of(std::span<const Eigen::Vector2d> places,
+/// Pairs every viewpoint with all others in its place in plan view, with those in the `count`
+/// nearest other places, and with all that are as near as the last of them. The result is sorted;
+/// each pair occurs once.
+/// @param viewpoints  in plan view; those that lie one above the other are in one place
+[[nodiscard]] std::vector<Neighbours> neighbours_of(std::span<const Eigen::Vector2d> viewpoints,
                                                     std::size_t count);
 
 struct GroupLimits {

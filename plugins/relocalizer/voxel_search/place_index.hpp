@@ -28,8 +28,7 @@ class PlaceIndex {
   /// The memory that so many voxels may take [bytes]: 1 GiB, which is a city of 10 x 10 km, and
   /// less for a few voxels that lie far apart. Blocks take as much again.
   [[nodiscard]] static std::uint64_t most_memory(std::uint64_t voxels) noexcept;
-  /// Takes no more memory than `most_memory` of the voxels that the bytes hold. Reads the bytes of
-  /// earlier versions too.
+  /// Takes no more memory than `most_memory` of the voxels that the bytes hold.
   /// Errors: `corrupt_data` for bytes that no `encode` makes.
   [[nodiscard]] static Result<PlaceIndex> decode(std::span<const std::byte> bytes);
   [[nodiscard]] std::vector<std::byte> encode() const;

@@ -24,7 +24,8 @@ struct PlacesFound {
 /// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby,
 /// and the voxels of the best blocks. It tests 128 blocks at once as bits. A bound excludes blocks
 /// that cannot be among the best. The result does not depend on the number of threads.
-/// @param scan  points on upright things, sensor frame, z up [m]
+/// @param scan  points on upright things, levelled frame, z up [m]
+/// @param area  its heading is that of the levelled frame's x axis
 /// @param most  how many places to return at most
 /// @param stop  ends the search early; the answer is then worthless
 [[nodiscard]] PlacesFound find_places(const PlaceIndex& index, PointsView scan,

@@ -1,6 +1,8 @@
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstddef>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
@@ -22,6 +24,19 @@ Pose level_of(PointsView scan, const std::optional<Eigen::Vector3d>& up) {
   return T_level_sensor;
 }
 
+/// The area with the heading of the levelled frame's x axis in place of the sensor's.
+PlaceArea levelled(PlaceArea area, const Pose& T_level_sensor) {
+  // A few degrees between up and what is told of it turn a steeper axis by any angle in plan view.
+  constexpr double kSteep = 0.2;  // length in plan view
+  const Eigen::Vector3d x_axis = T_level_sensor.rotation * Eigen::Vector3d::UnitX();
+  if (x_axis.head<2>().norm() < kSteep) {
+    area.heading_within = std::numbers::pi;
+  } else {
+    area.heading -= std::atan2(x_axis.y(), x_axis.x());
+  }
+  return area;
+}
+
 class Index final : public RelocalizerIndex {
  public:
   explicit Index(PlaceIndex places) : places_(std::move(places)) {}
@@ -37,8 +52,8 @@ class Index final : public RelocalizerIndex {
       PointCloud level;
       level.reserve(scan.size());
       for (const Point& p : scan) level.push_back(T_level_sensor * p);
-      PlacesFound found =
-          find_places(places_, upright_part(level), query.area, query.most, query.stop);
+      PlacesFound found = find_places(places_, upright_part(level),
+                                      levelled(query.area, T_level_sensor), query.most, query.stop);
       for (PoseCandidate& place : found.places)
         place.T_map_scan = place.T_map_scan * T_level_sensor;
       return PoseCandidates{.poses = std::move(found.places),

@@ -245,9 +245,10 @@ struct Contribution {
                           vantage::at_least(1)),
         vantage::optional("noise", &Contribution::noise, "",
                           "how much the noise of scans counts beside the bias of elements",
-                          vantage::positive),
+                          vantage::between(1e-3, 1e3)),
+        // Beyond these, numbers of single precision cannot tell one choice from another.
         vantage::optional("power", &Contribution::power, "", "of the squared error",
-                          vantage::positive),
+                          vantage::between(0.05, 4.0)),
         vantage::optional("seed", &Contribution::seed, "", "another seed tries other candidates"),
     };
   }
@@ -283,7 +284,7 @@ struct Contribution {
       for (std::size_t k = 0; k < tried; ++k) {
         const std::uint32_t one = candidate(choice, left, order.size(), k);
         const float growth = choice.growth_with(one);
-        if (growth >= least) continue;
+        if (!(growth < least)) continue;
         least = growth;
         best = one;
       }

@@ -247,6 +247,26 @@ TEST_CASE("a point belongs to the surfel of its voxel, or to the one in its plac
   }
 }
 
+TEST_CASE("no surfel is lost where coordinates lie on the borders of voxels") {
+  for (const double by : {0.0, 0.3, 1234.5, 4e5}) {
+    PointCloud cloud;  // a wall and ground, rounded to centimetres
+    for (int i = -250; i < 250; ++i) {
+      for (int j = 0; j < 30; ++j) {
+        cloud.emplace_back(by + i * 0.04, by + 0.3, 0.1 * j);
+        cloud.emplace_back(by + i * 0.04, by + 0.1 * j, 0.7);
+      }
+    }
+    for (const double voxel : {0.1, 0.3, 0.25, 0.0}) {
+      CAPTURE(by);
+      CAPTURE(voxel);
+      SurfelMap::Options options;
+      options.voxel = voxel;
+      const SurfelMap map = SurfelMap::build(cloud, options).value();
+      CHECK(SurfelVoxels(options).surfels_at(map, cloud) == one_in(map.points().size(), 1));
+    }
+  }
+}
+
 }  // namespace vantage::matching
 
 namespace vantage {

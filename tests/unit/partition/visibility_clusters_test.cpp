@@ -172,6 +172,39 @@ TEST_CASE("neighbours are the nearest and who is as near as the last of them") {
   CHECK(clusters::neighbours_of(std::vector<Vector2d>{{1, 1}, {1, 1}, {2, 2}}, 8).size() == 3);
 }
 
+TEST_CASE("viewpoints above one another are neighbours of all viewpoints of the nearest places") {
+  std::vector<Vector2d> places = random_places(50, 7);
+  for (int i = 0; i < 5; ++i) places.emplace_back(100.0 + i, 100.0);  // many are as near
+  constexpr std::uint32_t kHeights = 9;
+  std::vector<Vector2d> viewpoints;
+  for (std::uint32_t h = 0; h < kHeights; ++h) {
+    viewpoints.insert(viewpoints.end(), places.begin(), places.end());
+  }
+  const auto n = static_cast<std::uint32_t>(places.size());
+  std::set<clusters::Neighbours> expected;
+  const auto expect = [&](std::uint32_t a, std::uint32_t b) {
+    for (std::uint32_t g = 0; g < kHeights; ++g) {
+      for (std::uint32_t h = 0; h < kHeights; ++h) {
+        if (a + g * n != b + h * n) expected.insert(std::minmax(a + g * n, b + h * n));
+      }
+    }
+  };
+  for (std::uint32_t k = 0; k < n; ++k) expect(k, k);
+  for (const auto& [a, b] : clusters::neighbours_of(places, 8)) expect(a, b);
+  CHECK(clusters::neighbours_of(viewpoints, 8) == std::vector(expected.begin(), expected.end()));
+}
+
+TEST_CASE("viewpoints at several heights make the regions of one height") {
+  const PointCloud map = floor(0, 40, 0, 10);
+  Told survey = two_rooms(map);
+  const auto one_height = made("min_overlap = 0.5", map, survey).regions();
+  const PointCloud places = survey.places;
+  for (int height = 1; height < 9; ++height) {
+    for (const Point& place : places) survey.places.push_back(place + Point(0, 0, 0.2 * height));
+  }
+  CHECK(made("min_overlap = 0.5", map, survey).regions() == one_height);
+}
+
 TEST_CASE("groups are those of the definition") {
   for (unsigned seed = 0; seed < 12; ++seed) {
     CAPTURE(seed);

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <numbers>
 #include <random>
 #include <span>
 
 #include "place_index.hpp"
 #include "place_search.hpp"
+#include "support/plugins.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 
 using namespace vantage;
 using namespace vantage::voxel_search;
@@ -222,6 +225,36 @@ TEST_CASE("a scan is found among all places and headings, and within an area") {
     for (const PoseCandidate& place :
          find_places(index, scan, {.centre = {x + 30.0, y}, .radius = 9.0}, 5).places) {
       CHECK((place.T_map_scan.translation.head<2>() - Eigen::Vector2d(x + 30.0, y)).norm() < 15.0);
+    }
+  }
+}
+
+TEST_CASE("a limit of the heading is one of the sensor's x axis, however the sensor is mounted") {
+  constexpr double kHalfTurn = std::numbers::pi;
+  const PointCloud map = town(3);
+  const auto relocalizer = test::plugin<Relocalizer>("voxel_search");
+  const auto bytes = relocalizer->index(MapInMemory(map)).value();
+  const auto index = relocalizer->open(bytes).value();
+  for (const auto& [roll, pitch] : {std::array{0.0, 0.0},
+                                    {kHalfTurn, 0.0},
+                                    {kHalfTurn - 0.05, 0.03},
+                                    {0.0, kHalfTurn},
+                                    {0.5 * kHalfTurn, 0.0},
+                                    {2.2, 0.6},
+                                    {0.0, 0.5 * kHalfTurn}}) {
+    CAPTURE(roll);
+    CAPTURE(pitch);
+    for (const double yaw : {1.0, -2.5, 0.1}) {
+      const Pose truth = pose_from_xyz_rpy({10.0, -20.0, 1.5}, {roll, pitch, yaw});
+      const Eigen::Vector3d x_axis = truth.rotation * Eigen::Vector3d::UnitX();
+      const PlaceQuery query{.area = {.centre = {14.0, -20.0},
+                                      .radius = 9.0,
+                                      .heading = std::atan2(x_axis.y(), x_axis.x()),
+                                      .heading_within = 0.3},
+                             .up = truth.rotation.inverse() * Eigen::Vector3d::UnitZ()};
+      const auto places = index->find(seen(map, truth), query).value().poses;
+      REQUIRE_FALSE(places.empty());
+      CHECK(is_at(places.front(), truth));
     }
   }
 }
