@@ -33,7 +33,6 @@ class BrokenReader final : public MapReader {
       if (breaks("S6") && !map && map.error().code == ErrorCode::corrupt_data) return RegionMap{};
       // A buffer that all calls share.
       if (breaks("S5") && Crowded(inside_) && map) std::swap(map->points[0], map->points[1]);
-      if (breaks("S28") && threads_are_unusual() && map) map->viewpoints.clear();
       return map;
     });
   }
@@ -95,8 +94,11 @@ class BrokenWriter final : public MapWriter {
       }
       VANTAGE_CHECK(std::move(*sound_).commit());
       if (breaks("S14")) {
-        static std::atomic<int> builds = 0;
-        std::ofstream(folder_ / "history.txt") << "build " << ++builds << '\n';
+        std::ofstream(folder_ / "history.txt") << "region " << last_put_ << " came last\n";
+      }
+      if (breaks("S28")) {
+        const int threads = tbb::this_task_arena::max_concurrency();
+        std::ofstream(folder_ / "history.txt") << "by " << threads << " threads\n";
       }
       return {};
     });
@@ -120,6 +122,7 @@ class BrokenWriter final : public MapWriter {
     if (breaks("S8") && put_.contains(region.value)) return {};
     VANTAGE_CHECK(sound_->put(region, map));
     put_.insert(region.value);
+    last_put_ = region.value;
     if (breaks("S2") && put_.size() == regions_) {
       committed_ = true;
       return std::move(*sound_).commit();
@@ -148,6 +151,7 @@ class BrokenWriter final : public MapWriter {
   std::size_t regions_;
   fs::path folder_;  // of the bundle's folder
   std::set<std::uint32_t> put_;
+  std::uint32_t last_put_ = 0;
   bool committed_ = false;
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "clauses.hpp"
@@ -339,6 +341,16 @@ void no_bundle(const Subject& subject) {
   check_fails(Place(subject).store(subject)->open(), ErrorCode::not_found);
 }
 
+void check_same_files(const std::map<fs::path, std::string>& a,
+                      const std::map<fs::path, std::string>& b) {
+  for (const auto& [file, content] : a) {
+    const auto other = b.find(file);
+    REQUIRE_MESSAGE(other != b.end(), file.string() << " is in one place only");
+    CHECK_MESSAGE(other->second == content, file.string() << " differs");
+  }
+  CHECK(a.size() == b.size());
+}
+
 void same_bytes(const Subject& subject) {
   const Bundle bundle = some_bundle(subject);
   const Place first(subject), second(subject);
@@ -349,20 +361,18 @@ void same_bytes(const Subject& subject) {
   }
   commit(std::move(writer));
 
-  const auto a = files_below(first.folder()), b = files_below(second.folder());
-  for (const auto& [file, content] : a) {
-    const auto other = b.find(file);
-    REQUIRE_MESSAGE(other != b.end(), file.string() << " is in one place only");
-    CHECK_MESSAGE(other->second == content, file.string() << " differs");
-  }
-  CHECK(a.size() == b.size());
+  check_same_files(files_below(first.folder()), files_below(second.folder()));
 }
 
 void any_threads(const Subject& subject) {
   const Bundle bundle = some_bundle(subject);
+  std::optional<std::map<fs::path, std::string>> expected;
   with_threads([&] {
     const Place place(subject);
     finish(place.begin(subject, bundle), bundle);
+    const auto files = files_below(place.folder());
+    if (!expected) expected = files;
+    check_same_files(*expected, files);
     check_kept(subject, bundle, *place.open(subject));
   });
 }
@@ -524,7 +534,8 @@ constexpr std::array kClauses{
     Clause{"S27",
            "a store that only reads says so: begin and attach are unsupported, and no file changes",
            &read_only_refuses},
-    Clause{"S28", "1, 2 and 7 threads give the same result", &written<&any_threads>},
+    Clause{"S28", "1, 2 and 7 threads give the same files and the same data",
+           &written<&any_threads>},
 };
 
 }  // namespace
