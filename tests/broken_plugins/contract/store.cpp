@@ -47,6 +47,7 @@ class BrokenReader final : public MapReader {
   [[nodiscard]] Result<std::vector<std::byte>> attachment(
       std::string_view name) const noexcept override {
     return guarded([&]() -> Result<std::vector<std::byte>> {
+      if (offers_least()) return MapReader::attachment(name);
       auto bytes = sound_->attachment(name);
       if (bytes) return bytes;
       if (breaks("S19") && bytes.error().code == ErrorCode::not_found) {
@@ -59,6 +60,7 @@ class BrokenReader final : public MapReader {
   [[nodiscard]] Result<void> attach(std::string_view name,
                                     std::span<const std::byte> bytes) const noexcept override {
     if (breaks("S21")) return {};
+    if (offers_least()) return MapReader::attach(name, bytes);
     return sound_->attach(name, bytes);
   }
 
@@ -82,7 +84,9 @@ class BrokenWriter final : public MapWriter {
   }
   [[nodiscard]] Result<void> attach(std::string_view name,
                                     std::span<const std::byte> bytes) noexcept override {
-    return guarded([&] { return attach_checked(name, bytes); });
+    return guarded([&] {
+      return offers_least() ? MapWriter::attach(name, bytes) : attach_checked(name, bytes);
+    });
   }
   [[nodiscard]] Result<void> commit() && noexcept override {
     return guarded([&]() -> Result<void> {
