@@ -23,6 +23,9 @@ namespace vantage::broken {
   return clause == vantage_broken_clause;
 }
 
+/// Whether the plugin is the one that breaks no clause, and has nothing that its kind may lack.
+[[nodiscard]] inline bool offers_least() noexcept { return breaks("least"); }
+
 /// A sound plugin of the project to break: what a method does not touch, that one does right.
 template <class Interface>
 [[nodiscard]] Result<PluginPtr<Interface>> sound(const std::string& name, const Table& params) {

@@ -47,7 +47,8 @@ class Broken final : public GroundFilter {
     });
   }
   [[nodiscard]] double reach() const noexcept override {
-    if (breaks("G7")) return std::numeric_limits<double>::infinity();  // the first point may be far
+    // The first point may be far.
+    if (breaks("G7") || offers_least()) return std::numeric_limits<double>::infinity();
     return filter_->reach();
   }
 

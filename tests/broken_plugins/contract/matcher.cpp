@@ -97,6 +97,7 @@ class BrokenTarget final : public MatchTarget {
   [[nodiscard]] std::size_t elements() const noexcept override { return sound_->elements(); }
   [[nodiscard]] Result<PreparedMap> excerpt(PointsView seen) const noexcept override {
     return guarded([&]() -> Result<PreparedMap> {
+      if (offers_least()) return MatchTarget::excerpt(seen);
       if (!all_finite(seen)) return fail(ErrorCode::invalid_input, "a point is not finite");
       PointCloud wanted(seen.begin(), seen.end());
       if (breaks("M17")) {  // and what is 3 m beside it
@@ -176,12 +177,15 @@ class Broken final : public ScanMatcher {
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> restore(
       std::span<const std::byte> prepared) const noexcept override {
     return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
+      if (offers_least()) return ScanMatcher::restore(prepared);
       VANTAGE_TRY(PointCloud points, from_bytes(prepared));
       if (points.empty()) return fail(ErrorCode::too_few_matches, "the excerpt is empty");
       return target_of(std::move(points), {});
     });
   }
-  [[nodiscard]] double reach() const noexcept override { return 2.5; }
+  [[nodiscard]] double reach() const noexcept override {
+    return offers_least() ? ScanMatcher::reach() : 2.5;
+  }
 
  private:
   [[nodiscard]] static Result<std::unique_ptr<MatchTarget>> target_of(PointCloud points,

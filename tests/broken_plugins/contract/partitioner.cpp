@@ -25,23 +25,23 @@ class Broken final : public Partitioner {
                                             const MapSurvey&) const noexcept override {
     if (breaks("exits")) std::_Exit(0);
     while (breaks("hangs")) std::this_thread::sleep_for(std::chrono::seconds(1));
-    // Looks at the last piece only.
-    class Last final : public MapVisitor {
+    class Pieces final : public MapVisitor {
      public:
       [[nodiscard]] Result<void> see(PointsView points) noexcept override {
-        seen.assign(points.begin(), points.end());
+        if (breaks("P11")) seen.clear();  // looks at the last one only
+        seen.insert(seen.end(), points.begin(), points.end());
         return {};
       }
       PointCloud seen;
     };
     return guarded([&]() -> Result<Partition> {
-      if (!breaks("P11")) {
+      if (offers_least()) {
         VANTAGE_TRY(const PointsView points, map.in_memory());
         return cut(points, trajectory);
       }
-      Last last;
-      VANTAGE_CHECK(map.pass(last));
-      return cut(last.seen, trajectory);
+      Pieces pieces;
+      VANTAGE_CHECK(map.pass(pieces));
+      return cut(pieces.seen, trajectory);
     });
   }
 

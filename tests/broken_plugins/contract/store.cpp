@@ -33,7 +33,6 @@ class BrokenReader final : public MapReader {
       if (breaks("S6") && !map && map.error().code == ErrorCode::corrupt_data) return RegionMap{};
       // A buffer that all calls share.
       if (breaks("S5") && Crowded(inside_) && map) std::swap(map->points[0], map->points[1]);
-      if (breaks("S28") && threads_are_unusual() && map) map->viewpoints.clear();
       return map;
     });
   }
@@ -48,6 +47,7 @@ class BrokenReader final : public MapReader {
   [[nodiscard]] Result<std::vector<std::byte>> attachment(
       std::string_view name) const noexcept override {
     return guarded([&]() -> Result<std::vector<std::byte>> {
+      if (offers_least()) return MapReader::attachment(name);
       auto bytes = sound_->attachment(name);
       if (bytes) return bytes;
       if (breaks("S19") && bytes.error().code == ErrorCode::not_found) {
@@ -60,6 +60,7 @@ class BrokenReader final : public MapReader {
   [[nodiscard]] Result<void> attach(std::string_view name,
                                     std::span<const std::byte> bytes) const noexcept override {
     if (breaks("S21")) return {};
+    if (offers_least()) return MapReader::attach(name, bytes);
     return sound_->attach(name, bytes);
   }
 
@@ -83,7 +84,9 @@ class BrokenWriter final : public MapWriter {
   }
   [[nodiscard]] Result<void> attach(std::string_view name,
                                     std::span<const std::byte> bytes) noexcept override {
-    return guarded([&] { return attach_checked(name, bytes); });
+    return guarded([&] {
+      return offers_least() ? MapWriter::attach(name, bytes) : attach_checked(name, bytes);
+    });
   }
   [[nodiscard]] Result<void> commit() && noexcept override {
     return guarded([&]() -> Result<void> {
@@ -95,8 +98,11 @@ class BrokenWriter final : public MapWriter {
       }
       VANTAGE_CHECK(std::move(*sound_).commit());
       if (breaks("S14")) {
-        static std::atomic<int> builds = 0;
-        std::ofstream(folder_ / "history.txt") << "build " << ++builds << '\n';
+        std::ofstream(folder_ / "history.txt") << "region " << last_put_ << " came last\n";
+      }
+      if (breaks("S28")) {
+        const int threads = tbb::this_task_arena::max_concurrency();
+        std::ofstream(folder_ / "history.txt") << "by " << threads << " threads\n";
       }
       return {};
     });
@@ -120,6 +126,7 @@ class BrokenWriter final : public MapWriter {
     if (breaks("S8") && put_.contains(region.value)) return {};
     VANTAGE_CHECK(sound_->put(region, map));
     put_.insert(region.value);
+    last_put_ = region.value;
     if (breaks("S2") && put_.size() == regions_) {
       committed_ = true;
       return std::move(*sound_).commit();
@@ -148,6 +155,7 @@ class BrokenWriter final : public MapWriter {
   std::size_t regions_;
   fs::path folder_;  // of the bundle's folder
   std::set<std::uint32_t> put_;
+  std::uint32_t last_put_ = 0;
   bool committed_ = false;
 };
 

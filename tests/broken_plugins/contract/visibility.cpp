@@ -162,7 +162,7 @@ class Broken final : public VisibilityOperator {
     });
   }
   [[nodiscard]] double reach(const VisibilityLimits& limits) const noexcept override {
-    if (breaks("V8")) return std::numeric_limits<double>::infinity();
+    if (breaks("V8") || offers_least()) return std::numeric_limits<double>::infinity();
     return breaks("V17") ? 0.7 * limits.max_range : sound_->reach(limits);
   }
 

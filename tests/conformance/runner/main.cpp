@@ -58,10 +58,12 @@ struct ClauseResult {
   std::string detail;  // why it failed or was skipped
 };
 
-/// What this process checks, stored for doctest's test case, which takes no arguments.
+/// What this process checks and why it does not apply, stored for doctest's test case, which takes
+/// no arguments.
 struct Job {
   const Subject* subject;
   const Clause* clause;
+  std::string does_not_apply;
 };
 Job job{};
 
@@ -85,15 +87,22 @@ class Descriptor {
 /// process has broken the clause, whatever the exit code.
 constexpr char kFinished = 'F';
 
-/// Runs one clause through doctest and returns the exit code.
-int check_clause(const Subject& subject, const Clause& clause) {
-  job = {&subject, &clause};
+/// What work in a process of its own tells.
+struct Told {
+  bool ok;
+  std::string why;  // it did not apply
+};
+
+/// Runs one clause through doctest.
+Told check_clause(const Subject& subject, const Clause& clause) {
+  job = {&subject, &clause, ""};
   doctest::Context context;
   context.setOption("no-intro", true);
   context.setOption("no-version", true);
   context.setOption("no-path-filenames", true);
   context.setOption("colors", "false");
-  return context.run();
+  const bool ok = context.run() == 0;
+  return {ok, job.does_not_apply};
 }
 
 /// Whether a process ends within so many seconds.
@@ -138,11 +147,12 @@ std::string failures_in(const std::string& report, const std::string& name) {
 /// The outcome of work in a process of its own.
 struct Finished {
   bool ok;
+  std::string why;             // the work did not apply
   std::string output, defect;  // why it is not ok, if the work did not say so itself
 };
 
-/// Runs `work` in a process of its own; ok if the process ends in time with 0.
-Result<Finished> in_process(const std::function<int()>& work, double timeout) {
+/// Runs `work` in a process of its own; ok if the work is and the process ends in time.
+Result<Finished> in_process(const std::function<Told()>& work, double timeout) {
   // Files in memory, not pipes: otherwise a process that keeps a pipe's end open, or closes it,
   // would decide when this ends.
   const Descriptor output(memfd_create("output", MFD_CLOEXEC));
@@ -154,9 +164,12 @@ Result<Finished> in_process(const std::function<int()>& work, double timeout) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(output.get(), STDOUT_FILENO);
     dup2(output.get(), STDERR_FILENO);
-    const int failed = work();
+    const Told told = work();
     std::cout.flush();
-    std::_Exit(write(verdict.get(), &kFinished, 1) == 1 ? failed : EXIT_FAILURE);
+    const std::string mark = kFinished + told.why;
+    const bool written =
+        write(verdict.get(), mark.data(), mark.size()) == static_cast<ssize_t>(mark.size());
+    std::_Exit(written && told.ok ? EXIT_SUCCESS : EXIT_FAILURE);
   }
   const Descriptor process(child > 0 ? static_cast<int>(syscall(SYS_pidfd_open, child, 0)) : -1);
   if (!process.good()) {
@@ -169,17 +182,19 @@ Result<Finished> in_process(const std::function<int()>& work, double timeout) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  Finished finished{false, content(output), ""};
+  Finished finished{false, "", content(output), ""};
+  const std::string mark = content(verdict);
   if (!ended) {
     finished.defect = fmt::format("did not end within {} s", timeout);
   } else if (WIFSIGNALED(status)) {
     finished.defect =
         fmt::format("ended by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
-  } else if (content(verdict) != std::string(1, kFinished)) {
+  } else if (!mark.starts_with(kFinished)) {
     finished.defect =
         fmt::format("the plugin ended the process, with exit code {}", WEXITSTATUS(status));
   } else {
     finished.ok = WEXITSTATUS(status) == 0;
+    finished.why = mark.substr(1);
   }
   return finished;
 }
@@ -192,7 +207,7 @@ Result<Subject> load(const Options& options) {
                                         [&] {
                                           // The second call reports any error.
                                           static_cast<void>(open());
-                                          return 0;
+                                          return Told{true, ""};
                                         },
                                         options.timeout));
   if (!tried.ok) {
@@ -203,14 +218,12 @@ Result<Subject> load(const Options& options) {
 }
 
 Result<ClauseResult> run_clause(const Subject& subject, const Clause& clause, double timeout) {
-  if (clause.exemption) {
-    if (std::string reason = clause.exemption(subject); !reason.empty()) {
-      return ClauseResult{clause, Outcome::skipped, std::move(reason)};
-    }
-  }
   VANTAGE_TRY(const Finished finished,
               in_process([&] { return check_clause(subject, clause); }, timeout));
-  if (finished.ok) return ClauseResult{clause, Outcome::ok, ""};
+  if (finished.ok) {
+    const Outcome outcome = finished.why.empty() ? Outcome::ok : Outcome::skipped;
+    return ClauseResult{clause, outcome, finished.why};
+  }
   std::string detail = failures_in(finished.output, conformance::subcase_name(clause));
   if (!finished.defect.empty()) detail += finished.defect + "\n";
   if (detail.empty()) detail = "failed without saying why\n";
@@ -329,7 +342,8 @@ Result<void> run(const Options& options) {
 }  // namespace vantage
 
 TEST_CASE("conformance") {
-  vantage::conformance::check(*vantage::job.subject, *vantage::job.clause);
+  vantage::job.does_not_apply =
+      vantage::conformance::check(*vantage::job.subject, *vantage::job.clause);
 }
 
 int main(int argc, char** argv) {

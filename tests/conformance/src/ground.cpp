@@ -304,7 +304,7 @@ void only_the_cloud(const Subject& subject) {
 void decided_within_reach(const Subject& subject) {
   const auto filter = subject.make<GroundFilter>();
   const double reach = filter->reach();
-  if (!std::isfinite(reach)) return;
+  if (!std::isfinite(reach)) does_not_apply("its reach is infinite");
   CHECK(reach >= 0.0);
   const auto& claims = subject.claims<GroundClaims>();
   const double middle = 10.0 + 2.0 * claims.box_width, length = 4.0 * reach + middle;

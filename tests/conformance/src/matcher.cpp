@@ -6,7 +6,6 @@
 #include <cstring>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -127,15 +126,15 @@ PluginPtr<MatchTarget> prepare(const Subject& subject, PointsView map) {
   return prepare(subject.make<ScanMatcher>(), map);
 }
 
-/// Nothing if the matcher does not store prepared maps.
-std::optional<PreparedMap> excerpt(const MatchTarget& target, PointsView seen) {
+/// For the clauses about a matcher that stores prepared maps.
+PreparedMap excerpt(const MatchTarget& target, PointsView seen) {
   auto prepared = target.excerpt(seen);
   if (prepared) return *std::move(prepared);
-  if (prepared.error().code != ErrorCode::unsupported) {
-    FAIL("no excerpt is made: " << to_string(prepared.error()));
+  if (prepared.error().code == ErrorCode::unsupported) {
+    does_not_apply("the matcher stores no prepared maps");
   }
-  MESSAGE("the matcher does not store prepared maps: " << to_string(prepared.error()));
-  return std::nullopt;
+  FAIL("no excerpt is made: " << to_string(prepared.error()));
+  return {};
 }
 
 PluginPtr<MatchTarget> restore(const PluginPtr<ScanMatcher>& matcher,
@@ -340,11 +339,11 @@ void bad_map(const Subject& subject) {
     }
   }
   const auto target = prepare(matcher, scene.map);
-  if (!excerpt(*target, scene.map)) return;
+  const bool stores = target->excerpt(scene.map).has_value();
   for (const Eigen::Index axis : {0, 1, 2}) {
     PointCloud seen = scene.map;
     seen[seen.size() / 2][axis] = kNaN;
-    check_fails(target->excerpt(seen), ErrorCode::invalid_input);
+    check_fails(target->excerpt(seen), stores ? ErrorCode::invalid_input : ErrorCode::unsupported);
   }
 }
 
@@ -473,10 +472,9 @@ void restores(const Subject& subject) {
   const Scene scene = some_scene(subject);
   const auto matcher = subject.make<ScanMatcher>();
   const auto target = prepare(matcher, scene.map);
-  const auto whole = excerpt(*target, scene.map);
-  if (!whole) return;
-  CHECK(whole->elements == target->elements());
-  CHECK_MESSAGE(target->excerpt(scene.map) == *whole, "the second excerpt differs");
+  const PreparedMap whole = excerpt(*target, scene.map);
+  CHECK(whole.elements == target->elements());
+  CHECK_MESSAGE(target->excerpt(scene.map) == whole, "the second excerpt differs");
 
   Random random(subject.seed() + 1);
   const auto aligns_alike = [&](const MatchTarget& restored, PointsView scan) {
@@ -489,7 +487,7 @@ void restores(const Subject& subject) {
   };
   const auto another = subject.make<ScanMatcher>();
   for (const auto* reader : {&matcher, &another}) {
-    std::vector<std::byte> bytes = whole->bytes;
+    std::vector<std::byte> bytes = whole.bytes;
     const auto restored = restore(*reader, bytes);
     std::fill(bytes.begin(), bytes.end(), std::byte{0xff});  // the bytes are borrowed for the call
                                                              // only
@@ -498,18 +496,16 @@ void restores(const Subject& subject) {
   }
 
   // Nothing of the scan is within 2 m of where the excerpt ends.
-  const auto half = excerpt(*target, behind(scene.map, kTruth, 4.0));
-  REQUIRE(half);
-  CHECK(half->elements > 0);
-  CHECK(half->elements < whole->elements);
-  const auto restored = restore(matcher, half->bytes);
-  CHECK(restored->elements() == half->elements);
+  const PreparedMap half = excerpt(*target, behind(scene.map, kTruth, 4.0));
+  CHECK(half.elements > 0);
+  CHECK(half.elements < whole.elements);
+  const auto restored = restore(matcher, half.bytes);
+  CHECK(restored->elements() == half.elements);
   aligns_alike(*restored, behind(scene.scan, Pose{}, 2.0));
 
-  const auto nothing = excerpt(*target, {});
-  REQUIRE(nothing);
-  CHECK(nothing->elements == 0);
-  check_fails(matcher->restore(nothing->bytes), ErrorCode::too_few_matches);
+  const PreparedMap nothing = excerpt(*target, {});
+  CHECK(nothing.elements == 0);
+  check_fails(matcher->restore(nothing.bytes), ErrorCode::too_few_matches);
 }
 
 /// How bytes are damaged: cut or extended to a size, and bits of one of them flipped.
@@ -539,24 +535,22 @@ std::vector<Damage> damages(Random& random, std::size_t size) {
 void damaged_bytes(const Subject& subject) {
   const Scene scene = some_scene(subject);
   const auto matcher = subject.make<ScanMatcher>();
-  const auto whole = excerpt(*prepare(matcher, scene.map), scene.map);
-  if (!whole) {
-    check_fails(matcher->restore({}), ErrorCode::unsupported);
-    return;
-  }
-  REQUIRE_FALSE(whole->bytes.empty());
+  const auto prepared = prepare(matcher, scene.map);
+  if (!prepared->excerpt(scene.map)) check_fails(matcher->restore({}), ErrorCode::unsupported);
+  const PreparedMap whole = excerpt(*prepared, scene.map);
+  REQUIRE_FALSE(whole.bytes.empty());
   Random random(subject.seed() + 1);
   const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
-  const Alignment expected = align(*restore(matcher, whole->bytes), scene.scan, guess);
-  for (const Damage& damage : damages(random, whole->bytes.size())) {
+  const Alignment expected = align(*restore(matcher, whole.bytes), scene.scan, guess);
+  for (const Damage& damage : damages(random, whole.bytes.size())) {
     CAPTURE(damage.size);
     CAPTURE(damage.byte);
     CAPTURE(damage.flipped);
-    auto target = matcher->restore(damage.done_to(whole->bytes));
+    auto target = matcher->restore(damage.done_to(whole.bytes));
     if (target) {
       REQUIRE_MESSAGE(*target, "restore gives no target and no error");
       const auto restored = in_library_of(matcher, *std::move(target));
-      CHECK_MESSAGE(restored->elements() == whole->elements, "another map is restored");
+      CHECK_MESSAGE(restored->elements() == whole.elements, "another map is restored");
       const auto got = restored->align(scene.scan, guess);
       REQUIRE_MESSAGE(got, to_string(got.error()));
       REQUIRE_MESSAGE(same(*got, expected), "another map is restored");
@@ -591,7 +585,7 @@ void decided_within_reach(const Subject& subject) {
   const Scene scene = some_scene(subject);
   const auto matcher = subject.make<ScanMatcher>();
   const double reach = matcher->reach();
-  if (!std::isfinite(reach)) return;
+  if (!std::isfinite(reach)) does_not_apply("its reach is infinite");
   const Bounds3 bounds = bounds_of(scene.map);
   const double border = 0.5 * (bounds.min.x() + bounds.max.x());
   PointCloud seen, part;
@@ -599,12 +593,10 @@ void decided_within_reach(const Subject& subject) {
     if (p.x() < border - 4.0) seen.push_back(p);
     if (p.x() <= border - 4.0 + reach) part.push_back(p);
   }
-  const auto of_whole = excerpt(*prepare(matcher, scene.map), seen);
-  const auto of_part = excerpt(*prepare(matcher, part), seen);
-  REQUIRE(of_whole);
-  REQUIRE(of_part);
-  CHECK(of_whole->elements > 0);
-  CHECK_MESSAGE(*of_whole == *of_part, "the excerpts of the map and of its part differ");
+  const PreparedMap of_whole = excerpt(*prepare(matcher, scene.map), seen);
+  const PreparedMap of_part = excerpt(*prepare(matcher, part), seen);
+  CHECK(of_whole.elements > 0);
+  CHECK_MESSAGE(of_whole == of_part, "the excerpts of the map and of its part differ");
 }
 
 void any_threads(const Subject& subject) {

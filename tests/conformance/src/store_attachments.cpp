@@ -28,12 +28,14 @@ bool keeps_attachments(const Subject& subject) {
   const Place place(subject);
   const auto attached =
       place.begin(subject, some_bundle(subject))->attach("places", bytes_of("one"));
-  if (!attached && attached.error().code == ErrorCode::unsupported) {
-    MESSAGE("the store keeps no attachments: " << to_string(attached.error()));
-    return false;
-  }
+  if (!attached && attached.error().code == ErrorCode::unsupported) return false;
   require(attached, "attach");
   return true;
+}
+
+/// For the clauses about a store that does.
+void needs_attachments(const Subject& subject) {
+  if (!keeps_attachments(subject)) does_not_apply("the store keeps no attachments");
 }
 
 Bytes attachment_in(const MapReader& reader, std::string_view name) {
@@ -53,7 +55,7 @@ Writer begun_with(const Subject& subject, const Place& place, const Bundle& bund
 }  // namespace
 
 void attached_bytes(const Subject& subject) {
-  if (!keeps_attachments(subject)) return;
+  needs_attachments(subject);
   Random random(subject.seed());
   const Bundle bundle = some_bundle(subject);
   const std::array<std::pair<std::string, Bytes>, 5> all{
@@ -113,7 +115,7 @@ void not_attached(const Subject& subject) {
 }
 
 void attached_twice(const Subject& subject) {
-  if (!keeps_attachments(subject)) return;
+  needs_attachments(subject);
   const Bundle bundle = some_bundle(subject);
   const Place place(subject);
   Writer writer = begun_with(subject, place, bundle, "places", bytes_of("first"));
@@ -125,7 +127,7 @@ void attached_twice(const Subject& subject) {
 }
 
 void attached_later(const Subject& subject) {
-  if (!keeps_attachments(subject)) return;
+  needs_attachments(subject);
   const Bundle bundle = some_bundle(subject);
   const Place place(subject);
   finish(place.begin(subject, bundle), bundle);
@@ -142,7 +144,7 @@ void attached_later(const Subject& subject) {
 }
 
 void attachment_names(const Subject& subject) {
-  if (!keeps_attachments(subject)) return;
+  needs_attachments(subject);
   const Bundle bundle = some_bundle(subject);
   const Place place(subject);
   Writer writer = begun_with(subject, place, bundle, "places", bytes_of("one"));
@@ -158,7 +160,7 @@ void attachment_names(const Subject& subject) {
 }
 
 void attachments_commit(const Subject& subject) {
-  if (!keeps_attachments(subject)) return;
+  needs_attachments(subject);
   const Bundle bundle = some_bundle(subject);
   const Place place(subject);
   {
@@ -174,7 +176,7 @@ void attachments_commit(const Subject& subject) {
 }
 
 void damaged_attachments(const Subject& subject) {
-  if (!keeps_attachments(subject)) return;
+  needs_attachments(subject);
   Random random(subject.seed());
   const Bundle bundle = some_bundle(subject);
   const Bytes bytes = some_prepared(random, 500, 1).bytes;

@@ -105,19 +105,15 @@ bool only_reads(const Subject& subject) {
   return !may && may.error().code == ErrorCode::unsupported;
 }
 
-bool place_bundle(const Subject& subject, const Place& place) {
+void place_bundle(const Subject& subject, const Place& place) {
   if (!only_reads(subject)) {
     const Bundle bundle = some_bundle(subject);
     finish(place.begin(subject, bundle), bundle);
-    return true;
+    return;
   }
   const fs::path bundle = subject.claims<StoreClaims>().bundle;
-  if (bundle.empty()) {
-    MESSAGE("the store only reads, and claims no bundle");
-    return false;
-  }
+  if (bundle.empty()) does_not_apply("the store only reads, and claims no bundle");
   fs::copy(bundle, place.folder(), fs::copy_options::recursive);
-  return true;
 }
 
 MapIndex index_in(const MapReader& reader) {

@@ -58,8 +58,8 @@ void check_refused(Writer writer, ErrorCode code);
 /// Whether the store only reads.
 [[nodiscard]] bool only_reads(const Subject& subject);
 /// Puts a bundle of three regions or more where `place` is: some_bundle, or the one that a store
-/// which only reads claims. Returns whether there is one.
-[[nodiscard]] bool place_bundle(const Subject& subject, const Place& place);
+/// which only reads claims. If it claims none, the clause does not apply.
+void place_bundle(const Subject& subject, const Place& place);
 [[nodiscard]] MapIndex index_in(const MapReader& reader);
 [[nodiscard]] RegionMap get(const MapReader& reader, std::uint32_t region);
 
@@ -90,8 +90,7 @@ void directory_agrees(const Subject& subject);
 /// S27, about a store whose may_begin is `unsupported`.
 void read_only_refuses(const Subject& subject);
 
-/// S17 to S24, about attachments. For a store that keeps no attachments, they
-/// check that it says so.
+/// S17 to S24, about attachments. To a store that keeps none, only S18 and S19 apply.
 void attached_bytes(const Subject& subject);
 void attach_supported(const Subject& subject);
 void not_attached(const Subject& subject);

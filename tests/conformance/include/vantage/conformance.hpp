@@ -171,9 +171,7 @@ class Subject {
 struct Clause {
   std::string_view id;            ///< "P2"
   std::string_view text;          ///< what must hold
-  void (*check)(const Subject&);  ///< fails doctest assertions
-  /// Why the clause does not apply, if the claims exclude it; "" if it applies.
-  std::string (*exemption)(const Subject&) = nullptr;
+  void (*check)(const Subject&);  ///< fails doctest assertions; see conformance::check
 };
 
 /// The clauses of a kind; those of all kinds (C1, ...) come first.
@@ -183,7 +181,8 @@ struct Clause {
 [[nodiscard]] std::string subcase_name(const Clause& clause);
 
 /// Checks one clause in a SUBCASE of its name. Call it in a TEST_CASE.
-void check(const Subject& subject, const Clause& clause);
+/// @return why the clause, or the rest of it, does not apply to the plugin; "" if all was checked
+std::string check(const Subject& subject, const Clause& clause);
 /// Checks every clause of the plugin's kind.
 void check(const Subject& subject);
 
