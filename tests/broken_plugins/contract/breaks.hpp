@@ -58,6 +58,7 @@ template <class Interface>
     return fail(ErrorCode::invalid_config, "something is wrong");
   }
   if (breaks("C4") && effective) effective->entries.clear();
+  if (breaks("C4_values") && effective) return sound.effective_params({});  // the defaults
   return effective;
 }
 

@@ -33,6 +33,18 @@ Broken broken_plugin(const std::string& kind, const std::string& clause) {
           fs::path(CONTRACT_PARAMS_DIR) / (kind + ".toml")};
 }
 
+/// Plugins that break a part of a clause that its first plugin keeps.
+const std::map<std::string, std::vector<std::string>> kOtherWays{
+    {"store", {"S6_directory"}}, {"matcher", {"C4_values", "M7_score", "M20_axes", "M20_origin"}}};
+
+/// What the plugins of a kind break: each clause, some of them in several ways.
+std::vector<std::string> ways_to_break(const std::string& kind, std::vector<std::string> clauses) {
+  if (const auto others = kOtherWays.find(kind); others != kOtherWays.end()) {
+    clauses.insert(clauses.end(), others->second.begin(), others->second.end());
+  }
+  return clauses;
+}
+
 /// Runs vantage-conformance on each, four at a time: stores mostly wait for the disk.
 std::map<fs::path, test::Finished> run_all(const std::vector<Broken>& plugins) {
   std::map<fs::path, test::Finished> all;
@@ -109,7 +121,7 @@ TEST_CASE("every clause is broken by its own plugin and by no other") {
   };
   std::vector<Broken> plugins;
   for_each_kind([&](const auto& traits) {
-    for (const std::string& id : ids_of(traits.kind)) {
+    for (const std::string& id : ways_to_break(traits.name, ids_of(traits.kind))) {
       plugins.push_back(broken_plugin(traits.name, id));
     }
   });
@@ -123,25 +135,27 @@ TEST_CASE("every clause is broken by its own plugin and by no other") {
     const std::vector<std::string> ids = ids_of(kind);
     table << '\n'
           << kind_name << ": plugin (down) x clause (across); F failed, . kept, - skipped\n"
-          << std::string(12, ' ');
+          << std::string(18, ' ');
     for (const std::string& id : ids) table << std::setw(4) << id;
     table << '\n';
-    for (const std::string& broken : ids) {
-      ++clauses;
-      const fs::path plugin = broken_plugin(kind_name, broken).plugin;
+    clauses += ids.size();
+    for (const std::string& way : ways_to_break(kind_name, ids)) {
+      const std::string broken = way.substr(0, way.find('_'));
+      const fs::path plugin = broken_plugin(kind_name, way).plugin;
       const auto outcome = outcomes(plugin, finished.at(plugin));
-      table << "breaks_" << std::left << std::setw(5) << broken << std::right;
+      table << "breaks_" << std::left << std::setw(11) << way << std::right;
       for (const std::string& id : ids) {
         const std::string& o = outcome.at(id);
         table << std::setw(4) << (o == "failed" ? "F" : o == "ok" ? "." : "-");
         const bool skipped = o == "skipped" && does_not_apply_to(kind_name, broken, id);
         CHECK_MESSAGE((skipped || o == (id == broken ? "failed" : "ok")),
-                      kind_name << " breaks_" << broken << ", clause " << id << ": " << o);
+                      kind_name << " breaks_" << way << ", clause " << id << ": " << o);
       }
       table << '\n';
     }
   });
-  std::cout << table.str() << '\n' << clauses << " clauses, " << clauses << " broken plugins\n";
+  std::cout << table.str() << '\n'
+            << clauses << " clauses, " << plugins.size() << " broken plugins\n";
   CHECK(clauses >= 140);
 }
 

@@ -134,12 +134,38 @@ class BrokenTarget final : public MatchTarget {
     if (breaks("M3")) place.x() += 0.012;  // a share of a cell that nobody subtracts
     if (breaks("M18") && threads_are_unusual()) place.x() += 1e-9;
     if (breaks("M6") && Crowded(inside_)) place.x() += 1e-9;
+    if (breaks("M7")) place *= 1.0 + 1e-8;  // lengths of the ground and of the grid
+    found.hessian = spoilt(found);
     VANTAGE_TRY(found.score, score(scan, breaks("M13") ? guess : found.T_map_scan));
     return found;
   }
 
-  [[nodiscard]] Result<ScanScore> score_scan(PointsView scan, const Pose& pose) const {
+  [[nodiscard]] static Alignment::Hessian spoilt(const Alignment& found) {
+    using Matrix6 = Eigen::Matrix<double, 6, 6>;
+    const Matrix6 H = found.hessian;
+    if (breaks("M19")) return -H;  // of the likelihood, not of the cost
+    Matrix6 step = Matrix6::Identity();
+    if (breaks("M20")) {  // rotation first
+      step << Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(),
+          Eigen::Matrix3d::Zero();
+    }
+    if (breaks("M20_axes")) {  // of the sensor
+      const Eigen::Matrix3d R = found.T_map_scan.rotation.toRotationMatrix();
+      step << R, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), R;
+    }
+    if (breaks("M20_origin")) {  // rotation about the map's origin
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        const Eigen::Vector3d shift = Eigen::Vector3d::Unit(k).cross(found.T_map_scan.translation);
+        step.block<3, 1>(0, 3 + k) = shift;
+      }
+    }
+    const Matrix6 spoilt = step.transpose() * H * step;
+    return 0.5 * (spoilt + spoilt.transpose());
+  }
+
+  [[nodiscard]] Result<ScanScore> score_scan(PointsView scan, Pose pose) const {
     if (breaks("M9")) return sound_->score(finite_points(scan), pose);
+    if (breaks("M7_score")) pose.translation *= 1.0 + 4e-8;  // the same, for scores only
     auto score = sound_->score(scan, pose);
     if (breaks("M4") && score) score->nvtl = -score->nvtl;  // a cost
     if (breaks("M10") && score && score->coverage == 0.0) {
@@ -166,9 +192,6 @@ class Broken final : public ScanMatcher {
       PointsView map) const noexcept override {
     return guarded([&]() -> Result<std::unique_ptr<MatchTarget>> {
       PointCloud changed(map.begin(), map.end());
-      if (breaks("M7")) {  // single precision, of absolute coordinates
-        for (Point& p : changed) p = p.cast<float>().cast<double>();
-      }
       if (breaks("M8")) changed = finite_points(map);
       return target_of(std::move(changed), map);
     });

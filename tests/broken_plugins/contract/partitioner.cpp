@@ -22,7 +22,7 @@ class Broken final : public Partitioner {
   }
 
   [[nodiscard]] Result<Partition> partition(const MapPasses& map, PointsView trajectory,
-                                            const MapSurvey&) const noexcept override {
+                                            const MapSurvey& survey) const noexcept override {
     if (breaks("exits")) std::_Exit(0);
     while (breaks("hangs")) std::this_thread::sleep_for(std::chrono::seconds(1));
     class Pieces final : public MapVisitor {
@@ -41,7 +41,8 @@ class Broken final : public Partitioner {
       }
       Pieces pieces;
       VANTAGE_CHECK(map.pass(pieces));
-      return cut(pieces.seen, trajectory);
+      VANTAGE_TRY(Partition partition, cut(pieces.seen, trajectory));
+      return breaks("P13") ? counted(partition, survey) : std::move(partition);
     });
   }
 
@@ -75,6 +76,15 @@ class Broken final : public Partitioner {
     if (breaks("P10")) {
       regions.push_back({"beside", HalfOpenBox{box.max, box.max + Eigen::Vector2d(20, 20)}, {}});
     }
+    return Partition::from(std::move(regions));
+  }
+
+  /// Takes what is above enough for a number of points.
+  [[nodiscard]] static Result<Partition> counted(const Partition& partition,
+                                                 const MapSurvey& survey) {
+    std::vector<Region> regions = partition.regions();
+    VANTAGE_TRY(const auto seen, survey.observable_points(regions.front(), 100));
+    regions.front().label += "_of_" + std::to_string(seen);
     return Partition::from(std::move(regions));
   }
 

@@ -38,9 +38,15 @@ class BrokenReader final : public MapReader {
   }
   [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
     return guarded([&]() -> Result<std::unique_ptr<const RegionDirectory>> {
-      if (!breaks("S25")) return sound_->directory();
+      if (!breaks("S25") && !breaks("S6_directory")) return sound_->directory();
       VANTAGE_TRY(MapIndex all, index());
-      ++all.regions.back().points;
+      for (std::uint32_t r = 0; r < all.regions.size(); ++r) {
+        std::uint64_t& points = all.regions[r].points;
+        if (breaks("S25")) points = std::max<std::uint64_t>(points, 1);  // no region is empty
+        if (!breaks("S6_directory")) continue;
+        const auto map = sound_->get(RegionId{r});  // counts what it can read
+        if (!map && map.error().code == ErrorCode::corrupt_data) points = 0;
+      }
       return directory_of(std::move(all));
     });
   }

@@ -48,11 +48,43 @@ void wrong_type(const Subject& subject) {
   }
 }
 
+/// Whether a value is the one that was given; 2 is 2.0. A path may be completed.
+bool is_same(const Value& given, const Value& effective, const ParameterDoc& doc);
+
+bool is_same(const Table& given, const Table& effective, const std::vector<ParameterDoc>& docs) {
+  return std::ranges::all_of(given.entries, [&](const Entry& entry) {
+    const Value* value = effective.find(entry.key);
+    const auto doc = std::ranges::find(docs, entry.key, &ParameterDoc::key);
+    return value != nullptr &&
+           is_same(entry.value, *value, doc == docs.end() ? ParameterDoc{} : *doc);
+  });
+}
+
+bool is_same(const Value& given, const Value& effective, const ParameterDoc& doc) {
+  if (doc.kind == ValueKind::path) return true;
+  if (const auto* whole = std::get_if<std::int64_t>(&given.data)) {
+    const auto* number = std::get_if<double>(&effective.data);
+    if (number != nullptr) return *number == static_cast<double>(*whole);
+  }
+  if (given.data.index() != effective.data.index()) return false;
+  if (const auto* table = std::get_if<Table>(&given.data)) {
+    return is_same(*table, std::get<Table>(effective.data), doc.fields);
+  }
+  if (const auto* array = std::get_if<Array>(&given.data)) {
+    const auto& other = std::get<Array>(effective.data);
+    return std::ranges::equal(*array, other,
+                              [&](const Value& a, const Value& b) { return is_same(a, b, doc); });
+  }
+  return to_toml(given) == to_toml(effective);
+}
+
 void effective_params(const Subject& subject) {
   const auto once = subject.effective_params(subject.params());
   REQUIRE_MESSAGE(once, to_string(once.error()));
   for (const Entry& given : subject.params().entries) {
     CHECK_MESSAGE(once->find(given.key) != nullptr, "'" << given.key << "' got lost");
+    CHECK_MESSAGE(is_same(Table{{given}, {}}, *once, subject.info().parameters),
+                  "'" << given.key << "' has another value");
   }
   const auto twice = subject.effective_params(*once);
   REQUIRE_MESSAGE(twice, to_string(twice.error()));
@@ -64,8 +96,10 @@ constexpr std::array kClauses{
     Clause{"C2", "an unknown parameter is invalid_config, and the message names it", &unknown_key},
     Clause{"C3", "a parameter of the wrong type is invalid_config, and the message names it",
            &wrong_type},
-    Clause{"C4", "the effective parameters contain all given ones and reproduce themselves",
-           &effective_params},
+    Clause{
+        "C4",
+        "the effective parameters are all given ones, with their values, and reproduce themselves",
+        &effective_params},
 };
 
 }  // namespace

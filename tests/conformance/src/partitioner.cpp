@@ -209,6 +209,21 @@ void any_threads(const Subject& subject) {
   with_threads([&] { check_same(expected, cut(*partitioner, map)); });
 }
 
+void counting_ends_early(const Subject& subject) {
+  const auto partitioner = subject.make<Partitioner>();
+  using Above = RangeSurvey::AboveEnough;
+  for (const std::uint32_t variant : {0U, 1U}) {
+    const PointCloud map = some_map(subject, variant);
+    const Partition expected = cut(*partitioner, map);
+    for (const Above above : {Above::one_more, Above::most}) {
+      const auto got = partitioner->partition(MapInMemory(map), drive_through(map),
+                                              RangeSurvey(map, kRange, above));
+      REQUIRE_MESSAGE(got, to_string(got.error()));
+      check_same(expected, *got);
+    }
+  }
+}
+
 constexpr std::array kClauses{
     Clause{"P1", "an empty map is invalid_input", &empty_map},
     Clause{"P2", "every map point is located, on edges and a million metres away too",
@@ -228,6 +243,8 @@ constexpr std::array kClauses{
            "in passes the map is cut as in memory, whatever its pieces; or it is unsupported",
            &cuts_in_passes},
     Clause{"P12", "1, 2 and 7 threads give the same result", &any_threads},
+    Clause{"P13", "where a survey ends counting, above what is enough, does not matter",
+           &counting_ends_early},
 };
 
 }  // namespace

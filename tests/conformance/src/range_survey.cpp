@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -70,7 +71,7 @@ Result<IndexList> RangeSurvey::visible(const Point& viewpoint) const noexcept {
 }
 
 Result<std::uint64_t> RangeSurvey::observable_points(const Region& region,
-                                                     std::uint64_t) const noexcept {
+                                                     std::uint64_t enough) const noexcept {
   return guarded([&]() -> Result<std::uint64_t> {
     const PointCloud viewpoints = viewpoints_in(&region);
     std::uint64_t seen = 0;
@@ -78,7 +79,8 @@ Result<std::uint64_t> RangeSurvey::observable_points(const Region& region,
       const auto sees = [&](const Point& q) { return (p - q).norm() <= range_; };
       if (std::any_of(viewpoints.begin(), viewpoints.end(), sees)) ++seen;
     }
-    return seen;
+    if (seen <= enough || above_ == AboveEnough::exact) return seen;
+    return above_ == AboveEnough::one_more ? enough + 1 : std::numeric_limits<std::uint64_t>::max();
   });
 }
 

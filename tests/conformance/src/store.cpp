@@ -172,6 +172,7 @@ void damage(const Subject& subject) {
     if (!reader) return;
     const auto read = (*reader)->index();
     REQUIRE_MESSAGE((!read || same(*read, index)), "the index is read and wrong");
+    check_directory_reads(**reader, index);
     for (std::uint32_t r = 0; r < 3; ++r) {
       const auto map = (*reader)->get(RegionId{r});
       REQUIRE_MESSAGE((!map || same(*map, maps[r])), "region " << r << " is read and wrong");
@@ -489,7 +490,8 @@ constexpr std::array kClauses{
     Clause{"S4", "begin on an existing bundle is already_exists, and the bundle stays unchanged",
            &written<&existing_bundle>},
     Clause{"S5", "concurrent calls on one object agree with calls one by one", &concurrent},
-    Clause{"S6", "a damaged file is an error or gives the right data, never wrong data",
+    Clause{"S6",
+           "a damaged file is an error or gives the right data and directory, never wrong ones",
            &written<&damage>},
     Clause{"S7",
            "a point or viewpoint that is not finite is invalid_input; the region can still be put",

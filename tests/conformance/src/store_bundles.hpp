@@ -85,6 +85,9 @@ struct Damaged {
 };
 [[nodiscard]] std::vector<Damaged> damages(Random& random, const std::string& good);
 
+/// Checks that each answer of a bundle's directory is an error or that of the index of the
+/// undamaged bundle.
+void check_directory_reads(const MapReader& reader, const MapIndex& index);
 /// S25, about MapReader::directory.
 void directory_agrees(const Subject& subject);
 /// S27, about a store whose may_begin is `unsupported`.

@@ -84,7 +84,37 @@ void check_summary(const BundleSummary& said, const MapIndex& index) {
   CHECK(said.extent.max == extent.max);
 }
 
+std::vector<RegionId> meeting_in(const MapIndex& index, const Bounds2& area) {
+  std::vector<RegionId> meeting;
+  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
+    if (meet(bounds_of(index.partition.regions()[r].footprint), area)) {
+      meeting.push_back(RegionId{r});
+    }
+  }
+  return meeting;
+}
+
 }  // namespace
+
+void check_directory_reads(const MapReader& reader, const MapIndex& index) {
+  const auto opened = reader.directory();
+  if (!opened) return;
+  const RegionDirectory& directory = **opened;
+  check_summary(directory.summary(), index);
+  for (std::uint32_t r = 0; r < index.regions.size(); ++r) {
+    CAPTURE(r);
+    const Region& region = index.partition.regions()[r];
+    if (const auto entry = directory.entry(RegionId{r})) {
+      CHECK(entry->region == region);
+      CHECK(entry->summary.points == index.regions[r].points);
+      CHECK(entry->summary.bytes == index.regions[r].bytes);
+    }
+    if (const auto found = directory.find(region.label)) CHECK(*found == RegionId{r});
+    const Bounds2 area = bounds_of(region.footprint);
+    if (const auto meeting = directory.meeting(area)) CHECK(*meeting == meeting_in(index, area));
+  }
+  if (const auto found = directory.find("no such region")) CHECK(*found == std::nullopt);
+}
 
 void directory_agrees(const Subject& subject) {
   const Place place(subject);
@@ -122,13 +152,7 @@ void directory_agrees(const Subject& subject) {
     CAPTURE(xy.transpose());
     const double half = random.uniform(0, 40);
     const Bounds2 area{xy.array() - half, xy.array() + half};
-    std::vector<RegionId> meeting;
-    for (std::uint32_t r = 0; r < count; ++r) {
-      if (meet(bounds_of(index.partition.regions()[r].footprint), area)) {
-        meeting.push_back(RegionId{r});
-      }
-    }
-    CHECK(read(directory.meeting(area)) == meeting);
+    CHECK(read(directory.meeting(area)) == meeting_in(index, area));
   }
 }
 

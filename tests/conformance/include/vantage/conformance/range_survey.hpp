@@ -12,9 +12,12 @@ namespace vantage::conformance {
 /// those lowest points.
 class RangeSurvey final : public MapSurvey {
  public:
+  /// What `observable_points` returns if there are more than `enough`.
+  enum class AboveEnough { exact, one_more, most };
   /// @param map    N points [m]; borrowed
   /// @param range  how far a viewpoint sees [m]
-  RangeSurvey(PointsView map, double range) : map_(map), range_(range) {}
+  RangeSurvey(PointsView map, double range, AboveEnough above = AboveEnough::exact)
+      : map_(map), range_(range), above_(above) {}
 
   [[nodiscard]] Result<PointCloud> viewpoints() const noexcept override;
   [[nodiscard]] Result<Bounds3> ground_bounds() const noexcept override;
@@ -28,6 +31,7 @@ class RangeSurvey final : public MapSurvey {
 
   PointsView map_;
   double range_;
+  AboveEnough above_;
 };
 
 }  // namespace vantage::conformance
