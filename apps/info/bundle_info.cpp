@@ -34,10 +34,6 @@ double mean_of(std::uint64_t sum, const BundleSummary& bundle) {
   return static_cast<double>(sum) / static_cast<double>(bundle.regions);
 }
 
-std::string rounded(double mean) {
-  return cli::grouped(static_cast<std::uint64_t>(std::llround(mean)));
-}
-
 /// What is stored of the regions.
 std::string content_text(const BundleInfo& info) {
   const RegionSummary& sum = info.summary.sum;
@@ -99,15 +95,16 @@ Lines lines_of(const BundleInfo& info) {
               {"points of the map", known ? cli::grouped(all.map_points) : "not known"},
               {"content", content_text(info)}};
   if (all.sum.points > 0 || all.sum.elements == 0) {
-    lines.emplace_back("points a region",
-                       fmt::format("{} ({} to {})", rounded(mean_of(all.sum.points, all)),
-                                   cli::grouped(all.least_points), cli::grouped(all.most_points)));
+    lines.emplace_back(
+        "points a region",
+        fmt::format("{} ({} to {})", cli::grouped_whole(mean_of(all.sum.points, all)),
+                    cli::grouped(all.least_points), cli::grouped(all.most_points)));
   }
   if (all.sum.elements > 0) {
-    lines.emplace_back(
-        "elements a region",
-        fmt::format("{}, {} in all: what the matcher compares scans with",
-                    rounded(mean_of(all.sum.elements, all)), cli::grouped(all.sum.elements)));
+    lines.emplace_back("elements a region",
+                       fmt::format("{}, {} in all: what the matcher compares scans with",
+                                   cli::grouped_whole(mean_of(all.sum.elements, all)),
+                                   cli::grouped(all.sum.elements)));
   }
   lines.emplace_back("index of places", relocalizer_text(info));
   if (!info.files.empty()) lines.emplace_back("files", files_text(info));

@@ -118,11 +118,10 @@ std::vector<Block> blocks() {
           block_of("Match", {{MetricGroup::match, "mean over scans"}})};
 }
 
-std::string whole(double x) { return cli::grouped(static_cast<std::uint64_t>(std::llround(x))); }
-
 std::string shown(const Column& column, double value, const RunSummary& summary) {
   const Metric& m = *column.metric;
-  if (!m.counted_of.empty()) return whole(value) + " of " + cli::grouped(summary[m.key].count);
+  if (!m.counted_of.empty())
+    return cli::grouped_whole(value) + " of " + cli::grouped(summary[m.key].count);
   return vantage::shown(m, value);
 }
 
@@ -345,9 +344,11 @@ std::string points_table(const Evaluation& e) {
     const auto& p = c.region_points;
     const auto regions = static_cast<double>(c.index.partition.size());
     const auto megabytes = static_cast<double>(c.bundle_bytes) / 1e6;
-    TableRow row{.cells = {{c.name}, config_cell(c, "regions", regions, whole(regions))}};
+    TableRow row{
+        .cells = {{c.name}, config_cell(c, "regions", regions, cli::grouped_whole(regions))}};
     const auto points = [&](const char* name, double value) {
-      row.cells.push_back(p.count > 0 ? config_cell(c, name, value, whole(value)) : Cell{"–"});
+      row.cells.push_back(p.count > 0 ? config_cell(c, name, value, cli::grouped_whole(value))
+                                      : Cell{"–"});
     };
     points("points_per_region.min", p.min);
     points("points_per_region.mean", p.mean);

@@ -49,8 +49,7 @@ std::string_view unit_of(std::initializer_list<Length> lengths) {
 
 /// "1,234" for large numbers, and three digits for small ones.
 std::string metres(double value) {
-  if (std::abs(value) >= 1000.0)
-    return cli::grouped(static_cast<std::uint64_t>(std::llround(std::abs(value)))) + " m";
+  if (std::abs(value) >= 1000.0) return cli::grouped_whole(std::abs(value)) + " m";
   return fmt::format("{:.3g} m", value);
 }
 

@@ -287,11 +287,8 @@ std::string shown(const Metric& metric, double value) {
 
 std::string rounded(const Metric& metric, double value) {
   if (metric.is(kSignificant)) return fmt::format("{:.{}g}", value, metric.digits);
-  if (metric.digits > 0 || !std::isfinite(value)) {
-    return fmt::format("{:.{}f}", value, metric.digits);
-  }
-  const auto whole = static_cast<std::uint64_t>(std::llround(std::abs(value)));
-  return (value < 0.0 && whole > 0 ? "-" : "") + cli::grouped(whole);
+  if (metric.digits > 0) return fmt::format("{:.{}f}", value, metric.digits);
+  return cli::grouped_whole(value);
 }
 
 std::string_view name_in_gates(const Metric& metric) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,6 +15,14 @@ namespace vantage::cli {
   std::string digits = std::to_string(number);
   for (std::size_t i = digits.size(); i > 3; i -= 3) digits.insert(i - 3, ",");
   return digits;
+}
+
+/// A number as a whole one: 1234.6 as "1,235". Where nobody counts any more, three digits of it.
+[[nodiscard]] inline std::string grouped_whole(double number) {
+  constexpr double kCounted = 1e15;
+  const double whole = std::round(std::abs(number));
+  if (!(whole < kCounted)) return fmt::format("{:.3g}", number);
+  return (number < 0.0 && whole > 0.0 ? "-" : "") + grouped(static_cast<std::uint64_t>(whole));
 }
 
 /// The form for this number: "region" or "regions".

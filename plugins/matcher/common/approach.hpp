@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/steps.hpp"
+#include "common/surfel_map.hpp"
 #include "pyramid.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
@@ -23,18 +24,19 @@ class Approach {
   /// Errors: those of NdtCoefficients::derive.
   [[nodiscard]] static Result<std::vector<NdtCoefficients>> coefficients();
 
+  /// @param edge      of the voxels that the map was thinned to [m]; 0: it was not
   /// @param occupied  the voxels to merge the coarse ones from, if the map's points do not show
   ///                  them all
-  explicit Approach(std::vector<NdtCoefficients> coefficients,
-                    std::optional<ndt::VoxelMap> occupied = std::nullopt)
+  Approach(std::vector<NdtCoefficients> coefficients, double edge,
+           std::optional<ndt::VoxelMap> occupied = std::nullopt)
       : pyramid_(std::move(coefficients)),
+        edge_(edge),
         is_given_(occupied.has_value()),
         finest_(std::move(occupied)) {}
 
-  /// @param map    the map's points; the same ones in each call. They do not count if voxels were
-  ///               given
-  /// @param guess  in the frame of `map`; it is returned if the map is too sparse for voxels
-  [[nodiscard]] ndt::Start nearer(PointsView map, PointsView scan, const Pose& guess,
+  /// @param map    the same one in each call. It does not count if voxels were given
+  /// @param guess  relative to the map's origin; it is returned if the map is too sparse for voxels
+  [[nodiscard]] ndt::Start nearer(const SurfelMap& map, PointsView scan, const Pose& guess,
                                   const StepOptions& options, Workspace& workspace) const;
 
   /// Memory that the voxels hold; 0 before they are needed.
@@ -50,6 +52,7 @@ class Approach {
 
  private:
   ndt::Pyramid pyramid_;
+  double edge_;
   bool is_given_;
   mutable std::once_flag made_;
   mutable std::optional<ndt::VoxelMap> finest_;

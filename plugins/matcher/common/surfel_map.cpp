@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "extent.hpp"
 #include "parallel.hpp"
 
 namespace vantage::matching {
@@ -36,14 +37,10 @@ Result<std::vector<Keyed>> sorted(PointsView map, const Point& origin, double ed
   const SurfelGrid grid(origin, edge);
   std::vector<Keyed> keyed;
   keyed.reserve(map.size());
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    const auto voxel = grid.voxel_of(map[i]);
-    if (!voxel) {
-      return fail(ErrorCode::invalid_input, "map point " + std::to_string(i) +
-                                                " lies more than a million voxels of " +
-                                                std::to_string(edge) + " m from the map's centre");
-    }
-    keyed.push_back({*voxel, map[i] - origin});
+  for (const Point& p : map) {
+    const auto voxel = grid.voxel_of(p);
+    if (!voxel) return fail(too_wide(map, edge));
+    keyed.push_back({*voxel, p - origin});
   }
   tbb::parallel_sort(keyed.begin(), keyed.end());
   return keyed;

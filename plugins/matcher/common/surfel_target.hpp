@@ -118,7 +118,7 @@ class SurfelTarget final : public MatchTarget {
         loss_(params.loss()),
         coefficients_(coefficients),
         residual_(residual),
-        approach_(std::move(coarse), std::move(occupied)),
+        approach_(std::move(coarse), options.voxel, std::move(occupied)),
         voxels_(options) {
     own_ =
         std::min(params_.final_distance.value_or(params_.max_distance), kOwnEdges * options.edge());
@@ -262,8 +262,7 @@ class SurfelTarget final : public MatchTarget {
     scratch.part.begin(points, params_.max_distance);
     const double at_guess = fit(part, guess, scratch.part);
     if (at_guess >= kNearGuess || at_guess == 0.0) return {guess};
-    const ndt::Start start =
-        approach_.nearer(map_.points(), scan, guess, params_.steps(), scratch.approach);
+    const ndt::Start start = approach_.nearer(map_, scan, guess, params_.steps(), scratch.approach);
     const double there = fit(part, start.T_local_scan, scratch.part);
     return there > at_guess ? start : ndt::Start{guess};
   }

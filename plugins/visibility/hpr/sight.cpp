@@ -263,6 +263,8 @@ std::vector<PointRef> Sight::seen_refs(const Point& viewpoint) {
     const std::vector<PointRef> all = participants();
     PointCloud points;
     for (const PointRef& ref : all) points.push_back(turned(ref.position));
+    // Also where the flip turns that place to the viewpoint, which is no vertex.
+    if (std::ranges::all_of(points, [&](const Point& p) { return p == points[0]; })) return all;
     std::vector<PointRef> seen;
     for (const std::size_t i : flat_hull_vertices(points)) seen.push_back(all[i]);
     return seen;

@@ -136,13 +136,13 @@ struct Params {
                  "distance between neighbouring map points on a surface: each covers a square of "
                  "this width, so that no point is seen through the gaps; if left out, `vantage "
                  "build` measures it in the map",
-                 non_negative),
+                 between(0.0, 10.0)),
         optional("tolerance", &Params::tolerance, "m",
                  "how far behind the nearest point of its pixel a point is still seen",
-                 non_negative, Source{"", "Biasutti et al. 2019"}),
+                 between(0.0, 1000.0), Source{"", "Biasutti et al. 2019"}),
         optional("relative_tolerance", &Params::relative_tolerance, "",
                  "added to tolerance: this times the distance of that nearest point",
-                 non_negative)};
+                 between(0.0, 10.0))};
   }
 
   [[nodiscard]] Result<void> validate() const {

@@ -78,6 +78,10 @@ TEST_CASE("maps in other units, upside down, rounded") {
           m.farthest_coordinate = 5'428'000.0;
           m.rounding = 0.5;
         }).starts_with("the map's coordinates reach 5,428,000 m, where 32-bit floats are 0.5 m"));
+  CHECK(note([](MapFacts& m) {
+          m.farthest_coordinate = -1e300;
+          m.rounding = 1e284;
+        }).starts_with("the map's coordinates reach 1e+300 m, where 32-bit floats are 1e+284 m"));
 }
 
 TEST_CASE("a configuration that does not suit the map") {

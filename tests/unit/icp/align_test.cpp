@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "matchers.hpp"
 #include "support/plugins.hpp"
@@ -15,6 +18,12 @@ namespace {
 using test::aligned, test::kYardPose, test::metres_off, test::prepared_by, test::yard_scene;
 
 constexpr std::array kMatchers{"icp", "gicp"};
+
+PluginPtr<MatchTarget> restored_from(const std::string& name, const std::vector<std::byte>& bytes,
+                                     const std::string& voxel) {
+  const auto matcher = test::plugin<ScanMatcher>(name, "map_voxel = " + voxel);
+  return in_library_of(matcher, matcher->restore(bytes).value());
+}
 
 }  // namespace
 
@@ -29,6 +38,25 @@ TEST_CASE("a distance that shrinks has reached its end before an alignment has")
         prepared_by(matcher, yard_scene().map, "max_distance = 3.2\nfinal_distance = 0.1");
     CHECK(aligned(*shrinking, yard_scene().scan, found).iterations >= 6);
     CHECK(aligned(*target, yard_scene().scan, found).iterations <= 2);
+  }
+}
+
+TEST_CASE("a guess that is far off leads to the pose in maps of any density") {
+  for (const std::string matcher : kMatchers) {
+    for (const std::string voxel : {"0.0", "0.25", "0.5", "0.7", "1.0"}) {
+      CAPTURE(matcher);
+      CAPTURE(voxel);
+      const auto target = prepared_by(matcher, yard_scene().map, "map_voxel = " + voxel);
+      const auto restored =
+          restored_from(matcher, target->excerpt(yard_scene().map).value().bytes, voxel);
+      for (const double yaw : {0.3, 2.0, 4.5}) {
+        CAPTURE(yaw);
+        Pose guess = kYardPose * pose_from_xyz_rpy({}, {0.0, 0.0, std::numbers::pi / 36.0});
+        guess.translation += Eigen::Vector3d(2.0 * std::cos(yaw), 2.0 * std::sin(yaw), 0.0);
+        CHECK(metres_off(aligned(*target, yard_scene().scan, guess), kYardPose) < 0.1);
+        CHECK(metres_off(aligned(*restored, yard_scene().scan, guess), kYardPose) < 0.1);
+      }
+    }
   }
 }
 

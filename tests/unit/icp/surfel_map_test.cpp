@@ -89,6 +89,12 @@ TEST_CASE("maps that no grid can hold are errors") {
   }
   CHECK(code_of({{0, 0, 0}, {1, 0, 0}}, 1e-12) == ErrorCode::invalid_input);
   CHECK(code_of({{0, 0, 0}, {1, 0, 0}}, 1e-320) == ErrorCode::invalid_input);
+
+  PointCloud map = random_cloud(100, {-5, -5, -1}, {5, 5, 1});
+  map[42].x() = 1e9;
+  const auto wide = SurfelMap::build(map, {.voxel = 0.25});
+  REQUIRE(!wide);
+  CHECK(wide.error().message.find("its farthest point is number 42") != std::string::npos);
 }
 
 TEST_CASE("a remembered correspondence is the one a search would find") {

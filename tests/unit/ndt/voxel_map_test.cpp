@@ -181,6 +181,16 @@ TEST_CASE("bad maps are errors") {
   }
 }
 
+TEST_CASE("the error of a map that is too wide names the point that is far off") {
+  PointCloud map = slab({0.5, 0.5, 0.5}, 0.5, 20);
+  map[7] = {3.0, 1e9, 2.5};
+  const auto wide = VoxelMap::build(map, {});
+  REQUIRE(!wide);
+  CHECK(wide.error().message ==
+        "the map spans more than two million voxels of 1 m: its farthest point is number 7, at (3, "
+        "1e+09, 2.5) m");
+}
+
 TEST_CASE("places that the map cannot reach have no voxel") {
   const auto map = VoxelMap::build(slab({0.5, 0.5, 0.5}, 0.5, 20), {});
   REQUIRE(map);

@@ -108,6 +108,17 @@ TEST_CASE("points exactly in one direction: the nearest hides the others") {
 
 // p* of a generic direction are on a line but for their rounding; with samples all around the
 // nearest one that makes no difference.
+TEST_CASE("points at one place are seen with any radius, also half their distance") {
+  const PointCloud map(3, Point(3, 0, 4));  // 5 m from the viewpoint
+  const PointCloud eyes{Point::Zero()};
+  for (const double radius : {0.0, 1.0, 2.5, 4.0, 5.0, 500.0}) {
+    CAPTURE(radius);
+    const hpr::HiddenPointRemoval removal(map, {.radius = radius});
+    CHECK(removal.visible(eyes[0]).value() == IndexList{0, 1, 2});
+    CHECK(removal.visible_from_any(eyes, nullptr).value() == IndexList{0, 1, 2});
+  }
+}
+
 TEST_CASE("amid a dense surface every direction hides what is behind it") {
   const PointCloud shell = sphere(2000, 5.0);
   IndexList all(shell.size());

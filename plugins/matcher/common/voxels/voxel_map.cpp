@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "common/extent.hpp"
 #include "common/parallel.hpp"
 
 namespace vantage::ndt {
@@ -213,18 +214,11 @@ VoxelMap::Part centred(const Eigen::Vector3d& origin_voxel, std::span<const Voxe
   return part;
 }
 
-Result<void> check_extent(PointsView points, const Bounds3& bounds, const VoxelOptions& options,
-                          const Eigen::Vector3d& origin) {
+bool fits(const Bounds3& bounds, const VoxelOptions& options, const Eigen::Vector3d& origin) {
   const auto index = [&](const Point& p) -> Eigen::Vector3d {
     return (p / options.resolution).array().floor() - origin.array() + kShift;
   };
-  if (in_range(index(bounds.min)) && in_range(index(bounds.max))) return {};
-  const auto bad =
-      std::ranges::find_if(points, [&](const Point& p) { return !in_range(index(p)); });
-  return fail(ErrorCode::invalid_input, "map point " + std::to_string(bad - points.begin()) +
-                                            " lies more than a million voxels of " +
-                                            std::to_string(options.resolution) +
-                                            " m from the map's centre");
+  return in_range(index(bounds.min)) && in_range(index(bounds.max));
 }
 
 }  // namespace
@@ -234,7 +228,7 @@ Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
   const Bounds3 bounds = bounds_of(map);
   const Eigen::Vector3d centre = 0.5 * bounds.min + 0.5 * bounds.max;
   const Eigen::Vector3d origin = (centre / options.resolution).array().round();
-  VANTAGE_CHECK(check_extent(map, bounds, options, origin));
+  if (!fits(bounds, options, origin)) return fail(matching::too_wide(map, options.resolution));
   const Voxels voxels = sum_up(map, Lattice(options.resolution), origin);
 
   auto [keys, cells] = gaussians_of(voxels, options);
