@@ -118,7 +118,7 @@ Result<void> check_outputs(const Options& options, const std::vector<NamedConfig
       std::vector<fs::path> runs{folder};
       for (const Thinning baseline : kThinnings) runs.push_back(folder / to_string(baseline));
       for (const fs::path& of_run : runs) {
-        for (const char* file : {"scans.csv", "trajectory.tum", "summary.json"}) {
+        for (const std::string_view file : cli::kFilesOfARun) {
           written.push_back(of_run / file);
         }
       }

@@ -24,8 +24,6 @@ namespace fs = std::filesystem;
 // Options that name a file to write, or the folder of a run.
 constexpr std::array<std::string_view, 5> kOutputs{"--out", "--html", "--mcap", "--png",
                                                    "--record"};
-constexpr std::array<std::string_view, 3> kFilesOfARun{"trajectory.tum", "scans.csv",
-                                                       "summary.json"};
 
 struct Given {
   std::string option, value;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -13,6 +14,10 @@
 #include "vantage/result.hpp"
 
 namespace vantage::cli {
+
+/// The files of a run in its folder.
+inline constexpr std::array<std::string_view, 3> kFilesOfARun{"scans.csv", "trajectory.tum",
+                                                              "summary.json"};
 
 /// Checks what was given to the options and the positional arguments of a program, after parsing:
 /// - No value is empty: that is what an unset variable of a shell gives.

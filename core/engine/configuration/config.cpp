@@ -166,24 +166,6 @@ PluginChoice choice_of(const Section& section) {
   return section.choice();
 }
 
-/// Whether all bytes are UTF-8: each code point in its shortest form, and no half of a pair.
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = [&](std::size_t k) { return static_cast<std::uint8_t>(text[k]); };
-    const auto first = byte(i++);
-    if (first < 0x80) continue;
-    const std::size_t more = first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3;
-    if (first < 0xC2 || first > 0xF4 || text.size() - i < more) return false;
-    const std::uint8_t least = first == 0xE0 ? 0xA0 : first == 0xF0 ? 0x90 : 0x80;
-    const std::uint8_t most = first == 0xED ? 0x9F : first == 0xF4 ? 0x8F : 0xBF;
-    if (byte(i) < least || byte(i) > most) return false;
-    for (const std::size_t end = i++ + more; i < end; ++i) {
-      if (byte(i) < 0x80 || byte(i) > 0xBF) return false;
-    }
-  }
-  return true;
-}
-
 /// Turns toml++'s "Error while parsing X: what" into the word order of this project's errors.
 Error syntax_error(const toml::parse_error& e, const std::string& name) {
   Error error{.code = ErrorCode::invalid_config,
@@ -334,7 +316,8 @@ Result<Config> with_plugin_defaults(const Config& config, const PluginLoader& pl
 Result<std::string> effective_config(const Config& config, const PluginLoader& plugins) {
   VANTAGE_TRY(const Config effective, with_plugin_defaults(config, plugins));
   std::string text = to_toml(to_table(effective));
-  if (is_utf8(text)) return text;
+  // Text that cannot be read again is of no use. Only a path may hold bytes that TOML refuses.
+  if (parse_toml(text, config.file)) return text;
   return fail(
       ErrorCode::invalid_config,
       "a path is not UTF-8, so the configuration cannot be written down: rename its folder, "

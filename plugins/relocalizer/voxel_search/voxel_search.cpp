@@ -26,7 +26,7 @@ Pose level_of(PointsView scan, const std::optional<Eigen::Vector3d>& up) {
 
 /// The area with the heading of the levelled frame's x axis in place of the sensor's.
 PlaceArea levelled(PlaceArea area, const Pose& T_level_sensor) {
-  // A few degrees between up and what is told of it turn a steeper axis by any angle in plan view.
+  // If the given up direction is a few degrees off, the heading of a steeper axis is arbitrary.
   constexpr double kSteep = 0.2;  // length in plan view
   const Eigen::Vector3d x_axis = T_level_sensor.rotation * Eigen::Vector3d::UnitX();
   if (x_axis.head<2>().norm() < kSteep) {

@@ -145,12 +145,9 @@ void far_away(const Subject& subject) {
   Random random(subject.seed() + 1);
   const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
   const Alignment expected = align(*near, scene.scan, guess);
-  for (const Point& by : {kManyCells, Point(-kManyCells.x(), 0, 0)}) {
-    const PointCloud map = moved(scene.map, by);
-    const auto target = prepare(subject, map);
-    Pose far_guess = guess;
-    far_guess.translation += by;
-    Alignment got = align(*target, scene.scan, far_guess);
+  for (const Point& by : kFarByCells) {
+    const auto target = prepare(subject, moved(scene.map, by));
+    Alignment got = align(*target, scene.scan, moved(guess, by));
     got.T_map_scan.translation -= by;
     check_close(subject, got.T_map_scan, expected.T_map_scan);
     check_close(subject, got.T_map_scan, kTruth);

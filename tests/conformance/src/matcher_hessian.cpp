@@ -98,12 +98,9 @@ void hessian_moves_along(const Subject& subject) {
   const Alignment expected = settled(*target, scene.scan, guess);
   const Matrix6 hessian = expected.hessian;
 
-  for (const Point& by : {kManyCells, Point(-kManyCells.x(), 0, 0)}) {
-    Pose far_guess = guess;
-    far_guess.translation += by;
-    const PointCloud map = moved(scene.map, by);
-    const auto far = prepare(subject, map);
-    check_alike(settled(*far, scene.scan, far_guess).hessian, hessian, kSameFit,
+  for (const Point& by : kFarByCells) {
+    const auto far = prepare(subject, moved(scene.map, by));
+    check_alike(settled(*far, scene.scan, moved(guess, by)).hessian, hessian, kSameFit,
                 "map and guess moved");
   }
   for (const int quarters : {1, 2}) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -20,8 +21,9 @@ namespace vantage::conformance {
 [[nodiscard]] PointCloud seen_from(PointsView cloud, const Pose& T_map_scan, Random& random,
                                    std::size_t most = 4000);
 
-/// Far away by a whole number of cells, if their edge is a multiple of 0.1 m up to a metre [m].
-inline const Point kManyCells(2.52e6, 5.04e6, 252.0);
+/// Offsets to places far away: whole numbers of cells, if their edge is a multiple of 0.1 m up to a
+/// metre [m].
+inline const std::array<Point, 2> kFarByCells{Point(2.52e6, 5.04e6, 252.0), Point(-2.52e6, 0, 0)};
 /// The pose of the scan of some_scene.
 extern const Pose kTruth;
 /// A map, and a scan of the same place made of other points.
@@ -30,7 +32,7 @@ struct Scene {
 };
 [[nodiscard]] Scene some_scene(const Subject& subject);
 
-/// A pose moved in a random direction by a share of what the matcher claims to correct.
+/// Moves a pose in a random direction, by a share of the offset that the matcher claims to correct.
 [[nodiscard]] Pose off(Random& random, const Pose& pose, const MatcherClaims& claims,
                        double share = 1.0);
 

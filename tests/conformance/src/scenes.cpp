@@ -37,6 +37,8 @@ PointCloud moved(PointsView points, const Point& by) {
   return cloud;
 }
 
+Pose moved(const Pose& pose, const Point& by) { return {pose.rotation, pose.translation + by}; }
+
 PointCloud in_order(PointsView points, const IndexList& order) {
   PointCloud cloud;
   for (const std::uint32_t i : order) cloud.push_back(points[i]);

@@ -11,6 +11,7 @@
 
 #include "vantage/map_passes.hpp"
 #include "vantage/point_cloud.hpp"
+#include "vantage/pose.hpp"
 #include "vantage/result.hpp"
 
 /// Invented places with which the clauses test plugins, and ways to vary them.
@@ -66,6 +67,7 @@ class Pieces final : public MapPasses {
 /// rounding errors.
 [[nodiscard]] PointCloud lattice(double step, int n, const Point& offset = Point::Zero());
 [[nodiscard]] PointCloud moved(PointsView points, const Point& by);
+[[nodiscard]] Pose moved(const Pose& pose, const Point& by);
 /// `points[order[0]], points[order[1]], ...`
 [[nodiscard]] PointCloud in_order(PointsView points, const IndexList& order);
 

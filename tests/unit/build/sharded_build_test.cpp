@@ -78,6 +78,17 @@ class SeesWithin final : public VisibilityOperator {
   }
 };
 
+/// The plugins of strips. @param calls  counts the calls of the ground filter
+BuildPlugins plugins_of_strips(
+    int& calls, const std::shared_ptr<test::Memory>& memory = std::make_shared<test::Memory>()) {
+  BuildPlugins plugins;
+  plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
+  plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
+  plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+  plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
+  return plugins;
+}
+
 /// 20 strips of level ground, one of them with a crowd above it.
 PointCloud crowded_strips(int crowded) {
   PointCloud map;
@@ -132,11 +143,8 @@ TEST_CASE("sharded build: blocks tell what a region shows, or that a part of it 
   const auto ask = [&](const std::vector<Question>& questions, BuildParams params, bool in_parts) {
     int calls = 0;
     Asks::Answers answers;
-    BuildPlugins plugins;
+    BuildPlugins plugins = plugins_of_strips(calls);
     plugins.partitioner = test::in_process<Asks, Partitioner>(questions, answers);
-    plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
-    plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
-    plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
     params.max_range = 4.0;
     const test::TemporaryFolder folder;
     if (in_parts) {
@@ -190,11 +198,7 @@ TEST_CASE("sharded build: too little memory is told after the first block, of th
     CAPTURE(crowded);
     const PartsInMemory map(crowded_strips(crowded));
     int calls = 0;
-    BuildPlugins plugins;
-    plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
-    plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
-    plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
-    plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
+    BuildPlugins plugins = plugins_of_strips(calls);
     BuildParams params;
     params.max_range = 4.0;
     const test::TemporaryFolder folder;
@@ -232,14 +236,6 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
   for (const auto scope : {VisibilityScope::map, VisibilityScope::region}) {
     CAPTURE(scope);
     int calls = 0;
-    const auto plugins_for = [&](const std::shared_ptr<test::Memory>& memory) {
-      BuildPlugins plugins;
-      plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
-      plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
-      plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
-      plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
-      return plugins;
-    };
     BuildParams params;
     params.max_range = 4.0;
     params.scope = scope;
@@ -247,7 +243,7 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
     params.views = true;
 
     const auto whole = std::make_shared<test::Memory>();
-    BuildPlugins for_whole = plugins_for(whole);
+    BuildPlugins for_whole = plugins_of_strips(calls, whole);
     const auto wanted = build_region_maps(points, {}, for_whole, params);
     REQUIRE_MESSAGE(wanted, to_string(wanted.error()));
     CHECK(calls == 1);
@@ -255,7 +251,7 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
     calls = 0;
     const PartsInMemory parts(points);
     const auto merged = std::make_shared<test::Memory>();
-    BuildPlugins for_parts = plugins_for(merged);
+    BuildPlugins for_parts = plugins_of_strips(calls, merged);
     const test::TemporaryFolder folder;
     auto build =
         ShardedBuild::open(parts, {}, for_parts, params,
@@ -285,11 +281,7 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
 TEST_CASE("sharded build: a shard with nothing left to build needs no file, even beside another") {
   const PartsInMemory map(crowded_strips(13));
   int calls = 0;
-  BuildPlugins plugins;
-  plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
-  plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
-  plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
-  plugins.store = test::in_process<test::MemoryStore, MapStore>(std::make_shared<test::Memory>());
+  BuildPlugins plugins = plugins_of_strips(calls);
   BuildParams params;
   params.max_range = 4.0;
   const test::TemporaryFolder folder;
@@ -392,13 +384,9 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
     CAPTURE(select);
     int calls = 0;
     const auto plugins_for = [&](const std::shared_ptr<test::Memory>& memory) {
-      BuildPlugins plugins;
-      plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
-      plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
-      plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
+      BuildPlugins plugins = plugins_of_strips(calls, memory);
       plugins.matcher = test::in_process<MatchesCrowds, ScanMatcher>();
       if (select) plugins.selector = test::in_process<TakesTheFirst, Selector>();
-      plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
       return plugins;
     };
     BuildParams params;
@@ -450,16 +438,11 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
   }
 }
 
-TEST_CASE(
-    "sharded build: viewpoints that see no point are told by the merge, which keeps the parts") {
+TEST_CASE("sharded build: merge refuses a map that no viewpoint sees, and keeps the parts") {
   const PartsInMemory map(crowded_strips(13));
   const auto memory = std::make_shared<test::Memory>();
   int calls = 0;
-  BuildPlugins plugins;
-  plugins.partitioner = test::in_process<test::Strips, Partitioner>(kStrips);
-  plugins.ground = test::in_process<CountedGround, GroundFilter>(calls);
-  plugins.visibility = test::in_process<SeesWithin, VisibilityOperator>();
-  plugins.store = test::in_process<test::MemoryStore, MapStore>(memory);
+  BuildPlugins plugins = plugins_of_strips(calls, memory);
   BuildParams params;
   params.max_range = 4.0;
   params.viewpoints.sensor_height = 180.0;

@@ -147,7 +147,7 @@ TEST_CASE("the interval of a mean") {
   }
 }
 
-TEST_CASE("stamps of scans without a partner are told to their last digit") {
+TEST_CASE("the comparison prints the stamps of unpaired scans in full") {
   const auto c = compared({{.stamp = "1700000000.25"}, {.stamp = "1700000000.35"}},
                           {{.stamp = "1700000000.25"}, {.stamp = "1700000000.451234"}});
   REQUIRE_MESSAGE(c, to_string(c.error()));

@@ -150,7 +150,7 @@ TEST_CASE("the noise of odometry does not depend on the pieces that its time is 
   }
 }
 
-TEST_CASE("what is known at the start does not depend on how the IMU is mounted") {
+TEST_CASE("the start covariance is the same for every mounting of the IMU") {
   const MotionNoise noise;
   for (const Eigen::Vector3d& rpy : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-1.5708, 0, -1.5708),
                                      Eigen::Vector3d(3.1416, 0, 0.7)}) {
