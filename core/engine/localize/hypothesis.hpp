@@ -22,7 +22,6 @@ struct Hypothesis {
   Pose last = {};                    ///< the pose at the scan before; `initial` if there is none
   std::optional<MotionFilter> motion = {};      ///< up to this scan, without it
   std::optional<MotionFilter> shown = {};       ///< the same, with the twist that the sweep shows
-  std::optional<MotionFilter> before = {};      ///< with the scan before, if there was one
   RegionId region = {};                         ///< the region whose map this scan is matched to
   std::shared_ptr<const ReadyRegion> map = {};  ///< of the region, held so that it stays ready;
                                                 ///< none if it cannot be used

@@ -42,6 +42,21 @@ Result<void> check_prior(const PosePrior& prior) {
   return {};
 }
 
+/// Moves a prior by the motion from one pose to another.
+/// @param placed  whether these are poses in the map
+void move_on(PosePrior& prior, const Pose& from, const Pose& to, bool placed) {
+  if (std::isfinite(prior.sigma_heading)) {
+    prior.T_map_sensor = prior.T_map_sensor * (from.inverse() * to);
+  } else if (placed) {
+    prior.T_map_sensor.translation += to.translation - from.translation;
+  } else {  // nothing says in which direction that was
+    const double way = (to.translation - from.translation).norm();
+    for (const Eigen::Index axis : {0, 1}) {
+      prior.sigma_translation[axis] = std::hypot(prior.sigma_translation[axis], way);
+    }
+  }
+}
+
 }  // namespace
 
 Localizer::Localizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -144,8 +159,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   Scan centred = scan;  // what is known at the stamp, at the middle of the sweep
   if (scan.prior) {
     const Pose at_stamp = expected.at(scan.stamp, s.inputs, s.noise).pose();
-    Pose& prior = centred.prior->T_map_sensor;
-    prior = prior * (at_stamp.inverse() * expected.pose());
+    move_on(*centred.prior, at_stamp, expected.pose(), !s.hypotheses.empty());
   }
 
   const bool had_map = s.map != nullptr;
@@ -169,6 +183,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   }
   s.weighing.compare(s.hypotheses);
   s.stamp = scan.stamp;
+  report.held_bytes = s.maps.statistics().bytes;
+  report.dropped_samples = s.inputs.dropped();
   if (s.hypotheses.empty()) {
     s.inputs.forget_before(*s.middle);
     report.reason = "the sensor has not been found yet";
@@ -187,15 +203,13 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
                           .scores_as_usual = s.weighing.scores_as_usual(best)},
                          s.inputs, s.noise, report);
   const auto at_stamp = [&](const MotionFilter& at_middle) {
-    return best.before ? pose_between(*best.before, at_middle, scan.stamp, s.inputs, s.noise)
-                       : at_middle.at(scan.stamp, s.inputs, s.noise).pose();
+    return at_middle.at(scan.stamp, s.inputs, s.noise).pose();
   };
   report.T_map_scan = at_stamp(motion);
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
   s.weighing.learn(best, tracked);
   report.held_bytes = s.maps.statistics().bytes;
-  report.dropped_samples = s.inputs.dropped();
   s.move_on(motion);
   if (tracked) {
     s.recovery.succeed();
@@ -207,10 +221,11 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
 
 std::optional<SensorMotion> Localizer::motion_at(double stamp) {
   State& s = *state_;
-  if (!s.since || !(stamp >= s.since->stamp())) return std::nullopt;
+  if (!s.since || !(stamp >= s.since->stamp()) || !std::isfinite(stamp)) return std::nullopt;
   // The last input before the moment also holds at it.
   constexpr double kRecent = 0.02;  // [s]
   const auto pieces = s.inputs.between(stamp - kRecent, stamp, s.since->measured());
+  if (pieces.empty()) return std::nullopt;  // a number so large that it tells no moments apart
   s.since->predict(stamp, s.inputs, s.noise);
   const MotionState& body = s.since->state();
   const Twist twist = twist_of(body, pieces.back());

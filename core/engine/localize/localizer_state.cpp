@@ -42,7 +42,8 @@ Localizer::State::State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher,
       params(the_params),
       ahead(directory),
       maps(bundle.reader(), matcher,
-           {.memory = static_cast<std::size_t>(params.map_memory * 1024.0 * 1024.0),
+           {.memory =
+                static_cast<std::size_t>(std::min(params.map_memory * 1024.0 * 1024.0, 0x1p62)),
             .background = params.prefetch}),
       inputs({.T_sensor_imu = pose_of(params.T_sensor_imu),
               .T_sensor_body = pose_of(params.T_sensor_body)}),
@@ -62,7 +63,6 @@ MotionFilter Localizer::State::unplaced(double now) const {
 
 void Localizer::State::predict(double stamp_of_scan, double now) {
   for (Hypothesis& one : hypotheses) {
-    one.before = one.motion;
     if (!one.motion) {
       one.motion.emplace(stamp_of_scan, *one.initial, uncertainty(kStartMetres, kStartRadians),
                          inputs);
@@ -120,11 +120,13 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
   for (std::size_t h = 0; h < followed; ++h) {
     Hypothesis& one = hypotheses[h];
     // Eq. 11 uses the last estimate; before the first scan, that is the initial pose.
-    const auto in_use = map ? std::optional(region) : std::nullopt;
+    const auto in_use = h > 0 ? std::optional(one.region)
+                        : map ? std::optional(region)
+                              : std::nullopt;
     VANTAGE_TRY(const auto choice,
                 ahead.choose(in_use, one.last.translation, params.switch_margin));
     one.region = choice.region;
-    one.map.reset();
+    const auto held = std::exchange(one.map, nullptr);  // until it is borrowed again
     if (h == 0) report.outside = choice.outside;
     const Result<void> used = h == 0 ? use(choice.region, report) : Result<void>();
     auto borrowed = used ? maps.borrow(choice.region) : fail(used.error());
@@ -317,7 +319,7 @@ void Localizer::State::forget_everything(bool lost) {
   stamp.reset();
   middle.reset();
   since.reset();
-  inputs = MotionInputs(inputs.mounts());  // the clock may be another one
+  inputs.forget();  // the clock may be another one
   recovery.forget();
   weighing.forget();
   verdict.forget(lost);

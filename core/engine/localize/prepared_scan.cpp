@@ -9,6 +9,11 @@
 #include "vantage/kit/voxel_points.hpp"
 
 namespace vantage {
+namespace {
+
+constexpr double kFarthest = 10e3;  // [m]; no LiDAR sees so far
+
+}  // namespace
 
 Result<SweepTime> time_of(const Scan& scan) {
   constexpr double kLongest = 10.0;  // [s]
@@ -19,9 +24,9 @@ Result<SweepTime> time_of(const Scan& scan) {
   }
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   SweepTime time{kInfinity, -kInfinity};
-  for (const float seconds : scan.seconds) {
-    if (!std::isfinite(seconds)) continue;
-    const double stamp = scan.stamp + static_cast<double>(seconds);
+  for (std::size_t i = 0; i < scan.seconds.size(); ++i) {
+    if (!std::isfinite(scan.seconds[i]) || !(scan.points[i].norm() <= kFarthest)) continue;
+    const double stamp = scan.stamp + static_cast<double>(scan.seconds[i]);
     time.first = std::min(time.first, stamp);
     time.last = std::max(time.last, stamp);
   }
@@ -31,16 +36,20 @@ Result<SweepTime> time_of(const Scan& scan) {
                                               std::to_string(time.last - time.first) +
                                               " s, expected the time of a sweep");
   }
+  if (std::max(std::abs(time.first - scan.stamp), std::abs(time.last - scan.stamp)) > kLongest) {
+    return fail(ErrorCode::invalid_input,
+                "the points of the scan were measured " + std::to_string(time.first - scan.stamp) +
+                    " s after its stamp, expected times of the same sweep");
+  }
   return time;
 }
 
 Result<PreparedScan> prepare_scan(const Scan& scan, const SweepMotion* motion,
                                   const LocalizerParams& params) {
-  constexpr double kFarthest = 10e3;  // [m]; no LiDAR sees so far
   const bool timed = !scan.seconds.empty();
   const double max_range = params.scan_max_range.value_or(kFarthest);
   PreparedScan prepared;
-  std::vector<double> times;
+  std::vector<double>& times = prepared.finite_times;
   prepared.finite.reserve(scan.points.size());
   if (timed) times.reserve(scan.points.size());
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
@@ -62,7 +71,7 @@ Result<PreparedScan> prepare_scan(const Scan& scan, const SweepMotion* motion,
     prepared.times = std::move(thinned.times);
   } else {
     prepared.points = prepared.finite;
-    prepared.times = std::move(times);
+    prepared.times = times;
   }
   return prepared;
 }

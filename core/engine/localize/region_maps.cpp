@@ -68,8 +68,9 @@ struct RegionMaps::State {
   mutable std::condition_variable_any changed;
   std::unordered_map<std::uint32_t, Entry> entries;
   std::unordered_map<std::uint32_t, std::weak_ptr<const ReadyRegion>> lent;  // not in `entries`
-  std::unordered_set<std::uint32_t> loading;   // which some thread is loading right now
-  std::unordered_set<std::uint32_t> given_up;  // expected, but failed or did not fit
+  std::unordered_set<std::uint32_t> loading;  // which some thread is loading right now
+  // Expected, but failed or did not fit; how many were to be loaded before it then.
+  std::unordered_map<std::uint32_t, std::ptrdiff_t> given_up;
   std::vector<RegionId> expected;
   std::optional<std::uint32_t> taken_last;
   bool busy = false;  // whether the loader is loading or releasing a map
@@ -79,8 +80,11 @@ struct RegionMaps::State {
 
   std::jthread loader;  // last, so that it ends before the members that it uses
 
-  [[nodiscard]] bool is_expected(std::uint32_t region) const {
-    return std::find(expected.begin(), expected.end(), RegionId{region}) != expected.end();
+  /// How many regions are expected before this one; nothing if it is not expected.
+  [[nodiscard]] std::optional<std::ptrdiff_t> rank_of(std::uint32_t region) const {
+    const auto place = std::ranges::find(expected, RegionId{region});
+    if (place == expected.end()) return {};
+    return place - expected.begin();
   }
 
   /// The map of a region, if it is kept, or if a caller borrowed it and still holds it; otherwise
@@ -139,11 +143,12 @@ struct RegionMaps::State {
       if (held + loading.size() * most_of_one <= options.memory) break;
       const auto least = std::ranges::min_element(entries, {}, worth);
       if (least == entries.end() || taken_last == least->first) break;
-      if (is_expected(least->first)) {
+      if (const auto rank = rank_of(least->first)) {
         if (held <= options.memory) break;
-        given_up.insert(least->first);
+        given_up[least->first] = *rank;
       }
       ++counts.dropped;
+      if (least->second.ready.use_count() > 1) lent[least->first] = least->second.ready;
       dropped.push_back(std::move(least->second.ready));
       entries.erase(least);
     }
@@ -153,7 +158,8 @@ struct RegionMaps::State {
   /// Keeps a region, unless it was kept while this one was loaded.
   /// @return  as shrink()
   [[nodiscard]] std::vector<Ready> keep(std::uint32_t region, Ready ready) {
-    if (!entries.try_emplace(region, Entry{ready, takes}).second) return {std::move(ready)};
+    if (entries.contains(region)) return {std::move(ready)};
+    entries.emplace(region, Entry{std::move(ready), takes});
     return shrink();
   }
 
@@ -168,7 +174,7 @@ struct RegionMaps::State {
         ++counts.loaded_in_background;
         dropped = keep(region.value, *std::move(ready));
       } else {
-        given_up.insert(region.value);
+        given_up[region.value] = 0;
       }
       lock.unlock();
       dropped.clear();
@@ -233,7 +239,11 @@ void RegionMaps::expect(std::vector<RegionId> regions) {
   const std::scoped_lock lock(s.mutex);
   if (regions == s.expected) return;
   s.expected = std::move(regions);
-  std::erase_if(s.given_up, [&](std::uint32_t r) { return !s.is_expected(r); });
+  // What is needed sooner now may fit.
+  std::erase_if(s.given_up, [&](const auto& one) {
+    const auto rank = s.rank_of(one.first);
+    return !rank || *rank < one.second;
+  });
   if (s.missing()) s.changed.notify_all();
 }
 

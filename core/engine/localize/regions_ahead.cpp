@@ -108,7 +108,11 @@ Result<RegionsAhead::Choice> RegionsAhead::choose(const std::optional<RegionId>&
   }
   if (in_use && *owner != *in_use && margin > 0.0) {
     VANTAGE_TRY(const DirectoryEntry entry, directory_->entry(*in_use));
-    if (distance(entry.region.footprint, xy) <= margin) return Choice{*in_use, false};
+    const HeightInterval& height = entry.region.height;
+    const double above = std::max({0.0, height.min - place.z(), place.z() - height.max});
+    if (std::hypot(distance(entry.region.footprint, xy), above) <= margin) {
+      return Choice{*in_use, false};
+    }
   }
   return Choice{*owner, false};
 }

@@ -146,9 +146,13 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
     now.update(match.alignment->T_map_scan, match.R);
     SweepMotion shown(now.state(), inputs, sweep.time, now.measured());
     if (shown.apart(*sweep.motion, kRange) <= kRangeNoise) return match;
-    for (std::size_t i = 0; i < scan.points.size(); ++i) {
-      scan.points[i] = sweep.motion->corrected(scan.points[i], scan.times[i], shown);
-    }
+    const auto correct = [&](PointCloud& points, const std::vector<double>& times) {
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        points[i] = sweep.motion->corrected(points[i], times[i], shown);
+      }
+    };
+    correct(scan.points, scan.times);
+    correct(scan.finite, scan.finite_times);
     sweep.motion = std::move(shown);
     starts.assign(1, match.alignment->T_map_scan);
   }

@@ -18,15 +18,7 @@ double fading(const MotionInput& input) {
   return input.coasts ? std::exp(-std::abs(input.seconds) / kStopping) : 1.0;
 }
 
-Eigen::Vector3d rate_of(const MotionState& state, const MotionInput& input) {
-  if (input.rate) return *input.rate - state.rate_bias;
-  return input.odometry ? input.odometry->angular : -state.rate_bias;
-}
-
-/// Whether the bias stands for the rate of turn, and odometry gives a new one.
-bool sets_rate(const MotionInput& input) { return input.odometry && !input.rate; }
-
-bool is_accelerated(const MotionInput& input) { return input.force && !input.odometry; }
+double squared(double x) { return x * x; }
 
 /// The derivative of `left_jacobian(theta) * v` by theta, to second order.
 Eigen::Matrix3d derivative(const Eigen::Vector3d& theta, const Eigen::Vector3d& v) {
@@ -37,8 +29,8 @@ Eigen::Matrix3d derivative(const Eigen::Vector3d& theta, const Eigen::Vector3d& 
 }  // namespace
 
 Twist twist_of(const MotionState& state, const MotionInput& input) noexcept {
-  return {.linear = input.odometry ? input.odometry->linear : state.velocity,
-          .angular = rate_of(state, input)};
+  return {.linear = state.velocity,
+          .angular = input.rate.value_or(Eigen::Vector3d::Zero()) - state.rate_bias};
 }
 
 MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
@@ -48,7 +40,7 @@ MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   next.T_map_body.rotation =
       (state.T_map_body.rotation * rotation_from_vector(twist.angular * dt)).normalized();
-  if (is_accelerated(input)) {
+  if (input.force) {
     const Eigen::Matrix3d R_middle =
         R * rotation_from_vector(0.5 * dt * twist.angular).toRotationMatrix();
     const Eigen::Vector3d a = R_middle * (*input.force - state.force_bias) + kGravity;
@@ -67,7 +59,6 @@ MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
     next.rate_bias *= fade;
   }
   next.velocity = fade * twist.linear;
-  if (sets_rate(input)) next.rate_bias = -input.odometry->angular;
   return next;
 }
 
@@ -80,10 +71,8 @@ MotionMatrix moved_jacobian(const MotionState& state, const MotionInput& input) 
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   const Eigen::Matrix3d J = left_jacobian(theta);
   MotionMatrix F = MotionMatrix::Identity();
-  // How the rate of turn depends on its bias.
-  const double by_bias = sets_rate(input) ? 0.0 : -1.0;
-  F.block<3, 3>(kR, kB) = by_bias * dt * R * J;
-  if (is_accelerated(input)) {
+  F.block<3, 3>(kR, kB) = -dt * R * J;
+  if (input.force) {
     const Eigen::Vector3d half = 0.5 * theta;
     const Eigen::Matrix3d R_middle = R * rotation_from_vector(half).toRotationMatrix();
     const Eigen::Vector3d force = R_middle * (*input.force - state.force_bias);
@@ -104,14 +93,9 @@ MotionMatrix moved_jacobian(const MotionState& state, const MotionInput& input) 
   }
   const Eigen::Vector3d v = twist.linear;
   F.block<3, 3>(kP, kR) = -skew(R * (J * v)) * dt;
-  if (input.odometry) {
-    F.block<3, 3>(kV, kV).setZero();
-  } else {
-    F.block<3, 3>(kP, kV) = dt * R * J;
-    F.block<3, 3>(kV, kV) *= fade;
-  }
-  F.block<3, 3>(kP, kB) = by_bias * dt * dt * R * derivative(theta, v);
-  if (sets_rate(input)) F.block<3, 3>(kB, kB).setZero();
+  F.block<3, 3>(kP, kV) = dt * R * J;
+  F.block<3, 3>(kV, kV) *= fade;
+  F.block<3, 3>(kP, kB) = -dt * dt * R * derivative(theta, v);
   if (input.coasts) F.block<3, 3>(kB, kB) *= fade;
   return F;
 }
@@ -131,22 +115,8 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
     Q.block<3, 3>(itself, integral) += turned.transpose() * dt / 2.0;
     Q.block<3, 3>(itself, itself).diagonal() += variance;
   };
-  const auto squared = [](double x) { return x * x; };
   const double upright = squared(noise.upright);
-  if (input.odometry) {
-    // Variances that grow with the time; the twist is their mean over the time between two samples.
-    const double speed = input.odometry->linear.norm(), turn = input.odometry->angular.norm();
-    const double between = input.odometry_seconds;
-    const double metres = squared(noise.odometry_metres) * speed;
-    Q.block<3, 3>(kP, kP).diagonal().array() += metres * dt;
-    Q.block<3, 3>(kV, kV).diagonal().array() += metres / between + squared(0.01);
-    if (!input.rate) {
-      const double radians =
-          squared(noise.odometry_radians) * speed + squared(noise.odometry_turning) * turn;
-      Q.block<3, 3>(kR, kR).diagonal().array() += radians * dt;
-      Q.block<3, 3>(kB, kB).diagonal().array() += radians / between + squared(0.005);
-    }
-  } else if (input.force) {
+  if (input.force) {
     const Eigen::Vector3d variance = Eigen::Vector3d::Constant(squared(noise.force) * dt);
     add_walk(kP, kV, 1.0, variance);
     Q.block<3, 3>(kF, kF).diagonal().array() += squared(noise.force_bias) * dt;
@@ -156,7 +126,7 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
   if (input.rate) {
     Q.block<3, 3>(kR, kR).diagonal().array() += squared(noise.rate) * dt;
     Q.block<3, 3>(kB, kB).diagonal().array() += squared(noise.rate_bias) * dt;
-  } else if (!input.odometry) {
+  } else {
     add_walk(kR, kB, -1.0, squared(noise.turning) * dt * Eigen::Vector3d(upright, upright, 1.0));
   }
   return Q;
@@ -222,6 +192,7 @@ bool MotionFilter::advance(double stamp, const MotionInputs& inputs, const Motio
                            double share) {
   bool measured = false;
   for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
+    if (input.odometry) take_odometry(input, noise);
     const MotionMatrix F = moved_jacobian(state_, input);
     covariance_ = F * covariance_ * F.transpose() + share * moved_noise(state_, input, noise);
     state_ = moved(state_, input);
@@ -247,7 +218,9 @@ MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs,
 void MotionFilter::update(const Pose& T_map_sensor, const PoseMatrix& R) {
   Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
   H.leftCols<6>() = sensor_by_body();
-  correct(difference(T_map_sensor, pose()), H, R);
+  const PoseVector innovation = difference(T_map_sensor, pose());
+  allow(innovation, H, R);
+  correct(innovation, H, R);
   measured_ = stamp_;
 }
 
@@ -265,19 +238,42 @@ void MotionFilter::update_motion(const Seen& first, const Seen& second,
     innovation += side * difference(seen->T_map_sensor, there.pose());
     H += side * there.sensor_by_body() * F.topRows<6>();
   }
-  correct(innovation, H, first.R + second.R);
+  const PoseMatrix R = first.R + second.R;
+  allow(innovation, H, R);
+  correct(innovation, H, R);
+}
+
+void MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& noise) {
+  const Twist& mean = *input.odometry;
+  const double speed = mean.linear.norm(), turn = mean.angular.norm();
+  const double dt = std::abs(input.seconds), between = input.odometry_seconds;
+  // Errors of odometry are those of a random walk. The twist also changes between two samples, of
+  // which all pieces of that time together tell as much as one mean.
+  const double metres = squared(noise.odometry_metres) * speed +
+                        (squared(noise.acceleration) * between / 6.0 + squared(0.01)) * between;
+  const double radians = squared(noise.odometry_radians) * speed +
+                         squared(noise.odometry_turning) * turn +
+                         (squared(noise.turning) * between / 6.0 + squared(0.005)) * between;
+  constexpr double kUnknown = 1e6;  // a gyroscope knows better
+  PoseVector innovation, variances;
+  innovation << mean.linear - state_.velocity, -mean.angular - state_.rate_bias;
+  variances << Eigen::Vector3d::Constant(metres / dt),
+      Eigen::Vector3d::Constant(input.rate ? kUnknown : radians / dt);
+  Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
+  H.block<6, 6>(0, kV).setIdentity();
+  correct(innovation, H, variances.asDiagonal());
+}
+
+void MotionFilter::allow(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+                         const PoseMatrix& R) {
+  const PoseMatrix S = H * covariance_ * H.transpose() + R;
+  const double squared = innovation.dot(S.ldlt().solve(innovation));
+  if (squared > kUnusual) covariance_ *= squared / kUnusual;
 }
 
 void MotionFilter::correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                            const PoseMatrix& R) {
-  PoseMatrix S = H * covariance_ * H.transpose() + R;
-  const double squared = innovation.dot(S.ldlt().solve(innovation));
-  if (squared > kUnusual) {
-    // The motion changed more than its noise allows: by as much, what was known of it is worth
-    // less.
-    covariance_ *= squared / kUnusual;
-    S = H * covariance_ * H.transpose() + R;
-  }
+  const PoseMatrix S = H * covariance_ * H.transpose() + R;
   const Eigen::Matrix<double, 15, 6> PHt = covariance_ * H.transpose();
   const Eigen::Matrix<double, 6, 15> solved = S.ldlt().solve(PHt.transpose());
   const Eigen::Matrix<double, 15, 6> K = solved.transpose();
@@ -294,32 +290,6 @@ void MotionFilter::place(const Pose& T_map_sensor, const PoseMatrix& P) {
   covariance_.leftCols<6>().setZero();
   covariance_.topRows<6>().setZero();
   covariance_.topLeftCorner<6, 6>() = body_by_sensor * P * body_by_sensor.transpose();
-}
-
-Pose pose_between(const MotionFilter& before, const MotionFilter& after, double stamp,
-                  const MotionInputs& inputs, const MotionNoise& noise) {
-  Pose by_after = after.at(stamp, inputs, noise).pose();
-  const double seconds = after.stamp() - before.stamp();
-  const double share = (stamp - before.stamp()) / seconds;
-  if (!(share > 0.0 && share < 1.0) || !inputs.has_odometry(after.stamp())) return by_after;
-  const Pose by_odometry = interpolate(before.at(stamp, inputs, noise).pose(), by_after, share);
-  const Twist whole = logarithm(before.pose().inverse() * after.pose());
-  const Pose by_poses = before.pose() * exponential({share * whole.linear, share * whole.angular});
-  // Variances half way: of a walk that ends where it is known, and of white accelerations.
-  const double walk = 0.25, white = seconds * seconds * seconds / 192.0;
-  const auto squared = [](double x) { return x * x; };
-  const double way = whole.linear.norm(), turn = whole.angular.norm();
-  const auto weight = [](double of_odometry, double of_poses) {
-    return of_odometry / (of_odometry + of_poses);
-  };
-  const double metres =
-      weight(walk * squared(noise.odometry_metres) * way, white * squared(noise.acceleration));
-  const double radians = weight(
-      walk * (squared(noise.odometry_radians) * way + squared(noise.odometry_turning) * turn),
-      white * squared(noise.turning));
-  Pose pose = interpolate(by_odometry, by_poses, radians);
-  pose.translation += (metres - radians) * (by_poses.translation - by_odometry.translation);
-  return pose;
 }
 
 }  // namespace vantage

@@ -34,7 +34,11 @@ std::uint64_t insert(std::deque<Sample>& samples, const Sample& sample) {
                                    [](const Sample& s, double stamp) { return s.stamp < stamp; });
   if (at != samples.end() && at->stamp == sample.stamp) return dropped + 1;
   samples.insert(at, sample);
-  while (samples.front().stamp < samples.back().stamp - kLongest) samples.pop_front();
+  // The last stamp may be a wrong one, which drops no others.
+  while (samples.size() > 2 &&
+         samples.front().stamp < std::prev(samples.end(), 2)->stamp - kLongest) {
+    samples.pop_front();
+  }
   return dropped;
 }
 
@@ -91,22 +95,25 @@ void MotionInputs::learn_interval() {
   odometry_interval_ = first ? last : std::min(last, kSlower * odometry_interval_);
 }
 
-std::optional<Twist> MotionInputs::twist_between(const Odometry& last, const Odometry& next) const {
+std::optional<MotionInputs::MeanTwist> MotionInputs::mean_until(Sample next) const {
   constexpr double kFastestDrive = 100.0, kFastestSpin = 30.0;  // [m/s], [rad/s]
-  const double seconds = next.stamp - last.stamp;
-  if (seconds > std::max(kLongestGap, kGapIntervals * odometry_interval_)) return {};
-  Twist twist = logarithm(last.T_odom_imu.inverse() * next.T_odom_imu);
-  twist.linear /= seconds;
-  twist.angular /= seconds;
-  const bool possible = twist.linear.norm() < kFastestDrive && twist.angular.norm() < kFastestSpin;
-  return possible ? std::optional(twist) : std::nullopt;
+  if (next == odometry_.begin() || next == odometry_.end()) return {};
+  const Odometry& last = *std::prev(next);
+  MeanTwist mean{.twist = logarithm(last.T_odom_imu.inverse() * next->T_odom_imu),
+                 .middle = 0.5 * (last.stamp + next->stamp),
+                 .seconds = next->stamp - last.stamp};
+  if (mean.seconds > std::max(kLongestGap, kGapIntervals * odometry_interval_)) return {};
+  mean.twist.linear /= mean.seconds;
+  mean.twist.angular /= mean.seconds;
+  const bool possible =
+      mean.twist.linear.norm() < kFastestDrive && mean.twist.angular.norm() < kFastestSpin;
+  return possible ? std::optional(mean) : std::nullopt;
 }
 
 bool MotionInputs::has_odometry(double stamp) const {
   auto next = later_than(odometry_, stamp);
   if (next == odometry_.end() && next != odometry_.begin()) --next;  // until the last sample
-  return next != odometry_.begin() && next->stamp >= stamp - kOdometryAge &&
-         twist_between(*std::prev(next), *next);
+  return mean_until(next) && next->stamp >= stamp - kOdometryAge;
 }
 
 MotionInput MotionInputs::at(double from, double to, double silent_since) const {
@@ -125,11 +132,16 @@ MotionInput MotionInputs::at(double from, double to, double silent_since) const 
       input.force = sample->specific_force;
     }
   }
-  const auto next = later_than(odometry_, middle);
-  if (next != odometry_.begin() && next != odometry_.end()) {
-    const Odometry& last = *std::prev(next);
-    input.odometry = twist_between(last, *next);
-    input.odometry_seconds = next->stamp - last.stamp;
+  const Sample next = later_than(odometry_, middle);
+  if (const auto mean = mean_until(next)) {
+    input.odometry = mean->twist;
+    input.odometry_seconds = mean->seconds;
+    // From the middle of one mean to that of another, the twist changes evenly.
+    if (const auto other = mean_until(middle > mean->middle ? next + 1 : next - 1)) {
+      const double share = (middle - mean->middle) / (other->middle - mean->middle);
+      input.odometry->linear += share * (other->twist.linear - mean->twist.linear);
+      input.odometry->angular += share * (other->twist.angular - mean->twist.angular);
+    }
   }
   input.coasts = !input.rate && !input.odometry && middle > silent_since + kCoasting;
   return input;
@@ -200,6 +212,13 @@ std::optional<Eigen::Vector3d> MotionInputs::up(double stamp) const {
   }
   if (!(sum.norm() > 0.0)) return {};
   return mounts_.T_sensor_imu.rotation.toRotationMatrix() * sum.normalized();
+}
+
+void MotionInputs::forget() {
+  imu_.clear();
+  odometry_.clear();
+  odometry_interval_ = 0.0;
+  forgotten_.reset();
 }
 
 void MotionInputs::forget_before(double stamp) {

@@ -2,8 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace vantage {
+namespace {
+
+/// The mean rate of turn by odometry, if that alone measured it, and all the time [rad/s].
+std::optional<Eigen::Vector3d> mean_rate_of(const std::vector<MotionInput>& pieces) {
+  Eigen::Vector3d angle = Eigen::Vector3d::Zero();
+  double seconds = 0.0;
+  for (const MotionInput& piece : pieces) {
+    if (!piece.odometry || piece.rate) return std::nullopt;
+    angle += piece.seconds * piece.odometry->angular;
+    seconds += piece.seconds;
+  }
+  if (!(seconds > 0.0)) return std::nullopt;
+  return angle / seconds;
+}
+
+}  // namespace
 
 SweepMotion::SweepMotion(const MotionState& state, const MotionInputs& inputs,
                          const SweepTime& time, double silent_since)
@@ -19,12 +36,14 @@ SweepMotion::SweepMotion(const MotionState& state, const MotionInputs& inputs,
   const Pose& T_sensor_body = inputs.T_sensor_body();
   const Pose T_middle_map = T_sensor_body * state.T_map_body.inverse();
   const Pose T_body_sensor = T_sensor_body.inverse();
+  const auto mean_rate = mean_rate_of(inputs.between(time.first, time.last, silent_since));
   for (const double side : {-1.0, 1.0}) {
     MotionState there = state;
     double from = time.middle();
     for (std::size_t k = 1; k <= half; ++k) {
       const double to = time.middle() + side * static_cast<double>(k) * seconds_per_knot_;
       for (const MotionInput& input : inputs.between(from, to, silent_since)) {
+        if (mean_rate) there.rate_bias = state.rate_bias + *mean_rate - input.odometry->angular;
         there = moved(there, input);
       }
       from = to;

@@ -83,17 +83,34 @@ TEST_CASE("constant velocity predicts straight drives, turns and uneven stamps")
   }
 }
 
-TEST_CASE("odometry predicts where it has a pose, velocity where it has none") {
-  const World world;
-  Localizer localizer = world.localizer();
-  REQUIRE(localizer.start(at_x(1)));
-  const auto odometry = [](double x) { return pose_from_xyz_rpy({50 + x, 3, 0}, {0, 0, 0}); };
-  world.at(localizer, 0.0, 1.0, odometry(0));
-  CHECK(world.at(localizer, 0.1, 1.4, odometry(0.4)).T_map_scan_predicted.translation.x() ==
-        doctest::Approx(1.4));
-  CHECK(world.at(localizer, 0.2, 2.0, odometry(1.0)).T_map_scan_predicted.translation.x() ==
-        doctest::Approx(2.0));
-  CHECK(world.at(localizer, 0.3, 2.6).T_map_scan_predicted.translation.x() == doctest::Approx(2.6));
+TEST_CASE("odometry shows at once that a sensor accelerates, and where it ends, velocity goes on") {
+  const auto errors = [](double interval) {  // of the predictions; 0: without odometry
+    const World world;
+    Localizer localizer = world.localizer();
+    REQUIRE(localizer.start(at_x(1)));
+    const auto x = [](double t) {
+      return 1.0 + 4.0 * t + 2.0 * std::max(0.0, t - 0.5) * std::max(0.0, t - 0.5);
+    };
+    double next = 0.0;
+    std::vector<double> all;
+    for (int i = 0; i <= 14; ++i) {
+      const double now = 0.1 * i;
+      for (; interval > 0.0 && next <= std::min(now, 1.2) + 1e-9; next += interval) {
+        REQUIRE(localizer.add(
+            OdometrySample{next, pose_from_xyz_rpy({50 + x(next), 3, 0}, {0, 0, 0})}));
+      }
+      all.push_back(world.at(localizer, now, x(now)).T_map_scan_predicted.translation.x() - x(now));
+    }
+    return all;
+  };
+  const auto without = errors(0.0), with = errors(0.02);
+  CHECK(std::abs(without[1]) == doctest::Approx(0.4));  // 4 m/s that nothing told of
+  CHECK(std::abs(with[1]) < 0.001);
+  for (std::size_t i = 6; i <= 12; ++i) {
+    CAPTURE(i);
+    CHECK(std::abs(with[i]) < 0.65 * std::abs(without[i]));
+  }
+  CHECK(with[14] == doctest::Approx(without[14]).epsilon(0.02));
 }
 
 TEST_CASE("a scan without overlap or coverage is lost, keeps its prediction, and the run goes on") {
@@ -460,6 +477,31 @@ TEST_CASE("the motion at the very stamp of a scan has the rates that are measure
     const auto motion = localizer.motion_at(stamp);
     REQUIRE(motion);
     CHECK(motion->twist.angular.z() == doctest::Approx(0.5).epsilon(0.05));
+  }
+  // Nanoseconds that are taken for seconds, and no moment at all.
+  CHECK_FALSE(localizer.motion_at(1.7e18));
+  CHECK_FALSE(localizer.motion_at(std::numeric_limits<double>::infinity()));
+}
+
+TEST_CASE("a prior without heading is moved by the motion from the stamp to the middle") {
+  World world;
+  LocalizerParams params;
+  params.scan_min_range = 0.0;
+  Localizer localizer = world.localizer(params);
+  REQUIRE(localizer.start(at_x(1)));
+  const std::vector<float> seconds(world.posts_of_map.size(), 0.4F);  // the middle: 0.4 s later
+  for (int i = 0; i < 8; ++i) {
+    const double at_stamp = 1.0 + i, at_middle = at_stamp + 4.0;  // 10 m/s
+    world.stand_at(at_x(at_middle));
+    PosePrior prior{.T_map_sensor = pose_from_xyz_rpy({at_stamp, 0, 0}, {0, 0, 3.0}),
+                    .sigma_translation = {0.3, 0.3, 0.3},
+                    .sigma_heading = std::numeric_limits<double>::infinity()};
+    const auto report = localizer.localize(
+        {.stamp = 0.1 * i, .points = world.scan, .seconds = seconds, .prior = prior});
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CAPTURE(i);
+    // The first scan shows how fast the sensor is. A prior that was moved back is 8 m off.
+    if (i > 2) CHECK(report->seconds_search == 0.0);
   }
 }
 

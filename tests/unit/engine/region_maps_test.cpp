@@ -212,6 +212,31 @@ TEST_CASE("what is borrowed, and points on their way, count as well as what is k
   CHECK_FALSE(maps.take(RegionId{kMany})->blocked);
 }
 
+TEST_CASE("a region that did not fit is loaded once it is needed sooner") {
+  Fixture f;
+  RegionMaps maps(f.bundle, f.matcher, {.memory = 4 * kRegionBytes});
+  for (std::uint32_t k = 0; k < 12; ++k) {
+    const auto taken = maps.take(RegionId{k});
+    REQUIRE(taken);
+    CAPTURE(k);
+    CHECK(taken->blocked == (k == 0));
+    maps.expect(ids({k + 1, k + 2, k + 3, k + 4}));  // the last one does not fit
+    maps.wait_until_idle();
+  }
+}
+
+TEST_CASE("a map that is dropped while it is borrowed counts, and is borrowed again unread") {
+  Fixture f;
+  RegionMaps maps(f.bundle, f.matcher, {.memory = kRegionBytes, .background = false});
+  REQUIRE(maps.take(RegionId{1}));
+  const auto borrowed = maps.borrow(RegionId{1}).value();
+  REQUIRE(maps.take(RegionId{2}));
+  CHECK(maps.statistics().regions == 1);
+  CHECK(maps.statistics().bytes == 2 * kRegionBytes);
+  CHECK(maps.borrow(RegionId{1}).value() == borrowed);
+  CHECK(f.events.loaded() == std::vector<std::uint32_t>{1, 2});
+}
+
 TEST_CASE("a region larger than the memory is kept while it is the last one taken") {
   Fixture f;
   RegionMaps maps(f.bundle, f.matcher, {.memory = 10});

@@ -41,6 +41,21 @@ RegionId chosen(const RegionsAhead& ahead, const Eigen::Vector2d& xy) {
 
 }  // namespace
 
+TEST_CASE("a margin keeps a storey in use until the sensor is that far above it") {
+  const HalfOpenBox box{{0, 0}, {10, 10}};
+  MapIndex index;
+  index.partition =
+      Partition::from({{"below", box, {-5.0, 3.0}}, {"above", box, {3.0, 10.0}}}).value();
+  index.regions.assign(2, {.points = 5, .viewpoints = 1, .elements = 0, .bytes = 60});
+  const RegionsAhead ahead(directory_of(index).value());
+  const auto at = [&](double z) {
+    return ahead.choose(RegionId{0}, {5.0, 5.0, z}, 1.0).value().region.value;
+  };
+  CHECK(at(2.0) == 0);
+  CHECK(at(3.5) == 0);
+  CHECK(at(4.5) == 1);
+}
+
 TEST_CASE("regions are expected in the order in which they are reached") {
   const RegionsAhead ahead(directory_of(cells()).value());
   const auto east = values(ahead({15, 15}, {5, 0}, 5.0, 1.0));

@@ -79,7 +79,10 @@ TEST_CASE("point times and the true motion undo motion distortion, all the way t
     const Pose now = drive.pose(time.middle());
     const Pose step = drive.pose(time.first).inverse() * drive.pose(time.last);
     fastest_turn = std::max(fastest_turn, rotation_between(Pose{}, step) / 0.1);
-    const SweepMotion motion({.T_map_body = now}, odometry, time, time.first);
+    const Twist twist = logarithm(step);
+    const MotionState state{
+        .T_map_body = now, .velocity = twist.linear / 0.1, .rate_bias = -twist.angular / 0.1};
+    const SweepMotion motion(state, odometry, time, time.first);
     PointCloud undistorted;
     for (std::size_t i = 0; i < scan->points.size(); ++i) {
       const double stamp = scan->stamp + static_cast<double>(scan->seconds[i]);

@@ -30,14 +30,11 @@ MotionState some_state() {
 /// A piece of time of every kind.
 std::vector<MotionInput> inputs_of_every_kind() {
   const Eigen::Vector3d rate(0.5, -0.3, 1.2), force(1.0, -0.5, 9.5);
-  const Twist twist{.linear = {3.0, 0.2, -0.1}, .angular = {0.1, -0.2, 0.9}};
   return {{.seconds = 0.02},
           {.seconds = -0.015},
           {.seconds = 0.01, .rate = rate},
           {.seconds = 0.01, .rate = rate, .force = force},
           {.seconds = -0.01, .rate = rate, .force = force},
-          {.seconds = 0.02, .odometry = twist, .odometry_seconds = 0.1},
-          {.seconds = 0.02, .rate = rate, .odometry = twist, .odometry_seconds = 0.1},
           {.seconds = 0.02, .coasts = true}};
 }
 
@@ -68,7 +65,6 @@ TEST_CASE("every Jacobian is the derivative that finite differences give") {
     CAPTURE(input.seconds);
     CAPTURE(input.rate.has_value());
     CAPTURE(input.force.has_value());
-    CAPTURE(input.odometry.has_value());
     CAPTURE(input.coasts);
     const MotionMatrix F = moved_jacobian(state, input);
     constexpr double kStep = 1e-5;
@@ -125,29 +121,89 @@ TEST_CASE("noise is symmetric, positive, and that of the integrals") {
         doctest::Approx(0.6 / std::sqrt(3.0)));
 }
 
-TEST_CASE("the noise of odometry does not depend on the pieces that its time is cut into") {
+/// Odometry that drives and turns evenly, as exact as it is taken for.
+MotionInputs even_odometry(const Twist& twist, double interval, double until) {
+  MotionInputs inputs({});
+  for (int k = 0; k * interval <= until + 1e-9; ++k) {
+    const double t = k * interval;
+    const Pose pose = exponential({t * twist.linear, t * twist.angular});
+    REQUIRE(inputs.add(OdometrySample{t, pose}));
+  }
+  return inputs;
+}
+
+TEST_CASE("what odometry tells does not depend on the pieces that its time is cut into") {
   const Twist twist{.linear = {8.0, 0.0, 0.0}, .angular = {0.0, 0.0, 0.3}};
+  const MotionInputs inputs = even_odometry(twist, 0.1, 1.0);
   const auto after = [&](int pieces) {
-    const double seconds = 0.1 / pieces;
-    const MotionInput input{.seconds = seconds, .odometry = twist, .odometry_seconds = 0.1};
-    MotionState state;
-    MotionMatrix P = MotionMatrix::Zero();
-    for (int k = 0; k < pieces; ++k) {
-      const MotionMatrix F = moved_jacobian(state, input);
-      P = F * P * F.transpose() + moved_noise(state, input, {});
-      state = moved(state, input);
-    }
-    return MotionVector(P.diagonal().cwiseSqrt());
+    MotionFilter filter(0.0, Pose{}, sigma(0.01, 0.001), inputs);
+    for (int k = 1; k <= pieces; ++k) filter.predict(1.0 * k / pieces, inputs, {});
+    return filter;
   };
-  const MotionVector whole = after(1);
-  CHECK(whole[6] == doctest::Approx(0.04 * std::sqrt(8.0 / 0.1)).epsilon(0.01));
-  for (const int pieces : {5, 20, 100'000}) {
-    const MotionVector sigma_of_parts = after(pieces);
+  const MotionFilter whole = after(1);
+  CHECK(whole.state().velocity.x() == doctest::Approx(8.0).epsilon(0.002));
+  CHECK(-whole.state().rate_bias.z() == doctest::Approx(0.3).epsilon(0.02));
+  for (const int pieces : {7, 100, 1000}) {
+    CAPTURE(pieces);
+    const MotionFilter parts = after(pieces);
+    CHECK((parts.pose().translation - whole.pose().translation).norm() < 0.02);
     for (const Eigen::Index k : {0, 5, 6, 11}) {
       CAPTURE(k);
-      CHECK(sigma_of_parts[k] == doctest::Approx(whole[k]).epsilon(0.02));
+      CHECK(std::sqrt(parts.covariance()(k, k)) ==
+            doctest::Approx(std::sqrt(whole.covariance()(k, k))).epsilon(0.03));
     }
   }
+}
+
+TEST_CASE(
+    "odometry only adds to what is known: scans tell a speed better than slow odometry does") {
+  const MotionInputs nothing({});
+  const Twist fast{.linear = {8.8, 0.0, 0.0}};  // 10 % too far
+  for (const double interval : {0.05, 0.5, 1.0}) {
+    CAPTURE(interval);
+    const MotionInputs inputs = even_odometry(fast, interval, 4.0);
+    const auto error_with = [&](const MotionInputs& some) {
+      MotionFilter filter(0.0, Pose{}, sigma(0.003, 0.0005), some);
+      double worst = 0.0;
+      for (int k = 1; k <= 30; ++k) {
+        const Pose truth = pose_from_xyz_rpy({0.8 * k, 0, 0}, {0, 0, 0});
+        filter.predict(0.1 * k, some, {});
+        if (k > 10) worst = std::max(worst, (filter.pose().translation - truth.translation).norm());
+        filter.update(truth, sigma(0.003, 0.0005));
+      }
+      CHECK(is_positive(filter.covariance()));
+      return worst;
+    };
+    CHECK(error_with(nothing) < 0.002);
+    CHECK(error_with(inputs) < (interval < 0.1 ? 0.03 : 0.01));  // 0.08 by odometry alone
+  }
+}
+
+TEST_CASE("odometry at once tells the speed of a sensor of which nothing is known") {
+  const Twist twist{.linear = {8.0, 0.0, 0.0}, .angular = {0.0, 0.0, 0.3}};
+  const MotionInputs inputs = even_odometry(twist, 0.05, 0.2);
+  MotionFilter filter(0.0, Pose{}, sigma(0.01, 0.001), inputs);
+  filter.predict(0.1, inputs, {});
+  CHECK(filter.state().velocity.x() == doctest::Approx(8.0).epsilon(0.02));
+  CHECK((filter.pose().translation -
+         exponential({0.1 * twist.linear, 0.1 * twist.angular}).translation)
+            .norm() < 0.05);
+}
+
+TEST_CASE("with an IMU, odometry corrects the speed that accelerations lead to") {
+  MotionInputs inputs({});
+  const Eigen::Vector3d bias(0.3, 0.0, 0.0);  // of the accelerometer
+  for (int k = 0; k <= 1000; ++k) {
+    REQUIRE(inputs.add(ImuSample{0.005 * k, {0, 0, 0}, Eigen::Vector3d(0, 0, kGravity) + bias}));
+  }
+  const auto speed_with = [](const MotionInputs& some) {
+    MotionFilter filter(0.0, Pose{}, sigma(0.01, 0.001), some);
+    filter.predict(5.0, some, {});
+    return filter.state().velocity.norm();
+  };
+  CHECK(speed_with(inputs) > 1.0);
+  for (int k = 0; k <= 50; ++k) REQUIRE(inputs.add(OdometrySample{0.1 * k, Pose{}}));  // it stands
+  CHECK(speed_with(inputs) < 0.1);
 }
 
 TEST_CASE("the start covariance is the same for every mounting of the IMU") {
@@ -271,25 +327,6 @@ TEST_CASE("an IMU carries the pose through a turn, and its bias is found") {
   CHECK(worst < 0.001);
   CHECK((filter.state().rate_bias - bias).norm() < 0.005);
   CHECK(is_positive(filter.covariance()));
-}
-
-TEST_CASE("between two known moments, odometry leads from one to the other") {
-  MotionInputs inputs({});
-  // Odometry says 1 m, after it stood for half of the time; the scans say 1.2 m.
-  REQUIRE(inputs.add(OdometrySample{0.0, Pose{}}));
-  REQUIRE(inputs.add(OdometrySample{0.5, Pose{}}));
-  REQUIRE(inputs.add(OdometrySample{1.0, pose_from_xyz_rpy({1, 0, 0}, {0, 0, 0})}));
-  const Pose end = pose_from_xyz_rpy({1.2, 0, 0}, {0, 0, 0});
-  const MotionFilter before(0.0, Pose{}, sigma(0.01, 0.01), inputs);
-  const MotionFilter after(1.0, end, sigma(0.01, 0.01), inputs);
-  const auto at = [&](double stamp, const MotionNoise& noise) {
-    return pose_between(before, after, stamp, inputs, noise).translation.x();
-  };
-  const MotionNoise exact{.odometry_metres = 1e-6}, poor{.odometry_metres = 1e3};
-  CHECK(at(0.5, exact) == doctest::Approx(0.1));  // half of what the odometry lacks
-  CHECK(at(0.5, poor) == doctest::Approx(0.6));   // a steady motion
-  CHECK(at(1.0, exact) == doctest::Approx(1.2));
-  CHECK(at(0.0, exact) == doctest::Approx(0.2));  // not in between: back from the later moment
 }
 
 TEST_CASE("docs/localization.md has the constants that are used") {

@@ -92,6 +92,23 @@ TEST_CASE("odometry gives the twist of the IMU, wherever both sit") {
   CHECK_FALSE(inputs.has_odometry(5.0));
 }
 
+TEST_CASE("between samples of odometry, the twist changes evenly") {
+  MotionInputs inputs({});
+  for (int k = 0; k <= 10; ++k) {  // accelerates at 2 m/s^2
+    const double t = 0.1 * k;
+    REQUIRE(inputs.add(OdometrySample{t, pose_from_xyz_rpy({t * t, 0, 0}, {0, 0, 0})}));
+  }
+  double way = 0.0, time = 0.05;
+  for (const MotionInput& piece : inputs.between(0.05, 0.95, 0.0)) {
+    REQUIRE(piece.odometry);
+    time += piece.seconds;
+    way += piece.seconds * piece.odometry->linear.x();
+    CHECK(piece.odometry->linear.x() ==
+          doctest::Approx(2.0 * (time - 0.5 * piece.seconds)).epsilon(1e-6));
+  }
+  CHECK(way == doctest::Approx(0.95 * 0.95 - 0.05 * 0.05));
+}
+
 TEST_CASE("a gap of odometry is a gap, at any rate; a jump is one, too") {
   const auto known_of = [](double interval, double gap, double jump) {
     MotionInputs inputs({});
@@ -132,6 +149,14 @@ TEST_CASE("a sample far ahead of those after it is dropped, and counted") {
   for (int k = 10; k < 100; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
   CHECK(inputs.dropped() == 1);
   CHECK(turn_of(inputs.between(0.5, 0.6, 0.5)) == doctest::Approx(0.1));
+}
+
+TEST_CASE("a sample far ahead does not drop those before it") {
+  MotionInputs inputs({});
+  for (int k = 0; k < 10; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
+  REQUIRE(inputs.add(imu(1000.0, 1.0)));
+  CHECK(turn_of(inputs.between(0.0, 0.09, 0.0)) == doctest::Approx(0.09));
+  CHECK(inputs.dropped() == 0);
 }
 
 TEST_CASE("samples that are no numbers are errors, and leave nothing behind") {

@@ -57,6 +57,26 @@ TEST_CASE("without motion or without time, points stay where they are") {
   CHECK((instant.seen_from_middle(kSeen, 3.0) - kSeen).norm() < 1e-12);
 }
 
+TEST_CASE(
+    "inside a sweep, odometry shapes the turn, and the state says how fast it is in the mean") {
+  MotionInputs inputs({});
+  // Turns during the second half only, and takes a turn of 1 rad/s for one of 1.5.
+  for (int k = -1; k <= 11; ++k) {
+    const double turn = 0.015 * std::max(0, k - 5);
+    REQUIRE(inputs.add(OdometrySample{0.01 * k, pose_from_xyz_rpy({0, 0, 0}, {0, 0, turn})}));
+  }
+  MotionState state;
+  state.rate_bias = {0, 0, -0.5};
+  const SweepMotion motion(state, inputs, {0.0, 0.1}, 0.0);
+  const auto turned = [&](double stamp) {
+    const Point seen = motion.seen_from_middle(kSeen, stamp);
+    return std::atan2(seen.y(), seen.x()) - std::atan2(kSeen.y(), kSeen.x());
+  };
+  // The mean of odometry is 0.75 rad/s.
+  CHECK(turned(0.1) == doctest::Approx(0.05 * (1.5 - 0.25)).epsilon(0.05));
+  CHECK(turned(0.0) == doctest::Approx(0.05 * 0.25).epsilon(0.2));
+}
+
 TEST_CASE("inside a sweep, the gyroscope shapes the motion") {
   MotionInputs inputs({});
   // Stands, and turns during the second half only.

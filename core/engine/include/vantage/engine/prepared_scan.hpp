@@ -26,16 +26,19 @@ struct Scan {
 };
 
 /// The time that a scan takes; that of its stamp if its points have no times.
-/// Errors: `invalid_input` for times of another number than points, or a sweep of more than 10 s.
+/// Points that prepare_scan drops do not count.
+/// Errors: `invalid_input` for times of another number than points, for a sweep of more than 10 s,
+/// and for one that is farther than that from the stamp.
 [[nodiscard]] VANTAGE_API Result<SweepTime> time_of(const Scan& scan);
 
 /// A scan made ready for matching: unusable points dropped, the sensor's own motion removed, range
 /// limits applied, thinned to voxel centroids.
 struct PreparedScan {
-  PointCloud points;          ///< sensor frame at the middle of the sweep [m]
-  std::vector<double> times;  ///< of `points` [s]; empty if unknown
-  PointCloud finite;          ///< before it was thinned
-  std::size_t dropped = 0;    ///< not finite, farther than 10 km, or without a time
+  PointCloud points;                 ///< sensor frame at the middle of the sweep [m]
+  std::vector<double> times;         ///< of `points` [s]; empty if unknown
+  PointCloud finite;                 ///< before it was thinned
+  std::vector<double> finite_times;  ///< of `finite` [s]; empty if unknown
+  std::size_t dropped = 0;           ///< not finite, farther than 10 km, or without a time
 };
 /// @param motion  of the sensor; nullptr leaves the points where they were measured
 /// Errors: those of time_of and of voxel_centroids.

@@ -114,6 +114,12 @@ class MotionFilter {
   /// Moves on, or back. @param share  of the noise, that the covariance grows by
   /// @return whether anything measured the last piece of the motion
   bool advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise, double share);
+  /// Takes in the mean twist of odometry, for a piece of the time between two samples.
+  void take_odometry(const MotionInput& input, const MotionNoise& noise);
+  /// If the motion changed more than its noise allows, what was known of it is worth less, by as
+  /// much.
+  void allow(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+             const PoseMatrix& R);
   /// Takes in a measurement.
   /// @param innovation  its difference from what is predicted
   /// @param H           the derivative of that difference by the state's error
@@ -125,12 +131,5 @@ class MotionFilter {
   MotionState state_;
   MotionMatrix covariance_;
 };
-
-/// Where the sensor was between two moments, of which both are known. Odometry in between leads
-/// from one to the other; its own errors are spread over the way, and a steady motion counts as
-/// much as it is surer. Otherwise, the motion at the later moment leads back.
-/// @param before, after  the filter with all that was measured until these moments
-[[nodiscard]] Pose pose_between(const MotionFilter& before, const MotionFilter& after, double stamp,
-                                const MotionInputs& inputs, const MotionNoise& noise);
 
 }  // namespace vantage

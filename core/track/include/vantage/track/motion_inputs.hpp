@@ -19,7 +19,7 @@ struct MotionInput {
   double seconds = 0.0;                       ///< negative: backwards in time
   std::optional<Eigen::Vector3d> rate = {};   ///< by the gyroscope, with its bias [rad/s]
   std::optional<Eigen::Vector3d> force = {};  ///< specific force, with its bias [m/s^2]
-  std::optional<Twist> odometry = {};         ///< the mean between two samples [m/s, rad/s]
+  std::optional<Twist> odometry = {};         ///< by the samples before and after [m/s, rad/s]
   double odometry_seconds = 0.0;              ///< the time between those samples
   bool coasts = false;  ///< nothing was measured for so long that the body may have stopped
 };
@@ -66,6 +66,8 @@ class MotionInputs {
   /// last moments.
   [[nodiscard]] std::optional<Eigen::Vector3d> up(double stamp) const;
 
+  /// Forgets all samples, but not how many were dropped.
+  void forget();
   /// Forgets what was measured before a moment. Samples up to then that come later are dropped.
   void forget_before(double stamp);
 
@@ -74,10 +76,16 @@ class MotionInputs {
     double stamp;
     Pose T_odom_imu;
   };
-  /// The motion from one sample to the next. Nothing if that took so long that odometry was silent
-  /// in between, or if no robot moves like that: the odometry began anew, or jumped.
-  [[nodiscard]] std::optional<Twist> twist_between(const Odometry& last,
-                                                   const Odometry& next) const;
+  using Sample = std::deque<Odometry>::const_iterator;
+  /// The mean between two samples, which is the twist at the middle of that time.
+  struct MeanTwist {
+    Twist twist;
+    double middle, seconds;
+  };
+  /// The mean from the sample before to this one; nothing without one of them. Nothing either if it
+  /// took so long that odometry was silent in between, or if no robot moves like that: the odometry
+  /// began anew, or jumped.
+  [[nodiscard]] std::optional<MeanTwist> mean_until(Sample next) const;
   void learn_interval();
   [[nodiscard]] MotionInput at(double from, double to, double silent_since) const;
 

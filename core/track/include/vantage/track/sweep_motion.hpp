@@ -18,6 +18,8 @@ struct SweepTime {
 
 /// Where a sensor was during a sweep, in its own frame at the middle of the sweep. An error of the
 /// velocity then moves the points before and after by opposite amounts, and cancels.
+/// Without a gyroscope, odometry tells how the rate of turn changes during the sweep; its mean is
+/// that of the state, which scans have corrected. A speed changes less than odometry is noisy.
 class SweepMotion {
  public:
   /// @param state   of the body at the middle of the sweep
