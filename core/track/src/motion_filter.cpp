@@ -247,13 +247,10 @@ void MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& no
   const Twist& mean = *input.odometry;
   const double speed = mean.linear.norm(), turn = mean.angular.norm();
   const double dt = std::abs(input.seconds), between = input.odometry_seconds;
-  // Errors of odometry are those of a random walk. The twist also changes between two samples, of
-  // which all pieces of that time together tell as much as one mean.
-  const double metres = squared(noise.odometry_metres) * speed +
-                        (squared(noise.acceleration) * between / 6.0 + squared(0.01)) * between;
+  // Errors of odometry are those of a random walk.
+  const double metres = squared(noise.odometry_metres) * speed + squared(0.01) * between;
   const double radians = squared(noise.odometry_radians) * speed +
-                         squared(noise.odometry_turning) * turn +
-                         (squared(noise.turning) * between / 6.0 + squared(0.005)) * between;
+                         squared(noise.odometry_turning) * turn + squared(0.005) * between;
   constexpr double kUnknown = 1e6;  // a gyroscope knows better
   PoseVector innovation, variances;
   innovation << mean.linear - state_.velocity, -mean.angular - state_.rate_bias;
