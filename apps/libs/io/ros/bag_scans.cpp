@@ -29,7 +29,8 @@ Result<CloudMessage> parse_cloud(const BagMessage& message, const Topic& topic,
 
 TopicNeed scans_needed() {
   return {.what = "scans",
-          .choices = {{kPointCloud2, kLivoxMessages[0], kLivoxMessages[1]}, {kVelodyneScan}},
+          .choices = {{kPointCloud2, kLivoxMessages[0], kLivoxMessages[1], kLivoxMessages[2]},
+                      {kVelodyneScan}},
           .by_name = {}};
 }
 
