@@ -138,6 +138,15 @@ TEST_CASE("build: a configuration without a matcher gets one note") {
   CHECK(notes("plugin = \"ndt\"\n", {}).empty());
 }
 
+TEST_CASE("build: the command that is named can be given to a shell") {
+  const SmallMap small;
+  const std::string spaced = (small.folder.path() / "small map.toml").string();
+  fs::copy_file(small.config, spaced);
+  const auto built = test::run("vantage-build", {spaced});
+  REQUIRE_MESSAGE(built.exit_code == 0, built.err);
+  CHECK(has(built.out, "`vantage assess '" + spaced + "'` measures how well a sensor is"));
+}
+
 TEST_CASE("assess: what is missing is named, and the bundle stays as it is") {
   const SmallMap small;
   const std::string bundle = (small.folder.path() / "bundle").string();

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "terminal/shell_word.hpp"
 #include "terminal/table.hpp"
 #include "vantage/evaluation/statistics.hpp"
 #include "vantage/kit/json_text.hpp"
@@ -109,7 +110,7 @@ void print_report(const BuildReport& report, const MapIndex& index, std::uint64_
   }
   if (prepared.config.matcher) {
     std::cout << fmt::format("`vantage assess {}` measures how well a sensor is localized in it\n",
-                             prepared.config.file);
+                             cli::shell_word(prepared.config.file));
   }
 }
 

@@ -24,27 +24,40 @@ constexpr double kShortestRange = 5.0;  // of a LiDAR [m]
 struct Length {
   double seen, typical;
 };
+struct Unit {
+  std::string_view name;
+  double metres;
+};
+/// How far lengths in this unit are from what is typical.
+double distance_from_typical(const Unit& unit, std::initializer_list<Length> lengths) {
+  double off = 0.0;
+  for (const Length& length : lengths) {
+    off += std::abs(std::log(length.seen * unit.metres / length.typical));
+  }
+  return off;
+}
 /// The unit in which lengths seem to be that are not in metres.
-std::string_view unit_of(std::initializer_list<Length> lengths) {
-  struct Unit {
-    std::string_view name;
-    double metres;
-  };
+Unit unit_of(std::initializer_list<Length> lengths) {
   constexpr std::array kUnits{Unit{"centimetres", 0.01}, Unit{"millimetres", 0.001},
                               Unit{"kilometres", 1000.0}};
-  const Unit* best = nullptr;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Unit& unit : kUnits) {
-    double off = 0.0;
-    for (const Length& length : lengths) {
-      off += std::abs(std::log(length.seen * unit.metres / length.typical));
-    }
-    if (off < least) {
-      least = off;
-      best = &unit;
-    }
-  }
-  return best == nullptr ? kUnits[0].name : best->name;
+  return *std::min_element(kUnits.begin(), kUnits.end(), [&](const Unit& a, const Unit& b) {
+    return distance_from_typical(a, lengths) < distance_from_typical(b, lengths);
+  });
+}
+
+/// Of a map whose points lie closer or farther apart than those of maps in metres usually do.
+std::string advice_on_spacing(double spacing, const Eigen::Vector3d& extent) {
+  constexpr double kTypical = 0.1, kHeight = 15.0;  // of a map from its lowest to its highest point
+  constexpr double kNarrowest = 10.0;               // of a map that a sensor is localized in [m]
+  const Length apart{spacing, kTypical}, height{std::max(extent.minCoeff(), spacing), kHeight};
+  const Unit unit = unit_of({apart, height}), metre{"metres", 1.0};
+  const bool sparse = spacing > kTypical && (distance_from_typical(metre, {apart, height}) <
+                                                 distance_from_typical(unit, {apart, height}) ||
+                                             unit.metres * extent.maxCoeff() < kNarrowest);
+  if (!sparse) return fmt::format("maps are in metres; this one seems to be in {}", unit.name);
+  // `vantage init` chooses voxels of 2 m at most; larger ones smooth away what a pose depends on.
+  return "it has too few points for the matcher, which needs six in a voxel of 2 m: give a denser "
+         "map";
 }
 
 /// "1,234" for large numbers, and three digits for small ones.
@@ -90,17 +103,14 @@ std::optional<Note> note_on_elevations(const ScanFacts& scans, const SelectorCon
 
 std::vector<Note> notes_on(const MapFacts& map) {
   constexpr double kSparsest = 1.5, kDensest = 0.002;  // spacing of maps that are in metres [m]
-  constexpr double kTypical = 0.1, kHeight = 15.0;  // of a map from its lowest to its highest point
-  constexpr double kCoarsest = 0.005;               // rounding that costs no accuracy [m]
+  constexpr double kCoarsest = 0.005;                  // rounding that costs no accuracy [m]
   std::vector<Note> notes;
   const Eigen::Vector3d extent = map.bulk.max - map.bulk.min;
   if (map.spacing > kSparsest || (map.spacing > 0.0 && map.spacing < kDensest)) {
     notes.push_back(
         {fmt::format("the map's points lie {} apart, over {} x {} x {}", metres(map.spacing),
                      metres(extent.x()), metres(extent.y()), metres(extent.z())),
-         fmt::format("maps are in metres; this one seems to be in {}",
-                     unit_of({{map.spacing, kTypical},
-                              {std::max(extent.minCoeff(), map.spacing), kHeight}}))});
+         advice_on_spacing(map.spacing, extent)});
     return notes;
   }
   if (map.up && *map.up != Direction{}) {
@@ -170,9 +180,9 @@ std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {
     return notes;
   }
   if (reach > kFarthest || reach < kNearest) {
-    notes.push_back(
-        {fmt::format("nine in ten points of the scans are within {}", metres(reach)),
-         fmt::format("scans are in metres; these seem to be in {}", unit_of({{reach, kTypical}}))});
+    notes.push_back({fmt::format("nine in ten points of the scans are within {}", metres(reach)),
+                     fmt::format("scans are in metres; these seem to be in {}",
+                                 unit_of({{reach, kTypical}}).name)});
     return notes;
   }
   if (scans.empty > 0) {

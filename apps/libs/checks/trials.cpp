@@ -136,7 +136,8 @@ std::optional<Note> note_on_place(const Fit& fit) {
   return Note{fmt::format("{} of the first {} scans is found in the map, also not mirrored, turned "
                           "or scaled",
                           fit.found == 0 ? "none" : "one", fit.scans),
-              "is it the map of this place?"};
+              "is it the map of this place? If the recording only begins outside it, skip that "
+              "part with `--start SECONDS`"};
 }
 
 Result<std::optional<Note>> try_changes(const Bundle& bundle, const Config& config,

@@ -64,14 +64,36 @@ std::optional<double> unit_by_stamp(const Range& times, double stamp) {
   return found;
 }
 
-double per_second(const TimeFormat& format, const Range& times, double stamp) {
+/// If stray times alone, as the 0 of a point without one, keep a unit from bringing all times near
+/// the stamp: that unit.
+std::optional<double> unit_despite_strays(std::vector<double> values, const Range& times,
+                                          double stamp) {
+  constexpr double kMostOfStrays = 0.1;  // of the range; half of an even sweep is half of it
+  const auto at = [&values](std::size_t rank) {
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+  };
+  const Range middle{at(values.size() / 4), at(3 * values.size() / 4)};
+  if (middle.size() > kMostOfStrays * times.size()) return std::nullopt;
+  for (const auto& [name, units] : kUnits) {
+    if (times.in(units).size() > kLongestSweep && middle.in(units).reach(stamp) <= kLongestSweep) {
+      return units;
+    }
+  }
+  return std::nullopt;
+}
+
+double per_second(const TimeFormat& format, const std::vector<double>& values, const Range& times,
+                  double stamp) {
   if (format.has_named_unit || !format.is_wide) return format.per_second;
   if (const auto units = unit_by_stamp(times, stamp)) return *units;
   constexpr double kNanoseconds = 1e9;
   const double as_nanoseconds = times.in(kNanoseconds).size();
   const bool only_nanoseconds = format.is_floating_point && times.size() > kLongestSweep &&
                                 as_nanoseconds >= kFinestStep && as_nanoseconds <= kLongestSweep;
-  return only_nanoseconds ? kNanoseconds : format.per_second;
+  if (!only_nanoseconds) return format.per_second;
+  return unit_despite_strays(values, times, stamp).value_or(kNanoseconds);
 }
 
 /// Times of a clock of 32 bits that may have started again within the scan. Points are measured
@@ -143,7 +165,7 @@ Result<std::vector<float>> seconds_after(double stamp, const PointTimes& times,
   }
   const std::vector<double> values = unwrapped(times);
   const Range range = range_of(values);
-  const double units = per_second(times.format, range, stamp);
+  const double units = per_second(times.format, values, range, stamp);
   const Range sweep = range.in(units);
   const std::string as = fmt::format(
       "read in units of 1/{:.0f} s; a name that ends in _ns, _us, _ms or _s says another one",

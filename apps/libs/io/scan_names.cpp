@@ -21,7 +21,7 @@ constexpr std::size_t kNanosecondDigits = 9;  // of a second
 
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
-enum class Form { frame, microseconds, nanoseconds, seconds };
+enum class Form { frame, whole_seconds, milliseconds, microseconds, nanoseconds, seconds };
 
 /// A name without its ending: a prefix, digits and, after a dot, more digits.
 struct Name {
@@ -30,13 +30,19 @@ struct Name {
   [[nodiscard]] Form form() const noexcept {
     if (!fraction.empty()) return Form::seconds;
     if (whole.size() >= 18) return Form::nanoseconds;
-    return whole.size() >= 16 ? Form::microseconds : Form::frame;
+    if (whole.size() >= 16) return Form::microseconds;
+    // Frame numbers of so many digits are filled up with zeros, as KITTI's are.
+    if (whole.front() == '0') return Form::frame;
+    if (whole.size() == 13) return Form::milliseconds;
+    return whole.size() == 10 ? Form::whole_seconds : Form::frame;
   }
 };
 
 std::string_view described(Form form) noexcept {
   switch (form) {
-    case Form::frame: return "a frame number (fewer than 16 digits)";
+    case Form::frame: return "a frame number (fewer than 16 digits; 10 or 13 begin with 0)";
+    case Form::whole_seconds: return "seconds (10 digits)";
+    case Form::milliseconds: return "milliseconds (13 digits)";
     case Form::microseconds: return "microseconds (16 or 17 digits)";
     case Form::nanoseconds: return "nanoseconds (18 digits or more)";
     case Form::seconds: return "seconds (digits, a dot, digits)";
@@ -111,6 +117,8 @@ double stamp_of(const Name& name, bool nanoseconds, double rate_hz) {
   switch (name.form()) {
     case Form::frame:
       return static_cast<double>(parse_number<std::uint64_t>(name.whole).value_or(0)) / rate_hz;
+    case Form::whole_seconds: return seconds_from(name.whole, "0");
+    case Form::milliseconds: return seconds_of(name, std::size_t{3});
     case Form::microseconds: return seconds_of(name, std::size_t{6});
     case Form::nanoseconds: return seconds_of(name, kNanosecondDigits);
     case Form::seconds: return seconds_of(name, nanoseconds);
@@ -122,6 +130,10 @@ std::string rule_of(Form form, bool nanoseconds, double rate_hz) {
   switch (form) {
     case Form::frame:
       return fmt::format("file names are frame numbers, so stamps are frame / {} Hz", rate_hz);
+    case Form::whole_seconds:
+      return "file names are numbers of 10 digits, so stamps are those numbers in seconds";
+    case Form::milliseconds:
+      return "file names are numbers of 13 digits, so stamps are those numbers in milliseconds";
     case Form::microseconds:
       return "file names are numbers of 16 or 17 digits, so stamps are those numbers in "
              "microseconds";

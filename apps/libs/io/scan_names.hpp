@@ -22,9 +22,11 @@ void sort_scans(std::vector<std::filesystem::path>& files);
 /// without digits, its form decides:
 /// - 18 digits or more: nanoseconds
 /// - 16 or 17 digits: microseconds
+/// - 13 digits, the first not 0: milliseconds
+/// - 10 digits, the first not 0: seconds
 /// - digits, a dot, digits: seconds; the digits after the dots are whole nanoseconds, with or
 ///   without leading zeros, if the most are nine and no fewer begin with a zero
-/// - fewer digits, without a prefix: frame number / rate_hz
+/// - other digits, without a prefix: frame number / rate_hz
 /// Otherwise, stamps are the position / rate_hz.
 /// Errors: `corrupt_data` for numbers of several forms, for one that does not fit 64 bits, and for
 /// stamps that do not increase strictly.

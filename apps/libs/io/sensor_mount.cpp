@@ -24,8 +24,8 @@ Result<std::optional<Pose>> sensor_mount(std::string_view what, std::string_view
                                          const std::filesystem::path& bag,
                                          const SensorFrame& sensor) {
   const std::string_view name = ros::frame_name(sensor.name);
+  if (sensor.T_child_sensor && (child.empty() || child != name)) return sensor.T_child_sensor;
   if (child.empty() || name.empty() || child == name) return std::nullopt;
-  if (sensor.T_child_sensor) return sensor.T_child_sensor;
   for (const auto& path : {bag, sensor.scans}) {
     if (path.empty()) continue;
     VANTAGE_TRY(const auto transform, static_transform_in(path, child, name));

@@ -12,7 +12,7 @@
 namespace vantage::io {
 
 /// T_child_sensor: the user's, else that of /tf_static in the bag, else in the scans' bag. Nothing
-/// if `child` is the sensor, or if one of the two names is unknown.
+/// if `child` is the sensor, or if one of the two names is unknown and the user says nothing.
 /// @param what   whose frame is `child`, for errors: "poses of /odom"
 /// @param child  a frame without a leading slash
 /// Errors: `invalid_input` if nothing connects the frames; those of ros::static_transform.

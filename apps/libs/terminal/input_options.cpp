@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <string_view>
 #include <system_error>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -89,6 +90,29 @@ Result<void> check_unused(std::string_view owner,
     if (given) return cli::usage_error(fmt::format("{} is given without {}", option, owner));
   }
   return {};
+}
+
+/// Checks that there are poses that --mount converts.
+Result<void> check_mount(const InputOptions& options) {
+  if (options.mount.empty()) return {};
+  bool is_alone = true;
+  for (const auto& [option, named, topic] :
+       {std::tuple("--reference", options.reference.string(), options.reference_topic),
+        std::tuple("--odometry", options.odometry.string(), options.odometry_topic),
+        std::tuple("--prior", options.prior, options.prior_topic)}) {
+    if (named.empty()) continue;
+    is_alone = false;
+    VANTAGE_TRY(const auto place, named_place(option, named, topic, options.scans));
+    VANTAGE_TRY(const bool bag, io::ros::is_bag(place.path));
+    if (bag) return {};
+  }
+  if (is_alone) {
+    return cli::usage_error("--mount is given without --reference, --odometry and --prior");
+  }
+  return cli::usage_error(
+      "--mount converts the poses of bags, and those given are in text files, which are not "
+      "converted: a reference and a prior must be poses of the sensor, and for odometry, "
+      "localizer.T_sensor_body states the mount");
 }
 
 /// @param option  "--odometry", which has an option "--odometry-topic" beside it
@@ -192,6 +216,7 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
                              .tags = choice.tags},
                    .window = window};
   // What is wrong is said before any work is done.
+  VANTAGE_CHECK(check_mount(*this));
   VANTAGE_TRY(inputs.opened, io::OpenedScans::open(inputs.scans));
   io::SensorFrame sensor{
       .name = inputs.opened->describe().frame, .scans = scans, .T_child_sensor = {}};

@@ -84,6 +84,24 @@ TEST_CASE("maps in other units, upside down, rounded") {
         }).starts_with("the map's coordinates reach 1e+300 m, where 32-bit floats are 1e+284 m"));
 }
 
+TEST_CASE("a sparse map in metres is not taken for one in another unit") {
+  const auto note = [](double spacing, const Point& extent) {
+    MapFacts map = good_map();
+    map.spacing = spacing;
+    map.bulk = Bounds3();
+    map.bulk.extend(Point(0.0, 0.0, 0.0));
+    map.bulk.extend(extent);
+    return only(notes_on(map));
+  };
+  const std::string sparse =
+      "it has too few points for the matcher, which needs six in a voxel of 2 m: give a denser map";
+  CHECK(note(2.1, {500.0, 300.0, 20.0}) ==
+        "the map's points lie 2.1 m apart, over 500 m x 300 m x 20 m: " + sparse);
+  // Hills: their height is that of things in centimetres, but a map of 4 m is none.
+  CHECK(note(2.1, {400.0, 300.0, 130.0}).ends_with(sparse));
+  CHECK(note(12.0, {15'000.0, 9'000.0, 1'500.0}).ends_with("seems to be in centimetres"));
+}
+
 TEST_CASE("a configuration that does not suit the map") {
   Config other = config();
   other.visibility->params.entries.push_back({"point_spacing", {0.5, {}}, {}});

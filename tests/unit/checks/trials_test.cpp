@@ -31,5 +31,15 @@ TEST_CASE("a change is not named if scans fit as well without it, or if few are 
   CHECK_FALSE(fits_better(fit(0.51, 0, 4), fit(0.09, 0, 2), kHalf));
 }
 
+TEST_CASE("scans that are not found may lie outside the map, or only begin there") {
+  const auto note = note_on_place(fit(0.0, 0, 1));
+  REQUIRE(note);
+  CHECK(note->what.starts_with("one of the first 10 scans is found in the map"));
+  CHECK(note->advice ==
+        "is it the map of this place? If the recording only begins outside it, skip that part with "
+        "`--start SECONDS`");
+  CHECK_FALSE(note_on_place(fit(0.0, 0, 2)));
+}
+
 }  // namespace
 }  // namespace vantage::checks

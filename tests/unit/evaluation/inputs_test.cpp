@@ -157,6 +157,39 @@ TEST_CASE("priors: every scan gets the one at its stamp, and the run starts with
   }
 }
 
+TEST_CASE("a mount is for poses of a bag") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "run.mcap", text = folder.path() / "poses.tum";
+  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
+  std::vector<test::TestMessage> messages;
+  for (const test::FloatScan& scan : three_scans()) {
+    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
+                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
+    test::MessageWriter message(kLayout);
+    message.header(static_cast<std::uint32_t>(scan.stamp / 1'000'000'000), 0, "map");
+    message.numbers(std::array{10.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0});
+    messages.push_back({"/pose", "geometry_msgs/msg/PoseStamped", scan.stamp, message.bytes()});
+  }
+  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
+  std::ofstream(text) << "1 10 0 0 0 0 0 1\n2 10 0 0 0 0 0 1\n";
+  const std::string mount = "0.5,0,0,0,0,0";
+  const auto message_of = [](const InputOptions& options) {
+    const auto inputs = options.open();
+    REQUIRE_FALSE(inputs);
+    return inputs.error().message;
+  };
+  CHECK(message_of({.scans = scans, .mount = mount}) ==
+        "--mount is given without --reference, --odometry and --prior");
+  CHECK(message_of({.scans = scans, .reference = text, .prior = text.string(), .mount = mount})
+            .starts_with("--mount converts the poses of bags, and those given are in text files"));
+  // The poses name no frame: the user says where the sensor is on what they describe.
+  const auto inputs =
+      InputOptions{.scans = scans, .reference = text, .odometry = "/pose", .mount = mount}.open();
+  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+  CHECK(inputs->reference->front().pose.translation.x() == 10.0);
+  CHECK(inputs->odometry->front().pose.translation.x() == 10.5);
+}
+
 TEST_CASE("priors that have nothing in common with the scans are an error") {
   const test::TemporaryFolder folder;
   const auto scans = folder.path() / "scans", prior = folder.path() / "gnss.tum";

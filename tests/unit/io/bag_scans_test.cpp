@@ -120,6 +120,20 @@ TEST_CASE("scans of a bag: log times where the first stamp was never set") {
   CHECK(later->skipped().not_later == 1);
 }
 
+TEST_CASE("scans of a bag: a first message alone without a stamp is left out and counted") {
+  const auto scans = open({message(0, 1000.25), message(500.5, 1000.5), message(501, 1001)});
+  CHECK(scans->describe().stamp_rule == "stamps are those of the messages' headers");
+  CHECK(stamps(*scans) == std::vector<double>{500.5, 501});
+  CHECK(scans->skipped().not_later == 1);
+  CHECK(stamps(*scans, -1.0) == std::vector<double>{500.5, 501});
+  CHECK(stamps(*scans, 500.75) == std::vector<double>{501});
+  // A clock that starts with the recording may begin at 0: nobody knows, so log times are taken.
+  const auto simulated = open({message(0, 1000.25), message(0.25, 1000.5)});
+  CHECK(stamps(*simulated) == std::vector<double>{1000.25, 1000.5});
+  const auto single = open({message(0, 1000.25)});
+  CHECK(stamps(*single) == std::vector<double>{1000.25});
+}
+
 TEST_CASE("scans of a bag: seek is exact, whatever the clock of the log times") {
   std::vector<double> all;
   for (int i = 0; i < 100; ++i) all.push_back(1000 + 0.125 * i);

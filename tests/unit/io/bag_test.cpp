@@ -165,6 +165,10 @@ TEST_CASE("bags: parts that are compressed as files") {
   CHECK(is_bag(part) == true);
   check_clear(refused(folder.path()), ErrorCode::unsupported, "bag_0.db3.zstd", "zstd -d");
   check_clear(refused(part), ErrorCode::unsupported, "bag_0.db3.zstd", "zstd -d");
+  const std::string name = "rosbag2_2024_05_17-11_42_03_of_the_northern_campus_0.db3.zstd";
+  const TemporaryFolder other;
+  put(other.path() / name, zstd_of(bag));
+  check_clear(refused(other.path()), ErrorCode::unsupported, name, "`zstd -d '" + name + "'`");
   put(folder.path() / "bag_0.db3", bag);  // as zstd -d leaves it
   const auto reader = open_bag(folder.path());
   REQUIRE_MESSAGE(reader, to_string(reader.error()));

@@ -139,6 +139,14 @@ TEST_CASE("poses of a topic of a bag") {
     CHECK(found.poses[1].stamp == 6.0);
     CHECK(found.stamp_rule.find("were recorded") != std::string::npos);
   }
+  SUBCASE("without a first one that alone has no stamp") {
+    const BagTrajectory found = read({odometry({0, "odom", "base_link"}, 5'500'000'000),
+                                      odometry({100, "odom", "base_link"}, 6'000'000'000)},
+                                     "/odom");
+    check_told(found, "odom base_link /odom", 1, "stamps are those of the messages' headers");
+    REQUIRE(found.poses.size() == 1);
+    CHECK(found.poses[0].stamp == 100);
+  }
   SUBCASE("that contradict themselves") {
     check_refused({odometry({1, "odom", "base"}), odometry({2, "map", "base"})}, "/odom",
                   ErrorCode::corrupt_data,

@@ -29,6 +29,22 @@ TEST_CASE("KITTI .bin: x y z of float32 quadruples; NaN dropped and counted") {
   }
 }
 
+TEST_CASE("KITTI .bin: points of five numbers, as those of nuScenes, are refused") {
+  std::string content;
+  for (int point = 0; point < 4; ++point) {  // 80 bytes, as of five points of KITTI
+    content += raw(1.5F) + raw(2.5F) + raw(-1.75F) + raw(30.0F) + raw(static_cast<float>(point));
+  }
+  check_refused("a.pcd.bin", content,
+                "the 4th number of point 1 is -1.75, expected an intensity: has a point of this "
+                "file 5 or 6 numbers?");
+  const std::string fine = raw(1.F) + raw(2.F) + raw(3.F) + raw(0.F);
+  const float infinite = std::numeric_limits<float>::infinity();
+  check_refused("a.bin", fine + raw(1.F) + raw(2.F) + raw(3.F) + raw(infinite),
+                "the 4th number of point 1 is inf");
+  const auto cloud = read_as("a.bin", raw(1.F) + raw(2.F) + raw(3.F) + raw(-0.0F));
+  REQUIRE_MESSAGE(cloud, to_string(cloud.error()));
+}
+
 TEST_CASE("files that are no point cloud give one clear line") {
   const test::TemporaryFolder folder;
   const auto refused = [&](const std::filesystem::path& path, ErrorCode code,
@@ -47,7 +63,7 @@ TEST_CASE("files that are no point cloud give one clear line") {
           "notes.pcd:1: error: expected a PCD header line");
   refused(put(folder.path() / "notes.ply", "hello\n"), ErrorCode::corrupt_data,
           "expected the line 'ply'");
-  refused(put(folder.path() / "noise.pcd", std::string(5000, '\xfe') + '\n'),
+  refused(put(folder.path() / "noise.pcd", std::string(5000, '\xfe').append("\n")),
           ErrorCode::corrupt_data, "??...");
 
   const auto pipe = folder.path() / "pipe.pcd";

@@ -198,6 +198,13 @@ TEST_CASE("imu: late, equal and missing stamps, and numbers that are none") {
     CHECK(logged.samples[3].stamp == 0.003);
     CHECK(logged.stamp_rule.find("recorded") != std::string::npos);
   }
+  SUBCASE("a first sample alone without a stamp is left out") {
+    messages.front().bytes = imu_message({}, Layout::ros1);
+    const ImuRecording headers = read_bag(messages);
+    CHECK(headers.stamp_rule == "stamps are those of the messages' headers");
+    CHECK(headers.samples.size() == 4);
+    CHECK(headers.not_finite == 5);
+  }
   SUBCASE("a frame that changes is an error") {
     messages.push_back(at(90, {.frame = "hand"}));
     messages.back().log_time = 90 * kMillisecond;

@@ -176,6 +176,14 @@ TEST_CASE("PointCloud2: coordinates of any type, order and byte order, with gaps
     cloud.row_step = 12;
     check();
   }
+  SUBCASE("a row_step of 0 or of all rows, where the data hold the points and nothing else") {
+    cloud.height = 2;
+    cloud.width = 1;
+    for (const std::uint32_t row_step : {0U, 24U}) {
+      cloud.row_step = row_step;
+      check();
+    }
+  }
   SUBCASE("unknown types of fields that are not needed") {
     cloud.fields.insert(cloud.fields.begin(), {"label", 999, 0, 1});
     cloud.fields.push_back({"t", 0, 9, 1});
@@ -316,6 +324,23 @@ TEST_CASE("PointCloud2: what contradicts itself is refused") {
     cloud.width = most;
     cloud.point_step = most;
     check_refused(cloud, "row_step is 4294967295");
+  }
+  SUBCASE("a row_step of 0 or of all rows, where there are more data than points") {
+    cloud.height = 2;
+    cloud.width = 1;
+    cloud.data += "1";
+    cloud.row_step = 0;
+    check_refused(cloud, "row_step is 0, expected at least width * point_step = 1 * 12 = 12");
+    cloud.row_step = 24;
+    check_refused(cloud, "there are 25 bytes of data");
+  }
+  SUBCASE("as many bytes as points that wrap around 2^64") {
+    cloud.width = 1U << 31;
+    cloud.height = 1U << 31;
+    cloud.point_step = 12;  // 2^62 points of 12 bytes: 0 modulo 2^64
+    cloud.row_step = 0;
+    cloud.data.clear();
+    check_refused(cloud, "row_step is 0");
   }
   SUBCASE("rows that wrap around 2^32 or 2^64") {
     cloud.width = 1U << 31;

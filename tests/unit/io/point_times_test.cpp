@@ -140,6 +140,10 @@ TEST_CASE("absolute point times become times after the stamp") {
     check_near(seconds_of<std::uint64_t>("t", {0, 100'000'000}, "95.0"), {0.0F, 0.1F});
     check_near(seconds_of<double>("t", {0.0, 0.1}, "3.0"), {0.0F, 0.1F});
   }
+  SUBCASE("in nanoseconds also if they would end near the stamp in another unit") {
+    check_near(seconds_of<double>("t", {0.0, 2.5e7, 5e7, 7.5e7, 1e8}, "95.0"),
+               {0.0F, 0.025F, 0.05F, 0.075F, 0.1F});
+  }
   SUBCASE("of a clock of nanoseconds that nothing synchronizes") {
     for (const double uptime : {0.0, 3.6e12, 9.9e13, 1.1e14}) {
       check_near(seconds_of<double>("timestamp", {uptime + 1e8, uptime}, "33.0"), {0.1F, 0.0F});
@@ -294,6 +298,21 @@ TEST_CASE("point times that make no sense are refused") {
   refused(".pcd", pcd<double>("time", {0.0, 1e11}), "expected a sweep of at most 10 s");
   refused(".pcd", pcd<double>("time", {0.0, 100.0}), "spans 100 s");
   refused(".pcd", pcd<double>("time", {-1e300, 1e300}), "expected a sweep of at most 10 s");
+  // A point without a time among seconds since the epoch: its sweep lasts from 1970 on. As
+  // nanoseconds it would last 1.7 s.
+  const std::vector<double> one_without{0.0, 1700000000.2, 1700000000.25, 1700000000.3,
+                                        1700000000.35};
+  for (const char* stamp : {"1700000000.2", "1700000000.35"}) {
+    const auto scan = read_scan(".pcd", pcd("timestamp", one_without), stamp);
+    REQUIRE_FALSE(scan);
+    check_clear(scan.error(), ErrorCode::corrupt_data, "scan.pcd",
+                "expected a sweep of at most 10 s (read in units of 1/1 s");
+  }
+  // The same in milliseconds of a clock that started two hours ago.
+  const auto milliseconds = read_scan(
+      ".pcd", pcd<double>("timestamp", {0.0, 7200250.0, 7200300.0, 7200350.0}), "7200.25");
+  REQUIRE_FALSE(milliseconds);
+  check_clear(milliseconds.error(), ErrorCode::corrupt_data, "scan.pcd", "units of 1/1000 s");
   std::vector<std::uint32_t> microseconds;  // a tenth of a second of a small sensor
   for (std::uint32_t i = 0; i < 10'000; ++i) microseconds.push_back(10 * i);
   refused(".pcd", pcd("t", microseconds), "more than any sensor");

@@ -88,7 +88,8 @@ TEST_CASE("rosbag1: flipped bits") {
 }
 
 TEST_CASE("rosbag1: what is not read") {
-  check_ends(open_rosbag1, "#ROSBAG V1.2\nsomething", 0, "rosbag migrate", ErrorCode::unsupported);
+  check_ends(open_rosbag1, "#ROSBAG V1.2\nsomething", 0, "; `rosbag fix` converts",
+             ErrorCode::unsupported);
   check_ends(open_rosbag1, "something else altogether", 0, "begins with 'something els");
   check_ends(open_rosbag1, header(sized("encryptor=rosbag/AesCbcEncryptor")), 0,
              "encrypted ('rosbag/AesCbcEncryptor')", ErrorCode::unsupported);

@@ -145,6 +145,16 @@ TEST_CASE(
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
+TEST_CASE("rosbag2: a bag whose path begins with two slashes") {
+  const TemporaryFolder folder;
+  const auto path = put(folder.path() / "a.db3", rosbag2(samples()));
+  auto input = io::InputFile::open("/" + path.string(), "a bag");
+  REQUIRE(input.has_value());
+  const auto reader = open_rosbag2_sqlite(std::move(*input));
+  REQUIRE_MESSAGE(reader, to_string(reader.error()));
+  CHECK(read_on(**reader).messages == in_order(two_topics()));
+}
+
 TEST_CASE("rosbag2: a bag whose recorder used a write-ahead log") {
   const TemporaryFolder folder;
   const auto path = folder.path() / "wal.db3";

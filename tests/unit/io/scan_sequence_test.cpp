@@ -154,6 +154,18 @@ TEST_CASE("names of seconds and nanoseconds, as the tools of ROS write them") {
   check_named({{"cloud_7.9", "cloud_7.100000000"}, {7.000000009, 7.1}, "nanoseconds"});
 }
 
+TEST_CASE("names of 10 and 13 digits are seconds and milliseconds since 1970, unless padded") {
+  check_named({{"1547120787", "1547120788"}, {1547120787.0, 1547120788.0}, "in seconds"});
+  check_named(
+      {{"1547120787640", "1547120788090"}, {1547120787.640, 1547120788.090}, "in milliseconds"});
+  check_named({{"scan_1547120787640", "scan_1547120788090"},
+               {1547120787.640, 1547120788.090},
+               "in milliseconds"});
+  // KITTI fills the numbers of its frames up to ten digits.
+  check_named({{"0000000004", "0000000005"}, {0.4, 0.5}, "frame numbers"});
+  check_named({{"0000000000004", "0000000000005"}, {0.4, 0.5}, "frame numbers"});
+}
+
 TEST_CASE("names that are numbers after a date, or versions, state no stamp") {
   check_named({{"20230101_120059.95", "20230101_120100.05", "20230101_120100.1"},
                {0.0, 0.1, 0.2},

@@ -290,7 +290,8 @@ std::string custom_message(const std::vector<LivoxPoint>& points, Layout layout)
 TEST_CASE("layouts: Livox' CustomMsg counts nanoseconds from the stamp") {
   const std::vector<LivoxPoint> points{
       {0, 1.0F}, {50'000'000, 2.0F}, {99'999'744, 0.0F}, {100'000'000, -4.0F}};
-  for (const std::string type : {"livox_ros_driver/CustomMsg", "livox_ros_driver2/CustomMsg"}) {
+  for (const std::string type : {"livox_ros_driver/CustomMsg", "livox_ros_driver2/CustomMsg",
+                                 "livox_interfaces/CustomMsg"}) {
     for (const Layout layout : kLayouts) {
       CAPTURE(type);
       const auto scan = read_message(type, encoding_of(layout), custom_message(points, layout));

@@ -78,6 +78,16 @@ TEST_CASE("sensor trajectory: a vehicle's poses are carried to its sensor") {
                                    {.name = "velodyne", .T_child_sensor = pose(1.0, -0.5)}),
         pose(1.0, -0.5));
   }
+  SUBCASE("as the user says, where nobody knows the scans' frame") {
+    check_carried(io::read_sensor_trajectory({plain, "", 10.0},
+                                             {.name = "", .T_child_sensor = pose(1.0, -0.5)}),
+                  pose(1.0, -0.5));
+  }
+  SUBCASE("not at all if they are the sensor's, whatever the user says of others") {
+    check_carried(io::read_sensor_trajectory(
+                      {plain, "", 10.0}, {.name = "base_link", .T_child_sensor = pose(1.0, -0.5)}),
+                  Pose());
+  }
   SUBCASE("not at all, if they are the sensor's or nobody knows") {
     for (const char* name : {"base_link", ""}) {
       check_carried(io::read_sensor_trajectory({plain, "", 10.0}, {.name = name}), Pose());

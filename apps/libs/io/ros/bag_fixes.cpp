@@ -15,7 +15,8 @@ namespace vantage::io::ros {
 
 Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::size_t>& topics) {
   BagFixes found;
-  bool is_first = true, has_log_times = false;
+  bool is_first = true;
+  VANTAGE_TRY(const bool has_log_times, lacks_stamps(reader, topics));
   VANTAGE_CHECK(reader.select(topics));
   while (true) {
     VANTAGE_TRY(const auto message, reader.next());
@@ -24,11 +25,7 @@ Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::si
     auto fix = parse_nav_sat_fix(message->bytes, *topic.encoding, {reader.file(), 0, 0});
     if (!fix) return in_message(std::move(fix).error(), reader, *message);
     const std::string_view frame = frame_name(fix->header.frame);
-    if (is_first) {
-      is_first = false;
-      has_log_times = fix->header.stamp == 0.0;
-      found.frame = frame;
-    }
+    if (std::exchange(is_first, false)) found.frame = frame;
     if (frame != found.frame) {
       return in_message(
           Error{ErrorCode::corrupt_data,
@@ -46,7 +43,8 @@ Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::si
     } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude) ||
                !std::isfinite(at.altitude)) {
       ++found.not_finite;
-    } else if (!found.fixes.empty() && stamp <= found.fixes.back().stamp) {
+    } else if ((!has_log_times && stamp == 0.0) ||
+               (!found.fixes.empty() && stamp <= found.fixes.back().stamp)) {
       ++found.not_later;
     } else {
       found.fixes.push_back({stamp, at, fix->variances});

@@ -153,9 +153,9 @@ Result<std::unique_ptr<MessageReader>> read_parts(const std::filesystem::path& f
     const std::string suffix = lower_case_suffix(part);
     if (suffix != ".zstd" && suffix != ".zst") continue;
     return fail(ErrorCode::unsupported,
-                fmt::format("the bag is compressed as a file, expected one that `zstd -d {}` has "
+                fmt::format("the bag is compressed as a file, expected one that `zstd -d '{}'` has "
                             "decompressed",
-                            io::quoted(part.filename().string())),
+                            part.filename().string()),
                 SourceLocation{part.string(), 0, 0});
   }
   auto folder_reader = std::make_unique<BagFolder>();

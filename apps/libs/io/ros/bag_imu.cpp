@@ -16,7 +16,8 @@ TopicNeed imu_needed() {
 
 Result<RawImu> read_bag_imu(MessageReader& reader, const std::vector<std::size_t>& topics) {
   RawImu found;
-  bool is_first = true, has_log_times = false;
+  bool is_first = true;
+  VANTAGE_TRY(const bool has_log_times, lacks_stamps(reader, topics));
   VANTAGE_CHECK(reader.select(topics));
   while (true) {
     VANTAGE_TRY(const auto message, reader.next());
@@ -25,10 +26,7 @@ Result<RawImu> read_bag_imu(MessageReader& reader, const std::vector<std::size_t
     auto imu = parse_imu(message->bytes, *topic.encoding, {reader.file(), 0, 0});
     if (!imu) return in_message(std::move(imu).error(), reader, *message);
     const std::string_view frame = frame_name(imu->header.frame);
-    if (std::exchange(is_first, false)) {
-      has_log_times = imu->header.stamp == 0.0;
-      found.frame = frame;
-    }
+    if (std::exchange(is_first, false)) found.frame = frame;
     if (frame != found.frame) {
       return in_message(Error{ErrorCode::corrupt_data,
                               fmt::format("the sample is that of {}, expected that of {} as before",

@@ -29,7 +29,8 @@ Result<CloudMessage> parse_cloud(const BagMessage& message, const Topic& topic,
 
 TopicNeed scans_needed() {
   return {.what = "scans",
-          .choices = {{kPointCloud2, kLivoxMessages[0], kLivoxMessages[1]}, {kVelodyneScan}},
+          .choices = {{kPointCloud2, kLivoxMessages[0], kLivoxMessages[1], kLivoxMessages[2]},
+                      {kVelodyneScan}},
           .by_name = {}};
 }
 
@@ -51,6 +52,7 @@ class BagScans final : public ScanSource {
                                                   const std::vector<std::size_t>& topics,
                                                   const ScanOptions& options) {
     auto scans = std::unique_ptr<BagScans>(new BagScans(std::move(reader), options));
+    VANTAGE_TRY(scans->has_log_times_, lacks_stamps(*scans->reader_, topics));
     VANTAGE_CHECK(scans->reader_->select(topics));
     VANTAGE_CHECK(scans->read_description(topics));
     return scans;
@@ -78,7 +80,7 @@ class BagScans final : public ScanSource {
   BagScans(std::unique_ptr<MessageReader> reader, ScanOptions options)
       : reader_(std::move(reader)), options_(std::move(options)) {}
 
-  /// Taken from the first message, which stays the next one.
+  /// Taken from the first message, which stays the next one unless it alone has no stamp.
   [[nodiscard]] Result<void> read_description(const std::vector<std::size_t>& topics) {
     description_.format = reader_->format();
     description_.topic = reader_->topics()[topics.front()].name;
@@ -95,12 +97,16 @@ class BagScans final : public ScanSource {
                       description_.topic, short_list(cloud.fields)),
           where());
     }
-    has_log_times_ = cloud.header.stamp == 0.0;
     if (has_log_times_) description_.stamp_rule = kLogTimes;
-    first_stamp_ = stamp_of(cloud.header, *waiting_);
-    log_time_after_stamp_ = seconds_from(waiting_->log_time) - first_stamp_;
     description_.frame = std::move(cloud.header.frame);
     description_.fields = std::move(cloud.fields);
+    if (!has_log_times_ && cloud.header.stamp == 0.0) {
+      ++skipped_.not_later;
+      VANTAGE_TRY(waiting_, reader_->next());
+      if (!waiting_) return {};
+    }
+    VANTAGE_TRY(first_stamp_, stamp_of(*waiting_));
+    log_time_after_stamp_ = seconds_from(waiting_->log_time) - first_stamp_;
     return {};
   }
 
@@ -135,7 +141,8 @@ class BagScans final : public ScanSource {
       VANTAGE_TRY(const auto message, next_message());
       if (!message) break;
       VANTAGE_TRY(const double stamp, stamp_of(*message));
-      if (stamp <= last_stamp_) {
+      const bool lacks_one = !has_log_times_ && stamp == 0.0;
+      if (lacks_one || stamp <= last_stamp_) {
         ++skipped_.not_later;
         continue;
       }

@@ -81,12 +81,11 @@ bool append(Trajectory& trajectory, double stamp, const Pose& pose) {
 
 Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
   BagTrajectory found;
-  bool is_first = true, has_log_times = false;
+  bool is_first = true;
+  VANTAGE_TRY(const bool has_log_times, lacks_stamps(reader, topics));
   const auto add = [&](const PoseMessage& pose, const BagMessage& message) -> Result<void> {
     const std::string_view frame = frame_name(pose.header.frame), child = frame_name(pose.child);
-    if (is_first) {
-      is_first = false;
-      has_log_times = pose.header.stamp == 0.0;
+    if (std::exchange(is_first, false)) {
       found.frame = frame;
       found.child = child;
     }
@@ -99,7 +98,8 @@ Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
     }
     const double stamp =
         has_log_times ? seconds_from(message.log_time) : pose.header.stamp.seconds();
-    if (append(found.poses, stamp, pose.pose)) {
+    const bool lacks_one = !has_log_times && stamp == 0.0;
+    if (!lacks_one && append(found.poses, stamp, pose.pose)) {
       found.variances.push_back(pose.variances);
     } else {
       ++found.skipped;

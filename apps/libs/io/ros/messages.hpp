@@ -23,7 +23,7 @@ struct Header {
   std::string frame;
 };
 
-/// sensor_msgs/PointCloud2 or livox_ros_driver(2)/CustomMsg: its finite points in their order, row
+/// sensor_msgs/PointCloud2 or one of kLivoxMessages: its finite points in their order, row
 /// by row.
 struct CloudMessage {
   Header header;
@@ -34,9 +34,9 @@ struct CloudMessage {
 };
 
 inline constexpr std::string_view kPointCloud2 = "sensor_msgs/PointCloud2";
-/// Both drivers send the same message.
-inline constexpr std::array<std::string_view, 2> kLivoxMessages{"livox_ros_driver/CustomMsg",
-                                                                "livox_ros_driver2/CustomMsg"};
+/// All drivers send the same message; the second name is that of livox_ros2_driver.
+inline constexpr std::array<std::string_view, 3> kLivoxMessages{
+    "livox_ros_driver/CustomMsg", "livox_interfaces/CustomMsg", "livox_ros_driver2/CustomMsg"};
 
 struct VelodynePacket {
   double stamp = 0.0;     ///< [s]

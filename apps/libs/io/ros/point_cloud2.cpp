@@ -176,10 +176,19 @@ PointColumns columns_of(const Layout& layout, const Raw& raw, const char* first)
   return columns;
 }
 
-/// Checks that the data hold as many points as the message says.
-Result<void> check_size(const WireReader& reader, const Raw& raw) {
+/// The distance of the rows in the data [bytes]. Some drivers state 0, or the size of all rows; if
+/// the data are exactly as large as the points, the rows follow each other.
+std::uint64_t row_step_of(const Raw& raw) {
   const std::uint64_t row = std::uint64_t{raw.width} * raw.point_step;
-  if (raw.height > 1 && raw.row_step < row) {
+  std::uint64_t all = 0;
+  if (__builtin_mul_overflow(row, raw.height, &all) || all != raw.data.size()) return raw.row_step;
+  return raw.row_step == 0 || raw.row_step == all ? row : raw.row_step;
+}
+
+/// Checks that the data hold as many points as the message says.
+Result<void> check_size(const WireReader& reader, const Raw& raw, std::uint64_t row_step) {
+  const std::uint64_t row = std::uint64_t{raw.width} * raw.point_step;
+  if (raw.height > 1 && row_step < row) {
     return reader.error(
         fmt::format("row_step is {}, expected at least width * point_step = {} * "
                     "{} = {}",
@@ -187,7 +196,7 @@ Result<void> check_size(const WireReader& reader, const Raw& raw) {
   }
   // Neither factor is above 2^32 - 1, and a row is not larger than row_step, so nothing overflows.
   // A cloud of one row does not use row_step, which some drivers leave at 0.
-  const std::uint64_t needed = std::uint64_t{raw.height - 1} * raw.row_step;
+  const std::uint64_t needed = std::uint64_t{raw.height - 1} * row_step;
   if (row <= raw.data.size() && needed <= raw.data.size() - row) return {};
   return reader.error(fmt::format(
       "there are {} bytes of data from byte {} on, expected {} rows of {} points of {} "
@@ -199,18 +208,17 @@ Result<LoadedCloud> read_points(const WireReader& reader, const Raw& raw) {
   LoadedCloud cloud;
   if (raw.width == 0 || raw.height == 0) return cloud;  // such a cloud need not have fields
   VANTAGE_TRY(const auto layout, find_layout(reader, raw));
-  VANTAGE_CHECK(check_size(reader, raw));
+  const std::uint64_t row_step = row_step_of(raw);
+  VANTAGE_CHECK(check_size(reader, raw, row_step));
   if (layout.time) {
     cloud.times.field = layout.time->name;
     cloud.times.format = layout.time_format;
   }
-  const bool is_one_row =
-      raw.height == 1 || raw.row_step == std::uint64_t{raw.width} * raw.point_step;
+  const bool is_one_row = raw.height == 1 || row_step == std::uint64_t{raw.width} * raw.point_step;
   const std::size_t rows = is_one_row ? 1 : raw.height;
   const std::size_t points = std::size_t{raw.width} * raw.height;
   for (std::size_t row = 0; row < rows; ++row) {
-    add_columns(cloud, columns_of(layout, raw, raw.data.data() + row * raw.row_step),
-                points / rows);
+    add_columns(cloud, columns_of(layout, raw, raw.data.data() + row * row_step), points / rows);
   }
   return cloud;
 }

@@ -186,8 +186,8 @@ class Rosbag1Reader final : public ChunkedReader {
       const auto code =
           looks_like_rosbag1(magic) ? ErrorCode::unsupported : ErrorCode::corrupt_data;
       return fail(code,
-                  fmt::format("begins with {}, expected \"#ROSBAG V2.0\"; `rosbag migrate` or "
-                              "`rosbag fix` converts older bags",
+                  fmt::format("begins with {}, expected \"#ROSBAG V2.0\"; `rosbag fix` "
+                              "converts older bags",
                               io::quoted(magic.substr(0, magic.find('\n')))),
                   SourceLocation{file(), 0, 0});
     }

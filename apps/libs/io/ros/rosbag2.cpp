@@ -27,7 +27,9 @@ using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
 /// A URI with which SQLite writes nothing, looks for no other file and takes no lock.
 std::string immutable_uri(const std::string& path) {
-  std::string uri = "file:";
+  // An absolute path follows an empty authority: one that begins with two slashes would itself be
+  // taken for an authority. A relative one has none.
+  std::string uri = path.starts_with('/') ? "file://" : "file:";
   for (const char c : path) {
     if (c == '%' || c == '?' || c == '#') {
       uri += fmt::format("%{:02X}", static_cast<unsigned char>(c));

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
+#include "io/ros/messages.hpp"
 #include "io/text.hpp"
 
 namespace vantage::io::ros {
@@ -116,6 +118,21 @@ std::string place_of(const MessageReader& reader, const BagMessage& message) {
 tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
                                  const BagMessage& message) {
   return fail(std::move(error).during("reading the " + place_of(reader, message)));
+}
+
+Result<bool> lacks_stamps(MessageReader& reader, const std::vector<std::size_t>& topics) {
+  constexpr double kLongestStart = 10.0;  // [s]
+  VANTAGE_CHECK(reader.select(topics));
+  // An error is left to those who read the messages.
+  const auto stamp_of_next = [&reader]() -> std::optional<double> {
+    const auto message = reader.next();
+    if (!message || !*message) return std::nullopt;
+    const Topic& topic = reader.topics()[(*message)->topic];
+    const auto header = parse_header((*message)->bytes, *topic.encoding, {reader.file(), 0, 0});
+    return header ? std::optional(header->stamp.seconds()) : std::nullopt;
+  };
+  if (stamp_of_next() != 0.0) return false;
+  return stamp_of_next().value_or(0.0) <= kLongestStart;
 }
 
 }  // namespace vantage::io::ros

@@ -46,7 +46,15 @@ struct TopicNeed {
 [[nodiscard]] tl::unexpected<Error> in_message(Error error, const MessageReader& reader,
                                                const BagMessage& message);
 
-/// Stamps come from headers; if the first header has no stamp, they are log times.
+/// Whether messages have no stamps, which are then their log times. Some drivers leave out the
+/// stamp of their first message only: that message is to be left out, and the second one decides.
+/// If the second is stamped 10 s or less after 0, the clock may have started with the recording,
+/// and log times are taken, too. What the reader selects is changed.
+/// @param topics  of messages that begin with a header
+[[nodiscard]] Result<bool> lacks_stamps(MessageReader& reader,
+                                        const std::vector<std::size_t>& topics);
+
+/// Stamps come from headers; if these have no stamps, they are log times.
 inline constexpr std::string_view kHeaderStamps = "stamps are those of the messages' headers";
 inline constexpr std::string_view kLogTimes =
     "the first message's header has the stamp 0, so stamps are the times at which the messages "
