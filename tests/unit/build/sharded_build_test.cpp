@@ -489,6 +489,30 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
   }
 }
 
+TEST_CASE("a build in memory: the time of choosing elements is a part of what was measured") {
+  // Most of that time makes surfaces of the points, before any region is looked at.
+  PointCloud map;
+  for (int x = 0; x < 400; ++x) {
+    for (int y = 0; y < 200; ++y) {
+      for (int z = 0; z < 3; ++z) map.emplace_back(0.5 * x, 0.5 * y, 0.5 * z);
+    }
+  }
+  int calls = 0;
+  BuildPlugins plugins = plugins_of_strips(calls);
+  plugins.matcher = test::in_process<MatchesCrowds, ScanMatcher>();
+  plugins.selector = test::in_process<TakesTheFirst, Selector>();
+  BuildParams params;
+  params.viewpoints = {.source = ViewpointSource::trajectory, .voxel_size = 1.0};
+  params.max_range = 4.0;
+  params.content = StoredContent::prepared;
+  params.selection.share = 0.5;
+  const auto report = build_region_maps(map, PointCloud{{5, 5, 1}}, plugins, params);
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->core_seconds_selection > 0.0);
+  CHECK(report->core_seconds_visibility > 0.0);
+  CHECK(report->seconds_visibility > 0.0);
+}
+
 TEST_CASE("sharded build: merge refuses a map that no viewpoint sees, and keeps the parts") {
   const PartsInMemory map(crowded_strips(13));
   const auto memory = std::make_shared<test::Memory>();
