@@ -58,11 +58,15 @@ void Session::begin_anew(const std::string& why) {
   priors_.forget();
   fed_odometry_ = 0;
   if (last_) {
-    if (const auto started = localizer_.start(*last_)) {
+    const auto started = localizer_.start(*last_);
+    if (started) {
       is_started_ = true;
       return;
     }
-    last_.reset();
+    const bool may_return = started.error().code == ErrorCode::io_failure;  // a disk that is slow
+    notices_.say(fmt::format("cannot begin at the last pose, which is {}: {}",
+                             may_return ? "kept" : "forgotten", to_string(started.error())));
+    if (!may_return) last_.reset();
   }
   if (params_.start == Start::wait) return;
   begin_anywhere();
