@@ -293,6 +293,24 @@ bool Session::has_waited(const Waiting& scan, std::int64_t now) const {
   return waited < 0.0 || waited >= params_.motion_wait;
 }
 
+/// A source of motion may be silent, or its clock another one: it is then not waited for.
+void Session::tell_silent_motion(const Waiting& scan, bool has_odometry) {
+  if (scan.end <= *first_stamp_ + kFirstWord) return;
+  if (!params_.topics.odometry.empty() && !has_odometry) {
+    notices_.tell("scans_without_odometry",
+                  fmt::format("no pose of {} belongs to a scan: /tf gets no transform from {} to "
+                              "the odometry; it may be silent, or have another clock",
+                              params_.topics.odometry, params_.frames.map));
+  }
+  const bool has_imu = last_imu_ && *last_imu_ >= scan.end - kSilent;
+  if (!params_.topics.imu.empty() && !has_imu) {
+    notices_.tell("scans_without_imu",
+                  fmt::format("no sample of {} belongs to a scan: it may be silent, or have "
+                              "another clock",
+                              params_.topics.imu));
+  }
+}
+
 /// T_base_sensor of a frame.
 std::optional<Pose> Session::mount(const std::string& frame) {
   if (const auto given = params_.frames.mount()) return given;
@@ -393,7 +411,8 @@ Result<std::optional<Localized>> Session::localize() {
         fmt::format("no pose has come on {} yet: scans are left out", params_.topics.initial_pose));
     return std::nullopt;
   }
-  if (!has_motion(now)) {
+  const bool waited_enough = has_motion(now);
+  if (!waited_enough) {
     notices_.tell("scans_without_motion",
                   fmt::format("samples of IMU or odometry come more than {} s after their scan: it "
                               "is localized without them; see [live] motion_wait",
@@ -419,6 +438,7 @@ Result<std::optional<Localized>> Session::localize() {
                  .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),
                  .prior = prior,
                  .seconds = took.count()};
+  if (waited_enough) tell_silent_motion(now, done.T_odom_base.has_value());
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
   T_base_sensor_ = T_base_sensor;
   if (params_.topics.imu.empty()) moved_ = now.end;

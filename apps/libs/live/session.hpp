@@ -109,6 +109,7 @@ class Session {
   [[nodiscard]] bool is_ready(const Waiting& scan, std::int64_t now) const {
     return has_waited(scan, now) || has_motion(scan);
   }
+  void tell_silent_motion(const Waiting& scan, bool has_odometry);
   [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
   void feed_imu();
   void feed_motion(const std::string& sensor);

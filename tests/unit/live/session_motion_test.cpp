@@ -114,6 +114,31 @@ TEST_CASE("a scan does not wait for a clock of the computer that was set back") 
   CHECK(robot.session.is_ready(ns(kStart - 3600.0)));
 }
 
+TEST_CASE("an IMU and odometry that are silent or of another clock are told once, and counted") {
+  for (const bool is_silent : {true, false}) {
+    CAPTURE(is_silent);
+    LiveParams params = Robot::with_mount();
+    params.topics.imu = "/imu";
+    params.topics.odometry = "/odom";
+    Robot robot(params);
+    for (int i = 0; i < 8; ++i) {
+      const double stamp = kStart + i;
+      if (!is_silent) {
+        robot.imu(stamp - 3600.0);
+        stands(robot, stamp - 3600.0);
+      }
+      scan_at_rest(robot, stamp);
+      REQUIRE(robot.localize());
+    }
+    CHECK(robot.notices.count_of("scans_without_odometry") == 2);  // after the first five seconds
+    CHECK(robot.notices.count_of("scans_without_imu") == 2);
+    CHECK(std::ranges::count_if(robot.told, [](const std::string& line) {
+            return line.find("/odom") != std::string::npos;
+          }) == 1);
+    CHECK(robot.was_told("no sample of /imu"));
+  }
+}
+
 TEST_CASE("odometry counts at a scan only if its samples reach to the scan's stamp") {
   LiveParams params = Robot::with_mount();
   params.topics.odometry = "/odom";
