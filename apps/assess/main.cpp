@@ -38,6 +38,16 @@ struct Subject {
   bool by_path;  // the configuration is that in the bundle
 };
 
+/// Leaves out the plugin files that a bundle's configuration names. They are those of the machine
+/// that built, and a bundle of somebody else must not choose what code runs here.
+void forget_libraries(Table& config) {
+  for (Entry& section : config.entries) {
+    if (auto* const table = std::get_if<Table>(&section.value.data)) {
+      std::erase_if(table->entries, [](const Entry& entry) { return entry.key == "library"; });
+    }
+  }
+}
+
 Result<Subject> subject_of(const Options& options) {
   const PluginLoader plugins = options.common.loader();
   std::error_code ignored;
@@ -48,6 +58,7 @@ Result<Subject> subject_of(const Options& options) {
   }
   VANTAGE_TRY(Bundle bundle, Bundle::open(fs::path(options.what), plugins));
   VANTAGE_TRY(Table kept, parse_toml(bundle.directory()->summary().config, ""));
+  forget_libraries(kept);
   VANTAGE_TRY(const Table table, with_overrides(std::move(kept), options.common.overrides));
   VANTAGE_TRY(Config config, parse_config(table));
   config.file = bundle.name();

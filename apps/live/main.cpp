@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <functional>
@@ -49,6 +48,15 @@ struct Options {
 volatile std::sig_atomic_t g_signal = 0;  // the one way that a signal reaches a program
 extern "C" void on_signal(int number) { g_signal = number; }
 
+/// A lost terminal ends the program in order, unless nohup has said that it does not matter; the
+/// messages that nobody reads then must not end it before.
+void catch_signals() {
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
 /// How long answers took, in steps of 0.1 ms.
 class Delays {
  public:
@@ -86,6 +94,10 @@ class Node {
         publisher_(params) {
     if (recorder_) observers_.push_back(recorder_.get());
   }
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+  /// After an exception, too, no job may run once the participant is gone that it writes to.
+  ~Node() { worker_.stop(); }
 
   /// Errors: those of Participant.
   [[nodiscard]] Result<void> connect() {
@@ -210,7 +222,7 @@ class Node {
     if (found == outputs_.end()) return;
     for (live::Observer* const one : observers_) one->see(found->second.topic, now(), message);
     if (const auto sent = found->second.writer.write(message); !sent) {
-      if (++unsent_ == 1) say(sent.error().message);
+      notices_.tell("not_sent", sent.error().message);
     }
   }
 
@@ -263,7 +275,6 @@ class Node {
   std::map<Output, Outgoing> outputs_;
   std::map<Input, dds::Topic> topics_;
   std::map<Input, dds::Participant::Replier> repliers_;
-  std::atomic<std::uint64_t> unsent_ = 0;
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
   std::uint64_t scans_ = 0, tracked_ = 0;
@@ -327,8 +338,7 @@ Result<void> run(const CLI::App& app, const Options& options) {
   VANTAGE_TRY(const live::LiveParams params,
               parse<live::LiveParams>(config.live.value_or(Table{})));
   const PluginLoader plugins = options.common.loader();
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  catch_signals();
   const std::int64_t end = options.seconds
                                ? now() + static_cast<std::int64_t>(*options.seconds * 1e9)
                                : std::numeric_limits<std::int64_t>::max();

@@ -10,6 +10,7 @@
 #include "build/regions.hpp"
 #include "build/sight.hpp"
 #include "vantage/kit/map_in_memory.hpp"
+#include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
 
@@ -23,6 +24,9 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
               plugins.visibility, params);
   VANTAGE_TRY(const BuildPlan plan, plan_of(source, trajectory, plugins, params,
                                             std::numeric_limits<std::uint64_t>::max(), &sight));
+  // Begins before the condenser, whose choice of elements is taken off again below.
+  const Stopwatch stopwatch;
+  const CpuStopwatch cpu;
   VANTAGE_TRY(const Condenser condenser,
               Condenser::over(map, plugins, params, Condenser::Sparse::refuse));
   VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(plan, plugins, params));
@@ -33,7 +37,8 @@ Result<BuildReport> build_region_maps(PointsView map, PointsView trajectory, Bui
                             }));
   VANTAGE_TRY(BuildReport report, std::move(writer).commit());
   report.core_seconds_selection = condenser.core_seconds_selection();
-  report.core_seconds_visibility -= report.core_seconds_selection;
+  report.seconds_visibility = stopwatch.seconds();
+  report.core_seconds_visibility = cpu.seconds() - report.core_seconds_selection;
   return report;
 }
 

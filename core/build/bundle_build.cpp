@@ -13,12 +13,17 @@ namespace {
 
 /// The configuration with what its bundle stores. Prepared maps take a tenth of the bytes and need
 /// no preparation on the robot. They are the default where the matcher makes them from a part of
-/// the map at a time; views and thinning concern points.
+/// the map at a time. Views and thinning concern points, a selector prepared maps: both are stored
+/// where both are asked for.
 Result<Config> with_content(Config config, const PluginLoader& plugins) {
   if (!config.store || config.store->content) return config;
-  config.store->content = config.selector ? StoredContent::prepared : StoredContent::points;
-  if (config.selector) return config;
-  if (!config.matcher || config.store->views || config.thinning) return config;
+  const bool needs_points = config.store->views || config.thinning;
+  config.store->content = StoredContent::points;
+  if (config.selector) {
+    config.store->content = needs_points ? StoredContent::both : StoredContent::prepared;
+    return config;
+  }
+  if (!config.matcher || needs_points) return config;
   VANTAGE_TRY(const auto matcher, plugins.load<ScanMatcher>(*config.matcher));
   if (std::isfinite(matcher->reach())) config.store->content = StoredContent::prepared;
   return config;

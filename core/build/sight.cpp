@@ -15,12 +15,13 @@ namespace vantage {
 /// The points among which a region's visibility is decided, ready for queries.
 struct Sight::Scope {
   PointsView points;
-  const VisibilityScene* scene = nullptr;
+  const VisibilityScene* scene = nullptr;  // none without points: plugins refuse to prepare none
   PointCloud own_points;  // the region's own points; `points` views either them or the map
   PluginPtr<VisibilityScene> own_scene;
 
   [[nodiscard]] Result<IndexList> seen_from(std::span<const Point> viewpoints,
                                             const VisibilityProgress* progress) const {
+    if (scene == nullptr) return IndexList();
     VANTAGE_TRY(IndexList seen, scene->visible_from_any(viewpoints, progress));
     VANTAGE_CHECK(check_indices(seen, points.size(), "visibility"));
     return seen;
@@ -29,6 +30,7 @@ struct Sight::Scope {
   [[nodiscard]] Result<ViewCounts> views_from(std::span<const Point> viewpoints, bool count_views,
                                               const VisibilityProgress* progress) const {
     ViewCounts counts;
+    if (scene == nullptr) return counts;
     if (!count_views) {
       VANTAGE_TRY(counts.points, seen_from(viewpoints, progress));
       return counts;
@@ -116,7 +118,7 @@ tl::unexpected<Error> no_scene() {
 }  // namespace
 
 Result<void> Sight::prepare() const {
-  if (params_.scope != VisibilityScope::map) return {};
+  if (params_.scope != VisibilityScope::map || map_.empty()) return {};
   return map_scene().map([](const VisibilityScene*) {});
 }
 
@@ -169,6 +171,8 @@ Result<Observable> Sight::look(std::span<const std::uint32_t> inside,
 
 Result<Sight::Scope> Sight::scope_of(std::span<const std::uint32_t> inside) const {
   Scope scope;
+  // The viewpoints of a block may stand far from all points, those of a region outside its own.
+  if (params_.scope == VisibilityScope::map ? map_.empty() : inside.empty()) return scope;
   // A region that owns every point uses the map's scene, without a copy of the map.
   if (params_.scope == VisibilityScope::map || inside.size() == map_.size()) {
     scope.points = map_;

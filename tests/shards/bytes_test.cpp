@@ -91,6 +91,20 @@ TEST_CASE("shards: an atlas has the same bytes, whether the map is in memory or 
   }
 }
 
+TEST_CASE("an assessment of a bundle loads no plugin file that the bundle names") {
+  const SmallTown town;
+  const std::string config = town.config({.more = "[atlas]\nmax_sites = 3\n"});
+  fs::copy_file(fs::path(VANTAGE_PLUGIN_DIR) / "vantage_matcher_ndt.so", town.path("mine.so"));
+  build(town, config, "bundle",
+        {"--set", "store.content=both", "--set", "matcher.library=" + town.path("mine.so")});
+  fs::remove(town.path("mine.so"));  // another machine has none
+  must_run("vantage-assess", {town.path("bundle"), "-q", "--set", "atlas.max_sites=3"});
+  const auto named = test::run("vantage-assess", {town.path("bundle"), "-q", "--set",
+                                                  "matcher.library=" + town.path("mine.so")});
+  CHECK(named.exit_code != 0);
+  CHECK(named.err.find("mine.so") != std::string::npos);
+}
+
 TEST_CASE("shards: the same bytes with every plugin that works part by part") {
   const SmallTown town;
   const TownConfig usual;

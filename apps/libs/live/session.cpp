@@ -25,6 +25,11 @@ constexpr double kSilent = 1.0, kFirstWord = 5.0;
 constexpr double kKept = 10.0;
 // What is stamped later than this after the last scan is not of its clock, or of another drive [s].
 constexpr double kAhead = 60.0;
+
+double seconds_between(std::int64_t from, std::int64_t to) {  // of [ns]
+  return static_cast<double>(to - from) * 1e-9;
+}
+
 template <class Sample>
 void forget_old(std::deque<Sample>& samples) {
   while (!samples.empty() && samples.front().stamp < samples.back().stamp - kKept) {
@@ -58,11 +63,15 @@ void Session::begin_anew(const std::string& why) {
   priors_.forget();
   fed_odometry_ = 0;
   if (last_) {
-    if (const auto started = localizer_.start(*last_)) {
+    const auto started = localizer_.start(*last_);
+    if (started) {
       is_started_ = true;
       return;
     }
-    last_.reset();
+    const bool may_return = started.error().code == ErrorCode::io_failure;  // a disk that is slow
+    notices_.say(fmt::format("cannot begin at the last pose, which is {}: {}",
+                             may_return ? "kept" : "forgotten", to_string(started.error())));
+    if (!may_return) last_.reset();
   }
   if (params_.start == Start::wait) return;
   begin_anywhere();
@@ -117,7 +126,7 @@ Result<void> Session::read_points(Received& received) {
   const double stamp = cloud.header.stamp;
   const double step = last_stamp_ ? stamp - *last_stamp_ : 0.0;
   if (step < -kClockJump || step > kAhead) {  // what was known of the motion says nothing
-    waiting_.reset();
+    waiting_.clear();
     begin_anew(fmt::format("the stamps of scans {} by {:.3f} s: begins anew{}",
                            step < 0.0 ? "went back" : "jumped ahead", std::abs(step),
                            last_ ? " from the last pose" : ""));
@@ -129,16 +138,31 @@ Result<void> Session::read_points(Received& received) {
     return {};
   }
   VANTAGE_TRY(auto scan, io::made_scan(std::move(cloud.cloud), stamp, {}, params_.topics.points));
-  if (waiting_) notices_.tell_dropped_scans();
   const double sweep =
       scan.seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan.seconds));
   last_stamp_ = stamp;
   if (!first_stamp_) first_stamp_ = stamp;
-  waiting_ = Waiting{.scan = std::move(scan),
-                     .header = cloud.header,
-                     .received = std::move(received),
-                     .end = sweep > 0.0 ? io::ros::Stamp(stamp + sweep) : cloud.header.stamp};
+  waiting_.push_back({.scan = std::move(scan),
+                      .header = cloud.header,
+                      .received = std::move(received),
+                      .end = sweep > 0.0 ? io::ros::Stamp(stamp + sweep) : cloud.header.stamp});
+  drop_overdue();
   return {};
+}
+
+/// Several scans may wait for their samples. Scans come faster than they are localized if the
+/// oldest could be localized when the newest can be, or when the second has waited its time.
+void Session::drop_overdue() {
+  constexpr std::size_t kMostWaiting = 16;
+  const std::int64_t now = waiting_.back().received.arrival;
+  while (waiting_.size() > 1) {
+    const bool overdue = is_ready(waiting_.front(), now) && is_ready(waiting_.back(), now);
+    const bool second_waited =
+        seconds_between(waiting_[1].received.arrival, now) >= params_.motion_wait;
+    if (!overdue && !second_waited && waiting_.size() <= kMostWaiting) return;
+    waiting_.pop_front();
+    notices_.tell_dropped_scans();
+  }
 }
 
 /// Whether a stamp cannot be of the scans' clock. One such sample would hide all that follow.
@@ -262,10 +286,29 @@ bool Session::has_motion(const Waiting& scan) const {
   return covers(params_.topics.imu, last_imu_) && covers(params_.topics.odometry, last_odometry_);
 }
 
-bool Session::is_ready(std::int64_t now) const {
-  if (!waiting_) return false;
-  const auto waited = static_cast<double>(now - waiting_->received.arrival) * 1e-9;
-  return waited >= params_.motion_wait || has_motion(*waiting_);
+/// Whether a scan has waited for its samples long enough. If this computer's clock was set back,
+/// nobody knows how long it has waited.
+bool Session::has_waited(const Waiting& scan, std::int64_t now) const {
+  const double waited = seconds_between(scan.received.arrival, now);
+  return waited < 0.0 || waited >= params_.motion_wait;
+}
+
+/// A source of motion may be silent, or its clock another one: it is then not waited for.
+void Session::tell_silent_motion(const Waiting& scan, bool has_odometry) {
+  if (scan.end <= *first_stamp_ + kFirstWord) return;
+  if (!params_.topics.odometry.empty() && !has_odometry) {
+    notices_.tell("scans_without_odometry",
+                  fmt::format("no pose of {} belongs to a scan: /tf gets no transform from {} to "
+                              "the odometry; it may be silent, or have another clock",
+                              params_.topics.odometry, params_.frames.map));
+  }
+  const bool has_imu = last_imu_ && *last_imu_ >= scan.end - kSilent;
+  if (!params_.topics.imu.empty() && !has_imu) {
+    notices_.tell("scans_without_imu",
+                  fmt::format("no sample of {} belongs to a scan: it may be silent, or have "
+                              "another clock",
+                              params_.topics.imu));
+  }
 }
 
 /// T_base_sensor of a frame.
@@ -353,7 +396,8 @@ std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) 
 }
 
 Result<std::optional<Localized>> Session::localize() {
-  Waiting now = *std::exchange(waiting_, std::nullopt);
+  Waiting now = std::move(waiting_.front());
+  waiting_.pop_front();
   if (!requests_.wants_scan()) {
     notices_.count("scans_while_off");
     return std::nullopt;
@@ -367,7 +411,8 @@ Result<std::optional<Localized>> Session::localize() {
         fmt::format("no pose has come on {} yet: scans are left out", params_.topics.initial_pose));
     return std::nullopt;
   }
-  if (!has_motion(now)) {
+  const bool waited_enough = has_motion(now);
+  if (!waited_enough) {
     notices_.tell("scans_without_motion",
                   fmt::format("samples of IMU or odometry come more than {} s after their scan: it "
                               "is localized without them; see [live] motion_wait",
@@ -393,6 +438,7 @@ Result<std::optional<Localized>> Session::localize() {
                  .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),
                  .prior = prior,
                  .seconds = took.count()};
+  if (waited_enough) tell_silent_motion(now, done.T_odom_base.has_value());
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
   T_base_sensor_ = T_base_sensor;
   if (params_.topics.imu.empty()) moved_ = now.end;

@@ -52,16 +52,19 @@ class Session {
   Session(Localizer localizer, LiveParams params, const std::optional<Pose>& kept, Notices& notices,
           std::optional<io::MapProjection> projection = {});
 
-  /// Takes a message in. A scan waits until `localize`; one that waits already is dropped for it.
+  /// Takes a message in. A scan waits until `localize`; the oldest one that waits is dropped for it
+  /// if both could be localized.
   void take(Received&& received);
-  [[nodiscard]] bool has_scan() const noexcept { return waiting_.has_value(); }
-  /// Whether a scan waits, and either has all samples of motion that it needs, or has waited for
-  /// them long enough.
+  [[nodiscard]] bool has_scan() const noexcept { return !waiting_.empty(); }
+  /// Whether a scan waits, and the oldest either has all samples of motion that it needs, or has
+  /// waited for them long enough.
   /// @param now  [ns since the epoch]
-  [[nodiscard]] bool is_ready(std::int64_t now) const;
-  /// Localizes the scan that waits. Nothing if it cannot be used, or if a service switched the
-  /// localizer off.
-  /// Errors: a region map that cannot be loaded or prepared; the session goes on.
+  [[nodiscard]] bool is_ready(std::int64_t now) const {
+    return has_scan() && is_ready(waiting_.front(), now);
+  }
+  /// Localizes the oldest scan that waits. Precondition: has_scan(). Nothing if it cannot be used,
+  /// or if a service switched the localizer off. Errors: a region map that cannot be loaded or
+  /// prepared; the session goes on.
   [[nodiscard]] Result<std::optional<Localized>> localize();
 
   /// The motion at the last sample of the IMU, or at the end of the last sweep without an IMU.
@@ -100,7 +103,13 @@ class Session {
   [[nodiscard]] bool is_behind(double stamp, Input input);
   void begin_anew(const std::string& why);
   void begin_anywhere();
+  void drop_overdue();
   [[nodiscard]] bool has_motion(const Waiting& scan) const;
+  [[nodiscard]] bool has_waited(const Waiting& scan, std::int64_t now) const;
+  [[nodiscard]] bool is_ready(const Waiting& scan, std::int64_t now) const {
+    return has_waited(scan, now) || has_motion(scan);
+  }
+  void tell_silent_motion(const Waiting& scan, bool has_odometry);
   [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
   void feed_imu();
   void feed_motion(const std::string& sensor);
@@ -112,7 +121,7 @@ class Session {
   Priors priors_;
   Requests requests_;
   StaticFrames frames_;
-  std::optional<Waiting> waiting_;
+  std::deque<Waiting> waiting_;        // for their samples of motion, or to be localized
   std::optional<double> first_stamp_;  // of a scan [s]
   std::optional<double> last_stamp_;   // of a scan [s]
   std::optional<Pose> last_;           // T_map_sensor, tracked

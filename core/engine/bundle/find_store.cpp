@@ -1,12 +1,13 @@
 #include "bundle/find_store.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "vantage/kit/file_content.hpp"
 
 namespace vantage {
 namespace {
@@ -67,13 +68,16 @@ tl::unexpected<Error> broken_contract(const std::string& method) {
               "the store plugin broke its contract: " + method + " gave nothing and no error");
 }
 
-/// The store that a folder names in its `index.json`.
+/// The store that a folder names in its `index.json`, near its beginning.
 std::optional<std::string> store_named_in(const fs::path& folder) {
   constexpr std::string_view kPrefix = "vantage ";
-  std::ifstream in(folder / "index.json", std::ios::binary);
-  if (!in) return std::nullopt;
+  constexpr std::size_t kMostRead = std::size_t{4} << 20U;  // what stores write, at most [bytes]
+  const auto file = io::InputFile::open(folder / "index.json", "an index");
+  if (!file) return std::nullopt;
+  std::string text(std::min(file->size(), kMostRead), '\0');
+  if (!file->read(0, text)) return std::nullopt;
   FormatOf reader;
-  (void)nlohmann::json::sax_parse(in, &reader);
+  (void)nlohmann::json::sax_parse(text, &reader);
   if (!reader.format || !reader.format->starts_with(kPrefix)) return std::nullopt;
   return reader.format->substr(kPrefix.size());
 }

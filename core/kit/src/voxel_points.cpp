@@ -49,7 +49,8 @@ struct Voxel {
 std::optional<VoxelKey> key_at(const Point& point, double voxel_size) {
   constexpr double kLimit = 0x1p50;
   const Point place = point / voxel_size;
-  if (!(place.cwiseAbs().maxCoeff() < kLimit)) return std::nullopt;
+  // Not maxCoeff, which passes over a NaN that is not the first coordinate.
+  if (!(place.array().abs() < kLimit).all()) return std::nullopt;
   const auto floor = [](double x) {
     const auto whole = static_cast<std::int64_t>(x);
     return whole - static_cast<std::int64_t>(x < static_cast<double>(whole));

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <fstream>
 
 #include "vantage/kit/checksum.hpp"
+#include "vantage/kit/file_content.hpp"
 
 namespace vantage::bundle_folder {
 namespace {
@@ -57,9 +57,10 @@ Result<std::vector<std::byte>> decode_attachment(const BundleFormat& format,
 bool is_attachment(const BundleFormat& format, const std::filesystem::path& file) {
   if (file.extension() != kAttachment) return false;
   const std::string expected = title_of(format);
+  // Not a stream, which would wait for somebody who writes to a pipe.
+  const auto opened = io::InputFile::open(file, "an attachment");
   std::string title(expected.size(), ' ');
-  std::ifstream stream(file, std::ios::binary);
-  return stream.read(title.data(), static_cast<std::streamsize>(title.size())) && title == expected;
+  return opened && opened->size() >= title.size() && opened->read(0, title) && title == expected;
 }
 
 }  // namespace vantage::bundle_folder

@@ -71,6 +71,7 @@ class SeesWithin final : public VisibilityOperator {
  public:
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept override {
+    VANTAGE_CHECK(check_points(map, "the map"));  // as every operator of the project
     return test::SeesNear().prepare(map, limits);
   }
   [[nodiscard]] double reach(const VisibilityLimits& limits) const noexcept override {
@@ -278,6 +279,56 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
   }
 }
 
+TEST_CASE("sharded build: viewpoints far from all points are counted, in parts as in memory") {
+  PointCloud points = crowded_strips(13);
+  std::erase_if(points, [](const Point& p) { return p.x() > 40.0 && p.x() < 70.0; });
+  const PointCloud trajectory{{54, 5, 1}, {56, 5, 1}, {154, 5, 1}, {156, 5, 1}};
+  for (const auto scope : {VisibilityScope::map, VisibilityScope::region}) {
+    for (const bool views : {false, true}) {
+      CAPTURE(scope);
+      CAPTURE(views);
+      int calls = 0;
+      BuildParams params;
+      params.viewpoints = {.source = ViewpointSource::trajectory, .voxel_size = 1.0};
+      params.max_range = 4.0;
+      params.scope = scope;
+      params.views = views;
+
+      const auto whole = std::make_shared<test::Memory>();
+      BuildPlugins for_whole = plugins_of_strips(calls, whole);
+      const auto wanted = build_region_maps(points, trajectory, for_whole, params);
+      REQUIRE_MESSAGE(wanted, to_string(wanted.error()));
+      CHECK(wanted->regions_that_see_nothing == 1);
+
+      const PartsInMemory parts(points);
+      const auto merged = std::make_shared<test::Memory>();
+      BuildPlugins for_parts = plugins_of_strips(calls, merged);
+      const test::TemporaryFolder folder;
+      auto build =
+          ShardedBuild::open(parts, trajectory, for_parts, params,
+                             {.parts = folder.path() / "parts", .map_key = 1, .memory = 200'000});
+      REQUIRE_MESSAGE(build, to_string(build.error()));
+      // The first shard has only the strip where nothing is.
+      for (const std::size_t shard : {1, 2}) {
+        const auto built = build->build({shard, 2});
+        REQUIRE_MESSAGE(built, to_string(built.error()));
+      }
+      const auto report = build->merge();
+      REQUIRE_MESSAGE(report, to_string(report.error()));
+      CHECK(report->regions_that_see_nothing == 1);
+      CHECK(report->seen == wanted->seen);
+      CHECK(report->points_times_viewpoints == wanted->points_times_viewpoints);
+      CHECK(merged->maps[5].points.empty());
+      CHECK(merged->maps[5].viewpoints.size() == 2);
+      for (const std::uint32_t r : {5U, 15U}) {
+        CHECK(merged->maps[r].points == whole->maps[r].points);
+        CHECK(merged->maps[r].viewpoints == whole->maps[r].viewpoints);
+        CHECK(merged->maps[r].views == whole->maps[r].views);
+      }
+    }
+  }
+}
+
 TEST_CASE("sharded build: a shard with nothing left to build needs no file, even beside another") {
   const PartsInMemory map(crowded_strips(13));
   int calls = 0;
@@ -436,6 +487,30 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
     }
     CHECK_FALSE(none->committed);
   }
+}
+
+TEST_CASE("a build in memory: the time of choosing elements is a part of what was measured") {
+  // Most of that time makes surfaces of the points, before any region is looked at.
+  PointCloud map;
+  for (int x = 0; x < 400; ++x) {
+    for (int y = 0; y < 200; ++y) {
+      for (int z = 0; z < 3; ++z) map.emplace_back(0.5 * x, 0.5 * y, 0.5 * z);
+    }
+  }
+  int calls = 0;
+  BuildPlugins plugins = plugins_of_strips(calls);
+  plugins.matcher = test::in_process<MatchesCrowds, ScanMatcher>();
+  plugins.selector = test::in_process<TakesTheFirst, Selector>();
+  BuildParams params;
+  params.viewpoints = {.source = ViewpointSource::trajectory, .voxel_size = 1.0};
+  params.max_range = 4.0;
+  params.content = StoredContent::prepared;
+  params.selection.share = 0.5;
+  const auto report = build_region_maps(map, PointCloud{{5, 5, 1}}, plugins, params);
+  REQUIRE_MESSAGE(report, to_string(report.error()));
+  CHECK(report->core_seconds_selection > 0.0);
+  CHECK(report->core_seconds_visibility > 0.0);
+  CHECK(report->seconds_visibility > 0.0);
 }
 
 TEST_CASE("sharded build: merge refuses a map that no viewpoint sees, and keeps the parts") {

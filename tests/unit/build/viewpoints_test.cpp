@@ -90,7 +90,8 @@ TEST_CASE("degenerate input: nothing, one point, not finite, too far, no voxel s
   CHECK(voxel_centroids(PointCloud{{1, 2, 3}}, 1.0)->size() == 1);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
-  for (const Point& bad : {Point(nan, 0, 0), Point(0, inf, 0), Point(0, 0, 1e300)}) {
+  for (const Point& bad : {Point(nan, 0, 0), Point(0, nan, 0), Point(0, 0, nan), Point(0, inf, 0),
+                           Point(0, 0, 1e300)}) {
     CHECK(voxel_centroids(PointCloud{bad}, 1.0).error().code == ErrorCode::invalid_input);
   }
   for (const double size : {0.0, -1.0, nan, inf}) {

@@ -38,6 +38,8 @@ params = { root = "bundle" }
 plugin = "ndt"
 )";
 
+const std::string kNoContent = "store.content";  // instead of an override: the build decides
+
 /// A map of 40 m x 40 m and the bundle that `kBuilt` makes of it, with points.
 class Built {
  public:
@@ -49,7 +51,10 @@ class Built {
     }
     const PointCloud drive{{1, 10, 1}, {20, 10, 1}, {39, 10, 1}};
     test::write_text(folder_.path() / "built.toml", kBuilt);
-    overrides.insert(overrides.begin(), "store.content=points");
+    if (std::ranges::find(overrides, kNoContent) == overrides.end()) {
+      overrides.insert(overrides.begin(), "store.content=points");
+    }
+    std::erase(overrides, kNoContent);
     const auto config = load_config(folder_.path() / "built.toml", overrides);
     REQUIRE_MESSAGE(config, to_string(config.error()));
     auto build = BundleBuild::prepare(*config, test::built_plugins());
@@ -207,6 +212,33 @@ TEST_CASE("a bundle that keeps the prepared form says so") {
   CHECK(built.open(kBuilt, {"store.content=prepared"}).empty());
   CHECK(built.open(kBuilt, {"store.content=both"}) ==
         otherwise("store.content", "\"both\"", "\"prepared\""));
+}
+
+TEST_CASE("what a bundle stores if that is left out: what is asked for loses nothing") {
+  const std::vector<std::string> select{kNoContent, "selector.plugin=contribution",
+                                        "selector.share=0.5"};
+  const auto with = [&](const std::string& one) {
+    auto overrides = select;
+    overrides.push_back(one);
+    return overrides;
+  };
+  const auto stored = [](const Built& built) {
+    const auto bundle = Bundle::open(built.path("bundle"), test::built_plugins()).value();
+    bool points = false, prepared = false, views = false;
+    for (std::uint32_t r = 0; r < bundle.directory()->summary().regions; ++r) {
+      const RegionMap map = bundle.get(RegionId{r}).value();
+      points = points || !map.points.empty();
+      prepared = prepared || !map.prepared.bytes.empty();
+      views = views || !map.views.empty();
+    }
+    return std::string(points ? "points " : "") + (prepared ? "prepared " : "") +
+           (views ? "views " : "");
+  };
+  CHECK(stored(Built({kNoContent})) == "prepared ");
+  CHECK(stored(Built({kNoContent, "store.views=true"})) == "points views ");
+  CHECK(stored(Built(select)) == "prepared ");
+  CHECK(stored(Built(with("store.views=true"))) == "points prepared views ");
+  CHECK(stored(Built(with("thinning.voxel_size=2"))) == "points prepared ");
 }
 
 TEST_CASE("the engine decides what a bundle keeps of its configuration") {

@@ -1,5 +1,6 @@
 // Which store opens a bundle, and what a Bundle answers.
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <string>
@@ -106,6 +107,28 @@ TEST_CASE(
   CHECK((*bundle->index())->config == "schema = 1\n");
   CHECK(bundle->indexed_by().error().code == ErrorCode::io_failure);
   CHECK(Bundle::open(tiles, test::built_plugins())->get(RegionId{2})->points.size() == 3);
+}
+
+TEST_CASE("an index that is a pipe is refused, without waiting for somebody who writes to it") {
+  const test::TemporaryFolder folder;
+  REQUIRE(::mkfifo((folder.path() / "index.json").c_str(), 0600) == 0);
+  const auto bundle = Bundle::open(folder.path(), test::built_plugins());
+  REQUIRE_FALSE(bundle);
+  CHECK(bundle.error().code == ErrorCode::io_failure);
+  CHECK(bundle.error().message.find("not a regular file") != std::string::npos);
+}
+
+TEST_CASE("of a large index only the beginning is read to find its store") {
+  const test::TemporaryFolder folder;
+  const std::string format = "\"format\": \"vantage elsewhere\"",
+                    long_text = "\"text\": \"" + std::string(std::size_t{5} << 20U, 'a') + "\"";
+  const auto told = [&](const std::string& index) {
+    test::write_text(folder.path() / "index.json", index);
+    return message(Bundle::open(folder.path(), test::built_plugins()));
+  };
+  CHECK(told("{" + format + ", " + long_text + "}").find("no store plugin 'elsewhere'") !=
+        std::string::npos);
+  CHECK(told("{" + long_text + ", " + format + "}").find("elsewhere") == std::string::npos);
 }
 
 TEST_CASE("a store that is named and not installed is told") {

@@ -1,6 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "io/ros/message_writers.hpp"
@@ -47,6 +49,94 @@ TEST_CASE("a scan waits for IMU and odometry, but not for ever") {
 
   robot.scan(kStart + 1.5);  // the samples have been silent for more than a second
   CHECK(robot.session.is_ready(ns(kStart + 1.5)));
+}
+
+/// Odometry of a robot that stands at the origin.
+void stands(Robot& robot, double stamp) {
+  robot.give(Input::odometry, stamp,
+             io::ros::write_odometry({.stamp = stamp, .frame = "odom"}, "base_link", Pose{}));
+}
+void scan_at_rest(Robot& robot, double stamp) {
+  robot.world.stand_at(test::at_x(5.0));
+  robot.give(Input::points, stamp,
+             io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, robot.world.scan));
+}
+
+TEST_CASE("odometry that comes after the next scan is waited for, and no scan is lost") {
+  LiveParams params = Robot::with_mount();
+  params.topics.odometry = "/odom";
+  params.motion_wait = 0.2;
+  Robot robot(params);
+  std::vector<double> stamps;
+  for (int step = 0; step < 830; ++step) {
+    const double time = kStart + 0.01 * step;
+    stands(robot, time - 0.13);
+    if (step % 10 == 0 && step < 800) scan_at_rest(robot, time);
+    if (!robot.session.is_ready(ns(time))) continue;
+    const auto found = robot.localize();
+    REQUIRE(found);
+    CHECK(found->T_odom_base);
+    stamps.push_back(found->report.stamp);
+  }
+  CHECK(stamps.size() == 80);
+  CHECK(std::ranges::is_sorted(stamps));
+  CHECK(robot.told.empty());
+}
+
+TEST_CASE("not many scans wait for their samples, and none over a jump of the clock") {
+  LiveParams params = Robot::with_mount();
+  params.topics.odometry = "/odom";
+  const auto dropped_of = [&](int scans, double wait) {
+    params.motion_wait = wait;
+    Robot robot(params);
+    for (int i = 0; i < scans; ++i) scan_at_rest(robot, kStart + 0.1 * i);
+    const auto dropped = robot.notices.count_of("scans_dropped");
+    CHECK(robot.localize()->report.stamp ==
+          doctest::Approx(kStart + 0.1 * static_cast<double>(dropped)).epsilon(1e-12));
+    return dropped;
+  };
+  CHECK(dropped_of(10, 0.25) == 6);  // the second of four would have waited longer
+  CHECK(dropped_of(20, 4.0) == 4);   // 16 wait
+
+  Robot robot(params);
+  for (const double after : {0.0, 0.1, 3600.0}) scan_at_rest(robot, kStart + after);
+  CHECK(robot.localize()->report.stamp == kStart + 3600.0);
+  CHECK_FALSE(robot.session.has_scan());
+}
+
+TEST_CASE("a scan does not wait for a clock of the computer that was set back") {
+  LiveParams params = Robot::with_mount();
+  params.topics.imu = "/imu";
+  Robot robot(params);
+  robot.imu(kStart - 0.01);
+  robot.scan(kStart);
+  CHECK_FALSE(robot.session.is_ready(ns(kStart + 0.05)));
+  CHECK(robot.session.is_ready(ns(kStart - 3600.0)));
+}
+
+TEST_CASE("an IMU and odometry that are silent or of another clock are told once, and counted") {
+  for (const bool is_silent : {true, false}) {
+    CAPTURE(is_silent);
+    LiveParams params = Robot::with_mount();
+    params.topics.imu = "/imu";
+    params.topics.odometry = "/odom";
+    Robot robot(params);
+    for (int i = 0; i < 8; ++i) {
+      const double stamp = kStart + i;
+      if (!is_silent) {
+        robot.imu(stamp - 3600.0);
+        stands(robot, stamp - 3600.0);
+      }
+      scan_at_rest(robot, stamp);
+      REQUIRE(robot.localize());
+    }
+    CHECK(robot.notices.count_of("scans_without_odometry") == 2);  // after the first five seconds
+    CHECK(robot.notices.count_of("scans_without_imu") == 2);
+    CHECK(std::ranges::count_if(robot.told, [](const std::string& line) {
+            return line.find("/odom") != std::string::npos;
+          }) == 1);
+    CHECK(robot.was_told("no sample of /imu"));
+  }
 }
 
 TEST_CASE("odometry counts at a scan only if its samples reach to the scan's stamp") {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -38,7 +39,7 @@ TEST_CASE("a scan that waits is dropped for the next one, and told once") {
   LiveParams params = Robot::with_mount();
   params.topics.imu = "/imu";
   Robot robot(params);
-  robot.imu(kStart - 0.01);
+  robot.imu(kStart + 0.21);  // none of the scans waits for a sample
   robot.scan(kStart);
   robot.scan(kStart + 0.1);
   robot.scan(kStart + 0.2);
@@ -46,6 +47,55 @@ TEST_CASE("a scan that waits is dropped for the next one, and told once") {
   CHECK(robot.told.size() == 1);
   CHECK(robot.notices.counts().at("scans_dropped") == 2);
   CHECK(robot.localize()->report.stamp == kStart + 0.2);
+}
+
+/// A map on a disk that is not there yet.
+class OnDisk final : public MapReader {
+ public:
+  OnDisk(std::shared_ptr<test::Memory> memory, ErrorCode error, const std::atomic<bool>& is_away)
+      : inner_(std::move(memory)), error_(error), is_away_(is_away) {}
+  [[nodiscard]] Result<MapIndex> index() const noexcept override { return inner_.index(); }
+  [[nodiscard]] Result<std::unique_ptr<const RegionDirectory>> directory() const noexcept override {
+    return inner_.directory();
+  }
+  [[nodiscard]] Result<RegionMap> get(RegionId region) const noexcept override {
+    if (is_away_) return fail(error_, "cannot be read");
+    return inner_.get(region);
+  }
+
+ private:
+  test::MemoryReader inner_;
+  ErrorCode error_;
+  const std::atomic<bool>& is_away_;
+};
+
+TEST_CASE("a last pose whose map cannot be read is told, and kept if the disk may come back") {
+  for (const ErrorCode code : {ErrorCode::io_failure, ErrorCode::corrupt_data}) {
+    const bool is_kept = code == ErrorCode::io_failure;
+    std::atomic<bool> is_away = true;
+    const test::PostWorld world;
+    auto bundle =
+        Bundle::of(test::in_process<OnDisk, const MapReader>(world.memory, code, is_away), "disk")
+            .value();
+    auto localizer = Localizer::open(std::move(bundle),
+                                     test::in_process<test::TruthMatcher, ScanMatcher>(world.truth),
+                                     test::plugin<Relocalizer>("voxel_search"), {});
+    REQUIRE_MESSAGE(localizer, to_string(localizer.error()));
+    std::vector<std::string> told;
+    Notices notices([&](const std::string& text) { told.push_back(text); });
+    Session session(*std::move(localizer), Robot::with_mount(), test::at_x(5.0), notices);
+    REQUIRE(told.size() == 1);
+    CHECK(told[0].find("cannot be read") != std::string::npos);
+    CHECK(told[0].find(is_kept ? "is kept" : "is forgotten") != std::string::npos);
+
+    is_away = false;
+    for (const double stamp : {kStart, kStart - 3600.0}) {  // the second begins anew
+      const auto cloud =
+          io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, world.scan);
+      session.take({.input = Input::points, .arrival = ns(stamp), .message = *cloud});
+    }
+    CHECK((told.back().find("from the last pose") != std::string::npos) == is_kept);
+  }
 }
 
 TEST_CASE("stamps that go back: a little is left out, more is another clock") {

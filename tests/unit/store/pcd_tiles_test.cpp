@@ -1,4 +1,5 @@
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -482,6 +483,12 @@ TEST_CASE("what is not a bundle is never deleted, with or without overwrite") {
       write_text(root / "index.json", "{\"name\": \"web page\"}");
       refused("'format'");
       CHECK(read_text(root / "index.json") == "{\"name\": \"web page\"}");
+    }
+    SUBCASE("a bundle with a pipe that has the name of an attachment") {
+      write_bundle(pcd_tiles_at(root), sample_index(), sample_maps());
+      REQUIRE(::mkfifo((root / "mine.dat").c_str(), 0600) == 0);
+      refused("mine.dat");
+      CHECK(fs::exists(root / "mine.dat"));
     }
     SUBCASE("a file") {
       write_text(root, "a file");
