@@ -48,8 +48,8 @@ struct Options {
 volatile std::sig_atomic_t g_signal = 0;  // the one way that a signal reaches a program
 extern "C" void on_signal(int number) { g_signal = number; }
 
-/// A lost terminal ends the program in order, unless nohup has said that it does not matter; the
-/// messages that nobody reads then must not end it before.
+/// A lost terminal ends the program in order, unless nohup has said that it does not matter. A
+/// message to a lost terminal does not end the program.
 void catch_signals() {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);

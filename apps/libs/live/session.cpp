@@ -287,7 +287,7 @@ bool Session::has_motion(const Waiting& scan) const {
 }
 
 /// Whether a scan has waited for its samples long enough. If this computer's clock was set back,
-/// nobody knows how long it has waited.
+/// the time that a scan has waited is unknown, and it waits no longer.
 bool Session::has_waited(const Waiting& scan, std::int64_t now) const {
   const double waited = seconds_between(scan.received.arrival, now);
   return waited < 0.0 || waited >= params_.motion_wait;
@@ -411,8 +411,8 @@ Result<std::optional<Localized>> Session::localize() {
         fmt::format("no pose has come on {} yet: scans are left out", params_.topics.initial_pose));
     return std::nullopt;
   }
-  const bool waited_enough = has_motion(now);
-  if (!waited_enough) {
+  const bool is_covered = has_motion(now);
+  if (!is_covered) {
     notices_.tell("scans_without_motion",
                   fmt::format("samples of IMU or odometry come more than {} s after their scan: it "
                               "is localized without them; see [live] motion_wait",
@@ -438,7 +438,7 @@ Result<std::optional<Localized>> Session::localize() {
                  .T_odom_base = odometry_at(now.header.stamp, params_.frames.base),
                  .prior = prior,
                  .seconds = took.count()};
-  if (waited_enough) tell_silent_motion(now, done.T_odom_base.has_value());
+  if (is_covered) tell_silent_motion(now, done.T_odom_base.has_value());
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
   T_base_sensor_ = T_base_sensor;
   if (params_.topics.imu.empty()) moved_ = now.end;

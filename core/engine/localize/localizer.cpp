@@ -183,9 +183,9 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   }
   s.weighing.compare(s.hypotheses);
   s.stamp = scan.stamp;
-  report.held_bytes = s.maps.statistics().bytes;
   report.dropped_samples = s.inputs.dropped();
   if (s.hypotheses.empty()) {
+    report.held_bytes = s.maps.statistics().bytes;
     s.inputs.forget_before(*s.middle);
     report.reason = "the sensor has not been found yet";
     report.has_pose = false;

@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kFarthest = 10e3;  // [m]; no LiDAR sees so far
 
+/// Whether a LiDAR may have measured a point; not if one of the numbers is none.
+bool is_possible(double range, double stamp) { return range <= kFarthest && std::isfinite(stamp); }
+
 }  // namespace
 
 Result<SweepTime> time_of(const Scan& scan) {
@@ -25,8 +28,8 @@ Result<SweepTime> time_of(const Scan& scan) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   SweepTime time{kInfinity, -kInfinity};
   for (std::size_t i = 0; i < scan.seconds.size(); ++i) {
-    if (!std::isfinite(scan.seconds[i]) || !(scan.points[i].norm() <= kFarthest)) continue;
     const double stamp = scan.stamp + static_cast<double>(scan.seconds[i]);
+    if (!is_possible(scan.points[i].norm(), stamp)) continue;
     time.first = std::min(time.first, stamp);
     time.last = std::max(time.last, stamp);
   }
@@ -56,7 +59,7 @@ Result<PreparedScan> prepare_scan(const Scan& scan, const SweepMotion* motion,
     const Point& p = scan.points[i];
     const double range = p.norm();
     const double stamp = timed ? scan.stamp + static_cast<double>(scan.seconds[i]) : scan.stamp;
-    if (!(range <= kFarthest) || !std::isfinite(stamp)) {  // nor is it a number, maybe
+    if (!is_possible(range, stamp)) {
       ++prepared.dropped;
       continue;
     }

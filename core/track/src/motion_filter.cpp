@@ -218,9 +218,7 @@ MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs,
 void MotionFilter::update(const Pose& T_map_sensor, const PoseMatrix& R) {
   Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
   H.leftCols<6>() = sensor_by_body();
-  const PoseVector innovation = difference(T_map_sensor, pose());
-  allow(innovation, H, R);
-  correct(innovation, H, R);
+  correct(difference(T_map_sensor, pose()), H, R);
   measured_ = stamp_;
 }
 
@@ -238,9 +236,7 @@ void MotionFilter::update_motion(const Seen& first, const Seen& second,
     innovation += side * difference(seen->T_map_sensor, there.pose());
     H += side * there.sensor_by_body() * F.topRows<6>();
   }
-  const PoseMatrix R = first.R + second.R;
-  allow(innovation, H, R);
-  correct(innovation, H, R);
+  correct(innovation, H, first.R + second.R);
 }
 
 void MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& noise) {
@@ -258,18 +254,19 @@ void MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& no
       Eigen::Vector3d::Constant(input.rate ? kUnknown : radians / dt);
   Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
   H.block<6, 6>(0, kV).setIdentity();
-  correct(innovation, H, variances.asDiagonal());
-}
-
-void MotionFilter::allow(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
-                         const PoseMatrix& R) {
-  const PoseMatrix S = H * covariance_ * H.transpose() + R;
-  const double squared = innovation.dot(S.ldlt().solve(innovation));
-  if (squared > kUnusual) covariance_ *= squared / kUnusual;
+  take(innovation, H, variances.asDiagonal());
 }
 
 void MotionFilter::correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                            const PoseMatrix& R) {
+  const PoseMatrix S = H * covariance_ * H.transpose() + R;
+  const double surprise = innovation.dot(S.ldlt().solve(innovation));
+  if (surprise > kUnusual) covariance_ *= surprise / kUnusual;
+  take(innovation, H, R);
+}
+
+void MotionFilter::take(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+                        const PoseMatrix& R) {
   const PoseMatrix S = H * covariance_ * H.transpose() + R;
   const Eigen::Matrix<double, 15, 6> PHt = covariance_ * H.transpose();
   const Eigen::Matrix<double, 6, 15> solved = S.ldlt().solve(PHt.transpose());

@@ -18,8 +18,6 @@ constexpr double kHold = 0.1;
 constexpr double kCoasting = 10.0;
 // Samples are held for this long, even if no scan uses them [s].
 constexpr double kLongest = 60.0;
-// Odometry that ended this long ago no longer says where the body is [s].
-constexpr double kOdometryAge = 0.2;
 
 /// Inserts a sample by its stamp.
 /// @return  how many samples were dropped: that one if there is one with its stamp, and those that
@@ -108,12 +106,6 @@ std::optional<MotionInputs::MeanTwist> MotionInputs::mean_until(Sample next) con
   const bool possible =
       mean.twist.linear.norm() < kFastestDrive && mean.twist.angular.norm() < kFastestSpin;
   return possible ? std::optional(mean) : std::nullopt;
-}
-
-bool MotionInputs::has_odometry(double stamp) const {
-  auto next = later_than(odometry_, stamp);
-  if (next == odometry_.end() && next != odometry_.begin()) --next;  // until the last sample
-  return mean_until(next) && next->stamp >= stamp - kOdometryAge;
 }
 
 MotionInput MotionInputs::at(double from, double to, double silent_since) const {

@@ -489,7 +489,7 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
   }
 }
 
-TEST_CASE("a build in memory: the time of choosing elements is a part of what was measured") {
+TEST_CASE("a build in memory measures the time of choosing elements as a part of its own") {
   // Most of that time makes surfaces of the points, before any region is looked at.
   PointCloud map;
   for (int x = 0; x < 400; ++x) {

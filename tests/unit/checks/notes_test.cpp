@@ -97,7 +97,7 @@ TEST_CASE("a sparse map in metres is not taken for one in another unit") {
       "it has too few points for the matcher, which needs six in a voxel of 2 m: give a denser map";
   CHECK(note(2.1, {500.0, 300.0, 20.0}) ==
         "the map's points lie 2.1 m apart, over 500 m x 300 m x 20 m: " + sparse);
-  // Hills: their height is that of things in centimetres, but a map of 4 m is none.
+  // Hills: their height is that of things in centimetres, but no map is 4 m wide.
   CHECK(note(2.1, {400.0, 300.0, 130.0}).ends_with(sparse));
   CHECK(note(12.0, {15'000.0, 9'000.0, 1'500.0}).ends_with("seems to be in centimetres"));
 }

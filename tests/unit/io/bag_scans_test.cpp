@@ -127,7 +127,8 @@ TEST_CASE("scans of a bag: a first message alone without a stamp is left out and
   CHECK(scans->skipped().not_later == 1);
   CHECK(stamps(*scans, -1.0) == std::vector<double>{500.5, 501});
   CHECK(stamps(*scans, 500.75) == std::vector<double>{501});
-  // A clock that starts with the recording may begin at 0: nobody knows, so log times are taken.
+  // A clock that starts with the recording may begin at 0: such stamps cannot be told from missing
+  // ones, so log times are taken.
   const auto simulated = open({message(0, 1000.25), message(0.25, 1000.5)});
   CHECK(stamps(*simulated) == std::vector<double>{1000.25, 1000.5});
   const auto single = open({message(0, 1000.25)});

@@ -78,7 +78,7 @@ TEST_CASE("sensor trajectory: a vehicle's poses are carried to its sensor") {
                                    {.name = "velodyne", .T_child_sensor = pose(1.0, -0.5)}),
         pose(1.0, -0.5));
   }
-  SUBCASE("as the user says, where nobody knows the scans' frame") {
+  SUBCASE("the user's mount counts if the scans name no frame") {
     check_carried(io::read_sensor_trajectory({plain, "", 10.0},
                                              {.name = "", .T_child_sensor = pose(1.0, -0.5)}),
                   pose(1.0, -0.5));

@@ -114,7 +114,8 @@ TEST_CASE("a scan does not wait for a clock of the computer that was set back") 
   CHECK(robot.session.is_ready(ns(kStart - 3600.0)));
 }
 
-TEST_CASE("an IMU and odometry that are silent or of another clock are told once, and counted") {
+TEST_CASE(
+    "the session reports once, and counts, a silent IMU or odometry, or one of another clock") {
   for (const bool is_silent : {true, false}) {
     CAPTURE(is_silent);
     LiveParams params = Robot::with_mount();

@@ -69,7 +69,8 @@ class OnDisk final : public MapReader {
   const std::atomic<bool>& is_away_;
 };
 
-TEST_CASE("a last pose whose map cannot be read is told, and kept if the disk may come back") {
+TEST_CASE(
+    "the session reports a last pose whose map cannot be read, and keeps it after an I/O error") {
   for (const ErrorCode code : {ErrorCode::io_failure, ErrorCode::corrupt_data}) {
     const bool is_kept = code == ErrorCode::io_failure;
     std::atomic<bool> is_away = true;

@@ -116,15 +116,15 @@ class MotionFilter {
   bool advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise, double share);
   /// Takes in the mean twist of odometry, for a piece of the time between two samples.
   void take_odometry(const MotionInput& input, const MotionNoise& noise);
-  /// If the motion changed more than its noise allows, what was known of it is worth less, by as
-  /// much.
-  void allow(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
-             const PoseMatrix& R);
+  /// Takes in a measurement by scans. If the motion changed more than its noise allows, what was
+  /// known of it is worth less, by as much.
+  void correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+               const PoseMatrix& R);
   /// Takes in a measurement.
   /// @param innovation  its difference from what is predicted
   /// @param H           the derivative of that difference by the state's error
-  void correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
-               const PoseMatrix& R);
+  void take(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
+            const PoseMatrix& R);
 
   double stamp_, measured_;
   Pose T_body_sensor_;

@@ -45,8 +45,6 @@ class MotionInputs {
   [[nodiscard]] const MotionMounts& mounts() const noexcept { return mounts_; }
   [[nodiscard]] const Pose& T_sensor_body() const noexcept { return mounts_.T_sensor_imu; }
   [[nodiscard]] bool has_imu() const noexcept { return !imu_.empty(); }
-  /// Whether odometry measured the motion up to about this moment.
-  [[nodiscard]] bool has_odometry(double stamp) const;
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
   /// The number of samples that are held: those of a minute at most.
   [[nodiscard]] std::size_t samples() const noexcept { return imu_.size() + odometry_.size(); }
