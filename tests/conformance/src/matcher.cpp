@@ -146,7 +146,8 @@ void far_away(const Subject& subject) {
   const Pose guess = off(random, kTruth, subject.claims<MatcherClaims>(), 0.5);
   const Alignment expected = align(*near, scene.scan, guess);
   for (const Point& by : kFarByCells) {
-    const auto target = prepare(subject, moved(scene.map, by));
+    const PointCloud map = moved(scene.map, by);
+    const auto target = prepare(subject, map);
     Alignment got = align(*target, scene.scan, moved(guess, by));
     got.T_map_scan.translation -= by;
     check_close(subject, got.T_map_scan, expected.T_map_scan);

@@ -99,7 +99,8 @@ void hessian_moves_along(const Subject& subject) {
   const Matrix6 hessian = expected.hessian;
 
   for (const Point& by : kFarByCells) {
-    const auto far = prepare(subject, moved(scene.map, by));
+    const PointCloud map = moved(scene.map, by);
+    const auto far = prepare(subject, map);
     check_alike(settled(*far, scene.scan, moved(guess, by)).hessian, hessian, kSameFit,
                 "map and guess moved");
   }
