@@ -112,7 +112,7 @@ Result<void> look_around(SiteTrials& site, const HitsAt& hits_at, const ScanMatc
   VANTAGE_TRY(site.hits, hits_at(site.place.position));
   if (site.hits.size() < kFewestHits) return {};
   VANTAGE_TRY(const SiteScan scan, scan_of(site, 0));
-  VANTAGE_TRY(site.to_itself, fit_to_itself(matcher, scan.finite, scan.scored));
+  VANTAGE_TRY(site.to_itself, fit_to_itself(matcher, scan.finite, scan.scored, up_of(site.truth)));
   if (!site.to_itself || places == nullptr) return {};
   VANTAGE_TRY(PoseCandidates found, places->find(scan.many, {.most = kFound}));
   std::erase_if(found.poses, [&](const PoseCandidate& place) {

@@ -39,7 +39,7 @@ double ratio_of(double contrast, double usual, double noise) {
 }
 
 struct Node {
-  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // sensor frame [m]
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // ahead and to the left [m]
   double level = 0.0;
 };
 
@@ -49,6 +49,7 @@ class Surroundings {
   Surroundings(const MatchTarget& target, PointsView scan, const Pose& T_map_scan, double limit)
       : target_(target),
         T_map_scan_(T_map_scan),
+        level_(T_map_scan.rotation.toRotationMatrix() * level_axes(up_of(T_map_scan))),
         limit_(limit),
         few_(evenly_picked(scan, kAtNodes)),
         some_(evenly_picked(scan, kAtSummits)),
@@ -88,7 +89,7 @@ class Surroundings {
     return level_of(score);
   }
   [[nodiscard]] Result<double> level_at(PointsView points, const Eigen::Vector2d& at) const {
-    return level_moved(points, T_map_scan_.rotation * Point(at.x(), at.y(), 0.0));
+    return level_moved(points, level_ * Point(at.x(), at.y(), 0.0));
   }
 
   /// The highest summit of the line above or below the pose, beyond the limit; 0 without one.
@@ -167,6 +168,7 @@ class Surroundings {
 
   const MatchTarget& target_;
   const Pose& T_map_scan_;
+  Eigen::Matrix3d level_;  // ahead, to the left and up, map frame
   double limit_;
   PointCloud few_, some_;
   std::vector<std::optional<double>> climbed_;  // by place, row by row

@@ -18,6 +18,31 @@ constexpr int kAxes = 4;
 // that match.
 constexpr std::size_t kAtLimit = 256;
 
+/// The fit without its margin.
+/// @param level  the horizontal plane is that of its first two columns, map frame
+Result<Fit> fit_along(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
+                      const Eigen::Matrix3d& level) {
+  VANTAGE_TRY(const ScanScore here, target.score(scan, T_map_scan));
+  Fit fit{.level = level_of(here),
+          .noise = noise_of_level(here.coverage * static_cast<double>(scan.size())),
+          .compared = here.compared};
+  const auto level_at = [&](const Point& offset) -> Result<double> {
+    Pose moved = T_map_scan;
+    moved.translation += level * offset;
+    return target.score(scan, moved).map([](const ScanScore& score) { return level_of(score); });
+  };
+  double beside = -std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < kAxes; ++axis) {
+    const double angle = std::numbers::pi * axis / kAxes;
+    const Point offset = kBasin * Point(std::cos(angle), std::sin(angle), 0.0);
+    VANTAGE_TRY(const double ahead, level_at(offset));
+    VANTAGE_TRY(const double behind, level_at(-offset));
+    beside = std::max(beside, 0.5 * (ahead + behind));
+  }
+  fit.sharpness = fit.level - beside;
+  return fit;
+}
+
 /// Fills in the margin.
 Result<void> measure_margin(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
                             const AlertLimit& limit, Fit& fit) {
@@ -69,36 +94,31 @@ AlertLimit AlertLimit::of(const LocalizerParams& params) noexcept {
   return {params.alert_limit, params.alert_limit_deg * std::numbers::pi / 180.0};
 }
 
+Eigen::Matrix3d level_axes(const Eigen::Vector3d& up) {
+  constexpr double kVertical = 1e-6;
+  Eigen::Vector3d left = up.cross(Eigen::Vector3d::UnitX());
+  if (left.squaredNorm() < kVertical) left = up.cross(Eigen::Vector3d::UnitZ());
+  left.normalize();
+  Eigen::Matrix3d axes;
+  axes << left.cross(up), left, up;
+  return axes;
+}
+
 Result<Fit> fit_at(const MatchTarget& target, PointsView scan, const Pose& T_map_scan,
                    const std::optional<AlertLimit>& limit) {
-  VANTAGE_TRY(const ScanScore here, target.score(scan, T_map_scan));
-  Fit fit{.level = level_of(here),
-          .noise = noise_of_level(here.coverage * static_cast<double>(scan.size())),
-          .compared = here.compared};
-  const auto level_at = [&](const Point& offset) -> Result<double> {
-    Pose moved = T_map_scan;
-    moved.translation += T_map_scan.rotation.toRotationMatrix() * offset;
-    return target.score(scan, moved).map([](const ScanScore& score) { return level_of(score); });
-  };
-  double beside = -std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < kAxes; ++axis) {
-    const double angle = std::numbers::pi * axis / kAxes;
-    const Point offset = kBasin * Point(std::cos(angle), std::sin(angle), 0.0);
-    VANTAGE_TRY(const double ahead, level_at(offset));
-    VANTAGE_TRY(const double behind, level_at(-offset));
-    beside = std::max(beside, 0.5 * (ahead + behind));
-  }
-  fit.sharpness = fit.level - beside;
+  const Eigen::Matrix3d level =
+      T_map_scan.rotation.toRotationMatrix() * level_axes(up_of(T_map_scan));
+  VANTAGE_TRY(Fit fit, fit_along(target, scan, T_map_scan, level));
   if (limit) VANTAGE_CHECK(measure_margin(target, scan, T_map_scan, *limit, fit));
   return fit;
 }
 
 Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher, PointsView all,
-                                         PointsView some) {
+                                         PointsView some, const Eigen::Vector3d& up) {
   if (some.empty()) return std::optional<Fit>();
   VANTAGE_TRY(const auto target, if_matched(matcher.prepare(all)));
   if (!target) return std::optional<Fit>();
-  VANTAGE_TRY(const Fit fit, fit_at(**target, some, Pose{}));
+  VANTAGE_TRY(const Fit fit, fit_along(**target, some, Pose{}, level_axes(up)));
   return std::optional<Fit>(fit);
 }
 

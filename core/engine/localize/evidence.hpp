@@ -36,6 +36,15 @@ struct Fit {
   double compared = 1.0;      ///< ScanScore::compared at the pose
 };
 
+/// The axes of a sensor without its tilt: x ahead in the horizontal plane, y to the left, z up; in
+/// the columns, sensor frame. A sensor whose x axis is vertical looks ahead along its z axis.
+/// @param up  sensor frame, of unit length
+[[nodiscard]] VANTAGE_API Eigen::Matrix3d level_axes(const Eigen::Vector3d& up);
+/// The direction that points up, sensor frame.
+[[nodiscard]] inline Eigen::Vector3d up_of(const Pose& T_map_sensor) {
+  return T_map_sensor.rotation.toRotationMatrix().row(2);
+}
+
 /// How far off a pose may be.
 struct AlertLimit {
   double metres, radians;
@@ -51,10 +60,12 @@ struct AlertLimit {
 /// The fit of a scan to itself. A perfect map would give the same fit.
 /// @param all   the points of the scan, sensor frame [m]
 /// @param some  those that are scored
+/// @param up    sensor frame, of unit length: a fit to the map is compared along the same axes
 /// @return      nothing if the scan is too sparse to match anything against
 /// Errors: those of the matcher.
 [[nodiscard]] VANTAGE_API Result<std::optional<Fit>> fit_to_itself(const ScanMatcher& matcher,
-                                                                   PointsView all, PointsView some);
+                                                                   PointsView all, PointsView some,
+                                                                   const Eigen::Vector3d& up);
 
 /// What a fit says about its pose.
 struct Evidence {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "vantage/engine/confidence.hpp"
@@ -15,16 +15,27 @@ namespace {
 // scores as usual.
 constexpr double kLost = 0.5;
 
-/// The probability that a pose with these deviations is beyond the limit from another pose. It is 1
-/// for deviations that are no numbers.
+/// The probability that a normal error is longer than this. Its square is taken for a multiple of a
+/// chi-square with the same mean and variance: exact if some axes are alike and the others exact.
+/// Source: F. E. Satterthwaite, "An Approximate Distribution of Estimates of Variance Components",
+/// Biometrics Bulletin 2(6), 1946.
+/// @param sigma  standard deviations along the principal axes
+/// @return       1 for deviations that are no numbers
+double longer_than(double length, const Eigen::Vector3d& sigma) {
+  const Eigen::Array3d variances = sigma.array().square();
+  const double mean = variances.sum(), unit = variances.square().sum() / mean;
+  if (!(length > 0.0) || !(std::isfinite(unit) || mean == 0.0)) return 1.0;
+  if (!(unit > 0.0)) return 0.0;
+  using Doubles = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+  return boost::math::gamma_q(0.5 * mean / unit, 0.5 * length * length / unit, Doubles());
+}
+
+/// The probability that a pose with these deviations is beyond the limit from another pose.
 /// @param metres, radians  between the pose and the other one
 double beyond(const AlertLimit& limit, const PoseConfidence& confidence, double metres,
               double radians) {
-  const auto tail = [](double within, double sigma) {  // of a normal distribution, on both sides
-    return std::erfc(within / (sigma * std::numbers::sqrt2));
-  };
-  return std::min(1.0, tail(limit.metres - metres, confidence.sigma_translation[0]) +
-                           tail(limit.radians - radians, confidence.sigma_rotation[0]));
+  return std::min(1.0, longer_than(limit.metres - metres, confidence.sigma_translation) +
+                           longer_than(limit.radians - radians, confidence.sigma_rotation));
 }
 
 /// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the

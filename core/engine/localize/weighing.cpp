@@ -86,16 +86,16 @@ bool Weighing::is_due(const std::vector<Hypothesis>& hypotheses, double belief) 
 Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses) {
   fresh_ = false;
   const PointCloud some = scored(scan);
-  const Point at = hypotheses.front().pose().translation;
-  if (!reference_ || (at - reference_at_).norm() >= kSurroundings) {
-    VANTAGE_CHECK(renew_reference(scan, at));
+  const Pose first = hypotheses.front().pose();
+  if (!reference_ || (first.translation - reference_at_).norm() >= kSurroundings) {
+    VANTAGE_CHECK(renew_reference(scan, first));
   }
   for (;;) {
     for (Hypothesis& one : hypotheses) VANTAGE_CHECK(measure(one, some, reference_));
     // A poor fit may come from an old reference.
     const auto fits = [](const Hypothesis& one) { return one.told >= 0.0; };
     if (fresh_ || std::ranges::any_of(hypotheses, fits)) break;
-    VANTAGE_CHECK(renew_reference(scan, at));
+    VANTAGE_CHECK(renew_reference(scan, first));
   }
   for (Hypothesis& one : hypotheses) VANTAGE_CHECK(measure_contrast(one, some));
   return {};
@@ -174,9 +174,9 @@ void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {
   }
 }
 
-Result<void> Weighing::renew_reference(const PreparedScan& scan, const Point& at) {
-  VANTAGE_TRY(reference_, fit_to_itself(*matcher_, scan.finite, scored(scan)));
-  reference_at_ = at;
+Result<void> Weighing::renew_reference(const PreparedScan& scan, const Pose& T_map_scan) {
+  VANTAGE_TRY(reference_, fit_to_itself(*matcher_, scan.finite, scored(scan), up_of(T_map_scan)));
+  reference_at_ = T_map_scan.translation;
   fresh_ = true;
   return {};
 }

@@ -77,7 +77,7 @@ class Weighing {
  private:
   /// Of the level's logarithm since the scan before; 0 without one.
   [[nodiscard]] double rise(const Hypothesis& one) const;
-  [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Point& at);
+  [[nodiscard]] Result<void> renew_reference(const PreparedScan& scan, const Pose& T_map_scan);
   /// @param reference  the fit of the points `some` to their scan
   [[nodiscard]] Result<void> measure(Hypothesis& one, PointsView some,
                                      const std::optional<Fit>& reference) const;

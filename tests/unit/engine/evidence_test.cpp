@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include "localize/contrast.hpp"
 #include "support/fakes.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
@@ -72,6 +73,34 @@ TEST_CASE("sharpness is what is lost 2 m beside, along the weakest axis") {
   CHECK(along.compared == 0.25);  // not what is compared beside
   target.slope = 1.0;
   CHECK(fit_at(target, scan, Pose{})->sharpness == doctest::Approx(1.0 - std::exp(-2.0)));
+}
+
+TEST_CASE("a sensor that is mounted at a tilt is compared with poses beside it at its height") {
+  /// A ground that a scan fits at its own height only.
+  class Ground final : public MatchTarget {
+   public:
+    [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
+      return fail(ErrorCode::unsupported, "");
+    }
+    [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
+      const double off = 5.0 * std::abs(pose.translation.z());
+      return ScanScore{.fitness = 0.0, .nvtl = std::exp(-off), .coverage = 1.0};
+    }
+    [[nodiscard]] std::size_t bytes() const noexcept override { return 0; }
+    [[nodiscard]] std::size_t elements() const noexcept override { return 1; }
+  } ground;
+  const PointCloud scan{{1, 0, 0}};
+  for (const Eigen::Vector3d& tilt :
+       {Eigen::Vector3d(0.0, 0.26, 0.0), Eigen::Vector3d(0.4, 0.3, 2.0),
+        Eigen::Vector3d(0.0, 1.570796326794897, 0.0)}) {
+    const Pose pose = pose_from_xyz_rpy({}, tilt);
+    CHECK(fit_at(ground, scan, pose)->sharpness == doctest::Approx(0.0));
+    const Evidence evidence{.share = 1.0, .sharpness = 1.0};
+    const auto contrast = contrast_at(ground, scan, pose, 0.5, evidence).value();
+    CHECK(contrast.value().slope == doctest::Approx(0.0));  // all places beside it are as good
+  }
+  const Eigen::Matrix3d level = level_axes(up_of(Pose{}));
+  CHECK(level == Eigen::Matrix3d::Identity());
 }
 
 TEST_CASE("the margin is negative where the scan fits better at the alert limit than at the pose") {

@@ -117,6 +117,26 @@ TEST_CASE("a pose at a stamp beside the middle of the sweep is as sure as its sp
   CHECK(report.reason == "the speed of the sensor is not known yet");
 }
 
+TEST_CASE("the risk of a pose is that of its error's length, not of its error along one axis") {
+  // The default limit is 0.5 m.
+  const auto risk_with = [](const Eigen::Vector3d& sigma) {
+    Hypothesis one = predicted();
+    PoseMatrix covariance = 1e-8 * PoseMatrix::Identity();
+    covariance.diagonal().head<3>() = sigma.array().square() / 1.5;  // see Verdict
+    one.motion.emplace(0.0, Pose{}, covariance, kNoInputs);
+    one.alignment = Alignment{};
+    one.R = 1e6 * PoseMatrix::Identity();
+    return judged(one, {.compared = true}).risk;
+  };
+  const double z = LocalizerParams{}.alert_limit / 0.25;
+  CHECK(risk_with({0.25, 0.0, 0.0}) ==
+        doctest::Approx(std::erfc(z / std::sqrt(2.0))).epsilon(1e-3));
+  CHECK(risk_with({0.25, 0.25, 0.0}) == doctest::Approx(std::exp(-0.5 * z * z)).epsilon(1e-3));
+  const double both_sides = std::sqrt(2.0 / std::acos(-1.0)) * z * std::exp(-0.5 * z * z);
+  CHECK(risk_with({0.25, 0.25, 0.25}) ==
+        doctest::Approx(std::erfc(z / std::sqrt(2.0)) + both_sides).epsilon(1e-3));
+}
+
 TEST_CASE("where a user's limit is broken, risk and covariance are those of the prediction") {
   LocalizerParams params;
   params.min_nvtl = 9.0;
