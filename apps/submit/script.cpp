@@ -50,6 +50,7 @@ std::string for_slurm(const Job& job) {
   };
   return fmt::format(
       "array=$(sbatch --parsable --job-name=vantage-build --array=1-{0} {1} \\\n    --wrap {2})\n"
+      "array=${{array%%;*}}  # a federation prints the name of the cluster behind the number\n"
       "merge=$(sbatch --parsable --job-name=vantage-merge --dependency=afterok:${{array}} "
       "--kill-on-invalid-dep=yes {3} \\\n    --wrap {4})\n"
       "echo \"shards: job ${{array}}, merge: job ${{merge}}\"\n",

@@ -58,6 +58,16 @@ TEST_CASE("submit: a script runs every shard, and merges when all are there") {
   CHECK(slurm.find("--array=1-12 --cpus-per-task=2 --mem=515M") != std::string::npos);
   CHECK(slurm.find("--shard ${SLURM_ARRAY_TASK_ID}/12") != std::string::npos);
   CHECK(slurm.find("--dependency=afterok:${array}") != std::string::npos);
+  // In a federation, sbatch prints the cluster, too; a dependency names the number alone.
+  fs::create_directory(town.path("bin"));
+  test::write_text(town.path("bin/sbatch"), "#!/bin/sh\nprintf '%s\\n' \"$*\" >> " +
+                                                cli::shell_quoted(town.path("calls")) +
+                                                "\necho '123;north'\n");
+  fs::permissions(town.path("bin/sbatch"), fs::perms::owner_all);
+  const auto ran =
+      run("/bin/sh", {"-c", "PATH=" + cli::shell_quoted(town.path("bin")) + ":$PATH; " + slurm});
+  CHECK_MESSAGE(ran.exit_code == 0, ran.err);
+  CHECK(test::read_text(town.path("calls")).find("--dependency=afterok:123 ") != std::string::npos);
   CHECK_FALSE(fs::exists(town.path("bundle")));
   CHECK(run("vantage-submit", {config, "-q", "--engine", "mpi"}).exit_code == 2);
   CHECK(run("vantage-submit", {config, "-q"}).exit_code == 2);

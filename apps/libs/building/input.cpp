@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <iostream>
+#include <limits>
 #include <span>
 #include <utility>
 #include <variant>
@@ -125,6 +126,11 @@ Result<fs::path> parts_beside(const BundleBuild& build) {
 
 }  // namespace
 
+bool fits_at_once(std::uint64_t points, std::uint64_t memory) {
+  constexpr std::uint64_t kCannotBeIndexed = std::numeric_limits<std::uint32_t>::max();
+  return points <= memory / kBytesInMemory && points < kCannotBeIndexed;
+}
+
 Result<WideAreaMap> read_map(const Config& config, const MapSource& source, std::uint64_t memory,
                              Reading reading) {
   WideAreaMap map;
@@ -137,7 +143,7 @@ Result<WideAreaMap> read_map(const Config& config, const MapSource& source, std:
   }
   if (found.files.size() == 1 && io::is_tiled_map(found.files.front())) {
     VANTAGE_TRY(auto tiles, io::TiledMap::open(found.files.front()));
-    if (reading == Reading::never || tiles.points() > memory / kBytesInMemory) {
+    if (reading == Reading::never || !fits_at_once(tiles.points(), memory)) {
       map.dropped = tiles.dropped();
       map.tiles = std::move(tiles);
       return map;

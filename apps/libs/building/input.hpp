@@ -60,6 +60,11 @@ enum class Reading : std::uint8_t {
   never,
 };
 
+/// Whether a build may have all points in memory at once: there is room, and an index can count
+/// them. It reads a tiled map in parts if not.
+/// @param memory  [bytes]
+[[nodiscard]] bool fits_at_once(std::uint64_t points, std::uint64_t memory);
+
 /// Reads the map, and the trajectory if there is one.
 /// @param source  [map] of `config`
 /// @param memory  [bytes]
