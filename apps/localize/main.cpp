@@ -85,6 +85,11 @@ std::vector<std::string> remarks_on(const RunInfo& run, const RunSummary& s) {
                                   cli::counted(s.scans, "scan"), run.prior->source));
     remarks.insert(remarks.end(), run.prior->notes.begin(), run.prior->notes.end());
   }
+  if (const std::size_t doubted = s.count("doubted"); doubted > 0) {
+    remarks.push_back(fmt::format(
+        "odometry contradicted the motion that scans and IMU showed before {}, and did not count",
+        cli::counted(doubted, "scan")));
+  }
   if (run.speed) {
     remarks.push_back(
         fmt::format("replayed {} times faster than recorded: scans late by {:.1f} ms at most",

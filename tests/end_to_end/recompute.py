@@ -176,6 +176,7 @@ def recompute(path, alert_limit):
             "outside": total("outside"),
             "blocked": total("blocked"),
             "dropped_points": total("dropped_points"),
+            "doubted": total("doubted"),
         },
         "lcp": lcp,
         "error_m": statistics([e[0] for e in good]),

@@ -136,6 +136,7 @@ Result<std::vector<Publication>> Publisher::messages(
                                {"scan_s", fmt::format("{:.4f}", scan.seconds)},
                                {"map_bytes", fmt::format("{}", report.held_bytes)},
                                {"scan_points", fmt::format("{}", report.scan_points)},
+                               {"doubted_s", fmt::format("{:.4f}", report.seconds_doubted)},
                                {"dropped_samples", fmt::format("{}", report.dropped_samples)}}};
   for (const auto& [kind, count] : counts) status.values.emplace_back(kind, std::to_string(count));
   VANTAGE_TRY(std::string bytes, io::ros::write_diagnostics(header, std::array{status}));

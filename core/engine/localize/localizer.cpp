@@ -196,6 +196,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   VANTAGE_CHECK(s.use_best(report));
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
+  report.seconds_doubted = best.motion->doubted();
   const MotionFilter motion =
       s.verdict.conclude(s.hypotheses,
                          {.elsewhere = s.elsewhere,

@@ -192,17 +192,19 @@ bool MotionFilter::advance(double stamp, const MotionInputs& inputs, const Motio
                            double share) {
   bool measured = false;
   for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
-    if (input.odometry) take_odometry(input, noise);
+    const bool doubted = input.odometry && !take_odometry(input, noise);
+    if (doubted) doubted_ += std::abs(input.seconds);
     const MotionMatrix F = moved_jacobian(state_, input);
     covariance_ = F * covariance_ * F.transpose() + share * moved_noise(state_, input, noise);
     state_ = moved(state_, input);
-    measured = input.rate || input.odometry;
+    measured = input.rate || (input.odometry && !doubted);
   }
   stamp_ = stamp;
   return measured;
 }
 
 void MotionFilter::predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise) {
+  doubted_ = 0.0;
   if (advance(stamp, inputs, noise, 1.0)) measured_ = stamp;
   covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
 }
@@ -239,7 +241,7 @@ void MotionFilter::update_motion(const Seen& first, const Seen& second,
   correct(innovation, H, first.R + second.R);
 }
 
-void MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& noise) {
+bool MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& noise) {
   const Twist& mean = *input.odometry;
   const double speed = mean.linear.norm(), turn = mean.angular.norm();
   const double dt = std::abs(input.seconds), between = input.odometry_seconds;
@@ -254,13 +256,24 @@ void MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& no
       Eigen::Vector3d::Constant(input.rate ? kUnknown : radians / dt);
   Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
   H.block<6, 6>(0, kV).setIdentity();
-  take(innovation, H, variances.asDiagonal());
+  const PoseMatrix R = variances.asDiagonal();
+  // Wheels slip and lock, and odometry begins anew. A speed that scans have shown is surer.
+  constexpr double kKnownSpeed = 1.0;  // [m/s]; a standard deviation
+  const bool is_known = covariance_.diagonal().segment<3>(kV).maxCoeff() < squared(kKnownSpeed);
+  if (is_known && surprise_of(innovation, H, R) > kUnusual) return false;
+  take(innovation, H, R);
+  return true;
+}
+
+double MotionFilter::surprise_of(const PoseVector& innovation,
+                                 const Eigen::Matrix<double, 6, 15>& H, const PoseMatrix& R) const {
+  const PoseMatrix S = H * covariance_ * H.transpose() + R;
+  return innovation.dot(S.ldlt().solve(innovation));
 }
 
 void MotionFilter::correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                            const PoseMatrix& R) {
-  const PoseMatrix S = H * covariance_ * H.transpose() + R;
-  const double surprise = innovation.dot(S.ldlt().solve(innovation));
+  const double surprise = surprise_of(innovation, H, R);
   if (surprise > kUnusual) covariance_ *= surprise / kUnusual;
   take(innovation, H, R);
 }

@@ -179,6 +179,72 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "odometry of wheels that slip, lock or begin anew does not count while scans know better") {
+  const auto worst_with = [](double factor, double jump) {
+    MotionInputs inputs({});
+    double x = 0.0;
+    for (int k = 0; k <= 80; ++k) {
+      REQUIRE(inputs.add(OdometrySample{0.05 * k, pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0})}));
+      x += 0.4 * (k >= 40 && k < 60 ? factor : 1.0) + (k == 40 ? jump : 0.0);
+    }
+    MotionFilter filter(0.0, Pose{}, sigma(0.003, 0.0005), inputs);
+    double worst = 0.0, doubted = 0.0;
+    for (int k = 1; k <= 39; ++k) {
+      const Pose truth = pose_from_xyz_rpy({0.8 * k, 0, 0}, {0, 0, 0});
+      filter.predict(0.1 * k, inputs, {});
+      doubted += filter.doubted();
+      if (k > 10) worst = std::max(worst, (filter.pose().translation - truth.translation).norm());
+      filter.update(truth, sigma(0.003, 0.0005));
+    }
+    CHECK(doubted <= 1.05);
+    CHECK(is_positive(filter.covariance()));
+    return std::pair(worst, doubted);
+  };
+  CHECK(worst_with(1.0, 0.0).first < 0.01);
+  CHECK(worst_with(1.0, 0.0).second == 0.0);
+  for (const double factor : {0.0, 3.0, -1.0}) {
+    CAPTURE(factor);
+    CHECK(worst_with(factor, 0.0).first < 0.05);
+    CHECK(worst_with(factor, 0.0).second > 0.9);
+  }
+  for (const double jump : {-2.0, 1.0, 4.0}) {
+    CAPTURE(jump);
+    CHECK(worst_with(1.0, jump).first < 0.05);
+  }
+}
+
+TEST_CASE("without scans, odometry counts again soon after a doubt") {
+  MotionInputs inputs({});
+  // It takes 8 m/s for 2 m/s; then no scan says so any more.
+  for (int k = 0; k <= 200; ++k) {
+    REQUIRE(inputs.add(OdometrySample{0.05 * k, pose_from_xyz_rpy({0.1 * k, 0, 0}, {0, 0, 0})}));
+  }
+  MotionFilter filter(0.0, Pose{}, sigma(0.003, 0.0005), MotionInputs({}));
+  for (int k = 1; k <= 20; ++k) {
+    filter.predict(0.1 * k, MotionInputs({}), {});
+    filter.update(pose_from_xyz_rpy({0.8 * k, 0, 0}, {0, 0, 0}), sigma(0.003, 0.0005));
+  }
+  filter.predict(2.2, inputs, {});
+  CHECK(filter.doubted() == doctest::Approx(0.2));
+  CHECK(filter.state().velocity.x() == doctest::Approx(8.0).epsilon(0.05));
+  filter.predict(9.0, inputs, {});
+  CHECK(filter.doubted() > 0.2);
+  CHECK(filter.doubted() < 3.0);
+  CHECK(filter.state().velocity.x() == doctest::Approx(2.0).epsilon(0.1));
+}
+
+TEST_CASE("at the start, odometry counts at any speed: none is known") {
+  for (const double speed : {0.0, 8.0, 40.0, 80.0}) {
+    CAPTURE(speed);
+    const MotionInputs inputs = even_odometry({.linear = {speed, 0.0, 0.0}}, 0.05, 0.3);
+    MotionFilter filter(0.0, Pose{}, sigma(0.01, 0.001), inputs);
+    filter.predict(0.2, inputs, {});
+    CHECK(filter.doubted() == 0.0);
+    CHECK(filter.state().velocity.x() == doctest::Approx(speed).epsilon(0.05));
+  }
+}
+
 TEST_CASE("odometry at once tells the speed of a sensor of which nothing is known") {
   const Twist twist{.linear = {8.0, 0.0, 0.0}, .angular = {0.0, 0.0, 0.3}};
   const MotionInputs inputs = even_odometry(twist, 0.05, 0.2);

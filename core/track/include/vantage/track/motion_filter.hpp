@@ -62,8 +62,9 @@ using PoseVector = Eigen::Matrix<double, 6, 1>;
 /// axes (his "global angular error", Sec. 7).
 class MotionFilter {
  public:
-  /// A pose whose squared distance from the prediction, in standard deviations, is larger than this
-  /// says that the motion was another one: chi squared of six dimensions, 99.9 %.
+  /// A measurement whose squared distance from the prediction, in standard deviations, is larger
+  /// than this contradicts it: chi squared of six dimensions, 99.9 %. If scans measured, the motion
+  /// was another one; if odometry did, it was wrong.
   static constexpr double kUnusual = 22.5;
 
   /// A sensor whose motion is unknown but for what the inputs say: a car at up to about 60 km/h, or
@@ -76,6 +77,9 @@ class MotionFilter {
   [[nodiscard]] double stamp() const noexcept { return stamp_; }
   /// When the motion was measured last [s].
   [[nodiscard]] double measured() const noexcept { return measured_; }
+  /// The part of the last prediction's time for which odometry contradicted what was known of the
+  /// motion, and did not count [s].
+  [[nodiscard]] double doubted() const noexcept { return doubted_; }
   [[nodiscard]] const MotionState& state() const noexcept { return state_; }
   [[nodiscard]] const MotionMatrix& covariance() const noexcept { return covariance_; }
   [[nodiscard]] Pose pose() const noexcept { return state_.T_map_body * T_body_sensor_; }
@@ -114,19 +118,24 @@ class MotionFilter {
   /// Moves on, or back. @param share  of the noise, that the covariance grows by
   /// @return whether anything measured the last piece of the motion
   bool advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise, double share);
-  /// Takes in the mean twist of odometry, for a piece of the time between two samples.
-  void take_odometry(const MotionInput& input, const MotionNoise& noise);
+  /// Takes in the mean twist of odometry, for a piece of the time between two samples, unless it
+  /// contradicts what is known. @return whether it does not
+  bool take_odometry(const MotionInput& input, const MotionNoise& noise);
   /// Takes in a measurement by scans. If the motion changed more than its noise allows, what was
   /// known of it is worth less, by as much.
   void correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                const PoseMatrix& R);
+  /// The squared distance of a measurement from what is predicted, in standard deviations.
+  [[nodiscard]] double surprise_of(const PoseVector& innovation,
+                                   const Eigen::Matrix<double, 6, 15>& H,
+                                   const PoseMatrix& R) const;
   /// Takes in a measurement.
   /// @param innovation  its difference from what is predicted
   /// @param H           the derivative of that difference by the state's error
   void take(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
             const PoseMatrix& R);
 
-  double stamp_, measured_;
+  double stamp_, measured_, doubted_ = 0.0;
   Pose T_body_sensor_;
   MotionState state_;
   MotionMatrix covariance_;
