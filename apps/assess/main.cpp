@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -85,20 +84,15 @@ Result<building::WideAreaMap> map_of(const Subject& subject, std::uint64_t memor
 
 /// With a map in parts, each thread has what is around a site in memory: as many threads as fit,
 /// and at least one.
+/// @param reach   of the assessment [m]
 /// @param memory  [bytes]
-Result<std::size_t> threads_for(const Subject& subject, const io::TiledParts& map,
+Result<std::size_t> threads_for(const Bundle& bundle, const io::TiledParts& map, double reach,
                                 std::uint64_t memory, std::size_t jobs) {
   constexpr std::uint64_t kBytesAPoint = 48;  // with what finds neighbours
   const std::size_t wanted = jobs > 0 ? jobs : std::max(1U, std::thread::hardware_concurrency());
-  const auto& built = subject.bundle.built_with();
-  const auto& visibility =
-      built && built->visibility ? built->visibility : subject.config.visibility;
-  const double range = visibility && visibility->max_range
-                           ? *visibility->max_range
-                           : std::numeric_limits<double>::infinity();
-  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(range);
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(reach);
   std::uint64_t most = 1;
-  const RegionDirectory& directory = *subject.bundle.directory();
+  const RegionDirectory& directory = *bundle.directory();
   for (std::uint32_t r = 0; r < directory.summary().regions; ++r) {
     VANTAGE_TRY(const DirectoryEntry entry, directory.entry(RegionId{r}));
     if (entry.summary.viewpoints == 0) continue;
@@ -158,8 +152,8 @@ Result<void> run(const Options& options) {
     };
     if (map.tiles) {
       const io::TiledParts parts(*map.tiles);
-      VANTAGE_TRY(const std::size_t fitting,
-                  threads_for(subject, parts, *memory, options.common.jobs));
+      VANTAGE_TRY(const std::size_t fitting, threads_for(subject.bundle, parts, assessment.reach(),
+                                                         *memory, options.common.jobs));
       const cli::ThreadLimit fewer(fitting);
       VANTAGE_TRY(report, assessment.run(parts, told));
     } else {

@@ -83,6 +83,8 @@ Result<AssessmentReport> Assessment::run(const MapParts& map, const Progress& pr
   return measure(hits_in(map, max_range_), progress);
 }
 
+double Assessment::reach() const noexcept { return reach_of_hits(max_range_); }
+
 Result<AssessmentReport> Assessment::measure(
     const std::function<Result<PointCloud>(const Point&)>& hits_at, const Progress& progress) {
   const Stopwatch stopwatch;

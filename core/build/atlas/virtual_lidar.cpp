@@ -120,11 +120,14 @@ HitsAt hits_in(PointsView map, double max_range) {
 HitsAt hits_in(const MapParts& map, double max_range) {
   return [&map, max_range](const Point& sensor) -> Result<PointCloud> {
     const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
-    const double range = std::min(max_range, VirtualLidar::kFarthestReturn);
-    // 1 m more for the neighbours of the points.
-    VANTAGE_TRY(const MapPart around, map.read(with_margin(here, range + 1.0)));
+    VANTAGE_TRY(const MapPart around, map.read(with_margin(here, reach_of_hits(max_range))));
     return VirtualLidar(around.points(), max_range).hits(sensor);
   };
+}
+
+double reach_of_hits(double max_range) noexcept {
+  constexpr double kNeighbours = 1.0;  // of the points that are hit [m]
+  return std::min(max_range, VirtualLidar::kFarthestReturn) + kNeighbours;
 }
 
 PointCloud virtual_scan(PointsView hits, const Pose& T_map_scan, std::uint64_t seed) {

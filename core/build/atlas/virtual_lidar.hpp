@@ -39,6 +39,8 @@ using HitsAt = std::function<Result<PointCloud>(const Point& sensor)>;
 /// gives the same points. The map is borrowed.
 [[nodiscard]] HitsAt hits_in(PointsView map, double max_range);
 [[nodiscard]] HitsAt hits_in(const MapParts& map, double max_range);
+/// How far around a place the latter reads the map, in plan view [m].
+[[nodiscard]] double reach_of_hits(double max_range) noexcept;
 
 /// Makes a scan from the points that rays hit. The scan is as imperfect as one of another day: its
 /// ranges have noise (2 cm), a sector of 60 degrees is covered, and one point in thirty is clutter

@@ -263,6 +263,7 @@ TEST_CASE(
   // Meanwhile it was built again, of other points.
   auto assessment = Assessment::prepare(bundle, config, test::built_plugins());
   REQUIRE(assessment);
+  CHECK(assessment->reach() == 61.0);
   built(config, noisy(street_of_houses(6)), path);
   before = files_in(place);
   fails(assessment->run(map), ErrorCode::io_failure, "another bundle");

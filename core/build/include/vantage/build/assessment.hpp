@@ -63,6 +63,8 @@ class VANTAGE_API Assessment {
   [[nodiscard]] Result<AssessmentReport> run(PointsView map, const Progress& progress = {});
   /// The same for a map of which only the part around a site is read at a time.
   [[nodiscard]] Result<AssessmentReport> run(const MapParts& map, const Progress& progress = {});
+  /// How far around a site that reads the map, in plan view [m].
+  [[nodiscard]] double reach() const noexcept;
 
  private:
   [[nodiscard]] Result<void> check_map(std::uint64_t points, const Bounds3& bounds) const;
