@@ -36,6 +36,20 @@ TEST_CASE("odometry says how far the sensor came: it is matched there alone") {
   CHECK(error_after_start(wrong, at_x(1.9)) < 1e-4);
 }
 
+TEST_CASE("odometry that jumps does not carry the prediction away, and the report says so") {
+  World world;
+  Localizer localizer = world.localizer();
+  REQUIRE(localizer.start(at_x(1)));
+  const auto x = [](int scan) { return 1.0 + 0.15 * scan; };
+  for (int i = 0; i < 12; ++i) {
+    CHECK(world.at(localizer, 0.1 * i, x(i), at_x(x(i))).seconds_doubted == 0.0);
+  }
+  const ScanReport jumped = world.at(localizer, 1.2, x(12), at_x(x(12) + 3.0));
+  CHECK(jumped.seconds_doubted == doctest::Approx(0.1));
+  CHECK(std::abs(jumped.T_map_scan_predicted.translation.x() - x(12)) < 0.1);
+  CHECK(world.at(localizer, 1.3, x(13), at_x(x(13) + 3.0)).tracking == Tracking::tracked);
+}
+
 TEST_CASE("without odometry, the risk of a pose that no scan corrects grows with time") {
   World world;
   Localizer localizer = world.localizer();
