@@ -87,7 +87,7 @@ std::vector<std::string> remarks_on(const RunInfo& run, const RunSummary& s) {
   }
   if (const std::size_t doubted = s.count("doubted"); doubted > 0) {
     remarks.push_back(fmt::format(
-        "odometry contradicted the motion that scans and IMU showed before {}, and did not count",
+        "odometry contradicted the motion that is known before {}, and did not always count",
         cli::counted(doubted, "scan")));
   }
   if (run.speed) {

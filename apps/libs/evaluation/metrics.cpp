@@ -116,8 +116,8 @@ constexpr std::array kMetrics{
            "points of the scan that were not finite, or farther than 10 km",
            [](const RunScan& s) { return count(s.report.dropped_points + s.dropped_by_reader); }},
     Metric{"doubted", "odometry doubted", &kNumber, 0, kLess, G::scans, "sum", "",
-           "1 if odometry contradicts the motion that scans and IMU have shown: since the scan "
-           "before, it did not always count",
+           "1 if odometry has contradicted the motion that is known since the scan before, and did "
+           "not always count",
            [](const RunScan& s) { return flag(s.report.seconds_doubted > 0.0); }, kNotInOldFiles},
     Metric{"align_ms", "align", &kTime, 2, kLess, G::time, "mean p95", "mean",
            "time of scan matching alone (T_align, Sec. 3.3)",

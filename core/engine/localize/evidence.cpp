@@ -95,10 +95,10 @@ AlertLimit AlertLimit::of(const LocalizerParams& params) noexcept {
 }
 
 Eigen::Matrix3d level_axes(const Eigen::Vector3d& up) {
-  constexpr double kVertical = 1e-6;
-  Eigen::Vector3d left = up.cross(Eigen::Vector3d::UnitX());
-  if (left.squaredNorm() < kVertical) left = up.cross(Eigen::Vector3d::UnitZ());
-  left.normalize();
+  constexpr double kSteep = 0.9;
+  const Eigen::Vector3d ahead =
+      std::abs(up.x()) < kSteep ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d left = up.cross(ahead).normalized();
   Eigen::Matrix3d axes;
   axes << left.cross(up), left, up;
   return axes;

@@ -37,7 +37,7 @@ struct Fit {
 };
 
 /// The axes of a sensor without its tilt: x ahead in the horizontal plane, y to the left, z up; in
-/// the columns, sensor frame. A sensor whose x axis is vertical looks ahead along its z axis.
+/// the columns, sensor frame. Where the sensor's x axis is nearly vertical, its z axis is ahead.
 /// @param up  sensor frame, of unit length
 [[nodiscard]] VANTAGE_API Eigen::Matrix3d level_axes(const Eigen::Vector3d& up);
 /// The direction that points up, sensor frame.

@@ -170,6 +170,15 @@ Lookalikes SearchAnswer::around(const Pose& T_map_scan, const ShareModel& model)
 Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::stop_token& stop) {
   const PointCloud& scan = task.scan.points;
   const PointCloud some = Weighing::scored(task.scan);
+  std::optional<Fit> to_itself = task.to_itself;
+  const auto fit_scan = [&](const Eigen::Vector3d& up) -> Result<void> {
+    VANTAGE_TRY(to_itself, fit_to_itself(*matcher, task.scan.finite, some, up));
+    return {};
+  };
+  if (!to_itself && (task.up || params.gravity == Gravity::sensor_z)) {
+    VANTAGE_CHECK(fit_scan(task.up.value_or(Eigen::Vector3d::UnitZ())));
+    if (!to_itself) return SearchAnswer{};  // too sparse for anything
+  }
   if (!places) {
     VANTAGE_TRY(places, open_index(bundle, relocalizer));
   }
@@ -178,14 +187,10 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   if (task.up || params.gravity == Gravity::unknown) query.up = task.up;
   VANTAGE_TRY(const PoseCandidates candidates, places->find(scan, query));
   VANTAGE_CHECK(check_candidates(candidates, query));
-  std::optional<Fit> to_itself = task.to_itself;
-  if (!to_itself) {
-    const Eigen::Vector3d up = candidates.poses.empty()
-                                   ? Eigen::Vector3d::UnitZ()
-                                   : up_of(candidates.poses.front().T_map_scan);
-    VANTAGE_TRY(to_itself, fit_to_itself(*matcher, task.scan.finite, some, up));
+  if (!to_itself && !candidates.poses.empty() && !stop.stop_requested()) {
+    VANTAGE_CHECK(fit_scan(up_of(candidates.poses.front().T_map_scan)));
   }
-  if (!to_itself) return SearchAnswer{};  // too sparse for anything
+  if (!to_itself) return SearchAnswer{.work = {.search_ms = candidates.nominal_ms}};
 
   SearchAnswer answer{.compared = task.area.complete,
                       .work = {.search_ms = candidates.nominal_ms},

@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "vantage/engine/confidence.hpp"
@@ -16,10 +17,11 @@ namespace {
 constexpr double kLost = 0.5;
 
 /// The probability that a normal error is longer than this. Its square is taken for a multiple of a
-/// chi-square with the same mean and variance: exact if some axes are alike and the others exact.
+/// chi-square with the same mean and variance, which is right if some axes are alike and the others
+/// have no error. It is at least the probability that the error is so long along its first axis.
 /// Source: F. E. Satterthwaite, "An Approximate Distribution of Estimates of Variance Components",
 /// Biometrics Bulletin 2(6), 1946.
-/// @param sigma  standard deviations along the principal axes
+/// @param sigma  standard deviations along the principal axes, the largest first
 /// @return       1 for deviations that are no numbers
 double longer_than(double length, const Eigen::Vector3d& sigma) {
   const Eigen::Array3d variances = sigma.array().square();
@@ -27,7 +29,9 @@ double longer_than(double length, const Eigen::Vector3d& sigma) {
   if (!(length > 0.0) || !(std::isfinite(unit) || mean == 0.0)) return 1.0;
   if (!(unit > 0.0)) return 0.0;
   using Doubles = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
-  return boost::math::gamma_q(0.5 * mean / unit, 0.5 * length * length / unit, Doubles());
+  const double all =
+      boost::math::gamma_q(0.5 * mean / unit, 0.5 * length * length / unit, Doubles());
+  return std::max(all, std::erfc(length / (sigma[0] * std::numbers::sqrt2)));
 }
 
 /// The probability that a pose with these deviations is beyond the limit from another pose.

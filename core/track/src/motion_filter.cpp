@@ -188,24 +188,26 @@ PoseMatrix MotionFilter::pose_covariance() const {
   return A * covariance_.topLeftCorner<6, 6>() * A.transpose();
 }
 
-bool MotionFilter::advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise,
+void MotionFilter::advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise,
                            double share) {
-  bool measured = false;
+  constexpr double kForgotten = 1.0;  // [s]
+  double now = stamp_;
   for (const MotionInput& input : inputs.between(stamp_, stamp, measured_)) {
-    const bool doubted = input.odometry && !take_odometry(input, noise);
-    if (doubted) doubted_ += std::abs(input.seconds);
+    const bool is_known = std::abs(now - measured_) < kForgotten;
+    const bool counts = input.odometry && take_odometry(input, noise, is_known);
+    if (input.odometry && !counts) doubted_ += std::abs(input.seconds);
     const MotionMatrix F = moved_jacobian(state_, input);
     covariance_ = F * covariance_ * F.transpose() + share * moved_noise(state_, input, noise);
     state_ = moved(state_, input);
-    measured = input.rate || (input.odometry && !doubted);
+    now += input.seconds;
+    if (input.rate || counts) measured_ = std::max(measured_, now);
   }
   stamp_ = stamp;
-  return measured;
 }
 
 void MotionFilter::predict(double stamp, const MotionInputs& inputs, const MotionNoise& noise) {
   doubted_ = 0.0;
-  if (advance(stamp, inputs, noise, 1.0)) measured_ = stamp;
+  advance(stamp, inputs, noise, 1.0);
   covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
 }
 
@@ -213,7 +215,7 @@ MotionFilter MotionFilter::at(double stamp, const MotionInputs& inputs,
                               const MotionNoise& noise) const {
   constexpr double kBounded = 0.25;
   MotionFilter there = *this;
-  static_cast<void>(there.advance(stamp, inputs, noise, kBounded));
+  there.advance(stamp, inputs, noise, kBounded);
   return there;
 }
 
@@ -241,49 +243,65 @@ void MotionFilter::update_motion(const Seen& first, const Seen& second,
   correct(innovation, H, first.R + second.R);
 }
 
-bool MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& noise) {
-  const Twist& mean = *input.odometry;
-  const double speed = mean.linear.norm(), turn = mean.angular.norm();
-  const double dt = std::abs(input.seconds), between = input.odometry_seconds;
-  // Errors of odometry are those of a random walk.
+bool MotionFilter::take_odometry(const MotionInput& input, const MotionNoise& noise,
+                                 bool is_known) {
+  using Rows = Eigen::Matrix<double, 3, 15>;
+  // Chi squared of three dimensions, 99.99 %.
+  constexpr double kContradiction = 21.1;
+  constexpr double kKnownSpeed = 1.0;  // [m/s]; a standard deviation
+  const Twist &twist = *input.odometry, &steady = input.steady_odometry;
+  is_known &= covariance_.diagonal().segment<3>(kV).maxCoeff() < squared(kKnownSpeed);
+  /// @param per_second  variance of the way or the angle: errors are those of a random walk
+  const auto take_part = [&](Eigen::Index part, const Eigen::Vector3d& innovation,
+                             const Eigen::Vector3d& steady_innovation, double per_second) {
+    Rows H = Rows::Zero();
+    H.block<3, 3>(0, part).setIdentity();
+    const Eigen::Matrix3d R = per_second * Eigen::Matrix3d::Identity();
+    // Wheels slip and lock, and odometry begins anew.
+    if (is_known &&
+        surprise_of<3>(steady_innovation, H, R / MotionInput::kSteady) > kContradiction) {
+      return false;
+    }
+    take<3>(innovation, H, R / std::abs(input.seconds));
+    return true;
+  };
+  const double speed = twist.linear.norm(), turn = twist.angular.norm();
+  const double between = input.odometry_seconds;
   const double metres = squared(noise.odometry_metres) * speed + squared(0.01) * between;
   const double radians = squared(noise.odometry_radians) * speed +
                          squared(noise.odometry_turning) * turn + squared(0.005) * between;
-  constexpr double kUnknown = 1e6;  // a gyroscope knows better
-  PoseVector innovation, variances;
-  innovation << mean.linear - state_.velocity, -mean.angular - state_.rate_bias;
-  variances << Eigen::Vector3d::Constant(metres / dt),
-      Eigen::Vector3d::Constant(input.rate ? kUnknown : radians / dt);
-  Eigen::Matrix<double, 6, 15> H = Eigen::Matrix<double, 6, 15>::Zero();
-  H.block<6, 6>(0, kV).setIdentity();
-  const PoseMatrix R = variances.asDiagonal();
-  // Wheels slip and lock, and odometry begins anew. A speed that scans have shown is surer.
-  constexpr double kKnownSpeed = 1.0;  // [m/s]; a standard deviation
-  const bool is_known = covariance_.diagonal().segment<3>(kV).maxCoeff() < squared(kKnownSpeed);
-  if (is_known && surprise_of(innovation, H, R) > kUnusual) return false;
-  take(innovation, H, R);
-  return true;
-}
-
-double MotionFilter::surprise_of(const PoseVector& innovation,
-                                 const Eigen::Matrix<double, 6, 15>& H, const PoseMatrix& R) const {
-  const PoseMatrix S = H * covariance_ * H.transpose() + R;
-  return innovation.dot(S.ldlt().solve(innovation));
+  bool counts =
+      take_part(kV, twist.linear - state_.velocity, steady.linear - state_.velocity, metres);
+  if (!input.rate) {  // a gyroscope knows better
+    counts &= take_part(kB, -twist.angular - state_.rate_bias, -steady.angular - state_.rate_bias,
+                        radians);
+  }
+  return counts;
 }
 
 void MotionFilter::correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                            const PoseMatrix& R) {
-  const double surprise = surprise_of(innovation, H, R);
+  const double surprise = surprise_of<6>(innovation, H, R);
   if (surprise > kUnusual) covariance_ *= surprise / kUnusual;
-  take(innovation, H, R);
+  take<6>(innovation, H, R);
 }
 
-void MotionFilter::take(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
-                        const PoseMatrix& R) {
-  const PoseMatrix S = H * covariance_ * H.transpose() + R;
-  const Eigen::Matrix<double, 15, 6> PHt = covariance_ * H.transpose();
-  const Eigen::Matrix<double, 6, 15> solved = S.ldlt().solve(PHt.transpose());
-  const Eigen::Matrix<double, 15, 6> K = solved.transpose();
+template <int kRows>
+double MotionFilter::surprise_of(const Eigen::Matrix<double, kRows, 1>& innovation,
+                                 const Eigen::Matrix<double, kRows, 15>& H,
+                                 const Eigen::Matrix<double, kRows, kRows>& R) const {
+  const Eigen::Matrix<double, kRows, kRows> S = H * covariance_ * H.transpose() + R;
+  return innovation.dot(S.ldlt().solve(innovation));
+}
+
+template <int kRows>
+void MotionFilter::take(const Eigen::Matrix<double, kRows, 1>& innovation,
+                        const Eigen::Matrix<double, kRows, 15>& H,
+                        const Eigen::Matrix<double, kRows, kRows>& R) {
+  const Eigen::Matrix<double, kRows, kRows> S = H * covariance_ * H.transpose() + R;
+  const Eigen::Matrix<double, 15, kRows> PHt = covariance_ * H.transpose();
+  const Eigen::Matrix<double, kRows, 15> solved = S.ldlt().solve(PHt.transpose());
+  const Eigen::Matrix<double, 15, kRows> K = solved.transpose();
   state_ = plus(state_, K * innovation);
   // Joseph's form: stays positive definite.
   const MotionMatrix kept = MotionMatrix::Identity() - K * H;

@@ -108,6 +108,22 @@ std::optional<MotionInputs::MeanTwist> MotionInputs::mean_until(Sample next) con
   return possible ? std::optional(mean) : std::nullopt;
 }
 
+Twist MotionInputs::mean_around(double stamp, Sample next) const {
+  Sample first = std::prev(next), last = next;
+  while (last->stamp - first->stamp < MotionInput::kSteady) {
+    const bool later = mean_until(last + 1).has_value(), earlier = mean_until(first).has_value();
+    if (!later && !earlier) break;
+    if (later && (!earlier || last->stamp - stamp <= stamp - first->stamp)) {
+      ++last;
+    } else {
+      --first;
+    }
+  }
+  const Twist step = logarithm(first->T_odom_imu.inverse() * last->T_odom_imu);
+  const double seconds = last->stamp - first->stamp;
+  return {.linear = step.linear / seconds, .angular = step.angular / seconds};
+}
+
 MotionInput MotionInputs::at(double from, double to, double silent_since) const {
   const double middle = 0.5 * (from + to);
   MotionInput input{.seconds = to - from};
@@ -134,6 +150,8 @@ MotionInput MotionInputs::at(double from, double to, double silent_since) const 
       input.odometry->linear += share * (other->twist.linear - mean->twist.linear);
       input.odometry->angular += share * (other->twist.angular - mean->twist.angular);
     }
+    input.steady_odometry =
+        mean->seconds < MotionInput::kSteady ? mean_around(middle, next) : *input.odometry;
   }
   input.coasts = !input.rate && !input.odometry && middle > silent_since + kCoasting;
   return input;

@@ -7,8 +7,10 @@
 namespace vantage {
 namespace {
 
-/// The mean rate of turn by odometry, if that alone measured it, and all the time [rad/s].
+/// The mean rate of turn by odometry, if that alone measured it, and all the time [rad/s]. Nothing
+/// if no body turns like that: odometry began anew, or jumped.
 std::optional<Eigen::Vector3d> mean_rate_of(const std::vector<MotionInput>& pieces) {
+  constexpr double kMostChange = 2.0;  // within a sweep [rad/s]
   Eigen::Vector3d angle = Eigen::Vector3d::Zero();
   double seconds = 0.0;
   for (const MotionInput& piece : pieces) {
@@ -17,7 +19,11 @@ std::optional<Eigen::Vector3d> mean_rate_of(const std::vector<MotionInput>& piec
     seconds += piece.seconds;
   }
   if (!(seconds > 0.0)) return std::nullopt;
-  return angle / seconds;
+  const Eigen::Vector3d mean = angle / seconds;
+  const bool is_possible = std::ranges::all_of(pieces, [&](const MotionInput& piece) {
+    return (piece.odometry->angular - mean).norm() < kMostChange;
+  });
+  return is_possible ? std::optional(mean) : std::nullopt;
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST_CASE("a sensor that is mounted at a tilt is compared with poses beside it a
   } ground;
   const PointCloud scan{{1, 0, 0}};
   for (const Eigen::Vector3d& tilt :
-       {Eigen::Vector3d(0.0, 0.26, 0.0), Eigen::Vector3d(0.4, 0.3, 2.0),
+       {Eigen::Vector3d(0.3, 0.26, 0.0), Eigen::Vector3d(0.4, 0.3, 2.0),
         Eigen::Vector3d(0.0, 1.570796326794897, 0.0)}) {
     const Pose pose = pose_from_xyz_rpy({}, tilt);
     CHECK(fit_at(ground, scan, pose)->sharpness == doctest::Approx(0.0));

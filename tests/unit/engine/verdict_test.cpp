@@ -133,6 +133,8 @@ TEST_CASE("the risk of a pose is that of its error's length, not of its error al
         doctest::Approx(std::erfc(z / std::sqrt(2.0))).epsilon(1e-3));
   CHECK(risk_with({0.25, 0.25, 0.0}) == doctest::Approx(std::exp(-0.5 * z * z)).epsilon(1e-3));
   const double both_sides = std::sqrt(2.0 / std::acos(-1.0)) * z * std::exp(-0.5 * z * z);
+  CHECK(risk_with({0.25, 0.1, 0.0}) >= std::erfc(z / std::sqrt(2.0)) * (1.0 - 1e-3));
+  CHECK(risk_with({0.125, 0.05, 0.0}) >= std::erfc(2.0 * z / std::sqrt(2.0)) * (1.0 - 1e-3));
   CHECK(risk_with({0.25, 0.25, 0.25}) ==
         doctest::Approx(std::erfc(z / std::sqrt(2.0)) + both_sides).epsilon(1e-3));
 }

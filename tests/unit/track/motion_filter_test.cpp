@@ -181,12 +181,18 @@ TEST_CASE(
 
 TEST_CASE(
     "odometry of wheels that slip, lock or begin anew does not count while scans know better") {
-  const auto worst_with = [](double factor, double jump) {
+  const auto worst_with = [](double factor, double jump, double rate, bool imu) {
     MotionInputs inputs({});
+    const auto samples = static_cast<int>(4.0 * rate);
     double x = 0.0;
-    for (int k = 0; k <= 80; ++k) {
-      REQUIRE(inputs.add(OdometrySample{0.05 * k, pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0})}));
-      x += 0.4 * (k >= 40 && k < 60 ? factor : 1.0) + (k == 40 ? jump : 0.0);
+    for (int k = 0; k <= samples; ++k) {
+      const double t = k / rate;
+      REQUIRE(inputs.add(OdometrySample{t, pose_from_xyz_rpy({x, 0, 0}, {0, 0, 0})}));
+      x += 8.0 / rate * (k >= samples / 2 && k < 3 * samples / 4 ? factor : 1.0);
+      if (k == samples / 2) x += jump;
+    }
+    for (int k = 0; imu && k <= 1600; ++k) {
+      REQUIRE(inputs.add(ImuSample{0.0025 * k, {0, 0, 0}, {0, 0, kGravity}}));
     }
     MotionFilter filter(0.0, Pose{}, sigma(0.003, 0.0005), inputs);
     double worst = 0.0, doubted = 0.0;
@@ -197,21 +203,43 @@ TEST_CASE(
       if (k > 10) worst = std::max(worst, (filter.pose().translation - truth.translation).norm());
       filter.update(truth, sigma(0.003, 0.0005));
     }
-    CHECK(doubted <= 1.05);
+    CHECK(doubted <= 1.15);
     CHECK(is_positive(filter.covariance()));
     return std::pair(worst, doubted);
   };
-  CHECK(worst_with(1.0, 0.0).first < 0.01);
-  CHECK(worst_with(1.0, 0.0).second == 0.0);
-  for (const double factor : {0.0, 3.0, -1.0}) {
-    CAPTURE(factor);
-    CHECK(worst_with(factor, 0.0).first < 0.05);
-    CHECK(worst_with(factor, 0.0).second > 0.9);
+  for (const double rate : {10.0, 20.0, 50.0, 200.0}) {
+    for (const bool imu : {false, true}) {
+      CAPTURE(rate);
+      CAPTURE(imu);
+      CHECK(worst_with(1.0, 0.0, rate, imu).first < 0.01);
+      CHECK(worst_with(1.0, 0.0, rate, imu).second == 0.0);
+      for (const double factor : {0.0, 0.5, 1.6, 2.4, 3.0, -1.0}) {
+        CAPTURE(factor);
+        CHECK(worst_with(factor, 0.0, rate, imu).first < 0.1);  // 0.3 and more if it counted
+        CHECK(worst_with(factor, 0.0, rate, imu).second > 0.8);
+      }
+      for (const double jump : {-2.0, 1.0, 4.0}) {
+        CAPTURE(jump);
+        CHECK(worst_with(1.0, jump, rate, imu).first < 0.05);
+      }
+    }
   }
-  for (const double jump : {-2.0, 1.0, 4.0}) {
-    CAPTURE(jump);
-    CHECK(worst_with(1.0, jump).first < 0.05);
+}
+
+TEST_CASE("after a silence, odometry counts at once: nothing was known any more") {
+  MotionInputs inputs({});
+  for (int k = 0; k <= 20; ++k) {  // it drives on after 12 s
+    REQUIRE(
+        inputs.add(OdometrySample{14.0 + 0.05 * k, pose_from_xyz_rpy({0.4 * k, 0, 0}, {0, 0, 0})}));
   }
+  MotionFilter filter(0.0, Pose{}, sigma(0.003, 0.0005), MotionInputs({}));
+  for (int k = 1; k <= 20; ++k) {
+    filter.predict(0.1 * k, MotionInputs({}), {});
+    filter.update(pose_from_xyz_rpy({0.8 * k, 0, 0}, {0, 0, 0}), sigma(0.003, 0.0005));
+  }
+  filter.predict(14.4, inputs, {});
+  CHECK(filter.doubted() == 0.0);
+  CHECK(filter.state().velocity.x() == doctest::Approx(8.0).epsilon(0.05));
 }
 
 TEST_CASE("without scans, odometry counts again soon after a doubt") {

@@ -64,8 +64,8 @@ struct ScanReport {
   /// How often the whole scan was aligned: again after a sweep was undistorted by the motion that
   /// the alignment before had shown. 0 if there was no prediction.
   std::uint32_t passes = 0;
-  /// Time since the scan before for which odometry contradicted the motion that is known from scans
-  /// and IMU, and did not count.
+  /// Time since the scan before for which odometry contradicted the motion that is known, and did
+  /// not count.
   double seconds_doubted = 0.0;
   std::uint64_t dropped_samples = 0;  ///< of IMU and odometry, too late or twice, since the opening
   /// Time that the scan spent on the search for a lost sensor, or waited for one that runs in the

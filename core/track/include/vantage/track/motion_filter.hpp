@@ -62,9 +62,8 @@ using PoseVector = Eigen::Matrix<double, 6, 1>;
 /// axes (his "global angular error", Sec. 7).
 class MotionFilter {
  public:
-  /// A measurement whose squared distance from the prediction, in standard deviations, is larger
-  /// than this contradicts it: chi squared of six dimensions, 99.9 %. If scans measured, the motion
-  /// was another one; if odometry did, it was wrong.
+  /// A pose whose squared distance from the prediction, in standard deviations, is larger than this
+  /// says that the motion was another one: chi squared of six dimensions, 99.9 %.
   static constexpr double kUnusual = 22.5;
 
   /// A sensor whose motion is unknown but for what the inputs say: a car at up to about 60 km/h, or
@@ -77,8 +76,8 @@ class MotionFilter {
   [[nodiscard]] double stamp() const noexcept { return stamp_; }
   /// When the motion was measured last [s].
   [[nodiscard]] double measured() const noexcept { return measured_; }
-  /// The part of the last prediction's time for which odometry contradicted what was known of the
-  /// motion, and did not count [s].
+  /// The part of the last prediction's time for which odometry did not count, because it
+  /// contradicted what was known of the motion [s].
   [[nodiscard]] double doubted() const noexcept { return doubted_; }
   [[nodiscard]] const MotionState& state() const noexcept { return state_; }
   [[nodiscard]] const MotionMatrix& covariance() const noexcept { return covariance_; }
@@ -116,24 +115,27 @@ class MotionFilter {
   /// The derivative of the sensor's pose by that of the body.
   [[nodiscard]] PoseMatrix sensor_by_body() const;
   /// Moves on, or back. @param share  of the noise, that the covariance grows by
-  /// @return whether anything measured the last piece of the motion
-  bool advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise, double share);
-  /// Takes in the mean twist of odometry, for a piece of the time between two samples, unless it
-  /// contradicts what is known. @return whether it does not
-  bool take_odometry(const MotionInput& input, const MotionNoise& noise);
+  void advance(double stamp, const MotionInputs& inputs, const MotionNoise& noise, double share);
+  /// Takes in the twist by odometry, for a piece of time, unless it contradicts what is known.
+  /// @param is_known  whether the motion was measured a moment ago
+  /// @return          whether all of it was taken in
+  bool take_odometry(const MotionInput& input, const MotionNoise& noise, bool is_known);
   /// Takes in a measurement by scans. If the motion changed more than its noise allows, what was
   /// known of it is worth less, by as much.
   void correct(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
                const PoseMatrix& R);
   /// The squared distance of a measurement from what is predicted, in standard deviations.
-  [[nodiscard]] double surprise_of(const PoseVector& innovation,
-                                   const Eigen::Matrix<double, 6, 15>& H,
-                                   const PoseMatrix& R) const;
+  template <int kRows>
+  [[nodiscard]] double surprise_of(const Eigen::Matrix<double, kRows, 1>& innovation,
+                                   const Eigen::Matrix<double, kRows, 15>& H,
+                                   const Eigen::Matrix<double, kRows, kRows>& R) const;
   /// Takes in a measurement.
   /// @param innovation  its difference from what is predicted
   /// @param H           the derivative of that difference by the state's error
-  void take(const PoseVector& innovation, const Eigen::Matrix<double, 6, 15>& H,
-            const PoseMatrix& R);
+  template <int kRows>
+  void take(const Eigen::Matrix<double, kRows, 1>& innovation,
+            const Eigen::Matrix<double, kRows, 15>& H,
+            const Eigen::Matrix<double, kRows, kRows>& R);
 
   double stamp_, measured_, doubted_ = 0.0;
   Pose T_body_sensor_;

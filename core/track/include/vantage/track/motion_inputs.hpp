@@ -16,11 +16,15 @@ namespace vantage {
 /// What was measured of the motion of a body during some time. All of it is in the body's frame,
 /// and constant.
 struct MotionInput {
+  static constexpr double kSteady = 0.04;  ///< [s]
+
   double seconds = 0.0;                       ///< negative: backwards in time
   std::optional<Eigen::Vector3d> rate = {};   ///< by the gyroscope, with its bias [rad/s]
   std::optional<Eigen::Vector3d> force = {};  ///< specific force, with its bias [m/s^2]
   std::optional<Twist> odometry = {};         ///< by the samples before and after [m/s, rad/s]
   double odometry_seconds = 0.0;              ///< the time between those samples
+  /// The same for the time of several samples, kSteady at least: less noisy, if samples are dense.
+  Twist steady_odometry = {};
   bool coasts = false;  ///< nothing was measured for so long that the body may have stopped
 };
 
@@ -84,6 +88,9 @@ class MotionInputs {
   /// took so long that odometry was silent in between, or if no robot moves like that: the odometry
   /// began anew, or jumped.
   [[nodiscard]] std::optional<MeanTwist> mean_until(Sample next) const;
+  /// The mean of the samples around a moment, for MotionInput::kSteady at least if odometry was not
+  /// silent. @param next  the first sample later than the moment, not the first of all
+  [[nodiscard]] Twist mean_around(double stamp, Sample next) const;
   void learn_interval();
   [[nodiscard]] MotionInput at(double from, double to, double silent_since) const;
 
