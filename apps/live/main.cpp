@@ -153,10 +153,9 @@ class Node {
     const auto& report = scan.report;
     std::string label;
     if (const auto entry = bundle_.directory()->entry(report.region)) label = entry->region.label;
-    auto counts = notices_.counts();
-    if (recorder_ && recorder_->left_out() > 0) counts["not_recorded"] = recorder_->left_out();
-    const auto messages = publisher_.messages(scan, label, counts);
+    const auto messages = publisher_.messages(scan, label, counts());
     if (!messages) return say(messages.error().message);
+    diagnosed_ = std::chrono::steady_clock::now();
     for (const live::Publication& one : *messages) publish(one.output, one.message);
     if (viewer_) {
       if (const auto shown = viewer_->show(scan, now()); !shown) say(shown.error().message);
@@ -176,6 +175,20 @@ class Node {
     if (recorder_) {
       if (const auto complaint = recorder_->complaint()) say(*complaint);
     }
+  }
+
+  /// Publishes why no scan is localized, once a second.
+  void tell_idle(const live::Session& session) {
+    constexpr std::chrono::seconds kPeriod(1);
+    const auto time = std::chrono::steady_clock::now();
+    if (diagnosed_ && time - *diagnosed_ < kPeriod) return;
+    const std::int64_t stamp = now();
+    const auto idle = session.idle(stamp);
+    if (!idle) return;
+    diagnosed_ = time;
+    const auto message = publisher_.diagnostics(*idle, io::ros::seconds_from(stamp), counts());
+    if (!message) return say(message.error().message);
+    publish(Output::diagnostics, *message);
   }
 
   /// Publishes the motion between scans.
@@ -216,6 +229,13 @@ class Node {
     dds::Topic topic;
     dds::Participant::Writer writer;
   };
+
+  /// What went wrong so far, by kind.
+  [[nodiscard]] std::map<std::string, std::uint64_t> counts() const {
+    auto counts = notices_.counts();
+    if (recorder_ && recorder_->left_out() > 0) counts["not_recorded"] = recorder_->left_out();
+    return counts;
+  }
 
   void publish(Output output, const std::string& message) {
     const auto found = outputs_.find(output);
@@ -277,6 +297,7 @@ class Node {
   std::map<Input, dds::Participant::Replier> repliers_;
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
+  std::optional<std::chrono::steady_clock::time_point> diagnosed_;
   std::uint64_t scans_ = 0, tracked_ = 0;
   Delays delays_;
   std::optional<live::KeptState> kept_;
@@ -328,6 +349,7 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
     }
     if (session.is_ready(now())) answer();
     for (live::Answer& one : session.take_answers(now())) node.reply(std::move(one));
+    node.tell_idle(session);
   }
 }
 

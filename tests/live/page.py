@@ -79,7 +79,8 @@ def main(build, source, pictures=None):
                 set_pose(page, pictures, expect, live)
                 robot.wait()
                 expect(page.wait_for("document.body.dataset.state === 'waits'"), "it does not tell that no scan comes")
-                expect("no scan was localized for" in page.text("reason"), f"reason: {page.text('reason')}")
+                expect(page.wait_for("byId('reason').textContent.startsWith('no scan has come on /points for')"),
+                       f"reason: {page.text('reason')}")
                 expect(live.end(signal.SIGTERM)[0] == 0, "the localizer ended badly")
                 expect(page.wait_for("document.body.dataset.state === 'offline'"), "it does not tell that all is gone")
                 live = Live(build, folder)
@@ -113,7 +114,7 @@ def look(page, pictures, expect, live, port):
         expect(page.open(f"http://127.0.0.1:{port}/"), "there is no page")
         live.wait_for("client is there")
         if page.value("Boolean(view.gl)"):
-            expect(page.wait_for("byId('reason').textContent === 'no scan was localized yet'"), page.text("reason"))
+            expect(page.wait_for("byId('reason').textContent === 'no scan has come on /points yet'"), page.text("reason"))
             return
     expect(False, f"no WebGL: {page.text('notices')}")
 

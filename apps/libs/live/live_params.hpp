@@ -101,8 +101,10 @@ struct TopicParams {
                  "tracked, at the rate of the IMU, or of the scans without one"),
         optional("map", &TopicParams::map, "",
                  "what is published: sensor_msgs/PointCloud2, the region's map, at each switch"),
-        optional("diagnostics", &TopicParams::diagnostics, "",
-                 "what is published: diagnostic_msgs/DiagnosticArray, for each scan"),
+        optional(
+            "diagnostics", &TopicParams::diagnostics, "",
+            "what is published: diagnostic_msgs/DiagnosticArray, for each scan that is localized; "
+            "while none is, once a second with the reason"),
     };
   }
 };

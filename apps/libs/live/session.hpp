@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/map_projection.hpp"
+#include "io/ros/message_writers.hpp"
 #include "io/ros/messages.hpp"
 #include "live/live_params.hpp"
 #include "live/notices.hpp"
@@ -41,6 +42,12 @@ struct Moved {
   Pose T_base_sensor;
 };
 
+/// Why no scan is localized at present.
+struct Idle {
+  io::ros::Diagnostic::Level level;
+  std::string message;
+};
+
 /// A localizer that lives on messages, whatever brings them. What it answers depends on the
 /// messages and on the moments at which they came, and on nothing else (unless [localizer] live is
 /// set), so that a recording of them gives the same answers.
@@ -70,6 +77,11 @@ class Session {
   /// The motion at the last sample of the IMU, or at the end of the last sweep without an IMU.
   /// Nothing if that was told already, or if the last scan was not tracked.
   [[nodiscard]] std::optional<Moved> moved();
+
+  /// All reasons for which no scan is localized, and the level of the worst. Nothing if the last
+  /// scan was localized and came a moment ago.
+  /// @param now  [ns since the epoch]
+  [[nodiscard]] std::optional<Idle> idle(std::int64_t now) const;
 
   /// Answers to requests, since the last call.
   /// @param now  [ns since the epoch]
@@ -110,7 +122,8 @@ class Session {
     return has_waited(scan, now) || has_motion(scan);
   }
   void tell_silent_motion(const Waiting& scan, bool has_odometry);
-  [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
+  [[nodiscard]] Result<Pose> mount(const std::string& frame) const;
+  void leave_out(std::string_view kind, const std::string& why);
   void feed_imu();
   void feed_motion(const std::string& sensor);
   [[nodiscard]] std::optional<Pose> odometry_at(double stamp, const std::string& base) const;
@@ -126,6 +139,8 @@ class Session {
   std::optional<double> last_stamp_;   // of a scan [s]
   std::optional<Pose> last_;           // T_map_sensor, tracked
   bool is_started_ = false;
+  std::optional<std::int64_t> scan_came_;           // the last, usable or not [ns since the epoch]
+  std::optional<std::string> left_out_;             // why the last scan was
   std::optional<Pose> T_base_sensor_;               // of the last scan
   std::optional<io::ros::Stamp> moved_;             // for moved()
   std::deque<ImuSample> imu_;                       // that the localizer has not got yet

@@ -217,6 +217,42 @@ TEST_CASE("a session that waits for a pose begins with it, at any height") {
   CHECK(found->report.T_map_scan.translation.z() == doctest::Approx(0.0).epsilon(1e-2));
 }
 
+TEST_CASE("a session says why it localizes nothing") {
+  using Level = io::ros::Diagnostic::Level;
+  LiveParams params;
+  params.start = Start::wait;
+  Robot robot(params, std::nullopt);
+  const auto check = [&](double time, Level level, const std::string& message) {
+    const auto idle = robot.session.idle(ns(time));
+    REQUIRE(idle);
+    CHECK(idle->level == level);
+    CHECK(idle->message == message);
+  };
+  const auto check_busy = [&](double time) { CHECK_FALSE(robot.session.idle(ns(time))); };
+  check(kStart, Level::stale, "waits for a pose on /initialpose; no scan has come on /points yet");
+  robot.scan(kStart);
+  CHECK_FALSE(robot.localize());
+  check(kStart + 1.0, Level::error,
+        "waits for a pose on /initialpose; scans are in the frame 'lidar', and no transform leads "
+        "from 'base_link' to it: they are left out; publish /tf_static or give [live.frames] "
+        "T_base_sensor");
+  robot.scan(kStart + 0.1, "base_link");
+  CHECK_FALSE(robot.localize());
+  check(kStart + 1.0, Level::warn, "waits for a pose on /initialpose");
+  robot.give(Input::initial_pose, kStart + 1.0,
+             io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "map"}, test::at_x(5.0),
+                                                 io::ros::PoseCovariance::Zero()));
+  robot.scan(kStart + 1.0, "base_link");
+  CHECK(robot.localize());
+  check_busy(kStart + 3.0);
+  check(kStart + 7.0, Level::stale, "no scan has come on /points for 6 s");
+  robot.give(Input::points, kStart + 7.0, "broken");
+  CHECK(robot.session.idle(ns(kStart + 7.0))->level == Level::error);
+  robot.scan(kStart + 7.1, "base_link");
+  CHECK(robot.localize());
+  check_busy(kStart + 7.1);
+}
+
 TEST_CASE("a prior is the pose between two of its source") {
   LiveParams params = Robot::with_mount();
   params.topics.prior = "/ekf";
