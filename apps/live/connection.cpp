@@ -17,12 +17,33 @@ std::int64_t now() {
 
 void say(const std::string& text) { std::cerr << fmt::format("vantage live: {}\n", text); }
 
-Result<dds::Participant> open_participant(const live::LiveParams& params) {
+namespace {
+
+/// In the words of ROS 2, which its users search for.
+std::string text_of(const dds::IncompatibleQos& found) {
+  return found.is_read
+             ? fmt::format(
+                   "a publisher of {} offers incompatible QoS ({}): none of its messages is "
+                   "received",
+                   found.topic, found.policy)
+             : fmt::format(
+                   "a subscriber of {} requests incompatible QoS ({}): no message is sent to it",
+                   found.topic, found.policy);
+}
+
+}  // namespace
+
+Result<dds::Participant> open_participant(const live::LiveParams& params, live::Notices& notices) {
   const double bytes = std::min(params.receive_buffer * 1024.0 * 1024.0, 2e9);
-  const dds::ParticipantOptions options{.domain = params.domain,
-                                        .node = params.node,
-                                        .release = params.release,
-                                        .receive_buffer = static_cast<std::uint32_t>(bytes)};
+  const dds::ParticipantOptions options{
+      .domain = params.domain,
+      .node = params.node,
+      .release = params.release,
+      .receive_buffer = static_cast<std::uint32_t>(bytes),
+      .incompatible = [&notices](const dds::IncompatibleQos& found) {
+        notices.tell(fmt::format("incompatible_qos {} {}", found.topic, found.policy),
+                     text_of(found));
+      }};
   if (const auto note = dds::Participant::note_on_buffers(options)) say("note: " + *note);
   return dds::Participant::open(options);
 }

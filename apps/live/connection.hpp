@@ -7,6 +7,7 @@
 #include "dds/participant.hpp"
 #include "live/inbox.hpp"
 #include "live/live_params.hpp"
+#include "live/notices.hpp"
 #include "live/received.hpp"
 #include "vantage/result.hpp"
 
@@ -18,9 +19,11 @@ namespace vantage {
 /// A line on standard error, from any thread.
 void say(const std::string& text);
 
-/// The participant that [live] describes. Tells how the kernel's limit of buffers is raised.
-/// Errors: those of Participant.
-[[nodiscard]] Result<dds::Participant> open_participant(const live::LiveParams& params);
+/// The participant that [live] describes. Tells how the kernel's limit of buffers is raised, and
+/// which endpoints of others do not fit. Errors: those of Participant.
+/// @param notices  must outlive the participant
+[[nodiscard]] Result<dds::Participant> open_participant(const live::LiveParams& params,
+                                                        live::Notices& notices);
 
 /// Puts the messages of all inputs of [live.topics] into an inbox, which must outlive the
 /// participant. Returns the topics. Errors: those of Participant.

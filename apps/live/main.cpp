@@ -108,7 +108,7 @@ class Node {
       VANTAGE_TRY(viewer_, foxglove::Viewer::open(params_, put, say));
       observers_.push_back(viewer_.get());
     }
-    VANTAGE_TRY(participant_, open_participant(params_));
+    VANTAGE_TRY(participant_, open_participant(params_, notices_));
     for (const live::OutputTopic& output : live::output_topics(params_)) {
       if (output.output == Output::map && !bundle_.has_points()) {
         say("note: the bundle holds prepared maps only, no points: no map is published");

@@ -15,7 +15,7 @@ Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, do
   VANTAGE_CHECK(bundle.need_points("publish"));
   live::MapServer server(bundle, params, switch_margin, notices);
   live::Inbox inbox;
-  VANTAGE_TRY(auto participant, open_participant(params));
+  VANTAGE_TRY(auto participant, open_participant(params, notices));
   VANTAGE_TRY(auto maps, participant.advertise(live::output_topics(params).front().topic));
   VANTAGE_CHECK(subscribe(participant, params, inbox));
   VANTAGE_CHECK(participant.announce());

@@ -255,8 +255,12 @@ TEST_CASE("diagnostics say why nothing is localized") {
   World world;
   world.write_config("start = \"wait\"\n");
   Listening diagnostics(world, {.name = "/diagnostics", .type = "diagnostic_msgs/DiagnosticArray"});
+  const Listening late(
+      world, {.name = "/tf", .type = "tf2_msgs/TFMessage", .qos = {.transient_local = true}});
   const test::Running live("vantage-live", {world.config()});
   REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
+  CHECK(live.says("a subscriber of /tf requests incompatible QoS (DURABILITY): no message"));
+  CHECK(diagnostics.hears(whole("incompatible_qos /tf DURABILITY")));
   const std::string waits = "waits for a pose on /initialpose";
   CHECK(diagnostics.hears(whole(waits + "; no scan has come on /points yet")));
   const test::Running robot("vantage-play", {world.config(), "--scans", world.path("world/scans"),

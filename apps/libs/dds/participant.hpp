@@ -33,12 +33,23 @@ enum class Release : std::uint8_t {
   iron_or_later  ///< Gid of 16 bytes, hashes of types
 };
 
+/// Another node's endpoint that does not fit one of this node, so that no message passes.
+struct IncompatibleQos {
+  std::string topic;   ///< or service, as this node names it
+  bool is_read;        ///< by this node
+  std::string policy;  ///< "RELIABILITY", as ROS 2 names it
+};
+
+/// Called from threads of DDS.
+using IncompatibleQosSink = std::function<void(const IncompatibleQos& found)>;
+
 struct ParticipantOptions {
   std::uint32_t domain = 0;      ///< ROS_DOMAIN_ID
   std::string node = "vantage";  ///< as `ros2 node list` shows it
   Release release = Release::iron_or_later;
   std::uint32_t receive_buffer = 8U << 20U;  ///< of sockets [bytes]
   std::uint32_t shared_memory = 32U << 20U;  ///< for readers on the same machine [bytes]
+  IncompatibleQosSink incompatible = {};     ///< nothing is told without it
 };
 
 /// Takes a message of a topic: CDR with its header. Called from threads of DDS, for one message of
