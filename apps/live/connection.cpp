@@ -9,15 +9,12 @@
 
 namespace vantage {
 
-std::int64_t now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
-void say(const std::string& text) { std::cerr << fmt::format("vantage live: {}\n", text); }
-
 namespace {
+
+template <class Clock>
+std::int64_t nanoseconds() {
+  return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
+}
 
 /// In the words of ROS 2, which its users search for.
 std::string text_of(const dds::IncompatibleQos& found) {
@@ -32,6 +29,15 @@ std::string text_of(const dds::IncompatibleQos& found) {
 }
 
 }  // namespace
+
+std::int64_t now() { return nanoseconds<std::chrono::steady_clock>(); }
+std::int64_t time_of_day() { return nanoseconds<std::chrono::system_clock>(); }
+
+live::Received received_now(live::Input input, std::string&& message) {
+  return {.input = input, .arrival = now(), .time = time_of_day(), .message = std::move(message)};
+}
+
+void say(const std::string& text) { std::cerr << fmt::format("vantage live: {}\n", text); }
 
 Result<dds::Participant> open_participant(const live::LiveParams& params, live::Notices& notices) {
   const double bytes = std::min(params.receive_buffer * 1024.0 * 1024.0, 2e9);
@@ -56,7 +62,7 @@ Result<std::map<live::Input, dds::Topic>> subscribe(dds::Participant& participan
     topics.emplace(input.input, input.topic);
     VANTAGE_CHECK(
         participant.subscribe(input.topic, [&inbox, kind = input.input](std::string&& message) {
-          inbox.put({.input = kind, .arrival = now(), .message = std::move(message)});
+          inbox.put(received_now(kind, std::move(message)));
         }));
   }
   return topics;
@@ -67,11 +73,13 @@ Result<std::map<live::Input, dds::Participant::Replier>> serve(dds::Participant&
                                                                live::Inbox& inbox) {
   std::map<live::Input, dds::Participant::Replier> repliers;
   for (const live::InputService& one : live::input_services(services)) {
-    VANTAGE_TRY(auto replier, participant.serve(one.service, [&inbox, kind = one.input](
-                                                                 const dds::RequestId& id,
-                                                                 std::string&& request) {
-      inbox.put({.input = kind, .arrival = now(), .message = std::move(request), .request = id});
-    }));
+    VANTAGE_TRY(auto replier,
+                participant.serve(one.service, [&inbox, kind = one.input](const dds::RequestId& id,
+                                                                          std::string&& request) {
+                  live::Received received = received_now(kind, std::move(request));
+                  received.request = id;
+                  inbox.put(std::move(received));
+                }));
     repliers.emplace(one.input, std::move(replier));
   }
   return repliers;

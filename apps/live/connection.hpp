@@ -13,8 +13,12 @@
 
 namespace vantage {
 
-/// [ns since the epoch]
+/// By a clock that nobody sets, for durations [ns].
 [[nodiscard]] std::int64_t now();
+/// What the clock of this computer shows [ns since the epoch].
+[[nodiscard]] std::int64_t time_of_day();
+/// A message that comes now.
+[[nodiscard]] live::Received received_now(live::Input input, std::string&& message);
 
 /// A line on standard error, from any thread.
 void say(const std::string& text);

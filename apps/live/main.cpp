@@ -103,7 +103,7 @@ class Node {
   [[nodiscard]] Result<void> connect() {
     if (params_.foxglove.port) {
       const auto put = [this](std::string&& message) {
-        inbox_.put({.input = Input::initial_pose, .arrival = now(), .message = std::move(message)});
+        inbox_.put(received_now(Input::initial_pose, std::move(message)));
       };
       VANTAGE_TRY(viewer_, foxglove::Viewer::open(params_, put, say));
       observers_.push_back(viewer_.get());
@@ -136,7 +136,7 @@ class Node {
     const auto topic = topics_.find(received.input);
     if (topic == topics_.end()) return;  // a request
     for (live::Observer* const one : observers_) {
-      one->see(topic->second, received.arrival, received.message);
+      one->see(topic->second, received.time, received.message);
     }
   }
 
@@ -158,7 +158,7 @@ class Node {
     diagnosed_ = std::chrono::steady_clock::now();
     for (const live::Publication& one : *messages) publish(one.output, one.message);
     if (viewer_) {
-      if (const auto shown = viewer_->show(scan, now()); !shown) say(shown.error().message);
+      if (const auto shown = viewer_->show(scan, time_of_day()); !shown) say(shown.error().message);
     }
     if (report.has_pose && shown_ != report.region) {
       shown_ = report.region;
@@ -182,11 +182,11 @@ class Node {
     constexpr std::chrono::seconds kPeriod(1);
     const auto time = std::chrono::steady_clock::now();
     if (diagnosed_ && time - *diagnosed_ < kPeriod) return;
-    const std::int64_t stamp = now();
-    const auto idle = session.idle(stamp);
+    const auto idle = session.idle(now());
     if (!idle) return;
     diagnosed_ = time;
-    const auto message = publisher_.diagnostics(*idle, io::ros::seconds_from(stamp), counts());
+    const auto message =
+        publisher_.diagnostics(*idle, io::ros::seconds_from(time_of_day()), counts());
     if (!message) return say(message.error().message);
     publish(Output::diagnostics, *message);
   }
@@ -240,7 +240,8 @@ class Node {
   void publish(Output output, const std::string& message) {
     const auto found = outputs_.find(output);
     if (found == outputs_.end()) return;
-    for (live::Observer* const one : observers_) one->see(found->second.topic, now(), message);
+    for (live::Observer* const one : observers_)
+      one->see(found->second.topic, time_of_day(), message);
     if (const auto sent = found->second.writer.write(message); !sent) {
       notices_.tell("not_sent", sent.error().message);
     }

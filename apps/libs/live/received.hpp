@@ -30,7 +30,8 @@ enum class Input : std::uint8_t {
 /// A message as it came.
 struct Received {
   Input input = Input::points;
-  std::int64_t arrival = 0;                    ///< [ns since the epoch]
+  std::int64_t arrival = 0;                    ///< by a clock that nobody sets [ns]
+  std::int64_t time = 0;                       ///< of day, for recordings [ns since the epoch]
   std::string message;                         ///< CDR with its header
   std::optional<dds::RequestId> request = {};  ///< of `align` and `trigger`
 };

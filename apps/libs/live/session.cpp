@@ -298,11 +298,9 @@ bool Session::has_motion(const Waiting& scan) const {
   return covers(params_.topics.imu, last_imu_) && covers(params_.topics.odometry, last_odometry_);
 }
 
-/// Whether a scan has waited for its samples long enough. If this computer's clock was set back,
-/// the time that a scan has waited is unknown, and it waits no longer.
+/// Whether a scan has waited for its samples long enough.
 bool Session::has_waited(const Waiting& scan, std::int64_t now) const {
-  const double waited = seconds_between(scan.received.arrival, now);
-  return waited < 0.0 || waited >= params_.motion_wait;
+  return seconds_between(scan.received.arrival, now) >= params_.motion_wait;
 }
 
 /// A source of motion may be silent, or its clock another one: it is then not waited for.

@@ -65,7 +65,7 @@ class Session {
   [[nodiscard]] bool has_scan() const noexcept { return !waiting_.empty(); }
   /// Whether a scan waits, and the oldest either has all samples of motion that it needs, or has
   /// waited for them long enough.
-  /// @param now  [ns since the epoch]
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] bool is_ready(std::int64_t now) const {
     return has_scan() && is_ready(waiting_.front(), now);
   }
@@ -80,11 +80,11 @@ class Session {
 
   /// All reasons for which no scan is localized, and the level of the worst. Nothing if the last
   /// scan was localized and came a moment ago.
-  /// @param now  [ns since the epoch]
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] std::optional<Idle> idle(std::int64_t now) const;
 
   /// Answers to requests, since the last call.
-  /// @param now  [ns since the epoch]
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] std::vector<Answer> take_answers(std::int64_t now) {
     return requests_.take_answers(now);
   }
@@ -139,7 +139,7 @@ class Session {
   std::optional<double> last_stamp_;   // of a scan [s]
   std::optional<Pose> last_;           // T_map_sensor, tracked
   bool is_started_ = false;
-  std::optional<std::int64_t> scan_came_;           // the last, usable or not [ns since the epoch]
+  std::optional<std::int64_t> scan_came_;           // the last, usable or not [ns]
   std::optional<std::string> left_out_;             // why the last scan was
   std::optional<Pose> T_base_sensor_;               // of the last scan
   std::optional<io::ros::Stamp> moved_;             // for moved()
