@@ -162,7 +162,7 @@ class Node {
     }
     if (report.has_pose && shown_ != report.region) {
       shown_ = report.region;
-      worker_.run([this, region = report.region] { publish_map(region); });
+      worker_.run_latest("map", [this, region = report.region] { publish_map(region); });
     }
     const double delay = static_cast<double>(now() - scan.received.arrival) * 1e-9;
     delays_.add(delay);
@@ -264,7 +264,7 @@ class Node {
     const auto time = std::chrono::steady_clock::now();
     if (saved_ && time - *saved_ < std::chrono::seconds(1)) return;
     saved_ = time;
-    worker_.run([this, state = *kept_] { save(state); });
+    worker_.run_latest("state", [this, state = *kept_] { save(state); });
   }
 
   void save(const live::KeptState& state) {
