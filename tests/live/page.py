@@ -81,12 +81,16 @@ def main(build, source, pictures=None):
                 expect(page.wait_for("document.body.dataset.state === 'waits'"), "it does not tell that no scan comes")
                 expect(page.wait_for("byId('reason').textContent.startsWith('no scan has come on /points for')"),
                        f"reason: {page.text('reason')}")
+                page.value("byId('set').click()")
                 expect(live.end(signal.SIGTERM)[0] == 0, "the localizer ended badly")
                 expect(page.wait_for("document.body.dataset.state === 'offline'"), "it does not tell that all is gone")
+                expect("while a pose was set" in page.text("notices"), f"notices: {page.text('notices')}")
+                expect(page.value("byId('set').disabled"), "a pose can be set that nobody hears")
                 live = Live(build, folder)
                 live.wait_for("client is there")
                 robot = play(build, folder, "--duration", "3", "--start", "5")
                 expect(page.wait_for("document.body.dataset.state === 'tracked'"), "it does not come back")
+                expect(not page.value("byId('set').disabled"), "no pose can be set after it came back")
                 robot.wait()
                 # That nobody listened for a while is all that the browser complained about.
                 said = [one for one in page.said if "ERR_CONNECTION_REFUSED" not in one]

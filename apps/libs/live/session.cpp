@@ -75,7 +75,7 @@ void Session::begin_anew(const std::string& why) {
                              may_return ? "kept" : "forgotten", to_string(started.error())));
     if (!may_return) last_.reset();
   }
-  if (params_.start == Start::wait) return;
+  if (params_.start == Start::wait && !priors_.has_hint()) return;
   begin_anywhere();
 }
 

@@ -217,6 +217,25 @@ TEST_CASE("a session that waits for a pose begins with it, at any height") {
   CHECK(found->report.T_map_scan.translation.z() == doctest::Approx(0.0).epsilon(1e-2));
 }
 
+TEST_CASE("a pose that is given between two drives of different times is not lost") {
+  LiveParams params = Robot::with_mount();
+  params.start = Start::wait;
+  Robot robot(params, std::nullopt);
+  robot.scan(kStart);
+  CHECK_FALSE(robot.localize());
+  robot.give(Input::initial_pose, kStart + 1.0,
+             io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "map"},
+                                                 test::at_x(5.0), io::ros::PoseCovariance::Zero()));
+  robot.world.stand_at(test::at_x(5.0));
+  robot.give(Input::points, kStart + 2.0,
+             io::ros::write_point_cloud2({.stamp = kStart - 3600.0, .frame = "lidar"},
+                                         robot.world.scan));
+  CHECK(robot.was_told("went back by"));
+  const auto found = robot.localize();
+  REQUIRE(found);
+  CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.0).epsilon(1e-2));
+}
+
 TEST_CASE("a session says why it localizes nothing") {
   using Level = io::ros::Diagnostic::Level;
   LiveParams params;

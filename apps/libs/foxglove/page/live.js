@@ -233,6 +233,7 @@ const rolesOf = names => new Map([[names.map, takeMap], [names.points, takeScan]
 const connection = new Connection(new URL('.', location).href.replace(/^http/, 'ws'), {
   info: text => {
     connection.is_open = true;
+    byId('set').disabled = false;
     if (session !== text.sessionId) begin();
     session = text.sessionId;
     names = Object.fromEntries(Object.entries(text.metadata || {}).map(([key, name]) => [key.replace('vantage.', ''), name]));
@@ -244,6 +245,9 @@ const connection = new Connection(new URL('.', location).href.replace(/^http/, '
   status: ({id, level, message}) => { if (level > 0) notice(id || message, message); },
   lost: () => {
     connection.is_open = false;
+    byId('set').disabled = true;
+    if (view.pointing || given) notice('pose', 'The connection was lost while a pose was set: it may not have arrived. Set it again.');
+    given = null;
     point(false);
     showState('offline', 'no connection to ' + location.host + '; it is tried again every second');
   },
