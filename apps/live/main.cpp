@@ -343,7 +343,9 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
   while (!is_over()) {
     for (live::Received& received :
          node.take(session.has_scan() ? kWhileScanWaits : kLongestWait)) {
-      if (received.input != Input::points) node.show(received);
+      if (received.input != Input::points && received.input != Input::transforms) {
+        node.show(received);
+      }
       session.take(std::move(received));
       if (session.is_ready(now())) answer();
       move();

@@ -44,6 +44,7 @@ class Robot {
                     {.domain = params.domain, .node = "vantage_play", .release = params.release}));
     for (live::InputTopic input : live::input_topics(params.topics)) {
       if (input.input == Input::initial_pose || input.input == Input::prior) continue;
+      if (input.input == Input::transforms) continue;
       input.topic.qos.reliable = true;  // who reads with best effort gets it, too
       input.topic.qos.depth = std::max(input.topic.qos.depth, 10U);
       VANTAGE_TRY(auto writer, robot.participant_->advertise(input.topic));

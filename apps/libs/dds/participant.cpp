@@ -75,7 +75,9 @@ class Listener final : public fast::DataReaderListener {
     std::string message;
     fast::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
-      if (info.valid_data) sink_(info, std::exchange(message, {}));
+      const rtps::GUID_t& writer = info.sample_identity.writer_guid();
+      if (!info.valid_data || writer.guidPrefix == reader->guid().guidPrefix) continue;
+      sink_(info, std::exchange(message, {}));
     }
   }
 

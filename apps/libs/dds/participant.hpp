@@ -113,6 +113,7 @@ class Participant {
   /// No sink is called any more.
   ~Participant();
 
+  /// A sink gets the messages of others, not those of this participant.
   /// Errors: `invalid_input` for a type that is not known (see io::ros::schema_of) or a name that
   /// is no topic; `io_failure` of DDS.
   [[nodiscard]] Result<void> subscribe(const Topic& topic, MessageSink sink);

@@ -253,6 +253,16 @@ struct LiveParams {
     if (transform != Transform::automatic) return transform;
     return topics.odometry.empty() ? Transform::map_to_base : Transform::map_to_odom;
   }
+  /// The frame that /tf gets under the map's, if any.
+  [[nodiscard]] std::optional<std::string> published_child() const {
+    switch (transform_in_use()) {
+      case Transform::map_to_odom: return frames.odom;
+      case Transform::map_to_base: return frames.transform_child.value_or(frames.base);
+      case Transform::automatic:
+      case Transform::none: break;
+    }
+    return std::nullopt;
+  }
 };
 
 }  // namespace vantage::live

@@ -23,8 +23,9 @@ enum class Input : std::uint8_t {
   fix,
   followed_pose,
   static_transforms,
-  align,   ///< a request: look for the vehicle around a pose
-  trigger  ///< a request: localize, or leave scans out
+  transforms,  ///< of other nodes, to tell of frames that both publish
+  align,       ///< a request: look for the vehicle around a pose
+  trigger      ///< a request: localize, or leave scans out
 };
 
 /// A message as it came.
@@ -45,7 +46,8 @@ struct InputTopic {
   dds::Topic topic;
 };
 
-/// What a configuration listens to, /tf_static included; with a `followed_pose`, poses alone.
+/// What a configuration listens to, /tf and /tf_static included; with a `followed_pose`, poses
+/// alone.
 [[nodiscard]] std::vector<InputTopic> input_topics(const TopicParams& topics);
 
 /// The service of an input.

@@ -117,6 +117,7 @@ Result<void> Session::read(Received& received) {
     case Input::trigger: return read_trigger(received);
     case Input::fix: return read_fix(received.message);
     case Input::followed_pose: return {};  // of a MapServer
+    case Input::transforms: return read_transforms(received.message);
     case Input::static_transforms: {
       VANTAGE_TRY(const auto transforms,
                   io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
@@ -289,6 +290,24 @@ Result<void> Session::read_fix(const std::string& message) {
   return {};
 }
 
+/// What other nodes say of frames that move. A frame with two parents jumps between them.
+Result<void> Session::read_transforms(const std::string& message) {
+  VANTAGE_TRY(const auto transforms,
+              io::ros::parse_poses(message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
+  const auto own = params_.published_child();
+  for (const auto& one : transforms) {
+    frames_.add_moving(one);
+    const std::string_view child = frame_name(one.child);
+    if (child != own) continue;
+    notices_.tell("frames_with_two_parents",
+                  fmt::format("another node publishes '{}' under '{}' in /tf, and this one under "
+                              "'{}': the frame jumps between them; only one node may, see [live] "
+                              "transform",
+                              child, frame_name(one.header.frame), params_.frames.map));
+  }
+  return {};
+}
+
 bool Session::has_motion(const Waiting& scan) const {
   const auto covers = [&](const std::string& topic, const std::optional<double>& last) {
     if (topic.empty()) return true;
@@ -441,6 +460,10 @@ Result<std::optional<Localized>> Session::localize() {
     return std::nullopt;
   }
   left_out_.reset();
+  if (const auto second = frames_.second_parent(params_.frames.base, sensor)) {
+    notices_.tell("lidar_with_two_parents",
+                  *second + ": where the LiDAR is depends on who is asked");
+  }
   if (!is_started_) {
     notices_.tell(
         "scans_before_start",

@@ -168,6 +168,29 @@ TEST_CASE("scans without a mount are left out, until /tf_static tells it") {
   CHECK(robot.localize()->T_base_sensor.translation.x() == 0.0);
 }
 
+TEST_CASE("frames that another node publishes as well are told") {
+  Robot robot;
+  const auto give = [&](Input input, const char* parent, const char* child) {
+    const io::ros::PoseMessage one{
+        .header = {.stamp = kStart, .frame = parent}, .child = child, .pose = {}};
+    robot.give(input, kStart, io::ros::write_transforms(std::array{one}));
+  };
+  give(Input::static_transforms, "base_link", "lidar");
+  give(Input::transforms, "map",
+       "odom");  // nobody's business: without odometry, /tf gets base_link
+  robot.scan(kStart);
+  REQUIRE(robot.localize());
+  CHECK(robot.told.empty());
+  give(Input::transforms, "odom", "/base_link");
+  CHECK(robot.was_told(
+      "another node publishes 'base_link' under 'odom' in /tf, and this one under 'map'"));
+  give(Input::transforms, "arm", "lidar");
+  robot.scan(kStart + 0.1);
+  REQUIRE(robot.localize());
+  CHECK(robot.was_told(
+      "the frame 'lidar' has the parent 'base_link' in /tf_static, and 'arm' in /tf"));
+}
+
 TEST_CASE("an invalid transform does not hide those that follow it in its message") {
   Robot robot;
   io::ros::PoseMessage wheel{
@@ -224,12 +247,12 @@ TEST_CASE("a pose that is given between two drives of different times is not los
   robot.scan(kStart);
   CHECK_FALSE(robot.localize());
   robot.give(Input::initial_pose, kStart + 1.0,
-             io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "map"},
-                                                 test::at_x(5.0), io::ros::PoseCovariance::Zero()));
+             io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "map"}, test::at_x(5.0),
+                                                 io::ros::PoseCovariance::Zero()));
   robot.world.stand_at(test::at_x(5.0));
-  robot.give(Input::points, kStart + 2.0,
-             io::ros::write_point_cloud2({.stamp = kStart - 3600.0, .frame = "lidar"},
-                                         robot.world.scan));
+  robot.give(
+      Input::points, kStart + 2.0,
+      io::ros::write_point_cloud2({.stamp = kStart - 3600.0, .frame = "lidar"}, robot.world.scan));
   CHECK(robot.was_told("went back by"));
   const auto found = robot.localize();
   REQUIRE(found);
@@ -418,7 +441,8 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
         return io::ros::write_pose_with_covariance(header, test::at_x(5.0), covariance).value();
       case Input::trigger: return set_bool(random() % 4 != 0);
       case Input::followed_pose:
-      case Input::static_transforms: break;
+      case Input::static_transforms:
+      case Input::transforms: break;
     }
     return io::ros::write_transforms(std::array{mount}).value();
   };
@@ -428,7 +452,7 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
     // Poses by hand and scans search: fewer of them.
     constexpr std::array kInputs{
         Input::points, Input::imu,   Input::odometry,          Input::initial_pose, Input::prior,
-        Input::fix,    Input::align, Input::static_transforms, Input::trigger};
+        Input::fix,    Input::align, Input::static_transforms, Input::transforms,   Input::trigger};
     const Input input = kInputs[random() % kInputs.size()];
     const bool is_costly =
         input == Input::points || input == Input::initial_pose || input == Input::align;
